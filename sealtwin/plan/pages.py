@@ -6,7 +6,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from sealtwin.plan.verify import Planned
-from validate.figures.page import Column, Page, Plot, Section, Table, write_page
+from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section, write_page
 from validate.figures.theme import ALONG, LEVEL, MEASURED, MUTED, SIMULATED, draw_curve, label_axes, themed, wide_axes
 from validate.units import counted
 
@@ -18,13 +18,15 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     draft = ", draft" if planned.drafts else ""
     by, others = "accurate" if draft else "mean of its seeds", [*planned.baselines, *planned.rounds]
     columns = [
-        Column("path", [f"the plan, {by}", *(f"{other.name}{draft}" for other in others)]),
-        Column("under (mm3)", "under_mm3", "{:.0f}".format),
-        Column("over (mm3)", "over_mm3", "{:.0f}".format),
-        Column("total (mm3)", "total_mm3", "{:.0f}".format),
-        Column("highest (mm)", "highest_mm", "{:+.2f}".format),
+        FigureColumn("path", [f"the plan, {by}", *(f"{other.name}{draft}" for other in others)]),
+        FigureColumn("under (mm3)", "under_mm3", "{:.0f}".format),
+        FigureColumn("over (mm3)", "over_mm3", "{:.0f}".format),
+        FigureColumn("total (mm3)", "total_mm3", "{:.0f}".format),
+        FigureColumn("highest (mm)", "highest_mm", "{:+.2f}".format),
     ]
-    judged = Table("Judged by particles", "judged", columns, [planned.misfit, *(other.misfit for other in others)])
+    judged = FigureTable(
+        "Judged by particles", "judged", columns, [planned.misfit, *(other.misfit for other in others)]
+    )
     it, chances = planned.trajectory, planned.chances or {}
     key_figures = [
         ("sealant", f"{it.dispensed_mm3 / 1000:.3g} ml"),

@@ -22,7 +22,7 @@ from sealtwin.trial.starter_files import shipped_measured
 from simulate.block import FluidBlock
 from simulate.block_release import release
 from simulate.settings import Fluid, Solver
-from validate.figures.page import Column, Page, Plot, Section, Table
+from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section
 from validate.figures.theme import MEASURED, SIMULATED, label_axes, themed, wide_axes
 from validate.units import counted
 
@@ -156,12 +156,12 @@ def measured_page(courses: Mapping[DamBreak, Course]) -> Page:
         f"{(gaps_mm.max(axis=0).argmax() + 1) * step_s:.2f} s."
     )
     columns = [
-        Column("fluid", "material"),
-        Column("block", "size"),
-        Column("computed (mm)", [*fronts_mm.values()], "{:.1f}".format),
-        Column("measured (mm)", seen_mm, "{:.1f}".format),
-        Column("computed over measured", ratios, "{:.2f}".format),
-        Column("run", ["now" if case in courses else "kept" for case in fronts_mm]),
+        FigureColumn("fluid", "material"),
+        FigureColumn("block", "size"),
+        FigureColumn("computed (mm)", [*fronts_mm.values()], "{:.1f}".format),
+        FigureColumn("measured (mm)", seen_mm, "{:.1f}".format),
+        FigureColumn("computed over measured", ratios, "{:.2f}".format),
+        FigureColumn("run", ["now" if case in courses else "kept" for case in fronts_mm]),
     ]
     return Page(
         title="Two dam breaks that others measured",
@@ -184,7 +184,7 @@ def measured_page(courses: Mapping[DamBreak, Course]) -> Page:
                 [
                     "This command computed the fronts of runs marked 'now'. Those marked 'kept' are results of "
                     "'python -m benchmarks.measured_numerics', computed in the same way.",
-                    Table(f"Fronts {after}", "cases", columns, [*fronts_mm]),
+                    FigureTable(f"Fronts {after}", "cases", columns, [*fronts_mm]),
                 ],
             ),
             Section(

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from sealtwin.core.records import Floats
 from validate.calibration.posterior import SMOOTH_ERRORS_MM, SMOOTH_LENGTH_MM
 from validate.calibration.summary import Calibrated, Prediction
-from validate.figures.page import Column, Page, Plot, Section, Table
+from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section
 from validate.figures.theme import (
     ALONG,
     INK,
@@ -95,21 +95,21 @@ def _settings(calibrated: Calibrated, draws: Floats) -> Section:
     frees = [one.free for one in calibrated.marginals]
     ranges = [f"{free.low:g} to {free.high:g}{', measured' if free.measured else ''}" for free in frees]
     columns = [
-        Column("setting", "free.label", name=""),
-        Column("", "free.name", name="setting"),
-        Column("range", ranges, name=""),
-        Column("", "free.low", name="low"),
-        Column("", "free.high", name="high"),
-        Column("best", "best", DIGITS),
-        Column("5 %", "low", DIGITS, "q05"),
-        Column("95 %", "high", DIGITS, "q95"),
-        Column("width over prior width", "width_over_prior", partial(percent, decimals=0), "width_over_prior"),
-        Column("identified", "identified", setting_words, ""),
+        FigureColumn("setting", "free.label", name=""),
+        FigureColumn("", "free.name", name="setting"),
+        FigureColumn("range", ranges, name=""),
+        FigureColumn("", "free.low", name="low"),
+        FigureColumn("", "free.high", name="high"),
+        FigureColumn("best", "best", DIGITS),
+        FigureColumn("5 %", "low", DIGITS, "q05"),
+        FigureColumn("95 %", "high", DIGITS, "q95"),
+        FigureColumn("width over prior width", "width_over_prior", partial(percent, decimals=0), "width_over_prior"),
+        FigureColumn("identified", "identified", setting_words, ""),
     ]
     caption = "The posterior of each free setting (bars) over its prior (line)."
     plot = Plot("marginals", caption, partial(draw_marginals, calibrated, draws))
     return Section(
-        "Settings", [*calibrated.advice, plot, Table("Free settings", "settings", columns, calibrated.marginals)]
+        "Settings", [*calibrated.advice, plot, FigureTable("Free settings", "settings", columns, calibrated.marginals)]
     )
 
 
@@ -145,23 +145,23 @@ def _combinations(calibrated: Calibrated) -> Section:
     combinations, frees = calibrated.combinations, calibrated.frees
     shares = np.transpose([one.parts for one in combinations])
     columns = [
-        Column("combination", [one.said(frees) for one in combinations], name=""),
-        *(Column("", parts, name=free.name) for free, parts in zip(frees, shares, strict=True)),
-        Column("deviation", "deviation", "{:.2f}".format, "deviation_over_prior"),
+        FigureColumn("combination", [one.said(frees) for one in combinations], name=""),
+        *(FigureColumn("", parts, name=free.name) for free, parts in zip(frees, shares, strict=True)),
+        FigureColumn("deviation", "deviation", "{:.2f}".format, "deviation_over_prior"),
     ]
-    table = Table("Best determined first", "combinations", columns, combinations)
+    table = FigureTable("Best determined first", "combinations", columns, combinations)
     return Section("Combinations", [sentence, table])
 
 
 def _gates(calibrated: Calibrated) -> Section:
     names, reaches = zip(*calibrated.reaches, strict=True)
     columns = [
-        Column("trial", names),
-        Column("residual (mm)", "residual_mm", "{:.2f}".format),
-        Column("noise (mm)", "noise_mm", "{:.2f}".format),
-        Column("components", "components"),
-        Column("scatter of runs (mm)", calibrated.run_noise_mm, "{:.2f}".format),
-        Column("possible", [setting_words(reach.possible) for reach in reaches]),
+        FigureColumn("trial", names),
+        FigureColumn("residual (mm)", "residual_mm", "{:.2f}".format),
+        FigureColumn("noise (mm)", "noise_mm", "{:.2f}".format),
+        FigureColumn("components", "components"),
+        FigureColumn("scatter of runs (mm)", calibrated.run_noise_mm, "{:.2f}".format),
+        FigureColumn("possible", [setting_words(reach.possible) for reach in reaches]),
     ]
     sizes, discrepancy_mm = SMOOTH_ERRORS_MM, calibrated.discrepancy_mm
     sentences = [
@@ -176,4 +176,4 @@ def _gates(calibrated: Calibrated) -> Section:
     ]
     if discrepancy_mm is not None:
         sentences.append(f"Further error of the model, estimated from all trials together: {discrepancy_mm:.2f} mm.")
-    return Section("Gates", [*sentences, Table("Trials", "gates", columns, reaches)])
+    return Section("Gates", [*sentences, FigureTable("Trials", "gates", columns, reaches)])

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
-from validate.figures.page import NONE, Column, Page, Plot, Section, Table, part_of
+from validate.figures.page import NONE, FigureColumn, FigureTable, Page, Plot, Section, part_of
 from validate.figures.theme import ALONG, INK, LEVEL, MEASURED, SIMULATED, THIRD, label_axes, themed, wide_axes
 from validate.metrics.curve_distances import Difference, level_difference
 from validate.metrics.verdict import SOUND, beside_baselines, kept_volume
@@ -276,30 +276,30 @@ def _cautions(sides: Sequence[Side]) -> list[str]:
     ]
 
 
-def _names(sides: Sequence[Side]) -> Table:
+def _names(sides: Sequence[Side]) -> FigureTable:
     readings: list[str] = []
     for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True)):
         same = f", the same as of run {first + 1}" if first is not None and first < index else ""
         kinds = side.readings and side.comparison and f"{side.readings.data}, {side.comparison.role}{same}"
         readings.append(kinds or NONE)
     columns = [
-        Column("run", range(1, len(sides) + 1)),
-        Column("mean error (mm)", "comparison.mean_error_mm", "{:.2f}".format, "mean_error_mm"),
-        Column("readings", readings),
-        Column("name", "name"),
+        FigureColumn("run", range(1, len(sides) + 1)),
+        FigureColumn("mean error (mm)", "comparison.mean_error_mm", "{:.2f}".format, "mean_error_mm"),
+        FigureColumn("readings", readings),
+        FigureColumn("name", "name"),
     ]
-    return Table("Numbers and names", "runs", columns, sides)
+    return FigureTable("Numbers and names", "runs", columns, sides)
 
 
-def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> Table:
+def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> FigureTable:
     """Return a table with a column for each run. Its head is the run's number; in the CSV, number and name."""
-    columns = [Column(first, [label for label, _, _ in rows])]
+    columns = [FigureColumn(first, [label for label, _, _ in rows])]
     for index, named in enumerate(_named(sides)):
         cells = [(values[index], text) for _, values, text in rows]
         texts = [NONE if value is None else text(value) for value, text in cells]
         numbers = [value if value is None or isinstance(value, int | float) else text(value) for value, text in cells]
-        columns += [Column(str(index + 1), texts, name=""), Column("", numbers, name=named)]
-    return Table("By run", name, columns)
+        columns += [FigureColumn(str(index + 1), texts, name=""), FigureColumn("", numbers, name=named)]
+    return FigureTable("By run", name, columns)
 
 
 def _figures(sides: Sequence[Side]) -> list[Row]:

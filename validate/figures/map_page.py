@@ -28,7 +28,7 @@ from validate.figures.chart import (
     medians,
     pace_of,
 )
-from validate.figures.page import Column, Page, Plot, Section, Table
+from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section
 from validate.figures.particles import ColourScale, add_bar, ages_of
 from validate.figures.snapshots import FillScene
 from validate.figures.theme import (
@@ -212,32 +212,32 @@ def _cost(chart: Chart, fills: Sequence[Fill]) -> Iterator[str | Plot]:
     yield Plot("cost", caption, lambda: draw_cost(chart, fills), numbers)
 
 
-def _runs(chart: Chart) -> Table:
+def _runs(chart: Chart) -> FigureTable:
     near = [setting_words(near) for near in chart.as_near]
     columns = [
-        Column("run", "number"),
+        FigureColumn("run", "number"),
         *(
-            Column(axis.label, values, "{:g}".format, axis.setting)
+            FigureColumn(axis.label, values, "{:g}".format, axis.setting)
             for axis, values in zip(chart.axes, chart.pairs.T, strict=True)
         ),
-        *(Column(head, name, text, name) for head, (name, text) in ERRORS.items()),
-        Column("fits equally well", near, {"yes": "yes", "no": ""}.__getitem__, "as_near_as_the_best"),
-        Column("time (s)", "wall_s", "{:.1f}".format, "wall_s"),
+        *(FigureColumn(head, name, text, name) for head, (name, text) in ERRORS.items()),
+        FigureColumn("fits equally well", near, {"yes": "yes", "no": ""}.__getitem__, "as_near_as_the_best"),
+        FigureColumn("time (s)", "wall_s", "{:.1f}".format, "wall_s"),
     ]
     more = f"; the nearest {MOST_ROWS} of {len(chart.runs)}" if len(chart.runs) > MOST_ROWS else ""
     nearest = np.argsort(chart.errors_mm, kind="stable")[:MOST_ROWS]
-    return Table(f"Nearest first{more}", "runs", columns, chart.runs, nearest.tolist())
+    return FigureTable(f"Nearest first{more}", "runs", columns, chart.runs, nearest.tolist())
 
 
-def _left_out(chart: Chart) -> Table:
+def _left_out(chart: Chart) -> FigureTable:
     columns = [
-        Column("run", "number"),
-        Column("settings", [_in_words(run.settings) for run in chart.excluded]),
-        Column("why", "reason.text"),
-        Column("volume ratio", "volume_ratio", "{:.3f}".format),
+        FigureColumn("run", "number"),
+        FigureColumn("settings", [_in_words(run.settings) for run in chart.excluded]),
+        FigureColumn("why", "reason.text"),
+        FigureColumn("volume ratio", "volume_ratio", "{:.3f}".format),
     ]
     order = range(min(len(chart.excluded), MOST_ROWS))
-    return Table("Runs that are not ranked", "left-out", columns, chart.excluded, order)
+    return FigureTable("Runs that are not ranked", "left-out", columns, chart.excluded, order)
 
 
 def _in_words(settings: Mapping[str, Any]) -> str:

@@ -39,7 +39,7 @@ class Plot:
 
 
 @dataclass(frozen=True)
-class Column:
+class FigureColumn:
     """A column of a table on the page, of its CSV, or of both. A value is a number, a text or None."""
 
     head: str  # Head on the page; empty if only the CSV has the column
@@ -49,12 +49,12 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class FigureTable:
     """A table of a page, and its CSV."""
 
     title: str
     name: str  # Name of its CSV
-    columns: Sequence[Column]
+    columns: Sequence[FigureColumn]
     records: Sequence[Any] = ()  # Record of each row
     order: Sequence[int] | None = None  # Rows on the page; None for all, as in the CSV
 
@@ -79,7 +79,7 @@ class Table:
         names = [column.head if column.name is None else column.name for column in self.columns]
         return {name: self._values(column) for name, column in zip(names, self.columns, strict=True) if name}
 
-    def _values(self, column: Column) -> Values:
+    def _values(self, column: FigureColumn) -> Values:
         path = column.values
         return [part_of(record, path) for record in self.records] if isinstance(path, str) else path
 
@@ -93,7 +93,7 @@ class Section(NamedTuple):
     """A part of a page: sentences, figures and tables."""
 
     title: str
-    items: Sequence[str | Plot | Table]
+    items: Sequence[str | Plot | FigureTable]
 
 
 @dataclass(frozen=True)

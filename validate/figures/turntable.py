@@ -7,7 +7,7 @@ import base64
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -149,7 +149,8 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     faces, label, rim = _coarse_cavity(solid)
     walls, ribbon = _inside(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
     parts = walls, ribbon, fluid._replace(value=ages)
-    vertices_mm, faces, normal, colour = zip(*parts, strict=True)
+    columns: Any = zip(*parts, strict=True)
+    vertices_mm, faces, normal, colour = columns
     before = np.cumsum([0, *map(len, vertices_mm)])
     return Turntable(
         vertices_mm=np.vstack(vertices_mm),

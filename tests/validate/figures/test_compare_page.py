@@ -7,14 +7,14 @@ import pytest
 
 from tests.sides import compared, side
 from validate.figures.compare_page import compare_page, held_out_mean_mm
-from validate.figures.page import Table, write_page
+from validate.figures.page import FigureTable, write_page
 
 
 def test_runs_go_by_numbers_whose_names_the_first_table_has(tmp_path):
     """28 runs, names of 80 emoji: no table has a name in its head. A collapsed figure warns, and fails."""
     sides = [side("🛣" * 80 + str(number), 0.1, lowered_mm=0.1 * number) for number in range(28)]
     sheet = compare_page(sides)
-    first, *others = [item for part in sheet.sections for item in part.items if isinstance(item, Table)]
+    first, *others = [item for part in sheet.sections for item in part.items if isinstance(item, FigureTable)]
     assert [row[0] for row in first.rows] == [str(number) for number in range(1, 29)]
     assert [row[-1] for row in first.rows] == [each.name for each in sides]
     assert [list(grid.head[1:3]) for grid in others if len(grid.head) > len(sides)] != []
@@ -44,9 +44,9 @@ def test_what_one_run_was_tuned_on_is_held_out_from_none():
     ]
 
 
-def table_of(sheet, title: str) -> Table:
+def table_of(sheet, title: str) -> FigureTable:
     (part,) = [part for part in sheet.sections if part.title == title]
-    assert isinstance(part.items[0], Table)
+    assert isinstance(part.items[0], FigureTable)
     return part.items[0]
 
 
