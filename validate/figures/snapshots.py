@@ -4,7 +4,7 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,14 +34,6 @@ from validate.figures.theme import AIR, ALONG, MEASURED, ON_GROUND, SIMULATED, T
 AROUND_MM = 8.0  # Width of the face shown around the crack
 MOST_ROWS = 8  # Most moments below each other; of more frames, this many are drawn, evenly chosen
 NOZZLE_MM = 5.0  # Length of the nozzle that is drawn
-PANELS = (
-    ("compression (%)", {"density_error_mean": "mean of moving particles", "density_error_p95": "95th percentile"}),
-    ("particles", {"particles": "released", "moving": "moving"}),
-    ("particles", {"escaped": "through a wall: must stay 0", "spilled": "spilled over the sample's edge"}),
-    ("iterations", {"viscosity_iterations": "viscosity solve, per substep"}),
-    ("time (ms)", {"ms_a_frame": "computing time per frame"}),
-)  # fmt: skip
-"""Unit of each panel, and the labels of its curves by column."""
 STYLES = ((SIMULATED, "-"), (MEASURED, (0, (4, 2))))
 """Colour and dashes of a panel's two curves. They can be distinguished without colour, and if they coincide."""
 Shade = Literal["speed", "age"]  # Quantity by which particles are coloured
@@ -52,6 +44,32 @@ FASTEST_FPS, SLOWEST_FPS = 50, 1
 hundredths."""
 LAST_FRAME_S = 1.5  # Time for which a GIF shows its last frame before it begins again
 COLOURS = 128  # Size of a GIF's palette
+
+
+class Panel(NamedTuple):
+    """A panel of a run's health."""
+
+    label: str  # Quantity and unit
+    curves: Mapping[str, str]  # Label of each curve by its column
+    factor: float = 1.0  # Unit of the columns in that of the panel
+    counts: bool = False  # True for whole numbers
+
+
+PANELS = (
+    Panel(
+        "compression (%)",
+        {"density_error_mean": "mean of moving particles", "density_error_p95": "95th percentile"},
+        factor=100.0,
+    ),
+    Panel("particles", {"particles": "released", "moving": "moving"}, counts=True),
+    Panel(
+        "particles",
+        {"escaped": "through a wall: must stay 0", "spilled": "spilled over the sample's edge"},
+        counts=True,
+    ),
+    Panel("iterations", {"viscosity_iterations": "viscosity solve, per substep"}),
+    Panel("time (ms)", {"ms_a_frame": "computing time per frame"}),
+)
 
 
 class FillScene(Views):
@@ -154,18 +172,16 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
     """Draw the columns of health.csv, given by name. They have the same length; NaN is an empty field."""
     figure = wide_figure(8.5)
     rows = figure.subplots(len(PANELS), 1, sharex=True)
-    for axes, (unit, curves) in zip(rows, PANELS, strict=True):
-        factor = 100.0 if "%" in unit else 1.0
-        for (name, label), (colour, dashes) in zip(curves.items(), STYLES, strict=False):
-            values = factor * columns[name]
+    for axes, panel in zip(rows, PANELS, strict=True):
+        for (name, label), (colour, dashes) in zip(panel.curves.items(), STYLES, strict=False):
             line = {"color": colour, "linestyle": dashes, "linewidth": 1.2, "label": label}
             # Drawn above the axis, which would hide a line of zeros.
-            axes.plot(columns["t_s"], values, **line, clip_on=False, zorder=3)
-        highest = max(float(np.nanmax(columns[name], initial=0.0)) for name in curves)
-        axes.set_ylim(0.0, 1.08 * factor * highest if highest else 1.0)
-        if unit == "particles":
+            axes.plot(columns["t_s"], panel.factor * columns[name], **line, clip_on=False, zorder=3)
+        highest = panel.factor * max(float(np.nanmax(columns[name], initial=0.0)) for name in panel.curves)
+        axes.set_ylim(0.0, 1.08 * highest if highest else 1.0)
+        if panel.counts:
             axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
-        label_axes(axes, "", unit, "", legend=2)
+        label_axes(axes, "", panel.label, "", legend=2)
     rows[-1].set_xlabel("simulated time (s)")
     return figure
 

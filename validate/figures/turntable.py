@@ -147,9 +147,8 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     fluid = fluid_surface(run.position_mm[stays], run.particle_volume_mm3, run.age_s[stays])
     ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
     faces, label, rim = _coarse_cavity(solid)
-    walls, ribbon = _inside(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
-    parts = walls, ribbon, fluid._replace(value=ages)
-    columns: Any = zip(*parts, strict=True)
+    walls, ribbon = _walls(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
+    columns: Any = zip(walls, ribbon, fluid._replace(value=ages), strict=True)
     vertices_mm, faces, normal, colour = columns
     before = np.cumsum([0, *map(len, vertices_mm)])
     return Turntable(
@@ -184,8 +183,8 @@ def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
     """Return a solid's cavity. Neighbouring vertices are merged if there are more than ``MOST_CORNERS``."""
     faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
     cell_mm = FINEST * float(np.ptp(solid.vertices_mm, axis=0).max())
-    # Each facet has its own three vertices, a ribbon has four.
-    while 3 * len(faces) + 4 * len(rim) > MOST_CORNERS:
+    # Each facet has its own three vertices, and an edge of the rim has two facets.
+    while 3 * (len(faces) + 2 * len(rim)) > MOST_CORNERS:
         cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)
         _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
         merged = first[cell.ravel()][solid.faces]
@@ -195,26 +194,29 @@ def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
     return faces, label, rim
 
 
-def _inside(vertices_mm: Floats, faces: Integers, label: Integers) -> Surface:
-    """Return the cavity's facets, each with its own vertices."""
+def _walls(vertices_mm: Floats, faces: Integers, label: Integers) -> Surface:
+    """Return the cavity's facets in the colours of their labels."""
     normal = facet_normals(vertices_mm, faces)
     whole = normal.any(axis=1)
-    corner = vertices_mm[faces[whole]]
-    own = np.arange(3 * len(corner)).reshape(-1, 3)
-    normal, colour = (np.repeat(values[whole], 3, axis=0) for values in (normal, FACE_COLOURS[label]))
-    return Surface(corner.reshape(-1, 3), own, normal, colour)
+    return _flat(vertices_mm[faces[whole]], normal[whole], FACE_COLOURS[label[whole]])
 
 
 def _ribbon(vertices_mm: Floats, rim: Integers) -> Surface:
     """Return a ribbon on the face along each edge between the face and a wall."""
     begin_mm, end_mm = vertices_mm[rim.T]
-    ahead = (end_mm - begin_mm)[:, :2]
-    ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
-    onto_face = RIM_MM * np.column_stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))])
-    corner = np.stack([begin_mm, end_mm, end_mm + onto_face, begin_mm + onto_face], axis=1).reshape(-1, 3)
-    faces = (4 * np.arange(len(ahead))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
-    count = len(corner)
-    return Surface(corner, faces, np.tile([0.0, 0.0, 1.0], (count, 1)), np.tile(to_rgb(ON_GROUND), (count, 1)))
+    ahead = end_mm - begin_mm
+    onto_face = RIM_MM * unit(np.column_stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))]))
+    corner = np.stack([begin_mm, end_mm, end_mm + onto_face, begin_mm + onto_face], axis=1)
+    triangle = corner[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
+    return _flat(triangle, np.array([0.0, 0.0, 1.0]), np.array(to_rgb(ON_GROUND)))
+
+
+def _flat(triangle_mm: Floats, normal: Floats, colour: Floats) -> Surface:
+    """Return triangles, (f, 3, 3), each with its own vertices, of one normal and one colour for each triangle."""
+    corner = triangle_mm.reshape(-1, 3)
+    shape = len(triangle_mm), 3
+    normal, colour = (np.repeat(np.broadcast_to(values, shape), 3, axis=0) for values in (normal, colour))
+    return Surface(corner, np.arange(len(corner)).reshape(shape), normal, colour)
 
 
 def _directed_edges(faces: Integers) -> Integers:
