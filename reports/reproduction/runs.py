@@ -20,9 +20,10 @@ from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study, watch_runs
 from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
 from sealtwin.trial.trial_file import load_trial
+from validate.figures.chart import pace_of
 from validate.figures.drawing import as_svg
 from validate.figures.levels import draw_histogram
-from validate.figures.map_figures import Fill, draw_cost, draw_fills, pace_of
+from validate.figures.map_page import Fill, draw_cost, draw_fills
 from validate.figures.snapshots import FillScene
 
 FIXTURE = Path(__file__).parents[2] / "fixtures" / "paper-trial"

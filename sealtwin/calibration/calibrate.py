@@ -35,8 +35,8 @@ from simulate.material_file import Material
 from validate.calibration.free import Free, Marginal
 from validate.calibration.posterior import SMOOTH_ERRORS_MM
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
-from validate.figures.calibration_sheet import calibration_sheet
-from validate.figures.figure_sheet import write_sheet_of_figures
+from validate.figures.calibration_page import calibration_page
+from validate.figures.page import write_page
 from validate.units import counted
 
 LIBRARY = "library"  # Folder of the runs of all trials, in a study folder for each trial
@@ -130,7 +130,7 @@ def calibrate(
             predictions += [_predicted(result, draws, twin) for twin in others]
         calibrated = _summary(result, twins, others, predictions)
         content = _written(folder, result, calibrated, twins, others, date or day.today())
-        content["files"] += write_sheet_of_figures(folder, PAGE, calibration_sheet(calibrated))
+        content["files"] += write_page(folder / PAGE, calibration_page(calibrated))
         files.write_json(folder / RECORD, content)
         return content
 

@@ -12,7 +12,7 @@ from sealtwin.cli.options import Accurate, File, Given, Text, argument, count_op
 
 if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
-    from validate.figures.figure_sheet import FigureSheet
+    from validate.figures.page import Page
 
 LEAST_BUDGET = 40  # As in sealtwin.calibration, which --help must not load
 MOST_NAMED = 8  # Failed runs in the text of an answer; the table has all
@@ -39,8 +39,8 @@ def compare(
         raise typer.BadParameter("give two run folders or more")
     from sealtwin.study.run_comparison import compare_runs
 
-    content, sheet = compare_runs(folders, out, all_settings=all_settings)
-    command.reply(Answer(content, compared_lines(content, sheet)))
+    content, page = compare_runs(folders, out, all_settings=all_settings)
+    command.reply(Answer(content, compared_lines(content, page)))
 
 
 @answers(device=True)
@@ -292,7 +292,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     """Return the lines that describe a map."""
     chart, best = mapped.chart, mapped.chart.best
     return [
-        *mapped.sheet.cautions,
+        *mapped.page.cautions,
         f"{chart.name}: {len(chart.runs)} runs compared with {chart.readings.source}.",
         f"Nearest to the readings: run {best.number} ({chart.said(best)}), {best.mean_error_mm:.2f} mm on average.",
         chart.beside_baselines,
@@ -302,19 +302,19 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     ]
 
 
-def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
+def compared_lines(content: dict[str, Any], page: "Page") -> list[str]:
     """Return the lines that describe a comparison of runs."""
-    from validate.figures.side_by_side import setting_words
+    from validate.units import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     for name, values in content["differing"].items():
         lines.append(f"{name}: {'; '.join(setting_words(value) for value in values)}")
     lines += [content["not_listed"]] if content["not_listed"] else []
-    return [*sheet.cautions, sheet.finding, *lines, f"Page: {content['page']}"]
+    return [*page.cautions, page.finding, *lines, f"Page: {content['page']}"]
 
 
 def _settings_text(settings: dict[str, Any]) -> str:
-    from validate.figures.side_by_side import setting_words
+    from validate.units import setting_words
 
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())
 

@@ -184,24 +184,23 @@ def demo(
 
 
 def _compare_dam_breaks(command: Command, folder: Path) -> None:
-    from sealtwin.study.measured_blocks import SHOWN, computed_mm, course_of, dam_breaks, fluid_of
-    from sealtwin.study.measured_page import measured_sheet
+    from sealtwin.study.measured_blocks import SHOWN, computed_mm, course_of, dam_breaks, fluid_of, measured_page
     from sealtwin.trial.job import shown
     from simulate.device import choose_device
-    from validate.figures.figure_sheet import write_sheet_of_figures
+    from validate.figures.page import write_page
 
     device, courses = choose_device(command.device), {}
     for case in dam_breaks([SHOWN]):
         with command.progress() as progress:
             courses[case] = course_of(case, fluid_of(SHOWN), device=device, progress=progress)
-    sheet, page = measured_sheet(courses), folder / "measured.html"
-    write_sheet_of_figures(folder, page.name, sheet)
+    page, path = measured_page(courses), folder / "measured.html"
+    write_page(path, page)
     fronts = [
         {**vars(case), "computed_mm": computed_mm(course)[-1], "measured_mm": case.measured_mm[-1]}
         for case, course in courses.items()
     ]
-    lines = [*(f"{name}: {figures}" for name, figures in sheet.key_figures), f"Page: {shown(page)}"]
-    command.reply(Answer({"version": 1, "fronts": fronts, "page": shown(page)}, lines))
+    lines = [*(f"{name}: {figures}" for name, figures in page.key_figures), f"Page: {shown(path)}"]
+    command.reply(Answer({"version": 1, "fronts": fronts, "page": shown(path)}, lines))
 
 
 @answers(*FLUID, device=True, verbose=True)

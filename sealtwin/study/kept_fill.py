@@ -15,7 +15,7 @@ from simulate.watchers import PAST_THE_END, ROWS_EVERY, Moments, Watcher, take_f
 
 if TYPE_CHECKING:
     from simulate.injection import Injection
-    from validate.figures.map_figures import Watched
+    from validate.figures.chart import Watched
 
 LARGEST_FILL_BYTES = 1_000_000_000  # Of a million particles at forty moments
 GRAIN_MM = 0.01  # Positions are rounded to it: a tenth of a pixel of a picture, and half the bytes
@@ -65,7 +65,7 @@ class KeptFill(Watcher):
 
 def read_fill(path: Path, differs_mm: float | None = None) -> "Watched":
     """Read a file fill.npz. Speeds and densities are NaN, since no map shows them. Raises InputError if damaged."""
-    from validate.figures.map_figures import Watched
+    from validate.figures.chart import Watched
 
     try:
         with opened(path, LARGEST_FILL_BYTES) as file, np.load(file, allow_pickle=False) as arrays:

@@ -1,12 +1,15 @@
-"""Dam breaks that others filmed, and their fronts computed by particles. Facts and sources are in measured.toml."""
+"""Dam breaks that others filmed, their fronts computed by particles, and the page of 'sealtwin demo --measured'.
+
+Facts and sources are in measured.toml.
+"""
 
 import csv
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,8 +22,15 @@ from sealtwin.trial.starter_files import shipped_measured
 from simulate.block import FluidBlock
 from simulate.block_release import release
 from simulate.settings import Fluid, Solver
+from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section
+from validate.figures.theme import MEASURED, SIMULATED, label_axes, themed, wide_axes
+from validate.units import counted
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SHOWN = "okonomiyaki"  # Material of 'sealtwin demo --measured'
+STYLES = (("-", "o"), ("--", "s"))  # Line and marker of each dam break in the figure
 Course = tuple[Floats, Floats]
 """Times in s from the moment at which the gate is gone, and fronts in mm."""
 
@@ -121,3 +131,86 @@ def computed_mm(course: Course, shift: float | None = None) -> Floats:
     t_s, front_mm = course
     ahead: float = content()["calibrated"]["shift_outlines"] if shift is None else shift
     return np.interp((np.arange(9) + ahead) * content()["clock"]["outline_s"], t_s, front_mm)
+
+
+def measured_page(courses: Mapping[DamBreak, Course]) -> Page:
+    """Return the page on the dam breaks of ``courses``. Its table has kept fronts of the other cases."""
+    step_s, least_mm = content()["clock"]["outline_s"], content()["boxes"]["least_front_mm"]
+    shift_ms = f"{1000 * content()['calibrated']['shift_outlines'] * step_s:.0f} ms"
+    kept = {dam_break_of(row): row for row in table("computed.csv")}
+    kept = {case: row for case, row in kept.items() if case.measured_mm[-1] > least_mm}
+    fronts_mm = {case: row["front_mm"] for case, row in kept.items()}
+    fronts_mm |= {case: float(computed_mm(course)[-1]) for case, course in courses.items()}
+    seen_mm = np.array([case.measured_mm[-1] for case in fronts_mm])
+    ratios = np.array([*fronts_mm.values()]) / seen_mm
+    bias, half_step_bias = (
+        np.exp(np.mean([np.log(row[step] / case.measured_mm[-1]) for case, row in kept.items()]))
+        for step in ("front_mm", "half_step_front_mm")
+    )
+    fluid, after = fluid_of(SHOWN), f"after {8 * step_s:.2f} s"
+    differences = [f"{100 * (r - 1):+.0f} %" for case, r in zip(fronts_mm, ratios, strict=True) if case in courses]
+    gaps_mm = np.abs([computed_mm(course) - case.measured_mm for case, course in courses.items()])[:, 1:]
+    caption = (
+        "Lines are computed fronts, markers measured ones. Time is that of the films; the computed gate is gone "
+        f"{shift_ms} before its 0. The largest difference is {gaps_mm.max():.1f} mm, at "
+        f"{(gaps_mm.max(axis=0).argmax() + 1) * step_s:.2f} s."
+    )
+    columns = [
+        FigureColumn("fluid", "material"),
+        FigureColumn("block", "size"),
+        FigureColumn("computed (mm)", [*fronts_mm.values()], "{:.1f}".format),
+        FigureColumn("measured (mm)", seen_mm, "{:.1f}".format),
+        FigureColumn("computed over measured", ratios, "{:.2f}".format),
+        FigureColumn("run", ["now" if case in courses else "kept" for case in fronts_mm]),
+    ]
+    return Page(
+        title="Two dam breaks that others measured",
+        lead=f"Two blocks of {SHOWN} sauce flow onto a plate. Their fronts are computed from its flow curve: yield "
+        f"stress {fluid.yield_stress_pa:.3g} Pa, K {fluid.consistency_pa_s_n:.3g} Pa s^n, n {fluid.flow_index:.3g}.",
+        cautions=["Nothing here is a crack: these flows test the fluid solver, not a fill."],
+        finding=f"The computed fronts differ by {' and '.join(differences)} from the measured ones {after}. One clock "
+        f"shift of {shift_ms} is fitted to the films, the same in all cases, and nothing else.",
+        key_figures=[
+            (
+                f"front of the block of {case.size}",
+                f"{fronts_mm[case]:.1f} mm computed, {case.measured_mm[-1]:.1f} mm measured",
+            )
+            for case in courses
+        ],
+        sections=[
+            Section("Fronts over time", [Plot("fronts", caption, lambda: _draw(courses))]),
+            Section(
+                f"All {counted(len(fronts_mm), 'case')} with a flow curve and fronts over {least_mm:g} mm",
+                [
+                    "This command computed the fronts of runs marked 'now'. Those marked 'kept' are results of "
+                    "'python -m benchmarks.measured_numerics', computed in the same way.",
+                    FigureTable(f"Fronts {after}", "cases", columns, [*fronts_mm]),
+                ],
+            ),
+            Section(
+                "Effect of the step",
+                [
+                    f"The bias, which is the geometric mean of computed over measured fronts of these cases, is "
+                    f"{bias:.2f} with the default time step and {half_step_bias:.2f} with half of it (kept results). "
+                    "The fronts are not converged in the step."
+                ],
+            ),
+            Section("Sources", [_source_words(**source) for source in content()["sources"].values()]),
+        ],
+    )
+
+
+def _source_words(repository: str, licence: str, paper: str = "") -> str:
+    return f"{paper}{'; ' if paper else ''}{repository}. Licence: {licence}."
+
+
+@themed()
+def _draw(courses: Mapping[DamBreak, Course]) -> "Figure":
+    """Draw the fronts over the time of the films."""
+    _, axes = wide_axes(3.8)
+    step_s, shift = content()["clock"]["outline_s"], content()["calibrated"]["shift_outlines"]
+    for (case, (t_s, front_mm)), (line, marker) in zip(courses.items(), STYLES, strict=True):
+        axes.plot(t_s - shift * step_s, front_mm, line, color=SIMULATED, label=f"{case.size}, computed")
+        seen_s, label = step_s * np.arange(1, 9), f"{case.size}, measured"
+        axes.plot(seen_s, case.measured_mm[1:], marker, color=MEASURED, label=label)
+    return label_axes(axes, "time (s)", "front from the gate (mm)", "Front of each block", 4)

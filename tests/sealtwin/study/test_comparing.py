@@ -20,7 +20,7 @@ from sealtwin.trial.trial_file import load_trial
 from tests.labs import edit, sealtwin
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, job_in, run_tiny
-from validate.figures.compare_sheet import MOST
+from validate.figures.compare_page import MOST
 
 pytestmark = pytest.mark.usefixtures("without_pictures")
 

@@ -8,8 +8,8 @@ import pytest
 from validate.calibration.free import Free
 from validate.calibration.posterior import BasisReach, ReadLevels
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_runs
-from validate.figures.calibration_sheet import calibration_sheet
-from validate.figures.figure_sheet import write_sheet_of_figures
+from validate.figures.calibration_page import calibration_page
+from validate.figures.page import write_page
 
 FREES = (Free("fluid.yield_stress_pa", 3.0, 60.0), Free("fluid.viscosity_pa_s", 0.2, 5.0))
 S_MM = np.linspace(1, 30, 8)
@@ -43,7 +43,7 @@ def _calibrated(**changes):
 
 
 def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated(tmp_path):
-    names = write_sheet_of_figures(tmp_path, "page.html", calibration_sheet(_calibrated()))
+    names = write_page(tmp_path / "page.html", calibration_page(_calibrated()))
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "EMULATED" in page
     assert "Yield stress (Pa): " in page
@@ -51,7 +51,7 @@ def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated
     assert "&lt;i&gt;other&lt;/i&gt;" in page
     assert "<i>other" not in page
     assert {"figures/levels-1.csv", "figures/settings.csv", "figures/combinations.csv"} <= set(names)
-    measured = calibration_sheet(_calibrated(emulated=False, predictions=(), warned=("40 of 40 runs: a hollow.",)))
+    measured = calibration_page(_calibrated(emulated=False, predictions=(), warned=("40 of 40 runs: a hollow.",)))
     assert measured.cautions == ["40 of 40 runs: a hollow."]
     assert not any("EMULATED" in caution.text for caution in measured.cautions)
 
@@ -67,7 +67,7 @@ def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated
 def test_drafts_are_counted_for_the_trials_that_have_them(drafts, lead):
     reaches = (("one", BasisReach(0.1, 0.2, True, 5)), ("own preset", BasisReach(0.1, 0.2, True, 5)))
     noise = {"run_noise_mm": (0.15, 0.15), "radius_mm": (0.8, 0.4)}
-    assert calibration_sheet(_calibrated(reaches=reaches, drafts=drafts, **noise)).lead.startswith(lead)
+    assert calibration_page(_calibrated(reaches=reaches, drafts=drafts, **noise)).lead.startswith(lead)
 
 
 def test_a_prediction_that_few_readings_meet_is_a_caution():
@@ -83,11 +83,11 @@ def test_a_prediction_that_few_readings_meet_is_a_caution():
 def test_without_a_posterior_the_page_says_why_and_gives_no_number():
     reaches = (("one", BasisReach(0.6, 0.2, False, 10)),)
     impossible = _calibrated(draws=None, predictions=(), reaches=reaches, least_implausibility=1.4)
-    sheet = calibration_sheet(impossible)
+    sheet = calibration_page(impossible)
     assert "0.6 mm" in sheet.finding
     assert "1.4 times" in sheet.finding
     assert not sheet.key_figures
-    assert [part.title for part in sheet.parts] == ["Gates"]
+    assert [part.title for part in sheet.sections] == ["Gates"]
 
 
 def test_the_band_of_a_held_out_trial_holds_a_further_run_as_often_as_it_says():
