@@ -22,12 +22,12 @@ def copy_row(rows: Span, seen: wp.array[int], copied: wp.array[int]):
 
 
 @cache
-def sum_kernel(loops: ModuleType) -> Any:
+def sum_kernel(loops: ModuleType, kernel: str) -> Any:
     """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 48), and the links of pairs."""
-    module = wp.get_module(f"tests.pairs.{loops.__name__}")
+    module = wp.get_module(f"tests.pairs.{loops.__name__}.{kernel}")
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
-    sum_gradient, couple, sum_drag = loops.sum_gradient, loops.couple, loops.sum_drag
-    sum_pulled, sum_printed = loops.sum_pulled, loops.sum_printed
+    sum_gradient, link_pairs, sum_drag = loops.sum_gradient, loops.link_pairs_by(kernel), loops.sum_drag
+    sum_pulled, sum_eq5 = loops.sum_pulled, loops.sum_eq5_by(kernel)
 
     @wp.kernel(enable_backward=False, module=module)
     def all_sums(
@@ -52,7 +52,7 @@ def sum_kernel(loops: ModuleType) -> Any:
         for k in range(3):
             out[row, 9 + k] = correction[k]
         guess = wp.vec3(0.3, -2.0, 1.0) + velocity[row]
-        coupled = couple(
+        coupled = link_pairs(
             place, bulk, velocity, velocity, listed, row, many, here, bulk[row], velocity[row], guess, support, links
         )
         pulled = sum_pulled(velocity, links, listed, row, many, velocity[row])
@@ -66,7 +66,7 @@ def sum_kernel(loops: ModuleType) -> Any:
         gradient = sum_gradient(place, velocity, listed, row, many, here, velocity[row], support)
         for k in range(15):
             out[row, 23 + k] = gradient[k]
-        printed = sum_printed(place, velocity, bulk, listed, row, many, here, velocity[row], bulk[row][1], support)
+        printed = sum_eq5(place, velocity, bulk, listed, row, many, here, velocity[row], bulk[row][1], support)
         for k in range(4):
             out[row, 38 + k] = printed[k]
         for k in range(6):

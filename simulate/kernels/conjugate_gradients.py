@@ -5,6 +5,8 @@ sums up a part of a run, or all its parts. Each thread takes every 64th row (``L
 sums in an order that depends on the block's width only. On a CPU a block has one thread, which takes all rows.
 """
 
+from typing import Any
+
 import warp as wp
 
 from simulate.kernels.run_module import run_kernel
@@ -35,7 +37,7 @@ class System:
     """The linear system (I + A) v_new = v of backward Euler on Eq. 5, by row."""
 
     links: wp.array2d[wp.vec3h]
-    """Links of each pair (``pair_sums.couple``), in the slots of the fluid's neighbour lists."""
+    """Links of each pair (``pair_sums.link_pairs_by``), in the slots of the fluid's neighbour lists."""
     drag: wp.array[float]  # By the walls
     restraint: wp.array[float]  # Drag by the walls and by neighbours at rest
     inverse: wp.array[Symmetric]  # Of a particle's own block of I + A
@@ -66,6 +68,37 @@ class Search:
     iterations: wp.array[int]
     more: wp.array[int]  # A single number, 1 if a run needs another iteration
     unsolved: wp.array[int]  # 1 for each run with a search that ended above its goal
+
+
+def new_system(rows: int, at_walls: Any, shear: Any, device: str) -> Any:
+    """Return a system without links. ``at_walls`` and ``shear`` are arrays by particle."""
+    system = System()
+    system.drag = wp.zeros(rows, dtype=float, device=device)
+    system.restraint = wp.zeros(rows, dtype=float, device=device)
+    system.inverse = wp.zeros(rows, dtype=Symmetric, device=device)
+    system.at_walls = at_walls
+    system.shear = shear
+    return system
+
+
+def new_search(rows: int, runs: int, device: str) -> Any:
+    search = Search()
+    search.residual = wp.zeros(rows, dtype=wp.vec3, device=device)
+    search.product = wp.zeros(rows, dtype=wp.vec3, device=device)
+    search.curvature = wp.zeros(rows, dtype=float, device=device)
+    search.direction = wp.zeros(rows, dtype=wp.vec3, device=device)
+    search.pull = wp.zeros(rows, dtype=wp.vec3, device=device)
+    search.partial = wp.zeros((runs, int(CHUNKS)), dtype=Sums, device=device)
+    search.left = wp.zeros((runs, int(CHUNKS)), dtype=float, device=device)
+    search.error = wp.zeros(runs, dtype=float, device=device)
+    search.length = wp.zeros(runs, dtype=float, device=device)
+    search.turn = wp.zeros(runs, dtype=float, device=device)
+    search.goal = wp.zeros(runs, dtype=float, device=device)
+    search.holds = wp.zeros(runs, dtype=float, device=device)
+    search.iterations = wp.zeros(runs, dtype=int, device=device)
+    search.more = wp.zeros(1, dtype=int, device=device)
+    search.unsolved = wp.zeros(runs, dtype=int, device=device)
+    return search
 
 
 @wp.func

@@ -5,6 +5,8 @@ neighbours are in one array, and ``row`` is the part of it that belongs to one l
 are padding. If the threads of a warp share a row, each sums up every 32nd entry, and all get the total.
 """
 
+from typing import Any
+
 import warp as wp
 
 from simulate.kernels.lanes import lane, lanes, over_lanes
@@ -12,11 +14,12 @@ from simulate.kernels.status import RESTS
 
 wp.set_module_options({"enable_backward": False})
 
-ALONG = wp.constant(37.7)
-"""Weight of a pair in the viscosity, divided by the weight in Eq. 5 for the same viscosity of the fluid.
+FOR_VISCOSITY = {"poly6": 7.54, "gaussian": 1.0}
+"""Factors of the weights of pairs, so that one U is one viscosity of the fluid.
 
-A pair pulls only along its own line, which gives a factor of 5. The ratio of the fourth moments of exp(-u^2) and (1 -
-u^2)^3, u = 0 to 1, makes it 36.2. The rest was fitted to shear waves, because neighbours keep a distance."""
+The ratio of the fourth moments of exp(-u^2) and (1 - u^2)^3, u = 0 to 1, is 7.24. The rest was fitted to shear waves,
+because neighbours keep a distance."""
+ALONG = 5.0  # Weight of a pair that pulls only along its own line, over its weight in Eq. 5 for the same viscosity
 NEAREST_WALL = wp.constant(0.16)
 """Least squared distance of a wall particle in the drag of walls, divided by h^2. Fluid at rest is at 0.22."""
 
@@ -29,7 +32,7 @@ the guess."""
 GradientSums = wp.types.vector(length=15, dtype=wp.float32)
 """Sums of the products xx, yy, zz, xy, yz, zx of the offsets, and of the velocities' differences times the offsets."""
 DragSums = wp.types.vector(length=6, dtype=wp.float32)
-"""Sums over walls: D of Eq. 5, ``stick``, ``distance_weight``, and ``distance_weight`` times the offsets."""
+"""Sums over walls: D of Eq. 5, ``no_slip_weight``, ``distance_weight``, and ``distance_weight`` times the offsets."""
 WallSums = wp.types.vector(length=4, dtype=wp.float32)
 """Sums of the first four of ``DensitySums`` over wall particles, each weighted by its share."""
 
@@ -119,7 +122,7 @@ def gauss(squared: float, support: float):
 
 
 @wp.func
-def stick(squared: float, support: float):
+def no_slip_weight(squared: float, support: float):
     """Return the weight of a wall particle in the no-slip drag of a fluid of viscosity 1, a number times h^3.
 
     One layer of these weights, a radius deep, replaces the pairs that a wall cuts off. It is a fit for fluid whose
@@ -132,7 +135,7 @@ def stick(squared: float, support: float):
 
 @wp.func
 def distance_weight(squared: float, support: float):
-    """Return a weight, a number times h^4, for the product of ``stick`` and the distance from the wall.
+    """Return a weight, a number times h^4, for the product of ``no_slip_weight`` and the distance from the wall.
 
     Both have the same sum over a plane wall.
     """
@@ -142,10 +145,13 @@ def distance_weight(squared: float, support: float):
 
 
 @wp.func
-def near(squared: float, support: float):
+def poly6(squared: float, support: float):
     """Return (1 - r^2/h^2)^3, the weight of a pair in the viscosity."""
     rest = wp.max(1.0 - squared / (support * support), 0.0)
     return rest * rest * rest
+
+
+WEIGHTS = {"poly6": poly6, "gaussian": gauss}
 
 
 @wp.func
@@ -166,7 +172,7 @@ def sum_gradient(
         other = position[j]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         apart = moves - velocity[j]
-        weight = near(wp.length_sq(offset), support)
+        weight = poly6(wp.length_sq(offset), support)
         sums[0] += weight * offset[0] * offset[0]
         sums[1] += weight * offset[1] * offset[1]
         sums[2] += weight * offset[2] * offset[2]
@@ -179,83 +185,95 @@ def sum_gradient(
     return over_lanes(sums)
 
 
-@wp.func
-def couple(
-    position: wp.array[wp.vec4],
-    volume_and_viscosity: wp.array[wp.vec2],
-    velocity: wp.array[wp.vec3],
-    guess: wp.array[wp.vec3],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    own: wp.vec2,
-    moves: wp.vec3,
-    guessed: wp.vec3,
-    support: float,
-    links: wp.array2d[wp.vec3h],  # out
-):
-    """Link of each pair: a vector along it, with the root of five times mean volume, nearness and mean viscosity.
+def link_pairs_by(kernel: str) -> Any:
+    """Return ``link_pairs`` with the weight W of a kernel."""
+    weigh, along = WEIGHTS[kernel], ALONG * FOR_VISCOSITY[kernel]
 
-    The matrix is the sum of the links' squares. With links rounded to float16 it is still symmetric and has no negative
-    eigenvalues. Returns the sums of a particle's own block of the matrix, and of its products with two vectors, without
-    rounding.
-    """
-    sums = CoupleSums()
-    for slot in range(lane(), count, lanes()):
-        j = listed[row, slot]
-        other = position[j]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-        squared = wp.length_sq(offset)
-        theirs = volume_and_viscosity[j]
-        mean = 0.5 * (own[1] + theirs[1])
-        weight = 0.5 * ALONG * (own[0] + theirs[0]) * mean * near(squared, support)
-        link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
-        links[row, slot] = wp.vec3h(link)
-        sums[0] += link[0] * link[0]
-        sums[1] += link[1] * link[1]
-        sums[2] += link[2] * link[2]
-        sums[3] += link[0] * link[1]
-        sums[4] += link[1] * link[2]
-        sums[5] += link[2] * link[0]
-        if other[3] == RESTS:
-            sums[6] += weight
-        still = wp.dot(moves - velocity[j], link)
-        moved = wp.dot(guessed - guess[j], link)
-        for axis in range(3):
-            sums[7 + axis] += still * link[axis]
-            sums[10 + axis] += moved * link[axis]
-    return over_lanes(sums)
+    @wp.func
+    def link_pairs(
+        position: wp.array[wp.vec4],
+        volume_and_viscosity: wp.array[wp.vec2],
+        velocity: wp.array[wp.vec3],
+        guess: wp.array[wp.vec3],
+        listed: wp.array2d[int],
+        row: int,
+        count: int,
+        here: wp.vec4,
+        own: wp.vec2,
+        moves: wp.vec3,
+        guessed: wp.vec3,
+        support: float,
+        links: wp.array2d[wp.vec3h],  # out
+    ):
+        """Link of each pair: a vector along it, with the root of five times mean volume, W and mean viscosity.
+
+        The matrix is the sum of the links' squares. With links rounded to float16 it is still symmetric and has no
+        negative eigenvalues. Returns the sums of a particle's own block of the matrix, and of its products with two
+        vectors, without rounding.
+        """
+        sums = CoupleSums()
+        for slot in range(lane(), count, lanes()):
+            j = listed[row, slot]
+            other = position[j]
+            offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+            squared = wp.length_sq(offset)
+            theirs = volume_and_viscosity[j]
+            mean = 0.5 * (own[1] + theirs[1])
+            weight = 0.5 * wp.static(along) * (own[0] + theirs[0]) * mean * weigh(squared, support)
+            link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
+            links[row, slot] = wp.vec3h(link)
+            sums[0] += link[0] * link[0]
+            sums[1] += link[1] * link[1]
+            sums[2] += link[2] * link[2]
+            sums[3] += link[0] * link[1]
+            sums[4] += link[1] * link[2]
+            sums[5] += link[2] * link[0]
+            if other[3] == RESTS:
+                sums[6] += weight
+            still = wp.dot(moves - velocity[j], link)
+            moved = wp.dot(guessed - guess[j], link)
+            for axis in range(3):
+                sums[7 + axis] += still * link[axis]
+                sums[10 + axis] += moved * link[axis]
+        return over_lanes(sums)
+
+    return link_pairs
 
 
-@wp.func
-def sum_printed(
-    position: wp.array[wp.vec4],
-    velocity: wp.array[wp.vec3],
-    volume_and_viscosity: wp.array[wp.vec2],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    moves: wp.vec3,
-    viscosity: float,
-    support: float,
-):
-    """Sum U m/rho_j W_v of Eq. 5 times the difference of velocities, and this weight itself.
+def sum_eq5_by(kernel: str) -> Any:
+    """Return ``sum_eq5`` with the weight W of a kernel."""
+    weigh, factor = WEIGHTS[kernel], FOR_VISCOSITY[kernel]
 
-    Two different viscosities are replaced by their harmonic mean.
-    """
-    sums = wp.vec4(0.0)
-    for slot in range(lane(), count, lanes()):
-        j = listed[row, slot]
-        other = position[j]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-        theirs = volume_and_viscosity[j]
-        mean = 2.0 * viscosity * theirs[1] / wp.max(viscosity + theirs[1], 1.0e-20)
-        weight = theirs[0] * mean * gauss(wp.length_sq(offset), support)
-        apart = weight * (moves - velocity[j])
-        sums += wp.vec4(apart[0], apart[1], apart[2], weight)
-    return over_lanes(sums)
+    @wp.func
+    def sum_eq5(
+        position: wp.array[wp.vec4],
+        velocity: wp.array[wp.vec3],
+        volume_and_viscosity: wp.array[wp.vec2],
+        listed: wp.array2d[int],
+        row: int,
+        count: int,
+        here: wp.vec4,
+        moves: wp.vec3,
+        viscosity: float,
+        support: float,
+    ):
+        """Sum U m/rho_j W_v of Eq. 5 times the difference of velocities, and this weight itself.
+
+        Two different viscosities are replaced by their harmonic mean.
+        """
+        sums = wp.vec4(0.0)
+        for slot in range(lane(), count, lanes()):
+            j = listed[row, slot]
+            other = position[j]
+            offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+            theirs = volume_and_viscosity[j]
+            mean = 2.0 * viscosity * theirs[1] / wp.max(viscosity + theirs[1], 1.0e-20)
+            weight = wp.static(factor) * theirs[0] * mean * weigh(wp.length_sq(offset), support)
+            apart = weight * (moves - velocity[j])
+            sums += wp.vec4(apart[0], apart[1], apart[2], weight)
+        return over_lanes(sums)
+
+    return sum_eq5
 
 
 @wp.func
@@ -275,7 +293,7 @@ def sum_drag(
         squared = wp.length_sq(offset)
         far = other[3] * distance_weight(squared, support)
         sums[0] += other[3] * gauss(squared, support)
-        sums[1] += other[3] * stick(squared, support)
+        sums[1] += other[3] * no_slip_weight(squared, support)
         sums[2] += far
         sums[3] += far * offset[0]
         sums[4] += far * offset[1]

@@ -5,9 +5,20 @@ that packs the neighbours. The dummy point that pads a list is so far away that 
 another order, so that their last bits differ.
 """
 
+from typing import Any
+
 import warp as wp
 
-from simulate.kernels.pair_sums import ALONG, NEAREST_WALL, CoupleSums, DensitySums, DragSums, GradientSums, WallSums
+from simulate.kernels.pair_sums import (
+    ALONG,
+    FOR_VISCOSITY,
+    NEAREST_WALL,
+    CoupleSums,
+    DensitySums,
+    DragSums,
+    GradientSums,
+    WallSums,
+)
 from simulate.kernels.run_module import cpu_block
 from simulate.kernels.status import RESTS
 
@@ -85,12 +96,14 @@ SPIKE = """
     // For two particles at one position: large, times offsets of zero.
     floats spike = short_of * short_of * inverse;
 """
-GAUSS = """
-    const floats gauss = d2 < h2 ? FADE(d2 * (1.0f / h2)) : none;
-"""
-NEAR = """
-    const floats left = ABOVE(1.0f - d2 * (1.0f / h2)), near = left * left * left;
-"""
+WEIGHTS = {
+    "poly6": """
+    const floats left = ABOVE(1.0f - d2 * (1.0f / h2)), weigh = left * left * left;
+""",
+    "gaussian": """
+    const floats weigh = d2 < h2 ? FADE(d2 * (1.0f / h2)) : none;
+""",
+}
 
 
 def summed(over: str, sums: str, *terms: str, constants: str = "") -> str:
@@ -174,11 +187,11 @@ def sum_correction(
     summed(
         "position",
         "xx yy zz xy yz zx ux uy uz vx vy vz tx ty tz",
-        NEAR,
+        WEIGHTS["poly6"],
         """
     LOADS(U, V, T, unused, velocity.data, 12, l)
     U = moves[0] - U; V = moves[1] - V; T = moves[2] - T;
-    const floats wx = near * X, wy = near * Y, wz = near * Z;
+    const floats wx = weigh * X, wy = weigh * Y, wz = weigh * Z;
     xx += wx * X; yy += wy * Y; zz += wz * Z; xy += wx * Y; yz += wy * Z; zx += wz * X;
     ux += U * wx; uy += U * wy; uz += U * wz;
     vx += V * wx; vy += V * wy; vz += V * wz;
@@ -198,15 +211,10 @@ def sum_gradient(
 ) -> GradientSums: ...
 
 
-@wp.func_native(
-    summed(
-        "position",
-        "xx yy zz xy yz zx resting vx vy vz gx gy gz",
-        NEAR,
-        """
+LINK = """
     LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
     const floats mean = 0.5f * (own[1] + viscosity);
-    const floats weight = 0.5f * ALONG * (volume + own[0]) * near * mean;
+    const floats weight = 0.5f * ALONG * (volume + own[0]) * weigh * mean;
     const floats root = weight * INVERSE_ROOT(__builtin_elementwise_max(weight * d2, none + 1e-30f));
     X *= root; Y *= root; Z *= root;
     _Float16* at = out + s / 16 * 48 + s % 16;
@@ -219,66 +227,76 @@ def sum_gradient(
     LOADS(E, F, G, spare, guess.data, 12, l)
     const floats moved = (guessed[0] - E) * X + (guessed[1] - F) * Y + (guessed[2] - G) * Z;
     gx += moved * X; gy += moved * Y; gz += moved * Z;
-""",
-        constants=f"""
-const float RESTS = {float(RESTS)!r}f, ALONG = {float(ALONG)!r}f;
-_Float16* out = (_Float16*)((char*)links.data + (size_t)row * (size_t)links.strides[0]);
-""",
+"""
+
+
+def link_pairs_by(kernel: str) -> Any:
+    """Return ``link_pairs`` with the weight W of a kernel."""
+    along = ALONG * FOR_VISCOSITY[kernel]
+    constants = (
+        f"const float RESTS = {float(RESTS)!r}f, ALONG = {along!r}f;"
+        "_Float16* out = (_Float16*)((char*)links.data + (size_t)row * (size_t)links.strides[0]);"
     )
-)
-def couple(
-    position: wp.array[wp.vec4],
-    volume_and_viscosity: wp.array[wp.vec2],
-    velocity: wp.array[wp.vec3],
-    guess: wp.array[wp.vec3],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    own: wp.vec2,
-    moves: wp.vec3,
-    guessed: wp.vec3,
-    support: float,
-    links: wp.array2d[wp.vec3h],
-) -> CoupleSums: ...
+    sums = "xx yy zz xy yz zx resting vx vy vz gx gy gz"
+
+    @wp.func_native(summed("position", sums, WEIGHTS[kernel], LINK, constants=constants))
+    def link_pairs(
+        position: wp.array[wp.vec4],
+        volume_and_viscosity: wp.array[wp.vec2],
+        velocity: wp.array[wp.vec3],
+        guess: wp.array[wp.vec3],
+        listed: wp.array2d[int],
+        row: int,
+        count: int,
+        here: wp.vec4,
+        own: wp.vec2,
+        moves: wp.vec3,
+        guessed: wp.vec3,
+        support: float,
+        links: wp.array2d[wp.vec3h],
+    ) -> CoupleSums: ...
+
+    return link_pairs
 
 
-@wp.func_native(
-    summed(
-        "position",
-        "x y z total",
-        GAUSS,
-        """
+EQ5 = """
     LOADS(U, V, T, unused, velocity.data, 12, l)
     LOADS(volume, theirs, next, after, volume_and_viscosity.data, 8, l)
     const floats both = __builtin_elementwise_max(viscosity + theirs, none + 1e-20f);
-    const floats weight = 2.0f * viscosity * volume * theirs * gauss / both;
+    const floats weight = 2.0f * viscosity * volume * theirs * weigh / both;
     x += weight * (moves[0] - U); y += weight * (moves[1] - V); z += weight * (moves[2] - T);
     total += weight;
-""",
-    )
-)
-def sum_printed(
-    position: wp.array[wp.vec4],
-    velocity: wp.array[wp.vec3],
-    volume_and_viscosity: wp.array[wp.vec2],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    moves: wp.vec3,
-    viscosity: float,
-    support: float,
-) -> wp.vec4: ...
+"""
+
+
+def sum_eq5_by(kernel: str) -> Any:
+    """Return ``sum_eq5`` with the weight W of a kernel."""
+    sums = " ".join(f"{FOR_VISCOSITY[kernel]}f*{name}" for name in ("x", "y", "z", "total"))
+
+    @wp.func_native(summed("position", sums, WEIGHTS[kernel], EQ5))
+    def sum_eq5(
+        position: wp.array[wp.vec4],
+        velocity: wp.array[wp.vec3],
+        volume_and_viscosity: wp.array[wp.vec2],
+        listed: wp.array2d[int],
+        row: int,
+        count: int,
+        here: wp.vec4,
+        moves: wp.vec3,
+        viscosity: float,
+        support: float,
+    ) -> wp.vec4: ...
+
+    return sum_eq5
 
 
 @wp.func_native(
     summed(
         "wall",
         "drag h3*sticks h4*far h4*x h4*y h4*z",
-        GAUSS,
+        WEIGHTS["gaussian"],
         """
-    drag += W * gauss;
+    drag += W * weigh;
     const floats share = __builtin_elementwise_max(d2 * (1.0f / h2), none + NEAREST_WALL);
     const floats inverse = 1.0f / share, left = W * ABOVE(1.0f - share);
     sticks += left * (1.0f - share) * (0.42132f + (0.15390f * inverse - 0.19697f) * inverse);

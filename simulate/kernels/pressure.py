@@ -59,21 +59,21 @@ class Smoothing:
 
 
 @wp.struct
-class Effort:
+class IterationState:
     """Start and number of iterations of the pressure in a substep, by run, and the moves of an iteration, by row."""
 
     carried: wp.array[float]  # Share of the last substep's multipliers
     iterations: wp.array[int]
-    as_solved: wp.array[float]  # 1 for runs that move after viscosity has acted
+    moves_after_viscosity: wp.array[float]  # 1 for runs that move after viscosity has acted
     correction: wp.array[wp.vec3]  # Move by Eq. 3
 
 
 @wp.func
-def takes_part(effort: Effort, run: int, iteration: int) -> bool:
+def takes_part(iteration_state: IterationState, run: int, iteration: int) -> bool:
     """Return True if a run's particles move in an iteration, or by the carried-over pressure."""
     if iteration == CARRIED_OVER:
-        return effort.carried[run] > 0.0
-    return iteration < effort.iterations[run]
+        return iteration_state.carried[run] > 0.0
+    return iteration < iteration_state.iterations[run]
 
 
 @wp.func
@@ -88,7 +88,7 @@ def predict(
     step_s: float,
     damping: float,
     gravity: wp.vec3,
-    effort: Effort,
+    iteration_state: IterationState,
     clearance: float,
     solid: Distance,
 ):
@@ -105,7 +105,7 @@ def predict(
         there = x + moved
         particles.moved[i] = moved
         pressed = particles.pressed[i]
-        multiplier = effort.carried[i // particles.per_run] * pressed[3]
+        multiplier = iteration_state.carried[i // particles.per_run] * pressed[3]
         particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
         particles.position[i] = wp.vec4(there[0], there[1], there[2], multiplier)
 
@@ -114,7 +114,7 @@ def predict(
 def shift(
     rows: Span,
     particles: Particles,
-    effort: Effort,
+    iteration_state: IterationState,
     iteration: int,
     clearance: float,
     solid: Distance,
@@ -122,22 +122,22 @@ def shift(
     """Move by the pressure's correction.
 
     The last iteration of a run moves as walls allow, others as the nearest plane allows. The last move starts at the
-    substep's first position, so that walls stop also what planes did not. Runs that move ``as_solved`` make the last
+    substep's first position, so that walls stop also what planes did not. Runs that move after viscosity make the last
     move later.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         run = i // particles.per_run
-        if not takes_part(effort, run, iteration):
+        if not takes_part(iteration_state, run, iteration):
             continue
         x = particles.position[i]
         if iteration == 0:
             particles.density_before[i] = particles.density[i]
         start = xyz(x)
         moved = particles.moved[i]
-        step = effort.correction[row]
+        step = iteration_state.correction[row]
         wall = particles.wall[i]
-        last = iteration == effort.iterations[run] - 1 and effort.as_solved[run] == 0.0
+        last = iteration == iteration_state.iterations[run] - 1 and iteration_state.moves_after_viscosity[run] == 0.0
         if last:
             start = particles.previous_position[i]
             step += moved
@@ -166,10 +166,10 @@ def update_velocity(rows: Span, particles: Particles, step_s: float):
 
 
 @run_kernel
-def move_as_solved(
+def move_after_viscosity(
     rows: Span,
     particles: Particles,
-    effort: Effort,
+    iteration_state: IterationState,
     step_s: float,
     clearance: float,
     solid: Distance,
@@ -182,7 +182,7 @@ def move_as_solved(
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
-        if effort.as_solved[i // particles.per_run] == 0.0:
+        if iteration_state.moves_after_viscosity[i // particles.per_run] == 0.0:
             continue
         start, step = particles.previous_position[i], step_s * particles.velocity[i]
         stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
@@ -286,7 +286,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         particles: Particles,
         neighbours: Neighbours,
         kernel: Smoothing,
-        effort: Effort,
+        iteration_state: IterationState,
         iteration: int,
     ):
         """Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps). It stays at most 0.
@@ -296,7 +296,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             run = i // particles.per_run
-            if not takes_part(effort, run, iteration):
+            if not takes_part(iteration_state, run, iteration):
                 continue
             here = particles.position[i]
             it = constrain(kernel, neighbours, particles.position, particles.swelling[run], row, here)
@@ -307,7 +307,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             before = particles.pressed[i][3]
             after = wp.min(before - (it.density - 1.0) / (it.squares + kernel.relaxation), 0.0)
             particles.position[i] = wp.vec4(here[0], here[1], here[2], after - before)
-            lasts = wp.where(effort.carried[run] > 0.0, after, 0.0)
+            lasts = wp.where(iteration_state.carried[run] > 0.0, after, 0.0)
             particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], lasts)
 
     @wp.kernel(enable_backward=False, module=two_level)
@@ -347,7 +347,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         kernel: Smoothing,
         longest: float,
         frozen_answer: float,
-        effort: Effort,  # out: correction
+        iteration_state: IterationState,  # out: correction
         iteration: int,
     ):
         """Compute dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
@@ -360,7 +360,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             run = i // particles.per_run
-            if not takes_part(effort, run, iteration):
+            if not takes_part(iteration_state, run, iteration):
                 continue
             here = particles.position[i]
             own = here[3]
@@ -380,6 +380,6 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             if squared > longest * longest:
                 step *= longest / wp.sqrt(squared)
             if lane() == 0:
-                effort.correction[row] = step
+                iteration_state.correction[row] = step
 
     return PressureKernels(measure_density, measure_terms, correct)

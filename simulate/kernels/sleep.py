@@ -32,7 +32,7 @@ def wake(
         if system.restraint[row] == system.drag[row]:
             continue
         i = particles.mover[row]
-        if paste.yields_at_most[i // particles.per_run] == 0.0:
+        if paste.yields[i // particles.per_run] == 0:
             continue
         if wp.length(particles.velocity[i]) > fast or particles.quiet_s[i] < -restless_s:
             for slot in range(near.fluid_count[row]):
@@ -56,7 +56,7 @@ def fall_asleep(
     """Bring to rest the particles that were quiet for ``patience_s``."""
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
-        if particles.status[i] != MOVING or paste.yields_at_most[i // particles.per_run] == 0.0:
+        if particles.status[i] != MOVING or paste.yields[i // particles.per_run] == 0:
             continue
         quiet = wp.min(particles.quiet_s[i], 0.0) - frame_s
         if system.shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:

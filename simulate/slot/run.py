@@ -16,6 +16,7 @@ from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import dynamic_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import sized
+from simulate.shear_law import FLOW_BETWEEN_PLATES
 from simulate.slot.fill import Filled, fill
 from simulate.slot.fitness import FULLEST, Fitness, fitness_of
 from simulate.slot.flux import HerschelBulkley
@@ -135,11 +136,11 @@ def has_sealant(fluid: Fluid) -> bool:
 
 def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajectory, seed: int) -> HerschelBulkley:
     """Return the sealant in this model. U is replaced by its equivalent viscosity at the trial's radius."""
+    refused = 'the fast model, solver.model = "slot", does not have it. Give solver.model = "particles"'
     for key, default in _unread(fluid).items():
-        raise InputError(
-            f'fluid.{key}: the fast model, solver.model = "slot", does not have it. Give solver.model = "particles", '
-            f"or leave fluid.{key} at its default, {default}."
-        )
+        raise InputError(f"fluid.{key}: {refused}, or leave fluid.{key} at its default, {default}.")
+    if fluid.law not in FLOW_BETWEEN_PLATES:
+        raise InputError(f"fluid.{fluid.given_by} gives a law of flow: {refused}.")
     viscosity_pa_s = fluid.fresh.viscosity_pa_s
     if viscosity_pa_s is None and not fluid.yields:
         raise InputError(
