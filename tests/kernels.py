@@ -6,6 +6,7 @@ from typing import Any
 
 import warp as wp
 
+from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.status import Span
 
 
@@ -34,17 +35,16 @@ def sum_kernel(loops: ModuleType, kernel: str) -> Any:
         place: wp.array[wp.vec4],
         velocity: wp.array[wp.vec3],
         bulk: wp.array[wp.vec2],
-        listed: wp.array2d[int],
-        count: wp.array[int],
+        near: Neighbours,
         support: float,
         links: wp.array2d[wp.vec3h],
         out: wp.array2d[float],
     ):
         row = wp.tid()
-        here, many = place[row], count[row]
-        density = sum_density(place, listed, row, many, here, support)
-        walls = sum_walls(place, listed, row, many, here, support)
-        correction = sum_correction(place, listed, row, many, here, support, -0.3)
+        here = place[row]
+        density = sum_density(place, near, row, here, support)
+        walls = sum_walls(near, row, here, support)
+        correction = sum_correction(place, near, row, here, support, -0.3)
         for k in range(5):
             out[row, k] = density[k]
         for k in range(4):
@@ -53,20 +53,20 @@ def sum_kernel(loops: ModuleType, kernel: str) -> Any:
             out[row, 9 + k] = correction[k]
         guess = wp.vec3(0.3, -2.0, 1.0) + velocity[row]
         coupled = link_pairs(
-            place, bulk, velocity, velocity, listed, row, many, here, bulk[row], velocity[row], guess, support, links
+            place, bulk, velocity, velocity, near, row, here, bulk[row], velocity[row], guess, support, links
         )
-        pulled = sum_pulled(velocity, links, listed, row, many, velocity[row])
+        pulled = sum_pulled(velocity, links, near, row, velocity[row])
         for k in range(2):
             out[row, 12 + k] = coupled[k]
         for k in range(3):
             out[row, 14 + k] = pulled[k]
-        drag = sum_drag(place, listed, row, many, here, support)
+        drag = sum_drag(near, row, here, support)
         for k in range(6):
             out[row, 17 + k] = drag[k]
-        gradient = sum_gradient(place, velocity, listed, row, many, here, velocity[row], support)
+        gradient = sum_gradient(place, velocity, near, row, here, velocity[row], support)
         for k in range(15):
             out[row, 23 + k] = gradient[k]
-        printed = sum_eq5(place, velocity, bulk, listed, row, many, here, velocity[row], bulk[row][1], support)
+        printed = sum_eq5(place, velocity, bulk, near, row, here, velocity[row], bulk[row][1], support)
         for k in range(4):
             out[row, 38 + k] = printed[k]
         for k in range(6):

@@ -1,8 +1,7 @@
 """Device code of the inner loops: sums over a particle's neighbours, on any device. Units are cm and s.
 
-``pair_sums_cpu`` computes the same sums faster on CPUs, many neighbours at a time; tests compare the two. All lists of
-neighbours are in one array, and ``row`` is the part of it that belongs to one list. Entries after the first ``count``
-are padding. If the threads of a warp share a row, each sums up every 32nd entry, and all get the total.
+``pair_sums_cpu`` computes the same sums faster on CPUs, many neighbours at a time; tests compare the two. ``row`` is
+that of a mover in the lists ``near``. If the threads of a warp share a row, each sums up every 32nd entry, and all get the total.
 """
 
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import warp as wp
 
 from simulate.kernels.lanes import lane, lanes, over_lanes
+from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.status import RESTS
 
 wp.set_module_options({"enable_backward": False})
@@ -50,12 +50,11 @@ def spike(support: float, distance: float):
 
 
 @wp.func
-def sum_density(
-    position: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
-):
+def sum_density(position: wp.array[wp.vec4], near: Neighbours, row: int, here: wp.vec4, support: float):
     sums = DensitySums()
-    for slot in range(lane(), count, lanes()):
-        other = position[listed[row, slot]]
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        other = position[near.fluid[window, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
@@ -69,17 +68,11 @@ def sum_density(
 
 
 @wp.func
-def sum_walls(
-    wall: wp.array[wp.vec4],  # position and share
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    support: float,
-):
+def sum_walls(near: Neighbours, row: int, here: wp.vec4, support: float):
     sums = WallSums()
-    for slot in range(lane(), count, lanes()):
-        other = wall[listed[row, slot]]
+    window = near.wall_at[row]
+    for slot in range(lane(), near.wall_count[row], lanes()):
+        other = near.wall_particle[near.wall[window, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
@@ -94,17 +87,17 @@ def sum_walls(
 @wp.func
 def sum_correction(
     position: wp.array[wp.vec4],  # and multiplier
-    listed: wp.array2d[int],
+    near: Neighbours,
     row: int,
-    count: int,
     here: wp.vec4,
     support: float,
     resting: float,
 ):
     """Sum (lambda_i + lambda_j) (h - r)^2 times the unit offset. For a particle at rest lambda_j is ``resting``."""
     total = wp.vec3(0.0)
-    for slot in range(lane(), count, lanes()):
-        other = position[listed[row, slot]]
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        other = position[near.fluid[window, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         answer = other[3]
         if answer == RESTS:
@@ -158,17 +151,17 @@ WEIGHTS = {"poly6": poly6, "gaussian": gauss}
 def sum_gradient(
     position: wp.array[wp.vec4],
     velocity: wp.array[wp.vec3],
-    listed: wp.array2d[int],
+    near: Neighbours,
     row: int,
-    count: int,
     here: wp.vec4,
     moves: wp.vec3,
     support: float,
 ):
     """Sum the terms of a linear fit to the velocities around a particle, with the weights of pairs in the viscosity."""
     sums = GradientSums()
-    for slot in range(lane(), count, lanes()):
-        j = listed[row, slot]
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        j = near.fluid[window, slot]
         other = position[j]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         apart = moves - velocity[j]
@@ -195,9 +188,8 @@ def link_pairs_by(kernel: str) -> Any:
         volume_and_viscosity: wp.array[wp.vec2],
         velocity: wp.array[wp.vec3],
         guess: wp.array[wp.vec3],
-        listed: wp.array2d[int],
+        near: Neighbours,
         row: int,
-        count: int,
         here: wp.vec4,
         own: wp.vec2,
         moves: wp.vec3,
@@ -212,8 +204,9 @@ def link_pairs_by(kernel: str) -> Any:
         vectors, without rounding.
         """
         sums = CoupleSums()
-        for slot in range(lane(), count, lanes()):
-            j = listed[row, slot]
+        window = near.fluid_at[row]
+        for slot in range(lane(), near.fluid_count[row], lanes()):
+            j = near.fluid[window, slot]
             other = position[j]
             offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
             squared = wp.length_sq(offset)
@@ -221,7 +214,7 @@ def link_pairs_by(kernel: str) -> Any:
             mean = 0.5 * (own[1] + theirs[1])
             weight = 0.5 * wp.static(along) * (own[0] + theirs[0]) * mean * weigh(squared, support)
             link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
-            links[row, slot] = wp.vec3h(link)
+            links[window, slot] = wp.vec3h(link)
             sums[0] += link[0] * link[0]
             sums[1] += link[1] * link[1]
             sums[2] += link[2] * link[2]
@@ -249,9 +242,8 @@ def sum_eq5_by(kernel: str) -> Any:
         position: wp.array[wp.vec4],
         velocity: wp.array[wp.vec3],
         volume_and_viscosity: wp.array[wp.vec2],
-        listed: wp.array2d[int],
+        near: Neighbours,
         row: int,
-        count: int,
         here: wp.vec4,
         moves: wp.vec3,
         viscosity: float,
@@ -262,8 +254,9 @@ def sum_eq5_by(kernel: str) -> Any:
         Two different viscosities are replaced by their harmonic mean.
         """
         sums = wp.vec4(0.0)
-        for slot in range(lane(), count, lanes()):
-            j = listed[row, slot]
+        window = near.fluid_at[row]
+        for slot in range(lane(), near.fluid_count[row], lanes()):
+            j = near.fluid[window, slot]
             other = position[j]
             offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
             theirs = volume_and_viscosity[j]
@@ -277,18 +270,12 @@ def sum_eq5_by(kernel: str) -> Any:
 
 
 @wp.func
-def sum_drag(
-    wall: wp.array[wp.vec4],  # position and share
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    support: float,
-):
+def sum_drag(near: Neighbours, row: int, here: wp.vec4, support: float):
     """Sum D of Eq. 5 (share times Gaussian over the wall particles), and the terms of the no-slip drag."""
     sums = DragSums()
-    for slot in range(lane(), count, lanes()):
-        other = wall[listed[row, slot]]
+    window = near.wall_at[row]
+    for slot in range(lane(), near.wall_count[row], lanes()):
+        other = near.wall_particle[near.wall[window, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         squared = wp.length_sq(offset)
         far = other[3] * distance_weight(squared, support)
@@ -305,14 +292,14 @@ def sum_drag(
 def sum_pulled(
     vector: wp.array[wp.vec3],
     links: wp.array2d[wp.vec3h],
-    listed: wp.array2d[int],
+    near: Neighbours,
     row: int,
-    count: int,
     own: wp.vec3,
 ):
     """Sum the links times the velocities' difference along them. Particles at rest have velocity 0."""
     total = wp.vec3(0.0)
-    for slot in range(lane(), count, lanes()):
-        link = wp.vec3(links[row, slot])
-        total += wp.dot(own - vector[listed[row, slot]], link) * link
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        link = wp.vec3(links[window, slot])
+        total += wp.dot(own - vector[near.fluid[window, slot]], link) * link
     return over_lanes(total)

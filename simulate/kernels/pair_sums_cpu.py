@@ -19,6 +19,7 @@ from simulate.kernels.pair_sums import (
     GradientSums,
     WallSums,
 )
+from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.run_module import cpu_block
 from simulate.kernels.status import RESTS
 
@@ -80,8 +81,13 @@ typedef _Float16 halves __attribute__((vector_size(2 * LANES)));
 #define FADE(u) ({ const floats t = (u) * -0.25f; \\
     floats e = 1.0f + t * (1.0f + t * (0.5f + t * (1/6.0f + t * (1/24.0f + t * (1/120.0f + t * (1/720.0f)))))); \\
     e *= e; e * e; })
-const int* list = (const int*)((const char*)listed.data + (size_t)row * (size_t)listed.strides[0]);
+#define WINDOW(of, kind) \\
+    ((char*)(of).data + (size_t)near.kind##_at.data[row] * (size_t)(of).strides[0])
 const float h2 = support * support;
+"""
+LISTED = """
+const int* list = (const int*)WINDOW(near.KIND, KIND);
+const int count = near.KIND_count.data[row];
 """
 OFFSETS = """
 for (int s = 0; s < count; s += LANES) {
@@ -106,17 +112,18 @@ WEIGHTS = {
 }
 
 
-def summed(over: str, sums: str, *terms: str, constants: str = "") -> str:
-    """Return a block that adds ``terms`` to ``sums`` for each listed point of the array ``over``, and returns the sums.
+def summed(kind: str, sums: str, *terms: str, constants: str = "") -> str:
+    """Return a block that adds ``terms`` to ``sums`` for each near particle of a kind, and returns the sums.
 
     ``sums`` are names, or factors times names: a factor multiplies the whole sum.
     """
     pairs = [each.rpartition("*") for each in sums.split()]
     return cpu_block(
-        constants,
         VECTORS,
+        LISTED.replace("KIND", kind),
+        constants,
         f"floats {', '.join(f'{name} = {{}}' for _, _, name in pairs)};",
-        OFFSETS.replace("POSITIONS", over),
+        OFFSETS.replace("POSITIONS", {"fluid": "position", "wall": "near.wall_particle"}[kind]),
         *terms,
         f"}}\nwp::vec_t<{len(pairs)}, wp::float32> sums;\n",
         *(f"sums[{k}] = {by}{times}SUM({name});\n" for k, (by, times, name) in enumerate(pairs)),
@@ -126,7 +133,7 @@ def summed(over: str, sums: str, *terms: str, constants: str = "") -> str:
 
 @wp.func_native(
     summed(
-        "position",
+        "fluid",
         "density gx gy gz squares",
         SPIKE,
         """
@@ -138,7 +145,7 @@ def summed(over: str, sums: str, *terms: str, constants: str = "") -> str:
     )
 )
 def sum_density(
-    position: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
+    position: wp.array[wp.vec4], near: Neighbours, row: int, here: wp.vec4, support: float
 ) -> DensitySums: ...
 
 
@@ -155,14 +162,12 @@ def sum_density(
 """,
     )
 )
-def sum_walls(
-    wall: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
-) -> WallSums: ...
+def sum_walls(near: Neighbours, row: int, here: wp.vec4, support: float) -> WallSums: ...
 
 
 @wp.func_native(
     summed(
-        "position",
+        "fluid",
         "x y z",
         SPIKE,
         """
@@ -174,9 +179,8 @@ def sum_walls(
 )
 def sum_correction(
     position: wp.array[wp.vec4],
-    listed: wp.array2d[int],
+    near: Neighbours,
     row: int,
-    count: int,
     here: wp.vec4,
     support: float,
     resting: float,
@@ -185,7 +189,7 @@ def sum_correction(
 
 @wp.func_native(
     summed(
-        "position",
+        "fluid",
         "xx yy zz xy yz zx ux uy uz vx vy vz tx ty tz",
         WEIGHTS["poly6"],
         """
@@ -202,9 +206,8 @@ def sum_correction(
 def sum_gradient(
     position: wp.array[wp.vec4],
     velocity: wp.array[wp.vec3],
-    listed: wp.array2d[int],
+    near: Neighbours,
     row: int,
-    count: int,
     here: wp.vec4,
     moves: wp.vec3,
     support: float,
@@ -234,20 +237,18 @@ def link_pairs_by(kernel: str) -> Any:
     """Return ``link_pairs`` with the weight W of a kernel."""
     along = ALONG * FOR_VISCOSITY[kernel]
     constants = (
-        f"const float RESTS = {float(RESTS)!r}f, ALONG = {along!r}f;"
-        "_Float16* out = (_Float16*)((char*)links.data + (size_t)row * (size_t)links.strides[0]);"
+        f"const float RESTS = {float(RESTS)!r}f, ALONG = {along!r}f;_Float16* out = (_Float16*)WINDOW(links, fluid);"
     )
     sums = "xx yy zz xy yz zx resting vx vy vz gx gy gz"
 
-    @wp.func_native(summed("position", sums, WEIGHTS[kernel], LINK, constants=constants))
+    @wp.func_native(summed("fluid", sums, WEIGHTS[kernel], LINK, constants=constants))
     def link_pairs(
         position: wp.array[wp.vec4],
         volume_and_viscosity: wp.array[wp.vec2],
         velocity: wp.array[wp.vec3],
         guess: wp.array[wp.vec3],
-        listed: wp.array2d[int],
+        near: Neighbours,
         row: int,
-        count: int,
         here: wp.vec4,
         own: wp.vec2,
         moves: wp.vec3,
@@ -273,14 +274,13 @@ def sum_eq5_by(kernel: str) -> Any:
     """Return ``sum_eq5`` with the weight W of a kernel."""
     sums = " ".join(f"{FOR_VISCOSITY[kernel]}f*{name}" for name in ("x", "y", "z", "total"))
 
-    @wp.func_native(summed("position", sums, WEIGHTS[kernel], EQ5))
+    @wp.func_native(summed("fluid", sums, WEIGHTS[kernel], EQ5))
     def sum_eq5(
         position: wp.array[wp.vec4],
         velocity: wp.array[wp.vec3],
         volume_and_viscosity: wp.array[wp.vec2],
-        listed: wp.array2d[int],
+        near: Neighbours,
         row: int,
-        count: int,
         here: wp.vec4,
         moves: wp.vec3,
         viscosity: float,
@@ -310,17 +310,16 @@ const float h3 = support * support * support, h4 = (support * support) * (suppor
 """,
     )
 )
-def sum_drag(
-    wall: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
-) -> DragSums: ...
+def sum_drag(near: Neighbours, row: int, here: wp.vec4, support: float) -> DragSums: ...
 
 
 @wp.func_native(
     cpu_block(
         "const float support = 1.0f;",
         VECTORS,
+        LISTED.replace("KIND", "fluid"),
         """
-const _Float16* link = (const _Float16*)((const char*)links.data + (size_t)row * (size_t)links.strides[0]);
+const _Float16* link = (const _Float16*)WINDOW(links, fluid);
 floats x = {}, y = {}, z = {};
 for (int s = 0; s < count; s += LANES) {
     const int* l = list + s;
@@ -337,8 +336,7 @@ return wp::vec3(SUM(x), SUM(y), SUM(z));
 def sum_pulled(
     vector: wp.array[wp.vec3],
     links: wp.array2d[wp.vec3h],
-    listed: wp.array2d[int],
+    near: Neighbours,
     row: int,
-    count: int,
     own: wp.vec3,
 ) -> wp.vec3: ...

@@ -267,9 +267,8 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
     ):
         """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
         h = kernel.support
-        near = neighbours
-        sums = sum_density(position, near.fluid, near.fluid_at[row], near.fluid_count[row], here, h)
-        walls = sum_walls(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, h)
+        sums = sum_density(position, neighbours, row, here, h)
+        walls = sum_walls(neighbours, row, here, h)
         it = Constraint()
         it.by_walls = kernel.wall_density * walls[0]
         it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
@@ -369,9 +368,8 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             step = own * wp.vec3(pressed[0], pressed[1], pressed[2])
             step += slope * sum_correction(
                 particles.position,
-                neighbours.fluid,
-                neighbours.fluid_at[row],
-                neighbours.fluid_count[row],
+                neighbours,
+                row,
                 here,
                 kernel.support,
                 frozen_answer * own,

@@ -113,7 +113,6 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            near = neighbours
             run = i // particles.per_run
             gamma = fresh_shear
             at_wall = fresh_shear
@@ -121,13 +120,12 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             if age > 0:
                 own = particles.velocity[i]
                 here = particles.position[i]
-                walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
+                walls = sum_drag(neighbours, row, here, support)
                 sums = sum_gradient(
                     particles.position,
                     particles.velocity,
-                    near.fluid,
-                    near.fluid_at[row],
-                    near.fluid_count[row],
+                    neighbours,
+                    row,
                     here,
                     own,
                     support,
@@ -156,9 +154,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             i = particles.mover[row]
             if wp.static(skips_solved) and is_solved(search, i // particles.per_run):
                 continue
-            near = neighbours
             vector = particles.scaled_residual
-            pulled = sum_pulled(vector, system.links, near.fluid, near.fluid_at[row], near.fluid_count[row], vector[i])
+            pulled = sum_pulled(vector, system.links, neighbours, row, vector[i])
             if lane() > 0:
                 continue
             product = (1.0 + system.drag[row]) * vector[i] + pulled
@@ -190,7 +187,6 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
         """Compute the links of pairs, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            near = neighbours
             here = particles.position[i]
             own = particles.velocity[i]
             guess = particles.scaled_residual[i]
@@ -199,9 +195,8 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
                 particles.volume_and_viscosity,
                 particles.velocity,
                 particles.scaled_residual,
-                near.fluid,
-                near.fluid_at[row],
-                near.fluid_count[row],
+                neighbours,
+                row,
                 here,
                 particles.volume_and_viscosity[i],
                 own,
@@ -209,7 +204,7 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
                 support,
                 system.links,
             )
-            walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
+            walls = sum_drag(neighbours, row, here, support)
             if lane() > 0:
                 continue
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
@@ -246,22 +241,20 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
         """Make one of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            near = neighbours
             here = particles.position[i]
             own = before[i]
             pulled = sum_eq5(
                 particles.position,
                 before,
                 particles.volume_and_viscosity,
-                near.fluid,
-                near.fluid_at[row],
-                near.fluid_count[row],
+                neighbours,
+                row,
                 here,
                 own,
                 particles.volume_and_viscosity[i][1],
                 support,
             )
-            walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
+            walls = sum_drag(neighbours, row, here, support)
             if lane() > 0:
                 continue
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]

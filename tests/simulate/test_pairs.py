@@ -9,6 +9,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from simulate.kernels import pair_sums, pair_sums_cpu
+from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import WEIGHTS
 from tests.fluids import engine_with, lattice, listed_fluid, listed_walls, positions_mm, slot
 from tests.kernels import sum_kernel
@@ -27,12 +28,16 @@ def sums(loops: ModuleType, kernel: str) -> tuple[Rows, Rows]:
     listed[0, 0] = 7
     # As in a run, nobody stands behind a row's count.
     listed[np.arange(SLOTS) > np.arange(ROWS)[:, None]] = POINTS
+    near = Neighbours()
+    near.wall_particle = wp.array(np.vstack([place, [[1e6] * 4] * 2]), dtype=wp.vec4, device="cpu")[:POINTS]
+    near.fluid = near.wall = wp.array(listed, dtype=int, device="cpu")
+    near.fluid_at = near.wall_at = wp.array(np.arange(ROWS), dtype=int, device="cpu")
+    near.fluid_count = near.wall_count = wp.array(np.arange(ROWS) + 1, dtype=int, device="cpu")
     given = {
-        "place": wp.array(np.vstack([place, [[1e6] * 4] * 2]), dtype=wp.vec4, device="cpu")[:POINTS],
+        "place": near.wall_particle,
         "velocity": wp.array(random.normal(0, 10, (POINTS + 2, 3)), dtype=wp.vec3, device="cpu")[:POINTS],
         "bulk": wp.array(random.uniform(0.5, 3, (POINTS + 2, 2)), dtype=wp.vec2, device="cpu")[:POINTS],
-        "listed": wp.array(listed, dtype=int, device="cpu"),
-        "count": wp.array(np.arange(ROWS) + 1, dtype=int, device="cpu"),
+        "near": near,
     }
     links = wp.zeros((ROWS, SLOTS), dtype=wp.vec3h, device="cpu")
     out = wp.zeros((ROWS, 48), dtype=float, device="cpu")
