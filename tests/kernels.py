@@ -7,7 +7,7 @@ from typing import Any
 import warp as wp
 
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.status import Span
+from simulate.kernels.status import Particles, Span
 
 
 @wp.kernel(enable_backward=False)
@@ -32,41 +32,35 @@ def sum_kernel(loops: ModuleType, kernel: str) -> Any:
 
     @wp.kernel(enable_backward=False, module=module)
     def all_sums(
-        place: wp.array[wp.vec4],
-        velocity: wp.array[wp.vec3],
-        bulk: wp.array[wp.vec2],
+        particles: Particles,
         near: Neighbours,
         support: float,
         links: wp.array2d[wp.vec3h],
         out: wp.array2d[float],
     ):
         row = wp.tid()
-        here = place[row]
-        density = sum_density(place, near, row, here, support)
-        walls = sum_walls(near, row, here, support)
-        correction = sum_correction(place, near, row, here, support, -0.3)
+        density = sum_density(particles, near, row, support)
+        walls = sum_walls(particles, near, row, support)
+        correction = sum_correction(particles, near, row, support, -0.3)
         for k in range(5):
             out[row, k] = density[k]
         for k in range(4):
             out[row, 5 + k] = walls[k]
         for k in range(3):
             out[row, 9 + k] = correction[k]
-        guess = wp.vec3(0.3, -2.0, 1.0) + velocity[row]
-        coupled = link_pairs(
-            place, bulk, velocity, velocity, near, row, here, bulk[row], velocity[row], guess, support, links
-        )
-        pulled = sum_pulled(velocity, links, near, row, velocity[row])
+        coupled = link_pairs(particles, near, row, support, links)
+        pulled = sum_pulled(particles, near, row, links)
         for k in range(2):
             out[row, 12 + k] = coupled[k]
         for k in range(3):
             out[row, 14 + k] = pulled[k]
-        drag = sum_drag(near, row, here, support)
+        drag = sum_drag(particles, near, row, support)
         for k in range(6):
             out[row, 17 + k] = drag[k]
-        gradient = sum_gradient(place, velocity, near, row, here, velocity[row], support)
+        gradient = sum_gradient(particles, near, row, support)
         for k in range(15):
             out[row, 23 + k] = gradient[k]
-        printed = sum_eq5(place, velocity, bulk, near, row, here, velocity[row], bulk[row][1], support)
+        printed = sum_eq5(particles, particles.velocity, near, row, support)
         for k in range(4):
             out[row, 38 + k] = printed[k]
         for k in range(6):

@@ -1,7 +1,8 @@
 """Device code of the inner loops: sums over a particle's neighbours, on any device. Units are cm and s.
 
 ``pair_sums_cpu`` computes the same sums faster on CPUs, many neighbours at a time; tests compare the two. ``row`` is
-that of a mover in the lists ``near``. If the threads of a warp share a row, each sums up every 32nd entry, and all get the total.
+that of a mover in the lists ``near``. If the threads of a warp share a row, each sums up every 32nd entry, and all get
+the total.
 """
 
 from typing import Any
@@ -10,7 +11,7 @@ import warp as wp
 
 from simulate.kernels.lanes import lane, lanes, over_lanes
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.status import RESTS
+from simulate.kernels.status import RESTS, Particles
 
 wp.set_module_options({"enable_backward": False})
 
@@ -38,6 +39,12 @@ WallSums = wp.types.vector(length=4, dtype=wp.float32)
 
 
 @wp.func
+def between(here: wp.vec4, other: wp.vec4):
+    """Return the offset from ``other``, of two positions with a fourth number."""
+    return wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+
+
+@wp.func
 def spike(support: float, distance: float):
     """Return (h - r)^2 / r. Times the offset, it is proportional to the gradient of (h - r)^3.
 
@@ -50,12 +57,13 @@ def spike(support: float, distance: float):
 
 
 @wp.func
-def sum_density(position: wp.array[wp.vec4], near: Neighbours, row: int, here: wp.vec4, support: float):
+def sum_density(particles: Particles, near: Neighbours, row: int, support: float):
+    here = particles.position[particles.mover[row]]
     sums = DensitySums()
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):
-        other = position[near.fluid[window, slot]]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+        other = particles.position[near.fluid[window, slot]]
+        offset = between(here, other)
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
         slope = spike(support, wp.sqrt(squared))
@@ -68,12 +76,13 @@ def sum_density(position: wp.array[wp.vec4], near: Neighbours, row: int, here: w
 
 
 @wp.func
-def sum_walls(near: Neighbours, row: int, here: wp.vec4, support: float):
+def sum_walls(particles: Particles, near: Neighbours, row: int, support: float):
+    here = particles.position[particles.mover[row]]
     sums = WallSums()
     window = near.wall_at[row]
     for slot in range(lane(), near.wall_count[row], lanes()):
         other = near.wall_particle[near.wall[window, slot]]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+        offset = between(here, other)
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
         slope = other[3] * spike(support, wp.sqrt(squared))
@@ -85,20 +94,14 @@ def sum_walls(near: Neighbours, row: int, here: wp.vec4, support: float):
 
 
 @wp.func
-def sum_correction(
-    position: wp.array[wp.vec4],  # and multiplier
-    near: Neighbours,
-    row: int,
-    here: wp.vec4,
-    support: float,
-    resting: float,
-):
+def sum_correction(particles: Particles, near: Neighbours, row: int, support: float, resting: float):
     """Sum (lambda_i + lambda_j) (h - r)^2 times the unit offset. For a particle at rest lambda_j is ``resting``."""
+    here = particles.position[particles.mover[row]]
     total = wp.vec3(0.0)
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):
-        other = position[near.fluid[window, slot]]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+        other = particles.position[near.fluid[window, slot]]
+        offset = between(here, other)
         answer = other[3]
         if answer == RESTS:
             answer = resting
@@ -148,23 +151,18 @@ WEIGHTS = {"poly6": poly6, "gaussian": gauss}
 
 
 @wp.func
-def sum_gradient(
-    position: wp.array[wp.vec4],
-    velocity: wp.array[wp.vec3],
-    near: Neighbours,
-    row: int,
-    here: wp.vec4,
-    moves: wp.vec3,
-    support: float,
-):
+def sum_gradient(particles: Particles, near: Neighbours, row: int, support: float):
     """Sum the terms of a linear fit to the velocities around a particle, with the weights of pairs in the viscosity."""
+    i = particles.mover[row]
+    here = particles.position[i]
+    moves = particles.velocity[i]
     sums = GradientSums()
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):
         j = near.fluid[window, slot]
-        other = position[j]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-        apart = moves - velocity[j]
+        other = particles.position[j]
+        offset = between(here, other)
+        apart = moves - particles.velocity[j]
         weight = poly6(wp.length_sq(offset), support)
         sums[0] += weight * offset[0] * offset[0]
         sums[1] += weight * offset[1] * offset[1]
@@ -184,16 +182,9 @@ def link_pairs_by(kernel: str) -> Any:
 
     @wp.func
     def link_pairs(
-        position: wp.array[wp.vec4],
-        volume_and_viscosity: wp.array[wp.vec2],
-        velocity: wp.array[wp.vec3],
-        guess: wp.array[wp.vec3],
+        particles: Particles,
         near: Neighbours,
         row: int,
-        here: wp.vec4,
-        own: wp.vec2,
-        moves: wp.vec3,
-        guessed: wp.vec3,
         support: float,
         links: wp.array2d[wp.vec3h],  # out
     ):
@@ -203,14 +194,19 @@ def link_pairs_by(kernel: str) -> Any:
         negative eigenvalues. Returns the sums of a particle's own block of the matrix, and of its products with two
         vectors, without rounding.
         """
+        i = particles.mover[row]
+        here = particles.position[i]
+        own = particles.volume_and_viscosity[i]
+        moves = particles.velocity[i]
+        guessed = particles.scaled_residual[i]
         sums = CoupleSums()
         window = near.fluid_at[row]
         for slot in range(lane(), near.fluid_count[row], lanes()):
             j = near.fluid[window, slot]
-            other = position[j]
-            offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+            other = particles.position[j]
+            offset = between(here, other)
             squared = wp.length_sq(offset)
-            theirs = volume_and_viscosity[j]
+            theirs = particles.volume_and_viscosity[j]
             mean = 0.5 * (own[1] + theirs[1])
             weight = 0.5 * wp.static(along) * (own[0] + theirs[0]) * mean * weigh(squared, support)
             link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
@@ -223,8 +219,8 @@ def link_pairs_by(kernel: str) -> Any:
             sums[5] += link[2] * link[0]
             if other[3] == RESTS:
                 sums[6] += weight
-            still = wp.dot(moves - velocity[j], link)
-            moved = wp.dot(guessed - guess[j], link)
+            still = wp.dot(moves - particles.velocity[j], link)
+            moved = wp.dot(guessed - particles.scaled_residual[j], link)
             for axis in range(3):
                 sums[7 + axis] += still * link[axis]
                 sums[10 + axis] += moved * link[axis]
@@ -239,27 +235,27 @@ def sum_eq5_by(kernel: str) -> Any:
 
     @wp.func
     def sum_eq5(
-        position: wp.array[wp.vec4],
+        particles: Particles,
         velocity: wp.array[wp.vec3],
-        volume_and_viscosity: wp.array[wp.vec2],
         near: Neighbours,
         row: int,
-        here: wp.vec4,
-        moves: wp.vec3,
-        viscosity: float,
         support: float,
     ):
         """Sum U m/rho_j W_v of Eq. 5 times the difference of velocities, and this weight itself.
 
         Two different viscosities are replaced by their harmonic mean.
         """
+        i = particles.mover[row]
+        here = particles.position[i]
+        viscosity = particles.volume_and_viscosity[i][1]
+        moves = velocity[i]
         sums = wp.vec4(0.0)
         window = near.fluid_at[row]
         for slot in range(lane(), near.fluid_count[row], lanes()):
             j = near.fluid[window, slot]
-            other = position[j]
-            offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-            theirs = volume_and_viscosity[j]
+            other = particles.position[j]
+            offset = between(here, other)
+            theirs = particles.volume_and_viscosity[j]
             mean = 2.0 * viscosity * theirs[1] / wp.max(viscosity + theirs[1], 1.0e-20)
             weight = wp.static(factor) * theirs[0] * mean * weigh(wp.length_sq(offset), support)
             apart = weight * (moves - velocity[j])
@@ -270,13 +266,14 @@ def sum_eq5_by(kernel: str) -> Any:
 
 
 @wp.func
-def sum_drag(near: Neighbours, row: int, here: wp.vec4, support: float):
+def sum_drag(particles: Particles, near: Neighbours, row: int, support: float):
     """Sum D of Eq. 5 (share times Gaussian over the wall particles), and the terms of the no-slip drag."""
+    here = particles.position[particles.mover[row]]
     sums = DragSums()
     window = near.wall_at[row]
     for slot in range(lane(), near.wall_count[row], lanes()):
         other = near.wall_particle[near.wall[window, slot]]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+        offset = between(here, other)
         squared = wp.length_sq(offset)
         far = other[3] * distance_weight(squared, support)
         sums[0] += other[3] * gauss(squared, support)
@@ -289,14 +286,10 @@ def sum_drag(near: Neighbours, row: int, here: wp.vec4, support: float):
 
 
 @wp.func
-def sum_pulled(
-    vector: wp.array[wp.vec3],
-    links: wp.array2d[wp.vec3h],
-    near: Neighbours,
-    row: int,
-    own: wp.vec3,
-):
-    """Sum the links times the velocities' difference along them. Particles at rest have velocity 0."""
+def sum_pulled(particles: Particles, near: Neighbours, row: int, links: wp.array2d[wp.vec3h]):
+    """Sum the links times the scaled residuals' difference along them. Particles at rest have one of 0."""
+    vector = particles.scaled_residual
+    own = vector[particles.mover[row]]
     total = wp.vec3(0.0)
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):

@@ -9,6 +9,7 @@ from typing import Any
 
 import warp as wp
 
+from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import (
     ALONG,
     FOR_VISCOSITY,
@@ -19,9 +20,8 @@ from simulate.kernels.pair_sums import (
     GradientSums,
     WallSums,
 )
-from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.run_module import cpu_block
-from simulate.kernels.status import RESTS
+from simulate.kernels.status import RESTS, Particles
 
 wp.set_module_options({"enable_backward": False})
 
@@ -86,6 +86,8 @@ typedef _Float16 halves __attribute__((vector_size(2 * LANES)));
 const float h2 = support * support;
 """
 LISTED = """
+const int i = particles.mover.data[row];
+const wp::vec4 here = particles.position.data[i];
 const int* list = (const int*)WINDOW(near.KIND, KIND);
 const int count = near.KIND_count.data[row];
 """
@@ -123,7 +125,7 @@ def summed(kind: str, sums: str, *terms: str, constants: str = "") -> str:
         LISTED.replace("KIND", kind),
         constants,
         f"floats {', '.join(f'{name} = {{}}' for _, _, name in pairs)};",
-        OFFSETS.replace("POSITIONS", {"fluid": "position", "wall": "near.wall_particle"}[kind]),
+        OFFSETS.replace("POSITIONS", {"fluid": "particles.position", "wall": "near.wall_particle"}[kind]),
         *terms,
         f"}}\nwp::vec_t<{len(pairs)}, wp::float32> sums;\n",
         *(f"sums[{k}] = {by}{times}SUM({name});\n" for k, (by, times, name) in enumerate(pairs)),
@@ -144,9 +146,7 @@ def summed(kind: str, sums: str, *terms: str, constants: str = "") -> str:
 """,
     )
 )
-def sum_density(
-    position: wp.array[wp.vec4], near: Neighbours, row: int, here: wp.vec4, support: float
-) -> DensitySums: ...
+def sum_density(particles: Particles, near: Neighbours, row: int, support: float) -> DensitySums: ...
 
 
 @wp.func_native(
@@ -162,7 +162,7 @@ def sum_density(
 """,
     )
 )
-def sum_walls(near: Neighbours, row: int, here: wp.vec4, support: float) -> WallSums: ...
+def sum_walls(particles: Particles, near: Neighbours, row: int, support: float) -> WallSums: ...
 
 
 @wp.func_native(
@@ -177,14 +177,7 @@ def sum_walls(near: Neighbours, row: int, here: wp.vec4, support: float) -> Wall
         constants=f"const float RESTS = {float(RESTS)!r}f;",
     )
 )
-def sum_correction(
-    position: wp.array[wp.vec4],
-    near: Neighbours,
-    row: int,
-    here: wp.vec4,
-    support: float,
-    resting: float,
-) -> wp.vec3: ...
+def sum_correction(particles: Particles, near: Neighbours, row: int, support: float, resting: float) -> wp.vec3: ...
 
 
 @wp.func_native(
@@ -193,7 +186,7 @@ def sum_correction(
         "xx yy zz xy yz zx ux uy uz vx vy vz tx ty tz",
         WEIGHTS["poly6"],
         """
-    LOADS(U, V, T, unused, velocity.data, 12, l)
+    LOADS(U, V, T, unused, particles.velocity.data, 12, l)
     U = moves[0] - U; V = moves[1] - V; T = moves[2] - T;
     const floats wx = weigh * X, wy = weigh * Y, wz = weigh * Z;
     xx += wx * X; yy += wy * Y; zz += wz * Z; xy += wx * Y; yz += wy * Z; zx += wz * X;
@@ -201,21 +194,14 @@ def sum_correction(
     vx += V * wx; vy += V * wy; vz += V * wz;
     tx += T * wx; ty += T * wy; tz += T * wz;
 """,
+        constants="const wp::vec3 moves = particles.velocity.data[i];",
     )
 )
-def sum_gradient(
-    position: wp.array[wp.vec4],
-    velocity: wp.array[wp.vec3],
-    near: Neighbours,
-    row: int,
-    here: wp.vec4,
-    moves: wp.vec3,
-    support: float,
-) -> GradientSums: ...
+def sum_gradient(particles: Particles, near: Neighbours, row: int, support: float) -> GradientSums: ...
 
 
 LINK = """
-    LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
+    LOADS(volume, viscosity, next, after, particles.volume_and_viscosity.data, 8, l)
     const floats mean = 0.5f * (own[1] + viscosity);
     const floats weight = 0.5f * ALONG * (volume + own[0]) * weigh * mean;
     const floats root = weight * INVERSE_ROOT(__builtin_elementwise_max(weight * d2, none + 1e-30f));
@@ -224,10 +210,10 @@ LINK = """
     PUT(X, at); PUT(Y, at + 16); PUT(Z, at + 32);
     xx += X * X; yy += Y * Y; zz += Z * Z; xy += X * Y; yz += Y * Z; zx += Z * X;
     resting += W == RESTS ? weight : none;
-    LOADS(U, V, T, unused, velocity.data, 12, l)
+    LOADS(U, V, T, unused, particles.velocity.data, 12, l)
     const floats still = (moves[0] - U) * X + (moves[1] - V) * Y + (moves[2] - T) * Z;
     vx += still * X; vy += still * Y; vz += still * Z;
-    LOADS(E, F, G, spare, guess.data, 12, l)
+    LOADS(E, F, G, spare, particles.scaled_residual.data, 12, l)
     const floats moved = (guessed[0] - E) * X + (guessed[1] - F) * Y + (guessed[2] - G) * Z;
     gx += moved * X; gy += moved * Y; gz += moved * Z;
 """
@@ -235,26 +221,17 @@ LINK = """
 
 def link_pairs_by(kernel: str) -> Any:
     """Return ``link_pairs`` with the weight W of a kernel."""
-    along = ALONG * FOR_VISCOSITY[kernel]
-    constants = (
-        f"const float RESTS = {float(RESTS)!r}f, ALONG = {along!r}f;_Float16* out = (_Float16*)WINDOW(links, fluid);"
-    )
+    constants = f"""
+const float RESTS = {float(RESTS)!r}f, ALONG = {ALONG * FOR_VISCOSITY[kernel]!r}f;
+_Float16* out = (_Float16*)WINDOW(links, fluid);
+const wp::vec2 own = particles.volume_and_viscosity.data[i];
+const wp::vec3 moves = particles.velocity.data[i], guessed = particles.scaled_residual.data[i];
+"""
     sums = "xx yy zz xy yz zx resting vx vy vz gx gy gz"
 
     @wp.func_native(summed("fluid", sums, WEIGHTS[kernel], LINK, constants=constants))
     def link_pairs(
-        position: wp.array[wp.vec4],
-        volume_and_viscosity: wp.array[wp.vec2],
-        velocity: wp.array[wp.vec3],
-        guess: wp.array[wp.vec3],
-        near: Neighbours,
-        row: int,
-        here: wp.vec4,
-        own: wp.vec2,
-        moves: wp.vec3,
-        guessed: wp.vec3,
-        support: float,
-        links: wp.array2d[wp.vec3h],
+        particles: Particles, near: Neighbours, row: int, support: float, links: wp.array2d[wp.vec3h]
     ) -> CoupleSums: ...
 
     return link_pairs
@@ -262,7 +239,7 @@ def link_pairs_by(kernel: str) -> Any:
 
 EQ5 = """
     LOADS(U, V, T, unused, velocity.data, 12, l)
-    LOADS(volume, theirs, next, after, volume_and_viscosity.data, 8, l)
+    LOADS(volume, theirs, next, after, particles.volume_and_viscosity.data, 8, l)
     const floats both = __builtin_elementwise_max(viscosity + theirs, none + 1e-20f);
     const floats weight = 2.0f * viscosity * volume * theirs * weigh / both;
     x += weight * (moves[0] - U); y += weight * (moves[1] - V); z += weight * (moves[2] - T);
@@ -274,17 +251,13 @@ def sum_eq5_by(kernel: str) -> Any:
     """Return ``sum_eq5`` with the weight W of a kernel."""
     sums = " ".join(f"{FOR_VISCOSITY[kernel]}f*{name}" for name in ("x", "y", "z", "total"))
 
-    @wp.func_native(summed("fluid", sums, WEIGHTS[kernel], EQ5))
+    constants = (
+        "const wp::vec3 moves = velocity.data[i];const float viscosity = particles.volume_and_viscosity.data[i][1];"
+    )
+
+    @wp.func_native(summed("fluid", sums, WEIGHTS[kernel], EQ5, constants=constants))
     def sum_eq5(
-        position: wp.array[wp.vec4],
-        velocity: wp.array[wp.vec3],
-        volume_and_viscosity: wp.array[wp.vec2],
-        near: Neighbours,
-        row: int,
-        here: wp.vec4,
-        moves: wp.vec3,
-        viscosity: float,
-        support: float,
+        particles: Particles, velocity: wp.array[wp.vec3], near: Neighbours, row: int, support: float
     ) -> wp.vec4: ...
 
     return sum_eq5
@@ -310,7 +283,7 @@ const float h3 = support * support * support, h4 = (support * support) * (suppor
 """,
     )
 )
-def sum_drag(near: Neighbours, row: int, here: wp.vec4, support: float) -> DragSums: ...
+def sum_drag(particles: Particles, near: Neighbours, row: int, support: float) -> DragSums: ...
 
 
 @wp.func_native(
@@ -319,11 +292,13 @@ def sum_drag(near: Neighbours, row: int, here: wp.vec4, support: float) -> DragS
         VECTORS,
         LISTED.replace("KIND", "fluid"),
         """
+const auto* vector = particles.scaled_residual.data;
+const wp::vec3 own = vector[i];
 const _Float16* link = (const _Float16*)WINDOW(links, fluid);
 floats x = {}, y = {}, z = {};
 for (int s = 0; s < count; s += LANES) {
     const int* l = list + s;
-    LOADS(U, V, T, unused, vector.data, 12, l)
+    LOADS(U, V, T, unused, vector, 12, l)
     const _Float16* at = link + s / 16 * 48 + s % 16;
     const floats X = TAKEN(at), Y = TAKEN(at + 16), Z = TAKEN(at + 32);
     const floats along = (own[0] - U) * X + (own[1] - V) * Y + (own[2] - T) * Z;
@@ -333,10 +308,4 @@ return wp::vec3(SUM(x), SUM(y), SUM(z));
 """,
     )
 )
-def sum_pulled(
-    vector: wp.array[wp.vec3],
-    links: wp.array2d[wp.vec3h],
-    near: Neighbours,
-    row: int,
-    own: wp.vec3,
-) -> wp.vec3: ...
+def sum_pulled(particles: Particles, near: Neighbours, row: int, links: wp.array2d[wp.vec3h]) -> wp.vec3: ...

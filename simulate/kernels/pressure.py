@@ -259,16 +259,15 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
     @wp.func(module=module)
     def constrain(
         kernel: Smoothing,
+        particles: Particles,
         neighbours: Neighbours,
-        position: wp.array[wp.vec4],
-        swelling: float,
         row: int,
-        here: wp.vec4,
     ):
         """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
         h = kernel.support
-        sums = sum_density(position, neighbours, row, here, h)
-        walls = sum_walls(neighbours, row, here, h)
+        swelling = particles.swelling[particles.mover[row] // particles.per_run]
+        sums = sum_density(particles, neighbours, row, h)
+        walls = sum_walls(particles, neighbours, row, h)
         it = Constraint()
         it.by_walls = kernel.wall_density * walls[0]
         it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
@@ -298,7 +297,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             if not takes_part(iteration_state, run, iteration):
                 continue
             here = particles.position[i]
-            it = constrain(kernel, neighbours, particles.position, particles.swelling[run], row, here)
+            it = constrain(kernel, particles, neighbours, row)
             if lane() > 0:
                 continue
             particles.density[i] = it.density
@@ -324,10 +323,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            here = particles.position[i]
-            it = constrain(
-                kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here
-            )
+            it = constrain(kernel, particles, neighbours, row)
             if lane() > 0:
                 continue
             particles.density[i] = it.density
@@ -361,19 +357,11 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             run = i // particles.per_run
             if not takes_part(iteration_state, run, iteration):
                 continue
-            here = particles.position[i]
-            own = here[3]
+            own = particles.position[i][3]
             slope = particles.swelling[run] * kernel.slope
             pressed = particles.pressed[i]
             step = own * wp.vec3(pressed[0], pressed[1], pressed[2])
-            step += slope * sum_correction(
-                particles.position,
-                neighbours,
-                row,
-                here,
-                kernel.support,
-                frozen_answer * own,
-            )
+            step += slope * sum_correction(particles, neighbours, row, kernel.support, frozen_answer * own)
             squared = wp.length_sq(step)
             if squared > longest * longest:
                 step *= longest / wp.sqrt(squared)

@@ -119,17 +119,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             age = particles.frame[0] - particles.release_frame[i]
             if age > 0:
                 own = particles.velocity[i]
-                here = particles.position[i]
-                walls = sum_drag(neighbours, row, here, support)
-                sums = sum_gradient(
-                    particles.position,
-                    particles.velocity,
-                    neighbours,
-                    row,
-                    here,
-                    own,
-                    support,
-                )
+                walls = sum_drag(particles, neighbours, row, support)
+                sums = sum_gradient(particles, neighbours, row, support)
                 gamma = shear_of(sums, walls, own, particles.volume_and_viscosity[i][0], support)
                 at_wall = wp.length(own) * walls[1] / wp.max(walls[2], 1.0e-20)
             if lane() > 0:
@@ -154,13 +145,13 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             i = particles.mover[row]
             if wp.static(skips_solved) and is_solved(search, i // particles.per_run):
                 continue
-            vector = particles.scaled_residual
-            pulled = sum_pulled(vector, system.links, neighbours, row, vector[i])
+            pulled = sum_pulled(particles, neighbours, row, system.links)
             if lane() > 0:
                 continue
-            product = (1.0 + system.drag[row]) * vector[i] + pulled
+            own = particles.scaled_residual[i]
+            product = (1.0 + system.drag[row]) * own + pulled
             search.product[row] = product
-            search.curvature[row] = wp.dot(vector[i], product)
+            search.curvature[row] = wp.dot(own, product)
 
     return ViscosityKernels(
         measure_shear,
@@ -187,24 +178,10 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
         """Compute the links of pairs, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            here = particles.position[i]
             own = particles.velocity[i]
             guess = particles.scaled_residual[i]
-            sums = link_pairs(
-                particles.position,
-                particles.volume_and_viscosity,
-                particles.velocity,
-                particles.scaled_residual,
-                neighbours,
-                row,
-                here,
-                particles.volume_and_viscosity[i],
-                own,
-                guess,
-                support,
-                system.links,
-            )
-            walls = sum_drag(neighbours, row, here, support)
+            sums = link_pairs(particles, neighbours, row, support, system.links)
+            walls = sum_drag(particles, neighbours, row, support)
             if lane() > 0:
                 continue
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
@@ -241,20 +218,9 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
         """Make one of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            here = particles.position[i]
             own = before[i]
-            pulled = sum_eq5(
-                particles.position,
-                before,
-                particles.volume_and_viscosity,
-                neighbours,
-                row,
-                here,
-                own,
-                particles.volume_and_viscosity[i][1],
-                support,
-            )
-            walls = sum_drag(neighbours, row, here, support)
+            pulled = sum_eq5(particles, before, neighbours, row, support)
+            walls = sum_drag(particles, neighbours, row, support)
             if lane() > 0:
                 continue
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]

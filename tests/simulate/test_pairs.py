@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simulate.kernels import pair_sums, pair_sums_cpu
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import WEIGHTS
+from simulate.kernels.status import Particles
 from tests.fluids import engine_with, lattice, listed_fluid, listed_walls, positions_mm, slot
 from tests.kernels import sum_kernel
 
@@ -28,20 +29,22 @@ def sums(loops: ModuleType, kernel: str) -> tuple[Rows, Rows]:
     listed[0, 0] = 7
     # As in a run, nobody stands behind a row's count.
     listed[np.arange(SLOTS) > np.arange(ROWS)[:, None]] = POINTS
-    near = Neighbours()
-    near.wall_particle = wp.array(np.vstack([place, [[1e6] * 4] * 2]), dtype=wp.vec4, device="cpu")[:POINTS]
+    near, particles = Neighbours(), Particles()
+    particles.position = wp.array(np.vstack([place, [[1e6] * 4] * 2]), dtype=wp.vec4, device="cpu")[:POINTS]
+    particles.mover = wp.array(np.arange(ROWS), dtype=int, device="cpu")
+    for name, dtype, values in (
+        ("velocity", wp.vec3, random.normal(0, 10, (POINTS + 2, 3))),
+        ("scaled_residual", wp.vec3, random.normal(0, 10, (POINTS + 2, 3))),
+        ("volume_and_viscosity", wp.vec2, random.uniform(0.5, 3, (POINTS + 2, 2))),
+    ):
+        setattr(particles, name, wp.array(values, dtype=dtype, device="cpu")[:POINTS])
+    near.wall_particle = particles.position
     near.fluid = near.wall = wp.array(listed, dtype=int, device="cpu")
-    near.fluid_at = near.wall_at = wp.array(np.arange(ROWS), dtype=int, device="cpu")
+    near.fluid_at = near.wall_at = particles.mover
     near.fluid_count = near.wall_count = wp.array(np.arange(ROWS) + 1, dtype=int, device="cpu")
-    given = {
-        "place": near.wall_particle,
-        "velocity": wp.array(random.normal(0, 10, (POINTS + 2, 3)), dtype=wp.vec3, device="cpu")[:POINTS],
-        "bulk": wp.array(random.uniform(0.5, 3, (POINTS + 2, 2)), dtype=wp.vec2, device="cpu")[:POINTS],
-        "near": near,
-    }
     links = wp.zeros((ROWS, SLOTS), dtype=wp.vec3h, device="cpu")
     out = wp.zeros((ROWS, 48), dtype=float, device="cpu")
-    wp.launch(sum_kernel(loops, kernel), ROWS, inputs=[*given.values(), SUPPORT, links, out], device="cpu")
+    wp.launch(sum_kernel(loops, kernel), ROWS, inputs=[particles, near, SUPPORT, links, out], device="cpu")
     pulls = links.numpy().astype(np.float32)
     if loops is pair_sums_cpu:
         # Sixteen of x, then of y, then of z.
@@ -69,7 +72,7 @@ def test_sixteen_at_a_time_are_the_same_sums(kernel: str):
 def test_links_make_the_matrix_that_is_summed_up():
     """Their products with the velocities' differences are the pulls that ``link_pairs`` sums before rounding."""
     out = sums(pair_sums_cpu, "poly6")[0]
-    assert np.abs(out[:, 14:17] - out[:, 42:45]).max() < 1e-3 * np.abs(out[:, 42:45]).max()
+    assert np.abs(out[:, 14:17] - out[:, 45:48]).max() < 1e-3 * np.abs(out[:, 45:48]).max()
 
 
 def test_both_loops_find_the_same_neighbours_in_the_same_order():
