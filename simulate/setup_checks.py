@@ -12,8 +12,6 @@ from simulate.fluid.solver import SLOWEST_SHEAR, Domain, substeps_for
 from simulate.fluid.viscosity import STABLE, explicit_parts
 from simulate.material_file import Material
 from simulate.settings import (
-    COARSENESS,
-    FINE,
     LEVEL,
     MOST_SUBSTEPS,
     Fluid,
@@ -28,6 +26,7 @@ from simulate.setup.release_schedule import (
     frames_to_freeze,
     same_fluid,
 )
+from simulate.setup.resolution import FINE, RESOLUTIONS
 from simulate.setup.rheology import (
     CM2_IN_M2,
     Rheology,
@@ -165,7 +164,7 @@ def resolved(sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> tu
     solver = sized(outline, sample.solid, solver, nozzle)
     if not solver.has_particles or solver.preset != "draft" or solver.accurate_radius_mm is not None:
         return fluid, solver
-    own_mm, radius_mm = solver.size_mm, COARSENESS["draft"].radius_mm(outline.mean_width_mm, nozzle)
+    own_mm, radius_mm = solver.size_mm, RESOLUTIONS["draft"].radius_mm(outline.mean_width_mm, nozzle)
     calibrated_mm = fluid.material.radius_mm if isinstance(fluid.material, Material) else None
     radius_mm = calibrated_mm or max(own_mm, radius_mm)
     solver = solver.model_copy(update={"radius_mm": radius_mm, "accurate_radius_mm": own_mm})

@@ -28,8 +28,10 @@ def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: 
     lists = Neighbours()
     lists.room, lists.lanes = int(packed), lanes
     lists.lacking = wp.zeros(1, dtype=int, device=device)
-    for name in ("fluid_at", "fluid_count", "wall_at", "wall_count"):
-        setattr(lists, name, wp.zeros(rows, dtype=int, device=device))
+    lists.fluid_at = wp.zeros(rows, dtype=int, device=device)
+    lists.fluid_count = wp.zeros(rows, dtype=int, device=device)
+    lists.wall_at = wp.zeros(rows, dtype=int, device=device)
+    lists.wall_count = wp.zeros(rows, dtype=int, device=device)
     lists.wall_particle = wall_particle
     make_room(lists, ENTRIES * int(BLOCK) // 16)
     return lists

@@ -57,12 +57,18 @@ class CoarsePressure:
         nodes.sums = wp.zeros((count, int(device_code.SUMS)), dtype=wp.int64, device=device)
         nodes.excess = wp.zeros(count, dtype=wp.int64, device=device)
         nodes.matrix = wp.zeros((count, int(device_code.WEIGHT)), dtype=float, device=device)
-        for name in ("right", "change", "total"):
-            setattr(nodes, name, wp.zeros(count, dtype=float, device=device))
+        nodes.right = wp.zeros(count, dtype=float, device=device)
+        nodes.change = wp.zeros(count, dtype=float, device=device)
+        nodes.total = wp.zeros(count, dtype=float, device=device)
         self.rows = coarse = device_code.CoarseRows()
-        types = {"node": int, "part": wp.vec2, "along": wp.vec2, "slope": wp.vec4}
-        for name in (*types, "old", "multiplier", "yielding", "compression"):
-            setattr(coarse, name, wp.zeros(rows, dtype=types.get(name, float), device=device))
+        coarse.node = wp.zeros(rows, dtype=int, device=device)
+        coarse.part = wp.zeros(rows, dtype=wp.vec2, device=device)
+        coarse.along = wp.zeros(rows, dtype=wp.vec2, device=device)
+        coarse.slope = wp.zeros(rows, dtype=wp.vec4, device=device)
+        coarse.old = wp.zeros(rows, dtype=float, device=device)
+        coarse.multiplier = wp.zeros(rows, dtype=float, device=device)
+        coarse.yielding = wp.zeros(rows, dtype=float, device=device)
+        coarse.compression = wp.zeros(rows, dtype=float, device=device)
 
         lanes = 1 if device == "cpu" else LANES
         self._locate = launcher.bind(device_code.locate, state.particles, arc, nodes, coarse)

@@ -20,7 +20,8 @@ from simulate.fluid.viscosity import Viscosity
 from simulate.kernels import movers, neighbours, pressure, sleep, status
 from simulate.kernels.lanes import WARP
 from simulate.kernels.pair_kernels import pair_kernels
-from simulate.settings import COARSENESS, LEVEL, Solver, particle_volume
+from simulate.settings import LEVEL, Solver, particle_volume
+from simulate.setup.resolution import RESOLUTIONS
 from simulate.setup.rheology import Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
@@ -61,7 +62,7 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
     """
     few, many = (
         max(1, math.ceil(frame_s / math.sqrt(fall * 4 * settings.size_mm / 10 / GRAVITY_CM_S2)))
-        for fall in (COARSENESS[settings.preset].fall, COARSENESS[settings.preset].fall_alone)
+        for fall in (RESOLUTIONS[settings.preset].fall, RESOLUTIONS[settings.preset].fall_alone)
     )
     if settings.substeps is not None:
         if settings.substeps < many and settings.pressure == "two-level":
@@ -325,7 +326,7 @@ class FluidSolver:
         self.begin_frame(frame)
         solves: list[Integers] = []
         if self.rows:
-            by_frame = COARSENESS[self.settings.preset].shear_by_frame
+            by_frame = RESOLUTIONS[self.settings.preset].shear_by_frame
             for number in range(self.substeps):
                 self.step(measures_shear=not (by_frame and number))
                 if not self.replays:

@@ -9,7 +9,7 @@ import warp as wp
 
 from sealtwin.core.records import Floats
 from simulate.kernels import viscosity as device_code
-from simulate.settings import FINE
+from simulate.setup.resolution import FINE
 from simulate.shear_law import Law, apparent_viscosity
 
 VISCOSITY_PER_U = 0.1185
