@@ -122,7 +122,6 @@ def _numbers(engine: FluidSolver, carried: float) -> tuple[Any, ...]:
         *(s.support, engine.step_s, engine.settings.damping_per_s, s.mass, s.density, s.slope),
         *(s.wall_density, s.wall_slope, s.relaxation, LONGEST_CORRECTION * s.support, thin, drag),
         *(carried, by_age[0, 1], paste.sticks.numpy()[0] * thin),
-        *(paste.per_viscosity, paste.slowest_shear, ALONG * FOR_VISCOSITY["poly6"]),
-        *(NEAREST_WALL, WALL_MOMENT, LEAST_MOMENT),
-        *(UNDONE, UNDONE_RANGE, OF_THE_RIGHT, OF_THE_CHANGE, ROUNDS),
+        *(paste.per_viscosity, paste.slowest_shear, ALONG * FOR_VISCOSITY["poly6"], NEAREST_WALL),
+        *(WALL_MOMENT, LEAST_MOMENT, UNDONE, UNDONE_RANGE, OF_THE_RIGHT, OF_THE_CHANGE, ROUNDS),
     )

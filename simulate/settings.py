@@ -223,8 +223,8 @@ class Fluid(Settings):
 
     def _check_law(self) -> None:
         """Raise ValueError unless the settings give just one law of flow."""
-        unread = isinstance(self.curve, Path) or isinstance(self.cooling, Path)
-        if not unread and (fault := fault_of(self.curve, self.cooling)):
+        curve, cooling = self.curve, self.cooling
+        if not isinstance(curve, Path) and not isinstance(cooling, Path) and (fault := fault_of(curve, cooling)):
             raise ValueError(fault)
         if (key := self.given_by) is None:
             raise ValueError(

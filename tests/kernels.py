@@ -8,6 +8,7 @@ import warp as wp
 
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.status import Particles, Span
+from simulate.kernels.viscosity import Paste, apparent_weight
 
 
 @wp.kernel(enable_backward=False)
@@ -20,6 +21,13 @@ def count_row(rows: Span, seen: wp.array[int]):
 def copy_row(rows: Span, seen: wp.array[int], copied: wp.array[int]):
     for row in range(rows.begin + wp.tid(), rows.end, rows.step):
         copied[row] = seen[row]
+
+
+@wp.kernel(enable_backward=False)
+def weigh(paste: Paste, shear: wp.array[float], weight: wp.array2d[float]):
+    run, i = wp.tid()
+    fresh = paste.by_age[run, 0]
+    weight[run, i] = apparent_weight(paste, run, fresh[0], fresh[1], shear[i])
 
 
 @cache

@@ -1,7 +1,7 @@
 """The substep of the paper's Algorithm 1 (``FluidSolver.step``), and the frames that it is part of."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,12 +12,11 @@ from sealtwin.core.records import Floats, Integers
 from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_lists
 from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.fault_checks import FaultChecks
-from simulate.fluid.launcher import Launcher
+from simulate.fluid.launcher import Launcher, Recordings
 from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
-from simulate.fluid.recordings import Recordings
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
-from simulate.kernels import movers, neighbours, pressure, sleep, status
+from simulate.kernels import movers, neighbours, pressure, status
 from simulate.kernels.lanes import WARP
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
@@ -212,7 +211,7 @@ class FluidSolver:
 
     def _bind_moves(self, down: Sequence[float]) -> None:
         particles, solid = self.state.particles, self.barrier
-        self.predict = self._launcher.bind(
+        self.predict: Callable[[int], None] = self._launcher.bind(
             pressure.predict,
             particles,
             self.step_s,
@@ -223,7 +222,11 @@ class FluidSolver:
             solid.grid,
         )
         """Move by velocity and gravity, as walls allow (Eq. 4)."""
-        self.update_velocity = self._launcher.bind(pressure.update_velocity, particles, self.step_s)
+        self.update_velocity: Callable[[int], None] = self._launcher.bind(
+            pressure.update_velocity,
+            particles,
+            self.step_s,
+        )
         self._move_after_viscosity = self._launcher.bind(
             pressure.move_after_viscosity,
             particles,
@@ -239,7 +242,7 @@ class FluidSolver:
         self._count_frame = launcher.bind_whole(movers.count_frame, 1, particles)
         self._grow_older = launcher.bind(movers.grow_older, particles, paste)
         self._wake = launcher.bind(
-            sleep.wake,
+            movers.wake,
             particles,
             paste,
             WAKING_CM_S,
@@ -249,7 +252,7 @@ class FluidSolver:
             self.viscosity.system,
         )
         self._fall_asleep = launcher.bind(
-            sleep.fall_asleep,
+            movers.fall_asleep,
             particles,
             paste,
             self.viscosity.system,

@@ -278,25 +278,6 @@ def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities(
     assert 1.05 < below.min() <= below.max() < 1.3
 
 
-def test_a_yield_stress_that_grows_by_table_is_the_structuration_s_own():
-    """The same viscosity at every age to rounding."""
-    grows = {"structuration_pa_per_s": 400.0, "yield_stress_most_pa": 205.0}
-    rate = fluid(viscosity_pa_s=0.05, yield_stress_pa=5.0, **grows)
-    table = curve(age_s=[0.0, 0.5, 9.0], viscosity_pa_s=[0.05] * 3, yield_stress_pa=[5.0, 205.0, 205.0])
-    points = lattice(np.array([0, -2.1, 20]), np.array([5, 2.1, 23]), 0.69)
-    engines = [
-        engine_with(points, slot(depth_mm=4.0), fluid=rheology_of(paste, SUPPORT_CM, FRAME_S))
-        for paste in (rate, table)
-    ]
-    for frame in (0, 1, 30, 68, 69, 70, 2000):
-        for engine in engines:
-            engine.state.frame.fill_(frame)
-            engine.find_neighbours()
-            engine.viscosity.measure_shear(engine.rows)
-        one, other = (engine.state.volume_and_viscosity.numpy()[:, 1] for engine in engines)
-        assert one == pytest.approx(other, rel=2e-6), frame
-
-
 def test_sealant_that_thickens_with_age_stands_higher_where_it_was_poured():
     """And a curve of one value throughout is the constant fluid: the same bits."""
     crack = slot(12.0)

@@ -5,21 +5,14 @@ import pytest
 import warp as wp
 
 from sealtwin.core.errors import InputError
-from simulate.kernels.viscosity import Paste, apparent_weight
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import Rheology, paste_on_device, viscous_weight
 from simulate.shear_law import Law
 from simulate.slot.run import paste_of
 from tests.fluids import path, slot
+from tests.kernels import weigh
 
 SUPPORT_CM, STEP_S = 0.16, 2e-3
-
-
-@wp.kernel(enable_backward=False)
-def weigh(paste: Paste, shear: wp.array[float], weight: wp.array2d[float]):
-    run, i = wp.tid()
-    fresh = paste.by_age[run, 0]
-    weight[run, i] = apparent_weight(paste, run, fresh[0], fresh[1], shear[i])
 
 
 @pytest.mark.parametrize("law", Law)
