@@ -41,22 +41,29 @@ LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the pas
 
 
 class GivenLaw(NamedTuple):
-    """A law of flow, and the settings that cannot be given beside the one that gives it."""
+    """A law of flow, and the settings of a law that may be given beside the one that gives it."""
 
     law: Law
-    excludes: tuple[str, ...]
+    beside: tuple[str, ...]
 
 
-_SHEARED = ("consistency_pa_s_n", "flow_index")
 _STRESSES = ("yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa")
 LAWS = {
-    "material": GivenLaw(Law.HERSCHEL_BULKLEY, ("U", *_SHEARED, *_STRESSES, "density_kg_m3", "curve", "cooling")),
-    "curve": GivenLaw(Law.BINGHAM, ("viscosity_pa_s", "U", *_SHEARED, *_STRESSES)),
-    "U": GivenLaw(Law.BINGHAM, ("viscosity_pa_s", *_SHEARED)),
-    "viscosity_pa_s": GivenLaw(Law.BINGHAM, _SHEARED),
-    "consistency_pa_s_n": GivenLaw(Law.HERSCHEL_BULKLEY, ()),
+    "material": GivenLaw(Law.HERSCHEL_BULKLEY, ("viscosity_pa_s",)),
+    "curve": GivenLaw(Law.BINGHAM, ("cooling", "density_kg_m3")),
+    "U": GivenLaw(Law.BINGHAM, (*_STRESSES, "density_kg_m3")),
+    "viscosity_pa_s": GivenLaw(Law.BINGHAM, (*_STRESSES, "density_kg_m3")),
+    "consistency_pa_s_n": GivenLaw(Law.HERSCHEL_BULKLEY, ("flow_index", *_STRESSES, "density_kg_m3")),
 }
 """Laws of flow by the setting that gives them. The first setting that a fluid has decides."""
+
+
+def excluded_by(key: str) -> list[str]:
+    """Return the settings that cannot be given beside a key of ``LAWS``, since they belong to other laws."""
+    of_laws = dict.fromkeys(name for given, law in LAWS.items() for name in (given, *law.beside))
+    return [name for name in of_laws if name not in (key, "material", *LAWS[key].beside)]
+
+
 OF_MATERIAL = ("yield_stress_pa", "density_kg_m3", "consistency_pa_s_n", "flow_index")
 """Settings that a material gives, None included. The viscosity may be given beside a material without one."""
 MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag("several")], ByForm]
@@ -176,13 +183,13 @@ class Fluid(Settings):
             raise ValueError("the curve is a file that is not read yet; call loaded first")
         if self.curve is not None:
             return course_of_tables(self.curve, self.cooling)
-        viscosity_pa_s = self.viscosity_pa_s if self.consistency_pa_s_n is None else self.consistency_pa_s_n
+        viscosity_pa_s = np.nan if self.given_by in ("U", "material", None) else getattr(self, self.given_by)
         age_s, stress_pa = np.zeros(1), np.array([self.yield_stress_pa])
         if self.structuration_pa_per_s:
             most_pa = MOST_YIELD_PA if self.yield_stress_most_pa is None else self.yield_stress_most_pa
             age_s = np.array([0.0, (most_pa - self.yield_stress_pa) / self.structuration_pa_per_s])
             stress_pa = np.array([self.yield_stress_pa, most_pa])
-        return Course(age_s, np.full(len(age_s), np.nan if viscosity_pa_s is None else viscosity_pa_s), stress_pa)
+        return Course(age_s, np.full(len(age_s), viscosity_pa_s), stress_pa)
 
     @property
     def fresh(self) -> "FreshPaste":
@@ -227,13 +234,10 @@ class Fluid(Settings):
         if not isinstance(curve, Path) and not isinstance(cooling, Path) and (fault := fault_of(curve, cooling)):
             raise ValueError(fault)
         if (key := self.given_by) is None:
-            raise ValueError(
-                "no viscosity is given: give either U (with D_cm), viscosity_pa_s, consistency_pa_s_n with flow_index, "
-                "curve or material"
-            )
+            raise ValueError(f"no viscosity is given: give one of {', '.join(reversed(LAWS))}")
         # A flow index of 1 is any law's but Herschel and Bulkley's.
         unset = {name: field.default for name, field in Fluid.model_fields.items()}
-        given = [name for name in LAWS[key].excludes if getattr(self, name) != unset[name]]
+        given = [name for name in excluded_by(key) if getattr(self, name) != unset[name]]
         if beside := [name for name in given if (name, self.flow_index) != ("flow_index", 1.0)]:
             belongs = "; flow_index needs consistency_pa_s_n" if beside == ["flow_index"] else ""
             raise ValueError(
