@@ -12,7 +12,7 @@ from simulate.setup.release_schedule import Schedule, course_of
 from simulate.setup.rheology import CM2_IN_M2, added_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import carried, solved_as
-from simulate.shear_law import flow_between_plates
+from simulate.shear_law import FLOW_BETWEEN_PLATES, flow_between_plates
 
 THIN = 0.1
 """Share of a viscosity that particles may add to it without a remark. It is the tolerance of the channel tests."""
@@ -79,10 +79,12 @@ def remarks_on(
         return
     stands = at_wall_pa > stands_pa
     stands_s = float(age_s[stands.argmax()]) if stands.any() else math.inf
+    if paste.law not in FLOW_BETWEEN_PLATES:
+        return
     # The speed at which paste sinks between upright plates by its weight, at each age.
     wall_pa_s = paste.wall_share * np.maximum(viscosity_pa_s if fluid.U is not None else aged_pa_s, LEAST_PA_S)
     half_mm = width_mm / 2
-    sinks = flow_between_plates(at_wall_pa / half_mm, half_mm, wall_pa_s, paste.flow_index)
+    sinks = flow_between_plates(paste.law, at_wall_pa / half_mm, half_mm, wall_pa_s, paste.flow_index)
     sinks_mm_s, _ = sinks.flow_mm3_s(np.array(stands_pa / half_mm))
     sinks_mm = lasts_s * float(sinks_mm_s.mean())
     if stands_s < lasts_s:

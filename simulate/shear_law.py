@@ -2,7 +2,7 @@
 
 A law is a member of ``Law`` and two functions: ``apparent_viscosity`` here, and ``apparent_weight`` in
 ``kernels.viscosity``, which is the same on the device. ``settings.LAWS`` has the setting that gives it. The fast model
-refuses a law that is not in ``FLOW_BETWEEN_PLATES``.
+has the laws of ``FLOW_BETWEEN_PLATES`` and refuses others; its settings are in ``slot.run.READ``.
 """
 
 from dataclasses import dataclass
@@ -20,10 +20,6 @@ class Law(IntEnum):
     """tau + mu gamma"""
     HERSCHEL_BULKLEY = 1
     """tau + K gamma^n"""
-
-
-FLOW_BETWEEN_PLATES = (Law.BINGHAM, Law.HERSCHEL_BULKLEY)
-"""Laws whose flow between plates is ``PlaneFlow``."""
 
 
 def apparent_viscosity(
@@ -71,7 +67,11 @@ class PlaneFlow:
         return np.sign(push) * free * safe * share, free * (m * share + steeper)
 
 
+FLOW_BETWEEN_PLATES = {Law.BINGHAM: PlaneFlow, Law.HERSCHEL_BULKLEY: PlaneFlow}
+
+
 def flow_between_plates(
+    law: Law,
     threshold: Floats,
     half_gap_mm: Floats | float,
     viscosity: Floats | float,
@@ -80,7 +80,7 @@ def flow_between_plates(
 ) -> PlaneFlow:
     """Return the flow through an area above a threshold in Pa/mm. With an area of 1 mm2 it is the mean speed.
 
-    ``viscosity`` is K in Pa s^n, or the viscosity of a Bingham paste in Pa s.
+    ``viscosity`` is that of ``apparent_viscosity``. Raises KeyError for a law without such a flow.
     """
     m = 1 / flow_index
-    return PlaneFlow(threshold, area_mm2 * (half_gap_mm ** (m + 1) / (m + 2) / viscosity**m), m)
+    return FLOW_BETWEEN_PLATES[law](threshold, area_mm2 * (half_gap_mm ** (m + 1) / (m + 2) / viscosity**m), m)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sealtwin.core.records import Floats, Integers
-from simulate.shear_law import PlaneFlow, flow_between_plates
+from simulate.shear_law import Law, PlaneFlow, flow_between_plates
 from simulate.slot.sections import Trapezoids
 
 DUCT = (1.0, -1.3553, 1.9467, -1.7012, 0.9564, -0.2537)
@@ -28,6 +28,7 @@ class HerschelBulkley:
     """Share of the pressure that resists shear, as it does between grains. It is 0 for paste."""
     wall_share: float = 1.0
     """Stress at a wall over the paste's own."""
+    law: Law = Law.HERSCHEL_BULKLEY
 
     @property
     def weight_pa_mm(self) -> float:
@@ -51,7 +52,7 @@ def conduits(
         threshold = np.where(area_mm2 > 0, holds_pa / sections.holding_mm(area_mm2, wetted_mm), np.inf)
     radius_mm = area_mm2 / wetted_mm * np.sqrt(_rounder(sections.slenderness(area_mm2, height_mm)))
     viscosity = paste.wall_share * paste.consistency_pa_s_n
-    return flow_between_plates(threshold[at], radius_mm[at], viscosity, paste.flow_index, area_mm2[at])
+    return flow_between_plates(paste.law, threshold[at], radius_mm[at], viscosity, paste.flow_index, area_mm2[at])
 
 
 def _rounder(side_by_side: Floats) -> Floats:

@@ -158,9 +158,14 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
         viscosity_pa_s = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * solver.size_mm * CM, frame_s)
     if viscosity_pa_s == 0:
         raise InputError('solver.model = "slot" needs a viscosity; give fluid.viscosity_pa_s above 0.')
-    index = fluid.flow_index or 1.0
     return HerschelBulkley(
-        fluid.density_kg_m3, fluid.yield_stress_pa, viscosity_pa_s, index, PARTICLES_RUB, fluid.wall_share or 1.0
+        density_kg_m3=fluid.density_kg_m3,
+        yield_stress_pa=fluid.yield_stress_pa,
+        consistency_pa_s_n=viscosity_pa_s,
+        flow_index=fluid.flow_index or 1.0,
+        friction=PARTICLES_RUB,
+        wall_share=fluid.wall_share or 1.0,
+        law=fluid.law,
     )
 
 

@@ -7,7 +7,7 @@ import warp as wp
 from sealtwin.core.errors import InputError
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import Rheology, paste_on_device, viscous_weight
-from simulate.shear_law import Law
+from simulate.shear_law import FLOW_BETWEEN_PLATES, Law
 from simulate.slot.run import paste_of
 from tests.fluids import path, slot
 from tests.kernels import weigh
@@ -38,7 +38,7 @@ def test_the_law_of_the_host_is_that_of_the_device(law: Law):
 
 
 def test_the_fast_model_refuses_a_law_without_a_flow_between_plates(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("simulate.slot.run.FLOW_BETWEEN_PLATES", (Law.BINGHAM,))
+    monkeypatch.delitem(FLOW_BETWEEN_PLATES, Law.HERSCHEL_BULKLEY)
     inputs = Solver(), Nozzle(), path(slot(40.0)[1], 1.2), 0
     paste_of(Fluid(viscosity_pa_s=2.0), *inputs)
     with pytest.raises(InputError, match=r"fluid\.consistency_pa_s_n gives .*particles"):
