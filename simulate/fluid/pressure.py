@@ -109,7 +109,6 @@ class Pressure:
                 state.particles,
                 iteration_state,
                 iteration,
-                barrier.clearance,
                 barrier.grid,
             )
 

@@ -210,7 +210,7 @@ class FluidSolver:
         )
 
     def _bind_moves(self, down: Sequence[float]) -> None:
-        particles, solid = self.state.particles, self.barrier
+        particles = self.state.particles
         self.predict: Callable[[int], None] = self._launcher.bind(
             pressure.predict,
             particles,
@@ -218,8 +218,7 @@ class FluidSolver:
             self.settings.damping_per_s,
             wp.vec3(*(GRAVITY_CM_S2 * part for part in down)),
             self.pressure.iteration_state,
-            solid.clearance,
-            solid.grid,
+            self.barrier.grid,
         )
         """Move by velocity and gravity, as walls allow (Eq. 4)."""
         self.update_velocity: Callable[[int], None] = self._launcher.bind(
@@ -232,8 +231,7 @@ class FluidSolver:
             particles,
             self.pressure.iteration_state,
             self.step_s,
-            solid.clearance,
-            solid.grid,
+            self.barrier.grid,
         )
 
     def _bind_frame(self) -> None:

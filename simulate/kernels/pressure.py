@@ -16,7 +16,6 @@ from simulate.kernels.distance import (
     distance_at,
     is_number,
     move,
-    move_for_now,
     near_free,
     slide,
 )
@@ -89,7 +88,6 @@ def predict(
     damping: float,
     gravity: wp.vec3,
     iteration_state: IterationState,
-    clearance: float,
     solid: Distance,
 ):
     """Compute v + (g - eta v) dt and x* = x + v dt, as walls allow (Eq. 4; Algorithm 1, line 2).
@@ -101,7 +99,7 @@ def predict(
         x = xyz(particles.position[i])
         particles.previous_position[i] = x
         v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
-        moved = move_for_now(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
+        moved = move(solid, particles.free, particles.wall, i, x, step_s * v, True)
         there = x + moved
         particles.moved[i] = moved
         pressed = particles.pressed[i]
@@ -116,7 +114,6 @@ def shift(
     particles: Particles,
     iteration_state: IterationState,
     iteration: int,
-    clearance: float,
     solid: Distance,
 ):
     """Move by the pressure's correction.
@@ -143,9 +140,9 @@ def shift(
             step += moved
             moved = wp.vec3(0.0)
         if last or wall[0] == ROUNDED:
-            step = move(solid, particles.free, particles.wall, i, start, step, clearance)
+            step = move(solid, particles.free, particles.wall, i, start, step, False)
         else:
-            step = slide(wall, start, step, clearance)
+            step = slide(wall, start, step, solid.clearance)
         there = start + step
         moved += step
         particles.moved[i] = moved
@@ -171,7 +168,6 @@ def move_after_viscosity(
     particles: Particles,
     iteration_state: IterationState,
     step_s: float,
-    clearance: float,
     solid: Distance,
 ):
     """Move to x = x0 + v dt with the velocity after viscosity.
@@ -187,7 +183,7 @@ def move_after_viscosity(
         start, step = particles.previous_position[i], step_s * particles.velocity[i]
         stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
         step += stays * (xyz(particles.position[i]) - start - step)
-        there = start + move(solid, particles.free, particles.wall, i, start, step, clearance)
+        there = start + move(solid, particles.free, particles.wall, i, start, step, False)
         particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 
@@ -198,7 +194,6 @@ def inspect(
     fastest: float,
     densest: float,
     support: float,
-    clearance: float,
     solid: Distance,
 ):
     """Mark particles with a fault, and particles that spilled over the edge or escaped through a wall.
@@ -223,7 +218,7 @@ def inspect(
             over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
             if over > support or (over > 0.0 and x[2] < 0.0):
                 particles.status[i] = SPILLED
-            elif not near_free(particles.free[i], x, clearance) and distance_at(solid, x, 0.0)[3] < 0.0:
+            elif not near_free(particles.free[i], x, solid.clearance) and distance_at(solid, x, 0.0)[3] < 0.0:
                 particles.status[i] = ESCAPED
             if particles.status[i] != MOVING:
                 bring_to_rest(particles, i)
