@@ -18,12 +18,6 @@ def count_row(rows: Span, seen: wp.array[int]):
 
 
 @wp.kernel(enable_backward=False)
-def copy_row(rows: Span, seen: wp.array[int], copied: wp.array[int]):
-    for row in range(rows.begin + wp.tid(), rows.end, rows.step):
-        copied[row] = seen[row]
-
-
-@wp.kernel(enable_backward=False)
 def weigh(paste: Paste, shear: wp.array[float], weight: wp.array2d[float]):
     run, i = wp.tid()
     fresh = paste.by_age[run, 0]
