@@ -75,9 +75,19 @@ class CoarsePressure:
         # Launched in one piece: two threads of a CPU must not add to the same node.
         self._sum_matrix = launcher.bind_whole(device_code.sum_matrix, rows, state.particles, nodes, coarse)
         self._sum_excess = launcher.bind_whole(device_code.sum_excess, rows, state.particles, nodes, coarse)
-        constants = (lanes, SWEEPS, OVERSHOOT, LEAST_WEIGHT, AT_ONCE)
         self._solve_first, self._solve_again = (
-            launcher.bind_whole(device_code.solve, state.runs, nodes, summed, *constants, lanes=LANES)
+            launcher.bind_whole(
+                device_code.solve,
+                state.runs,
+                nodes,
+                summed,
+                lanes,
+                SWEEPS,
+                OVERSHOOT,
+                LEAST_WEIGHT,
+                AT_ONCE,
+                lanes=LANES,
+            )
             for summed in (True, False)
         )
         self._change_multipliers = [

@@ -194,9 +194,9 @@ class FluidSolver:
         state, walls, launcher = self.state, self.lists.wall_particle, self._launcher
         # Particles that come within h during the pressure iterations are listed in the next substep only; kernels
         # vanish at h.
-        box = (domain.low, domain.high, self._support)
-        self.fluid_cells = CellGrid(*box, state.position, state.status, launcher, state.runs)
-        wall_cells = CellGrid(*box, walls, wp.zeros(len(walls), dtype=int, device=state.device), launcher)
+        low, high, size = domain.low, domain.high, self._support
+        self.fluid_cells = CellGrid(low, high, size, state.position, state.status, launcher, state.runs)
+        wall_cells = CellGrid(low, high, size, walls, wp.zeros(len(walls), dtype=int, device=state.device), launcher)
         wall_cells.fill(len(walls))
         self._list = launcher.bind(
             kernel,

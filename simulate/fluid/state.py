@@ -144,12 +144,12 @@ class MoversList:
         state.particles.first_row = wp.zeros(state.runs + 1, dtype=int, device=device)
         self._order = listing.Order()
         self._order.row = wp.zeros(0 if self._in_order else state.count, dtype=int, device=device)
-        ways = [(state.particles, self._order, by_cell) for by_cell in (0, 1)]
+        by_cell, moving = (0, 1), state.particles
         if self._in_order:
-            self._list = [launcher.bind(listing.list_in_order, *way) for way in ways]
+            self._list = [launcher.bind(listing.list_in_order, moving, self._order, way) for way in by_cell]
         else:
-            self._mark = [launcher.bind_first(listing.mark_movers, *way) for way in ways]
-            self._list_marked = [launcher.bind_first(listing.list_marked, *way) for way in ways]
+            self._mark = [launcher.bind_first(listing.mark_movers, moving, self._order, way) for way in by_cell]
+            self._list_marked = [launcher.bind_first(listing.list_marked, moving, self._order, way) for way in by_cell]
 
     def find(self, count: int) -> None:
         """List the movers among the first ``count`` particles of all runs, in the order of memory."""
