@@ -5,6 +5,7 @@ iterations. Here every iteration also solves for the smooth part of all multipli
 """
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -54,21 +55,22 @@ class CoarsePressure:
         arc, reach = map_arc_length(centreline, low[:2], high[:2], support, device)
         self.nodes = nodes = _lattice(reach, floor, high[2], SPACING * support, device)
         count = state.runs * nodes.per_run
-        nodes.sums = wp.zeros((count, int(device_code.SUMS)), dtype=wp.int64, device=device)
-        nodes.excess = wp.zeros(count, dtype=wp.int64, device=device)
-        nodes.matrix = wp.zeros((count, int(device_code.WEIGHT)), dtype=float, device=device)
-        nodes.right = wp.zeros(count, dtype=float, device=device)
-        nodes.change = wp.zeros(count, dtype=float, device=device)
-        nodes.total = wp.zeros(count, dtype=float, device=device)
+        zeros = partial(wp.zeros, device=device)
+        nodes.sums = zeros((count, int(device_code.SUMS)), wp.int64)
+        nodes.excess = zeros(count, wp.int64)
+        nodes.matrix = zeros((count, int(device_code.WEIGHT)))
+        nodes.right = zeros(count)
+        nodes.change = zeros(count)
+        nodes.total = zeros(count)
         self.rows = coarse = device_code.CoarseRows()
-        coarse.node = wp.zeros(rows, dtype=int, device=device)
-        coarse.part = wp.zeros(rows, dtype=wp.vec2, device=device)
-        coarse.along = wp.zeros(rows, dtype=wp.vec2, device=device)
-        coarse.slope = wp.zeros(rows, dtype=wp.vec4, device=device)
-        coarse.old = wp.zeros(rows, dtype=float, device=device)
-        coarse.multiplier = wp.zeros(rows, dtype=float, device=device)
-        coarse.yielding = wp.zeros(rows, dtype=float, device=device)
-        coarse.compression = wp.zeros(rows, dtype=float, device=device)
+        coarse.node = zeros(rows, int)
+        coarse.part = zeros(rows, wp.vec2)
+        coarse.along = zeros(rows, wp.vec2)
+        coarse.slope = zeros(rows, wp.vec4)
+        coarse.old = zeros(rows)
+        coarse.multiplier = zeros(rows)
+        coarse.yielding = zeros(rows)
+        coarse.compression = zeros(rows)
 
         lanes = 1 if device == "cpu" else LANES
         self._locate = launcher.bind(device_code.locate, state.particles, arc, nodes, coarse)

@@ -1,5 +1,6 @@
 """The particles of one run, or of several at once, on the device. Centimetres and seconds."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -48,26 +49,27 @@ class State:
         self._released = schedule.released
         self._columns: list[wp.array] = []
         self.particles = particles = device_code.Particles()  # The struct of these arrays that kernels take
+        zeros, full = partial(wp.zeros, device=device), partial(wp.full, device=device)
         count, per_run = self.count, schedule.particles
         none, position = np.zeros((per_run, 3)), schedule.position_mm * CM
         self.position = particles.position = _padded(np.pad(position, ((0, 0), (0, 1))), runs, wp.vec4, device)
         self.velocity = particles.velocity = _padded(schedule.velocity_mm_s * CM, runs, wp.vec3, device)
         self.earlier_velocity = particles.earlier_velocity = wp.clone(self.velocity)
         self.scaled_residual = particles.scaled_residual = _padded(none, runs, wp.vec3, device)
-        self.density = particles.density = wp.full(count, 1.0, dtype=float, device=device)
+        self.density = particles.density = full(count, 1.0, float)
         self.volume_and_viscosity = particles.volume_and_viscosity = _padded(none[:, :2], runs, wp.vec2, device)
-        self.pressed = particles.pressed = wp.zeros(count, dtype=wp.vec4, device=device)
-        self.wall = particles.wall = wp.zeros(count, dtype=wp.vec4, device=device)
-        self.free = particles.free = wp.full(count, wp.vec4(*NOWHERE_FREE), dtype=wp.vec4, device=device)
-        self.status = particles.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
+        self.pressed = particles.pressed = zeros(count, wp.vec4)
+        self.wall = particles.wall = zeros(count, wp.vec4)
+        self.free = particles.free = full(count, wp.vec4(*NOWHERE_FREE), wp.vec4)
+        self.status = particles.status = full(count, int(device_code.WAITING), int)
         self.number = wp.array(np.arange(count), dtype=int, device=device)
         """Place of each particle in the order of release, over all runs."""
         self.release_frame = particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), int, device=device)
-        self.quiet_s = particles.quiet_s = wp.zeros(count, dtype=float, device=device)
+        self.quiet_s = particles.quiet_s = zeros(count)
         self.fault = particles.fault = self.column(int)
         """Faults of each particle so far. Each kind of fault is one bit."""
-        self.frame = particles.frame = wp.full(1, -1, dtype=int, device=device)
-        self.swelling = particles.swelling = wp.full(runs, 1.0, dtype=float, device=device)
+        self.frame = particles.frame = full(1, -1, int)
+        self.swelling = particles.swelling = full(runs, 1.0, float)
         particles.per_run = per_run
         particles.moved = self.scaled_residual
         particles.previous_position = wp.array(np.tile(position, (runs, 1)), dtype=wp.vec3, device=device)

@@ -5,6 +5,7 @@ sums up a part of a run, or all its parts. Each thread takes every 64th row (``L
 sums in an order that depends on the block's width only. On a CPU a block has one thread, which takes all rows.
 """
 
+from functools import partial
 from typing import Any
 
 import warp as wp
@@ -72,32 +73,33 @@ class Search:
 
 def new_system(rows: int, at_walls: Any, shear: Any, device: str) -> Any:
     """Return a system without links. ``at_walls`` and ``shear`` are arrays by particle."""
-    system = System()
-    system.drag = wp.zeros(rows, dtype=float, device=device)
-    system.restraint = wp.zeros(rows, dtype=float, device=device)
-    system.inverse = wp.zeros(rows, dtype=Symmetric, device=device)
+    system, zeros = System(), partial(wp.zeros, device=device)
+    system.drag = zeros(rows)
+    system.restraint = zeros(rows)
+    system.inverse = zeros(rows, Symmetric)
     system.at_walls = at_walls
     system.shear = shear
     return system
 
 
 def new_search(rows: int, runs: int, device: str) -> Any:
-    search = Search()
-    search.residual = wp.zeros(rows, dtype=wp.vec3, device=device)
-    search.product = wp.zeros(rows, dtype=wp.vec3, device=device)
-    search.curvature = wp.zeros(rows, dtype=float, device=device)
-    search.direction = wp.zeros(rows, dtype=wp.vec3, device=device)
-    search.pull = wp.zeros(rows, dtype=wp.vec3, device=device)
-    search.partial = wp.zeros((runs, int(CHUNKS)), dtype=Sums, device=device)
-    search.left = wp.zeros((runs, int(CHUNKS)), dtype=float, device=device)
-    search.error = wp.zeros(runs, dtype=float, device=device)
-    search.length = wp.zeros(runs, dtype=float, device=device)
-    search.turn = wp.zeros(runs, dtype=float, device=device)
-    search.goal = wp.zeros(runs, dtype=float, device=device)
-    search.holds = wp.zeros(runs, dtype=float, device=device)
-    search.iterations = wp.zeros(runs, dtype=int, device=device)
-    search.more = wp.zeros(1, dtype=int, device=device)
-    search.unsolved = wp.zeros(runs, dtype=int, device=device)
+    """Return a search of up to ``rows`` rows in all runs."""
+    search, zeros = Search(), partial(wp.zeros, device=device)
+    search.residual = zeros(rows, wp.vec3)
+    search.product = zeros(rows, wp.vec3)
+    search.curvature = zeros(rows)
+    search.direction = zeros(rows, wp.vec3)
+    search.pull = zeros(rows, wp.vec3)
+    search.partial = zeros((runs, int(CHUNKS)), Sums)
+    search.left = zeros((runs, int(CHUNKS)))
+    search.error = zeros(runs)
+    search.length = zeros(runs)
+    search.turn = zeros(runs)
+    search.goal = zeros(runs)
+    search.holds = zeros(runs)
+    search.iterations = zeros(runs, int)
+    search.more = zeros(1, int)
+    search.unsolved = zeros(runs, int)
     return search
 
 

@@ -84,10 +84,6 @@ class Rheology(NamedTuple):
         viscosity = self.apparent_cm2_s(OSCILLATION_SHEAR_PER_S, support, frame_s)
         return float(DAMPING_FACTOR * viscosity.min() * frame_s / substeps / support**2)
 
-    @property
-    def freezes(self) -> bool:
-        return self.frames_to_freeze < NEVER
-
 
 def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
     """Return the kinematic viscosity, in cm2/s, of Eq. 5 with U = ``weight`` that is applied once in ``step_s``."""
