@@ -24,6 +24,12 @@ def weigh(paste: Paste, shear: wp.array[float], weight: wp.array2d[float]):
     weight[run, i] = apparent_weight(paste, run, fresh[0], fresh[1], shear[i])
 
 
+@wp.func
+def store(values: Any, count: int, first: int, row: int, out: wp.array2d[float]):
+    for k in range(count):
+        out[row, first + k] = values[k]
+
+
 @cache
 def sum_kernel(loops: ModuleType, kernel: str) -> Any:
     """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 48), and the links of pairs."""
@@ -41,30 +47,15 @@ def sum_kernel(loops: ModuleType, kernel: str) -> Any:
         out: wp.array2d[float],
     ):
         row = wp.tid()
-        density = sum_density(particles, near, row, support)
-        walls = sum_walls(particles, near, row, support)
-        correction = sum_correction(particles, near, row, support, -0.3)
-        for k in range(5):
-            out[row, k] = density[k]
-        for k in range(4):
-            out[row, 5 + k] = walls[k]
-        for k in range(3):
-            out[row, 9 + k] = correction[k]
+        store(sum_density(particles, near, row, support), 5, 0, row, out)
+        store(sum_walls(particles, near, row, support), 4, 5, row, out)
+        store(sum_correction(particles, near, row, support, -0.3), 3, 9, row, out)
         coupled = link_pairs(particles, near, row, support, links)
-        pulled = sum_pulled(particles, near, row, links)
-        for k in range(2):
-            out[row, 12 + k] = coupled[k]
-        for k in range(3):
-            out[row, 14 + k] = pulled[k]
-        drag = sum_drag(particles, near, row, support)
-        for k in range(6):
-            out[row, 17 + k] = drag[k]
-        gradient = sum_gradient(particles, near, row, support)
-        for k in range(15):
-            out[row, 23 + k] = gradient[k]
-        printed = sum_eq5(particles, particles.velocity, near, row, support)
-        for k in range(4):
-            out[row, 38 + k] = printed[k]
+        store(coupled, 2, 12, row, out)
+        store(sum_pulled(particles, near, row, links), 3, 14, row, out)
+        store(sum_drag(particles, near, row, support), 6, 17, row, out)
+        store(sum_gradient(particles, near, row, support), 15, 23, row, out)
+        store(sum_eq5(particles, particles.velocity, near, row, support), 4, 38, row, out)
         for k in range(6):
             out[row, 42 + k] = coupled[7 + k]
 
