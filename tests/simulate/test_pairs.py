@@ -32,12 +32,11 @@ def sums(loops: ModuleType, kernel: str) -> tuple[Rows, Rows]:
     near, particles = Neighbours(), Particles()
     particles.position = wp.array(np.vstack([place, [[1e6] * 4] * 2]), dtype=wp.vec4, device="cpu")[:POINTS]
     particles.mover = wp.array(np.arange(ROWS), dtype=int, device="cpu")
-    for name, dtype, values in (
-        ("velocity", wp.vec3, random.normal(0, 10, (POINTS + 2, 3))),
-        ("scaled_residual", wp.vec3, random.normal(0, 10, (POINTS + 2, 3))),
-        ("volume_and_viscosity", wp.vec2, random.uniform(0.5, 3, (POINTS + 2, 2))),
-    ):
-        setattr(particles, name, wp.array(values, dtype=dtype, device="cpu")[:POINTS])
+    particles.velocity, particles.scaled_residual = (
+        wp.array(random.normal(0, 10, (POINTS + 2, 3)), dtype=wp.vec3, device="cpu")[:POINTS] for _ in range(2)
+    )
+    bulk = random.uniform(0.5, 3, (POINTS + 2, 2))
+    particles.volume_and_viscosity = wp.array(bulk, dtype=wp.vec2, device="cpu")[:POINTS]
     near.wall_particle = particles.position
     near.fluid = near.wall = wp.array(listed, dtype=int, device="cpu")
     near.fluid_at = near.wall_at = particles.mover

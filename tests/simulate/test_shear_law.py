@@ -1,5 +1,7 @@
 """The laws of shear flow: on the host and on the device, and what has no law for the fast model."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 import warp as wp
@@ -17,16 +19,11 @@ SUPPORT_CM, STEP_S = 0.16, 2e-3
 
 @pytest.mark.parametrize("law", Law)
 def test_the_law_of_the_host_is_that_of_the_device(law: Law):
-    """To float32's rounding, in units of pairs' weights; far above the slowest shear rate, which limits the device's.
-
-    A new law fails until both have it. Seen to fail with Herschel and Bulkley's power left out on the device.
-    """
+    """In float32; a new law fails until both have it. Seen to fail without the device's power of Herschel and Bulkley."""
     indices = [0.3, 1.0, 1.7] if law is Law.HERSCHEL_BULKLEY else [1.0]
     fluids = [
         Rheology(weight, 0.0, law=law, flow_index=index, yield_cm2_s2=stress)
-        for weight in (0.0, 30.0)
-        for stress in (0.0, 70.0)
-        for index in indices
+        for weight, stress, index in product((0.0, 30.0), (0.0, 70.0), indices)
     ]
     paste = paste_on_device(fluids, SUPPORT_CM, STEP_S, 1, 1e-6, "cpu")
     shear_per_s = np.geomspace(0.01, 100.0, 9)
