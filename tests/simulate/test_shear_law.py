@@ -19,7 +19,7 @@ SUPPORT_CM, STEP_S = 0.16, 2e-3
 
 @pytest.mark.parametrize("law", Law)
 def test_the_law_of_the_host_is_that_of_the_device(law: Law):
-    """In float32; a new law fails until both have it. Seen to fail without the device's power of Herschel and Bulkley."""
+    """In float32; a new law fails until both have it. Seen to fail without the power n on the device."""
     indices = [0.3, 1.0, 1.7] if law is Law.HERSCHEL_BULKLEY else [1.0]
     fluids = [
         Rheology(weight, 0.0, law=law, flow_index=index, yield_cm2_s2=stress)
