@@ -265,7 +265,7 @@ class FluidSolver:
 
         Without ``measures_shear`` the shear rates of an earlier substep are used.
         """
-        self.predict(self.rows)
+        self.predict(self.rows)  # Eq. 4
         self.find_neighbours()
         if self.needs_shear_rate and measures_shear:
             self.viscosity.measure_shear(self.rows)
@@ -273,9 +273,9 @@ class FluidSolver:
         self._recordings.launch(
             self.rows,
             len(self.lists.fluid_count),
-            self.pressure.solve,
+            self.pressure.solve,  # Eqs 1 to 3
             self.update_velocity,
-            self.viscosity.solve,
+            self.viscosity.solve,  # Eq. 5
             self.move_after_viscosity,
         )
 
