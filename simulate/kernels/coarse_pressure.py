@@ -10,7 +10,7 @@ Sums over particles are of integers, so that they do not depend on order, device
 
 import warp as wp
 
-from simulate.kernels.status import Particles, Span, end_of, with_fourth, xyz
+from simulate.kernels.status import Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -114,7 +114,7 @@ def shape(part: wp.vec2, along: wp.vec2, corner: int):
 @wp.func
 def response(shape: wp.vec4, slope: wp.vec3):
     """Return B times the spacing. ``slope`` is twice the particle's own gradient, times the spacing."""
-    return xyz(shape) + shape[3] * slope
+    return wp.vec3(shape[0], shape[1], shape[2]) + shape[3] * slope
 
 
 @wp.func
@@ -135,7 +135,7 @@ def sum_matrix(
     part = coarse.part[row]
     along = coarse.along[row]
     own = coarse.slope[row]
-    g = 2.0 * nodes.spacing * xyz(own)
+    g = 2.0 * nodes.spacing * wp.vec3(own[0], own[1], own[2])
     c = own[3] * coarse.old[row]
     for one in range(4):
         here = shape(part, along, one)
@@ -263,5 +263,5 @@ def change_multipliers(
         momentum = (iteration - 1.0) / iteration
         own = momentum * x[3] - (1.0 + momentum) * step * coarse.compression[row] * coarse.yielding[row]
         after = wp.min(0.0, before + own + coarse.slope[row][3] * smooth)
-        particles.position[i] = with_fourth(xyz(x), after - before)
+        particles.position[i] = wp.vec4(x[0], x[1], x[2], after - before)
         coarse.multiplier[row] = after

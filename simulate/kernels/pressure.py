@@ -22,17 +22,7 @@ from simulate.kernels.distance import (
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.run_module import run_kernel
-from simulate.kernels.status import (
-    ESCAPED,
-    MOVING,
-    SPILLED,
-    Particles,
-    Span,
-    bring_to_rest,
-    end_of,
-    with_fourth,
-    xyz,
-)
+from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Particles, Span, bring_to_rest, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -85,6 +75,11 @@ def takes_part(iteration_state: IterationState, run: int, iteration: int) -> boo
     return iteration < iteration_state.iterations[run]
 
 
+@wp.func
+def xyz(x: wp.vec4):
+    return wp.vec3(x[0], x[1], x[2])
+
+
 @run_kernel
 def predict(
     rows: Span,
@@ -109,8 +104,8 @@ def predict(
         particles.moved[i] = moved
         pressed = particles.pressed[i]
         multiplier = iteration_state.carried[i // particles.per_run] * pressed[3]
-        particles.pressed[i] = with_fourth(xyz(pressed), multiplier)
-        particles.position[i] = with_fourth(there, multiplier)
+        particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
+        particles.position[i] = wp.vec4(there[0], there[1], there[2], multiplier)
 
 
 @run_kernel
@@ -151,7 +146,7 @@ def shift(
         there = start + step
         moved += step
         particles.moved[i] = moved
-        particles.position[i] = with_fourth(there, x[3])
+        particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
 
 @run_kernel
@@ -189,7 +184,7 @@ def move_after_viscosity(
         stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
         step += stays * (xyz(particles.position[i]) - start - step)
         there = start + move(solid, particles.free, particles.wall, i, start, step, False)
-        particles.position[i] = with_fourth(there, particles.position[i][3])
+        particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 
 @run_kernel
@@ -304,9 +299,9 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
             before = particles.pressed[i][3]
             after = wp.min(before - (it.density - 1.0) / (it.squares + kernel.relaxation), 0.0)
-            particles.position[i] = with_fourth(xyz(here), after - before)
+            particles.position[i] = wp.vec4(here[0], here[1], here[2], after - before)
             lasts = wp.where(iteration_state.carried[run] > 0.0, after, 0.0)
-            particles.pressed[i] = with_fourth(it.wall_slope, lasts)
+            particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], lasts)
 
     @wp.kernel(enable_backward=False, module=two_level)
     def measure_terms(
@@ -328,9 +323,9 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
                 continue
             particles.density[i] = it.density
             particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
-            particles.pressed[i] = with_fourth(it.wall_slope, 0.0)
+            particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], 0.0)
             share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
-            coarse.slope[row] = with_fourth(it.slope, share)
+            coarse.slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
             coarse.yielding[row] = 1.0 / (it.squares + kernel.relaxation)
             coarse.compression[row] = it.density - 1.0
 
@@ -360,7 +355,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             own = particles.position[i][3]
             slope = particles.swelling[run] * kernel.slope
             pressed = particles.pressed[i]
-            step = own * xyz(pressed)
+            step = own * wp.vec3(pressed[0], pressed[1], pressed[2])
             step += slope * sum_correction(particles, neighbours, row, kernel.support, frozen_answer * own)
             squared = wp.length_sq(step)
             if squared > longest * longest:

@@ -74,19 +74,9 @@ def end_of(rows: Span, particles: Particles):
 
 
 @wp.func
-def xyz(x: wp.vec4):
-    """Return a vector without its fourth number."""
-    return wp.vec3(x[0], x[1], x[2])
-
-
-@wp.func
-def with_fourth(x: wp.vec3, fourth: float):
-    return wp.vec4(x[0], x[1], x[2], fourth)
-
-
-@wp.func
 def bring_to_rest(particles: Particles, i: int):
-    particles.position[i] = with_fourth(xyz(particles.position[i]), RESTS)
+    x = particles.position[i]
+    particles.position[i] = wp.vec4(x[0], x[1], x[2], RESTS)
     particles.velocity[i] = wp.vec3(0.0)
     particles.earlier_velocity[i] = wp.vec3(0.0)
     particles.scaled_residual[i] = wp.vec3(0.0)

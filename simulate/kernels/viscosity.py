@@ -69,15 +69,9 @@ def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, 
 
 
 @wp.func
-def matrix_of(sums: Any):
-    """Return the symmetric matrix of sums that begin with xx, yy, zz, xy, yz, zx."""
-    return wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
-
-
-@wp.func
 def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float, support: float):
     """Return the shear rate, sqrt(2 D:D), of a linear fit to the velocities around a particle. At walls they are 0."""
-    fit = matrix_of(sums)
+    fit = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
     changes = wp.mat33(sums[6], sums[7], sums[8], sums[9], sums[10], sums[11], sums[12], sums[13], sums[14])
     normal = wp.normalize(wp.vec3(walls[3], walls[4], walls[5]))
     # A wall has the weight of the volume that it cuts off, in particles.
@@ -194,7 +188,7 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
             system.drag[row] = drag
             # A pair pulls along one of three directions.
             system.restraint[row] = drag + sums[6] / 3.0
-            block = matrix_of(sums)
+            block = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
             for axis in range(3):
                 block[axis, axis] += 1.0 + drag
             it = wp.inverse(block)
