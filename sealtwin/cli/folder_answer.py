@@ -25,7 +25,7 @@ from sealtwin.lab.sample import PAIRING, LabSample
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
 from validate.readings.grid import letters, listed
-from validate.readings.names import sample_key
+from validate.readings.words import sample_key
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal

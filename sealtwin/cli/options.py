@@ -115,8 +115,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
         return _number(text, option, f"millimetres, or a CSV with the columns s_mm and {column}")
     from digitise.settings import DEEPEST_MM, MOST_STATIONS
     from validate.readings.files import read_grid
-    from validate.readings.names import unit_of
-    from validate.readings.numbers import number
+    from validate.readings.words import number, unit_of
 
     grid = read_grid(path)
     head = [cell.text for cell in next(iter(grid.rows.values()), ())]

@@ -10,7 +10,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_record
 from sealtwin.lab.files import KeptFile, Placed
-from validate.readings.names import sample_key
+from validate.readings.words import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
 CATALOGUE = "catalogue.json"

@@ -13,8 +13,7 @@ from typing import Literal, get_args
 
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
-from validate.readings.names import sample_key
-from validate.readings.numbers import WORDS, plain_letters
+from validate.readings.words import WORDS, plain_letters, sample_key
 
 Role = Literal["photo", "mask", "readings", "fill", "note", "ignore"]
 """Role of a file. A "fill" is the CSV of a liquid weighed into the crack."""

@@ -16,8 +16,7 @@ from sealtwin.lab.files import NOTE_SUFFIX, plain
 from sealtwin.trial.trial_file import Trial
 from validate.readings.files import table_of
 from validate.readings.grid import quoted
-from validate.readings.names import sample_key
-from validate.readings.numbers import is_ambiguous, number
+from validate.readings.words import is_ambiguous, number, sample_key
 from validate.settings import SIGNS, Columns, Declared
 
 DATE, OPERATOR = "date", "operator"

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from digitise.settings import LARGEST_FILE_BYTES, NO_SCALE
 from sealtwin.core import files
-from sealtwin.core.doubts import Doubt
+from sealtwin.core.doubts import Doubt, ReadSheet
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
 from sealtwin.lab.catalogue import Record
@@ -28,8 +28,8 @@ from sealtwin.lab.notes import (
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.trial_file import Trial, names_in, with_settings
-from validate.readings.grid import ReadSheet, SheetFaults
-from validate.readings.names import sample_key
+from validate.readings.grid import SheetFaults
+from validate.readings.words import sample_key
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 

@@ -13,7 +13,7 @@ import unicodedata
 from importlib.resources import files
 from itertools import accumulate, combinations
 
-from validate.readings.names import sample_key
+from validate.readings.words import sample_key
 
 LETTERS = str.maketrans(
     "łø\u0131æc\u2019абвгґдеєжзиіклмнопрстуфхцчшщыэюяαβγδεζηθικλμνξοπρσςτυφχψω",

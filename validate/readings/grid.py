@@ -1,11 +1,11 @@
 """The cells of a sheet with their marks, and what else is in its file."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from sealtwin.core.doubts import Doubt, ReadSheet
+from sealtwin.core.doubts import Doubt, Location, ReadSheet
 from sealtwin.core.errors import InputError, as_text
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
@@ -13,6 +13,7 @@ Kind = Literal["text", "number", "date", "truth", "error", "formula"]
 MOST_ROWS = 10_100  # 10,000 stations below a header and titles
 MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has fewer
 MOST_NAMED = 8  # Cells or columns that a sentence names
+MOST_TEXTS = 200  # Rows of another worksheet whose texts are quoted
 LONGEST_SHOWN = 60  # Limit on the letters of a cell that are quoted
 SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
 
@@ -21,18 +22,56 @@ class Cell(NamedTuple):
     text: str  # Content without surrounding blanks; numbers of a workbook have a decimal point and up to 15 digits
     kind: Kind = "text"
     unit: str = ""  # Text that a number's format shows behind it, such as "cm" or "%"
+    is_formula: bool = False  # True if a formula gives the content
+    is_struck: bool = False
+    colours: str = ""  # Colours of fill and font; empty for black on white
 
 
 BLANK = Cell("")
+FORMULA = Cell("", "formula", is_formula=True)
 
 
-class Mark(NamedTuple):
-    """Mark that a spreadsheet shows beside the content of a cell."""
-
+class Comment(NamedTuple):
     row: int  # From 1
     column: int  # From 0
-    kind: Literal["comment", "struck", "hidden", "coloured"]
-    text: str = ""  # Text of a comment; colours of fill and font
+    text: str
+
+
+@dataclass(eq=False)
+class Worksheet:
+    """A worksheet of a workbook."""
+
+    name: str
+    is_hidden: bool
+    rows: dict[int, dict[int, Cell]] = field(default_factory=dict)
+    """Cells that are not blank, by row number from 1, then by column from 0."""
+    comments: list[Comment] = field(default_factory=list)
+    hidden_rows: set[int] = field(default_factory=set)
+    hidden_columns: set[int] = field(default_factory=set)
+    on_page: list[tuple[str, str]] = field(default_factory=list)  # Page headers and footers: place and text
+
+    def drop_zeros(self, *, never_calculated: bool = False) -> None:
+        """Treat the results of formulas as never calculated if the program that wrote the file stored zeros for them.
+
+        That is assumed if the file states it (``never_calculated``), or if there are several formulas and all results
+        are 0.
+        """
+        cells = [(row, column, cell) for row in self.rows.values() for column, cell in row.items() if cell.is_formula]
+        zeros = [(row, column) for row, column, cell in cells if cell.text in ("0", "-0")]
+        if never_calculated or 1 < len(zeros) == len(cells):
+            for row, column in zeros:
+                row[column] = FORMULA
+
+    def texts(self) -> Iterator[tuple[str, str]]:
+        """Yield the texts of the sheet with their places; those of a row are one."""
+        sheet, texts = f"sheet {quoted(self.name)}", [*self.on_page]
+        texts += [(f"comment in row {row}", text) for row, _, text in self.comments]
+        for row, cells in self.rows.items():
+            if words := [cell.text for cell in cells.values() if cell.kind == "text"]:
+                texts.append((f"row {row}", " ".join(words)))
+        yield from ((f"{sheet}, {part}", text) for part, text in texts[:MOST_TEXTS])
+        if texts[MOST_TEXTS:]:
+            yield sheet, f"{len(texts)} texts in all"
 
 
 @dataclass(frozen=True)
@@ -46,8 +85,7 @@ class Grid:
     rows: Mapping[int, tuple[Cell, ...]]  # By row number from 1, increasing; cells from the first column on
     written: tuple[str, ...] = ()  # Format of the file in words: ("CSV", "UTF-16", "semicolons")
     separator: str | None = None  # Separator of a text file
-    sheet: str | None = None  # Name of a workbook's sheet
-    marks: tuple[Mark, ...] = ()  # Of cells with content, and comments
+    worksheet: Worksheet | None = None  # None for a text file
     elsewhere: tuple[tuple[str, str], ...] = ()
     """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm"), ("page header", "P01")."""
 
@@ -55,21 +93,22 @@ class Grid:
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
-            raise refused(self.place(), f"has more than {MOST_ROWS} rows, which is the limit.", "Use fewer stations.")
+            raise refused(
+                self.location(), f"has more than {MOST_ROWS} rows, which is the limit.", "Use fewer stations."
+            )
         for row, cells in self.rows.items():
             if any(cell != BLANK for cell in cells[MOST_COLUMNS:]):
                 finding = f"has more than {MOST_COLUMNS} columns, which is the limit."
-                raise refused(self.place(row), finding, "Delete everything outside the table.")
+                raise refused(self.location(row), finding, "Delete everything outside the table.")
 
     def cell(self, row: int, column: int) -> Cell:
         cells = self.rows.get(row, ())
         return cells[column] if column < len(cells) else BLANK
 
-    def place(self, row: int | None = None, column: int | None = None) -> str:
-        """Return the name of the sheet, of a row or of a cell in messages."""
-        sheet = None if self.sheet is None else f"sheet {quoted(self.sheet)}"
-        what = None if row is None else f"row {row}" if column is None else f"cell {letters(column)}{row}"
-        return ", ".join(filter(None, (as_text(self.path), sheet, what)))
+    def location(self, row: int | None = None) -> Location:
+        """Return the sheet, or a row of it."""
+        parts = [] if self.worksheet is None else [f"sheet {quoted(self.worksheet.name)}"]
+        return Location(Path(as_text(self.path)), ", ".join(parts if row is None else [*parts, f"row {row}"]))
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
@@ -80,9 +119,10 @@ class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet,
         super().__init__("\n".join(map(str, self.doubts)))
 
 
-def refused(place: Path | str, finding: str, remedy: str) -> SheetFaults:
-    """Return the error of a single fault that ends reading. ``place`` may be the path alone."""
-    return SheetFaults([Doubt("file", as_text(Path(place)), finding, remedy)])
+def refused(where: Location | Path, finding: str, remedy: str) -> SheetFaults:
+    """Return the error of a single fault that ends reading. ``where`` may be the path of the file."""
+    where = Location(Path(as_text(where))) if isinstance(where, Path) else where
+    return SheetFaults([Doubt("file", where, finding, remedy)])
 
 
 def letters(column: int) -> str:

@@ -13,8 +13,7 @@ from xml.etree.ElementTree import Element
 
 from defusedxml.ElementTree import fromstring
 
-from validate.readings.grid import BLANK, MOST_COLUMNS, MOST_ROWS, Cell, Kind, Mark
-from validate.readings.worksheets import FORMULA, Entry, Worksheet
+from validate.readings.grid import BLANK, FORMULA, MOST_COLUMNS, MOST_ROWS, Cell, Comment, Kind, Worksheet
 
 MIMETYPE = b"application/vnd.oasis.opendocument.spreadsheet"
 PARTS = ("styles.xml", "content.xml")
@@ -62,21 +61,23 @@ def _sheet(table: Element, look: Look) -> Worksheet:
     usual = dict(enumerate(each.get(USUAL_STYLE) for each in columns))
     number = 1
     for row in _below(table, "table-row"):
-        entries, column = dict[int, Entry](), 0
+        cells, column = dict[int, Cell](), 0
         for cell in row.iterfind(f"{TABLE}*"):
             after = column + _count(cell, "columns")
             if (value := _value(cell)) != BLANK:
                 style = cell.get(STYLE_NAME) or row.get(USUAL_STYLE) or usual.get(column)
-                entry = Entry(value, cell.get(FORMULA_KEY) is not None, *_marks(cell, style, look))
+                is_struck, colours = _marks(cell, style, look)
+                is_formula = cell.get(FORMULA_KEY) is not None
+                marked = value._replace(is_formula=is_formula, is_struck=is_struck, colours=colours)
                 # One column too many is enough for a refusal.
-                entries |= dict.fromkeys(range(column, min(after, MOST_COLUMNS + 1)), entry)
+                cells |= dict.fromkeys(range(column, min(after, MOST_COLUMNS + 1)), marked)
             if (note := cell.find(f"{OFFICE}annotation")) is not None:
-                sheet.comments.append(Mark(number, column, "comment", _text(note)))
+                sheet.comments.append(Comment(number, column, _text(note)))
             column = after
         after = number + _count(row, "rows")
-        if entries:
+        if cells:
             rows = range(number, min(after, number + MOST_ROWS + 1 - len(sheet.rows)))
-            sheet.rows |= dict.fromkeys(rows, entries)
+            sheet.rows |= dict.fromkeys(rows, cells)
             sheet.hidden_rows |= set(rows if row.get(VISIBILITY) in HIDDEN else ())
         number = after
     sheet.drop_zeros()

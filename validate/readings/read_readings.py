@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.doubts import CONFIRMS, Doubt
+from sealtwin.core.doubts import CONFIRMS, Doubt, ReadSheet
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from validate.readings.files import read_grid
-from validate.readings.grid import BLANK, Cell, Grid, ReadSheet, SheetFaults, letters
+from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters
 from validate.readings.rest import ask_about_rest
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
 from validate.readings.screens import Filling, screens
@@ -73,7 +73,7 @@ def readings_of(
     if is_sure and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
         crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
-        doubts = screens(cells, *crack, grid.place())
+        doubts = screens(cells, *crack, grid.location())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, table))
     understood = _understood(table, rows)
@@ -136,6 +136,8 @@ def _understood(table: Table, rows: ReadRows) -> ReadSheet:
         roles[table.station.index] = f"s, {table.station.unit or 'no unit'}"
     if table.repeat is not None:
         roles[table.repeat.index] = "repeat"
+    others = {column: what for column, what in table.others.items() if what.role.is_quantity}
+    roles |= {column: f"{what.role.value}, {what.unit or 'no unit'}" for column, what in others.items()}
     header = table.header.rows
     first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MOST_ROWS_SHOWN]
     width = max((len(table.grid.rows[row]) for row in first), default=0)
@@ -144,4 +146,5 @@ def _understood(table: Table, rows: ReadRows) -> ReadSheet:
         tuple((row, tuple(cell.text for cell in table.grid.rows[row])) for row in first),
         frozenset((row, column.index) for row in first if row in rows.read for column in table.used),
         frozenset(header),
+        rows.means,
     )

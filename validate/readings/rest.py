@@ -8,11 +8,9 @@ from typing import NamedTuple
 from sealtwin.core.doubts import CONFIRMS
 from validate.readings.beside import changes, is_harmless
 from validate.readings.grid import Grid, letters, listed, quoted, shown
-from validate.readings.header import numeric, roles_in
-from validate.readings.names import is_note, sample_key
-from validate.readings.numbers import is_missing
 from validate.readings.rows import ReadRows
-from validate.readings.table import Table
+from validate.readings.table import Table, numeric, roles_in
+from validate.readings.words import Role, is_missing, is_note, sample_key
 
 MOST_QUOTED, LONGEST_QUOTED = 60, 400  # Texts of a sheet, and letters of each
 REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
@@ -65,7 +63,7 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
         return Text(cell if is_inside or not table.confirms(RANGE) else RANGE, text, what + cell, beside)
 
     numbers = {column for row in table.body for column, cell in enumerate(grid.rows[row]) if numeric(cell)}
-    samples = {column for column, role in table.others.items() if role == "sample"}
+    samples = {column for column, what in table.others.items() if what.role is Role.SAMPLE}
     labels = {column for column in table.header.names if _has_labels(table, rows, column)}
     for row, cells in grid.rows.items():
         filled = [(column, cell) for column, cell in enumerate(cells) if cell.text]
@@ -75,15 +73,14 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
             for column, cell in filled:
                 if column not in labels and _may_change(table, row, column, numbers, sample):
                     yield text_of(row, column, cell.text, beside)
-        elif row not in rows.passed and not {"station", "reading"} <= roles_in(cell.text for cell in cells):
+        elif row not in rows.passed and not {Role.STATION, Role.READING} <= roles_in(cells):
             # The name of a sample beside numbers is that of another one.
             words = {column for column, cell in filled if not numeric(cell)}
             words -= samples if len(words) < len(filled) else set()
             if words or (filled and span.top <= row < table.header.first):
                 yield text_of(row, filled[0][0], " ".join(cell.text for _, cell in filled))
-    for row, column, kind, text in grid.marks:
-        if kind == "comment":
-            yield text_of(row, column, text, what="comment in ")
+    for row, column, text in grid.worksheet.comments if grid.worksheet else ():
+        yield text_of(row, column, text, what="comment in ")
     for place, text in grid.elsewhere:
         yield Text("worksheets", text, place)
 
@@ -113,25 +110,31 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
 def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     """Yield the names of the worksheet and of the file, without that of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
-    for what, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
+    for what, name in (("name of the worksheet", grid.worksheet and grid.worksheet.name), ("name of the file", stem)):
         # "P02" in the file of P01 is another sample.
-        is_other = sample and CODE.fullmatch(name) and sample_key(name) != sample_key(sample)
-        if is_other or (len(name.strip()) > 1 and changes(name)):
+        is_other = name and sample and CODE.fullmatch(name) and sample_key(name) != sample_key(sample)
+        if name and (is_other or (len(name.strip()) > 1 and changes(name))):
             yield Text(NAMES, name, what)
 
 
 def _ask_about_marks(table: Table, rows: ReadRows) -> None:
     """Ask about readings that are struck through, hidden, or coloured unlike most of their column."""
-    looks = {(mark.kind, mark.row, mark.column): mark.text or mark.kind for mark in table.grid.marks}
-    for kind, words in MARKS.items():
-        answers = list[str]()
-        for column in table.used if looks else ():
-            name = letters(column.index)
-            read = [row for row in rows.read if f"{name}{row}" not in table.chosen.skip]
-            of_rows = {row: looks.get((kind, row, column.index), "") for row in sorted(read)}
-            usual = Counter(of_rows.values()).most_common(1)[0][0] if kind == "coloured" and read else ""
-            unlike = [f"{name}{row}" for row, look in of_rows.items() if look != usual]
-            answers += [name] if kind == "hidden" and len(unlike) == len(rows.read) > 0 else unlike
-        if answers:
-            finding = f"{words}, but read: {listed(answers)}."
-            table.ask(kind, finding, "Skip rows or cells that do not count.", {CONFIRMS: answers}, answers)
+    if (sheet := table.grid.worksheet) is None:
+        return
+    answers: dict[str, list[str]] = {kind: [] for kind in MARKS}
+    for column in table.used:
+        name, k = letters(column.index), column.index
+        cells = {row: table.grid.cell(row, k) for row in sorted(rows.read) if f"{name}{row}" not in table.chosen.skip}
+        usual = Counter(cell.colours for cell in cells.values()).most_common(1)[0][0] if cells else ""
+        marked = {
+            "struck": [row for row, cell in cells.items() if cell.is_struck],
+            "hidden": [row for row in cells if row in sheet.hidden_rows or k in sheet.hidden_columns],
+            "coloured": [row for row, cell in cells.items() if cell.colours != usual],
+        }
+        for kind, of_kind in marked.items():
+            is_whole = kind == "hidden" and len(of_kind) == len(rows.read) > 0
+            answers[kind] += [name] if is_whole else [f"{name}{row}" for row in of_kind]
+    for kind, of_kind in answers.items():
+        if of_kind:
+            finding = f"{MARKS[kind]}, but read: {listed(of_kind)}."
+            table.ask(kind, finding, "Skip rows or cells that do not count.", {CONFIRMS: of_kind}, of_kind)

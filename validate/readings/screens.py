@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.core.doubts import CONFIRMS, Doubt
+from sealtwin.core.doubts import CONFIRMS, Doubt, Location
 from sealtwin.core.records import Floats, Outline, Profile, Solid
 from validate.metrics.volumes import fill_volumes
 from validate.readings.grid import letters
@@ -130,11 +130,11 @@ class Finding(NamedTuple):
 
 
 def screens(
-    cells: ReadCells, depth_mm: float | None, length_mm: float | None, filling: Filling | None, where: str
+    cells: ReadCells, depth_mm: float | None, length_mm: float | None, filling: Filling | None, sheet: Location
 ) -> list[Doubt]:
     """Return the doubts about readings. A doubtful reading is missing in the screens that follow.
 
-    ``depth_mm`` and ``length_mm`` are of the crack, None if unknown; ``where`` names the sheet.
+    ``depth_mm`` and ``length_mm`` are of the crack, None if unknown; ``sheet`` is that of the cells.
     """
     doubts = dict[Any, Doubt]()
     for screen in SCREENS:
@@ -145,8 +145,9 @@ def screens(
                 readings_mm[i, j] = np.nan
             answers = {CONFIRMS: list(names) or [kind], **ANSWERS.get(kind, {})}
             what = "row" if j is ALL else "column" if i is ALL else "cell"
-            place = f"{where}, {what} {', '.join(names)}" if names else where
-            doubts.setdefault(names or kind, Doubt(kind, place, sentence, REMEDIES[kind], answers, names))
+            part = ", ".join(filter(None, (sheet.part, f"{what} {', '.join(names)}" if names else "")))
+            where = sheet._replace(part=part)
+            doubts.setdefault(names or kind, Doubt(kind, where, sentence, REMEDIES[kind], answers, names))
         cells = replace(cells, readings_mm=readings_mm)
     return list(doubts.values())
 

@@ -10,9 +10,10 @@ from openpyxl.comments import Comment
 from openpyxl.styles import Font, PatternFill
 from openpyxl.styles.colors import Color
 
+from sealtwin.core.errors import present
 from tests.sheet_writers import rewritten
 from validate.readings.files import LARGEST_UNPACKED_MB, read_grid
-from validate.readings.grid import Cell, Grid, SheetFaults
+from validate.readings.grid import FORMULA, Cell, Grid, SheetFaults
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 
@@ -36,8 +37,13 @@ def read(first, tmp_path):
     return saved
 
 
-def marks(grid: Grid) -> set[tuple]:
-    return {tuple(mark) for mark in grid.marks}
+def name_of(grid: Grid) -> str:
+    return present(grid.worksheet, "worksheet").name
+
+
+def cells_of(grid: Grid) -> dict[tuple[int, int], Cell]:
+    """Return the cells by row and column."""
+    return {(row, k): cell for row, cells in grid.rows.items() for k, cell in enumerate(cells) if cell.text}
 
 
 def rows_of(*cells: str) -> str:
@@ -52,7 +58,7 @@ def test_numbers_are_read_as_they_are_stored(read):
     grid = read()
     assert grid.rows[2] == (Cell("0", "number"), Cell("1.5", "number"), Cell("1.6", "number"))
     assert grid.rows[3] == (Cell("5", "number"), Cell("2", "number"))
-    assert (grid.written, grid.sheet, grid.marks, grid.elsewhere) == (("XLSX", "sheet 'Sheet'"), "Sheet", (), ())
+    assert (grid.written, name_of(grid), grid.elsewhere) == (("XLSX", "sheet 'Sheet'"), "Sheet", ())
 
 
 @pytest.mark.parametrize("code", ['0.0" mm days"', "[Red]0.0;-0.0", "0.0E+00", "Standard", "Est\u00e1ndar"])
@@ -70,7 +76,7 @@ def test_cells_that_are_no_numbers_have_their_kind(first, read):
     first["A4"].number_format = first["C4"].number_format = "DD.MM.YYYY"
     rows = read().rows
     assert rows[1][0] == Cell("s_mm")
-    assert rows[2][1:] == (Cell("", "formula"), Cell("2026-01-16", "date"))
+    assert rows[2][1:] == (FORMULA, Cell("2026-01-16", "date"))
     assert rows[3][1:] == (Cell("#DIV/0!", "error"), Cell("TRUE", "truth"))
     assert rows[4] == (Cell("1900-01-16 12:00", "date"), Cell("1,5"), Cell("#VALUE!", "error"))
 
@@ -93,21 +99,23 @@ def test_marks_are_of_cells_with_content(first, read):
     for column, (colour, other) in enumerate(zip(plain[:3], plain[2:], strict=True), start=1):
         first.cell(1, column).fill, first.cell(1, column).font = PatternFill("solid", fgColor=colour), Font(color=other)
     shown = {(2, 1): "rgb FFFFFF00 0.0", (3, 1): "rgb FFFF0000 0.0", (4, 0): "theme 5 0.0"}
-    coloured = {(*cell, "coloured", colours) for cell, colours in shown.items()}
-    assert marks(grid := read()) == {(2, 0, "struck", ""), (2, 2, "struck", ""), *coloured}
+    cells = cells_of(grid := read())
+    assert {key: cell.colours for key, cell in cells.items() if cell.colours} == shown
+    assert {key for key, cell in cells.items() if cell.is_struck} == {(2, 0), (2, 2)}
     assert grid.rows[2][2].text == "2.1 2.3"
 
 
 def test_hidden_rows_and_columns_are_marked(first, read):
     first.row_dimensions[2].hidden = first.column_dimensions["C"].hidden = True
-    assert marks(read()) == {(*cell, "hidden", "") for cell in [(2, 0), (2, 1), (2, 2), (1, 2), (4, 2)]}
+    worksheet = present(read().worksheet, "worksheet")
+    assert (worksheet.hidden_rows, worksheet.hidden_columns) == ({2}, {2})
 
 
 def test_comments_are_read_without_their_author(first, read):
     first["B2"].comment, first["D9"].comment = Comment("PC 1:\nin inch!", "PC 1"), Comment("zero: 5 mm", "PC 1")
     first.parent.create_sheet("Notes")["C3"].comment = Comment("from the right end", "x")
     grid = read()
-    assert marks(grid) == {(2, 1, "comment", "in inch!"), (9, 3, "comment", "zero: 5 mm")}
+    assert present(grid.worksheet, "worksheet").comments == [(2, 1, "in inch!"), (9, 3, "zero: 5 mm")]
     assert grid.elsewhere == (("sheet 'Notes', comment in row 3", "from the right end"),)
 
 
@@ -130,8 +138,8 @@ def test_the_sheet_with_a_table_is_read_without_a_question(first, read):
     first.parent.create_sheet("Cover").append(["Probe 7"])
     table = first.parent.copy_worksheet(first)
     table.title, table.sheet_state = "Rechnung", "hidden"
-    assert (read().sheet, read().elsewhere[0]) == ("Sheet", ("sheet 'Cover', row 1", "Probe 7"))
-    assert read("Rechnung").sheet == "Rechnung"
+    assert (name_of(read()), read().elsewhere[0]) == ("Sheet", ("sheet 'Cover', row 1", "Probe 7"))
+    assert name_of(read("Rechnung")) == "Rechnung"
 
 
 def test_several_tables_are_one_question(first, read):
@@ -144,7 +152,7 @@ def test_several_tables_are_one_question(first, read):
     second.title = "<b>Riss $2$"
     first.parent.create_sheet("Empty")
     assert "'Sheet', '<b>Riss $2$'." in question()
-    assert read("<b>Riss $2$").sheet == "<b>Riss $2$"
+    assert name_of(read("<b>Riss $2$")) == "<b>Riss $2$"
     assert "'riss', only 'Sheet', '<b>Riss $2$', 'Empty'" in question("riss")
     first.sheet_state = second.sheet_state = "hidden"
     assert "hidden" in question()
@@ -218,7 +226,7 @@ def test_damaged_and_vast_worksheets_are_refused_by_file(tmp_path, damage, recwa
     sheet, words = DAMAGED[damage]
     with pytest.raises(SheetFaults, match=words) as caught:
         read_grid(rewritten(tmp_path / "a.xlsx", sheet=sheet, prolog=ENTITY if damage == "entities" else ""))
-    assert caught.value.doubts[0].where.startswith(str(tmp_path / "a.xlsx"))
+    assert caught.value.doubts[0].where.file == tmp_path / "a.xlsx"
     assert not recwarn.list
 
 
