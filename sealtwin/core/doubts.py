@@ -29,7 +29,7 @@ class Doubt:
     """Something that is open, or that may be a mistake. Without ``as_written`` among its answers it is a fault."""
 
     kind: str  # "unit", "sign slip", "remark", ...
-    where: Location | None  # None if the finding has its own location
+    where: Location
     finding: str  # A sentence
     remedy: str = ""  # What to do to the file or in the settings, as a sentence without names of settings
     answers: Mapping[str, Any] = field(default_factory=dict[str, Any])
@@ -58,8 +58,7 @@ class Doubt:
         ``file`` is the reader's name of the file. Default: its path.
         """
         others = {key: value for key, value in self.answers.items() if key != CONFIRMS}
-        where = "" if self.where is None else f"{self.where.named(file)}: "
-        sentences = [f"{where}{self.finding}", self.remedy]
+        sentences = [f"{self.where.named(file)}: {self.finding}", self.remedy]
         if others:
             sentences.append(f"Give {' and '.join(_setting(key, value, reader) for key, value in others.items())}.")
         if self.can_be_confirmed:
@@ -76,7 +75,7 @@ class Mean(NamedTuple):
     quantity: str
     value: float
     unit: str  # Empty if the sheet has none
-    count: int  # Numbers that it is the mean of
+    numbers: int  # How many it is the mean of
 
 
 @dataclass(frozen=True)

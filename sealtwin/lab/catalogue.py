@@ -51,6 +51,7 @@ class Record:
 class CatalogueFault:
     name: str  # Name of the sample, or of a file that belongs to none
     sentence: str
+    can_be_confirmed: bool = False  # True for a doubt about readings
 
 
 @dataclass(frozen=True)

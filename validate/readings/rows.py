@@ -63,9 +63,9 @@ def read_rows(table: Table) -> ReadRows:
     numbers = _Numbers(table)
     _ask_about_fields(table)
     passed, places, above = frozenset(_passed(table)), dict[int, Cell](), BLANK
-    for row in table.body if table.station is not None else ():
+    for row in () if table.station is None else table.body:
         # A row that is skipped has the place of the repeats below it.
-        cell = table.grid.cell(row, table.station.index)
+        cell = table.grid.cell(row, table.used[0].index)
         above = cell if cell.text else above
         if row not in passed and _has_readings(table, row):
             places[row] = above
@@ -86,7 +86,8 @@ class _Numbers:
     """The numbers of cells in millimetres, and the cells that have none."""
 
     def __init__(self, table: Table) -> None:
-        self.table, self.mark = table, _decimal_mark(table)
+        self.table = table
+        self.mark: Decimal | None = _decimal_mark(table)
         self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
 
     def reading(self, row: int, column: Column) -> Reading:

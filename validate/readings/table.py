@@ -384,7 +384,7 @@ def _ask_for_units(table: Table) -> None:
 
 
 def _ask_for_direction(table: Table) -> None:
-    written = {column.quantity for column in table.readings if column.quantity is not None}
+    written: set[Quantity] = {column.quantity for column in table.readings if column.quantity is not None}
     quantity = table.declared.quantity or next(iter(written), None)
     if written - {quantity}:
         finding = f"the header has {' and '.join(sorted(written))}, of which one is read."

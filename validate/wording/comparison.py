@@ -107,6 +107,8 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
         rows = [(label, text) for label, text in named if text]
     if readings.dialect:
         rows.append(("read as", readings.dialect))
+    means = readings.understood.means if readings.understood else ()
+    rows += [(mean.quantity, f"{mean.value:.4g} {mean.unit or '(no unit)'}, mean of {mean.numbers}") for mean in means]
     rows += [("in doubt", doubt) for doubt in readings.doubts]
     stations = f"{m.stations_compared} of {scatter.stations}, at most {m.widest_gap_mm:.1f} mm from one to the next"
     rows += [

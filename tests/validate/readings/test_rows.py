@@ -111,6 +111,19 @@ def test_rows_and_arrays_are_a_sheet():
     assert [doubt.cells for doubt in caught.value.doubts] == [("B2",)]
 
 
+QUANTITIES = {
+    "Temp. [°C]": [("temperature", 21.75, "°C", 2)],
+    "temperature": [("temperature", 21.75, "", 2)],
+    "Temp. Sonde [°C]": [],
+}
+
+
+@pytest.mark.parametrize(("name", "means"), QUANTITIES.items())
+def test_another_quantity_has_its_mean_over_the_rows_that_are_read(read, name, means):
+    profile = read(f"s [mm];Tiefe [mm];{name}\n0;1;21,5\n5;2;22\n7;9;99\n10;3;\n", columns={"skip": [4]})
+    assert profile.understood.means == tuple(means)
+
+
 TEXTS = ";s_mm;depth_mm;0;5;1,5;n. m.;Mittel;# x;Riss 2;1 mm;7.5;x;Probe;Wdh;2 %"
 CELLS = st.sampled_from(TEXTS.split(";"))
 

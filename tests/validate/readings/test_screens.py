@@ -10,7 +10,6 @@ import pytest
 
 from benchmarks.doubtful_sheets import crack
 from sealtwin.core.doubts import Doubt, Location
-from sealtwin.core.errors import present
 from sealtwin.core.records import Floats, Profile
 from tests.places import FIXTURE
 from validate.readings.screens import Filling, ReadCells, screens
@@ -128,13 +127,13 @@ def test_what_may_not_be_meant_is_named_once(table, facts, asked):
 def test_a_doubt_has_its_cell_its_answers_and_a_remedy():
     cells = cells_of(changed({(2, 2): 0.0}))
     (doubt,) = doubts_of(cells)
-    assert (doubt.kind, present(doubt.where, "where").named(), doubt.cells) == ("outlier", "lab.csv, cell C4", ("C4",))
+    assert (doubt.kind, doubt.where.named(), doubt.cells) == ("outlier", "lab.csv, cell C4", ("C4",))
     assert doubt.answers == {"as_written": ["C4"]}
     assert "0 mm at s = 10 mm" in doubt.finding
     assert doubt.remedy
     assert cells.readings_mm[2].tolist() == [-10.0, 0.0, -10.06]
     (doubt,) = doubts_of(cells_of(shifted(-3.0)))
-    assert (present(doubt.where, "where").part, doubt.cells) == ("", ())
+    assert (doubt.where.part, doubt.cells) == ("", ())
     assert doubt.answers == {"datum": None, "datum_level_mm": None, "as_written": ["datum"]}
 
 
