@@ -7,6 +7,7 @@ import warnings
 import zipfile
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
 
@@ -14,12 +15,10 @@ from sealtwin.core.doubts import Doubt, Location
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.plain_files import opened
 from validate.readings.grid import (
-    BLANK,
     SAVE_AGAIN,
     Cell,
     Grid,
     SheetFaults,
-    Worksheet,
     listed,
     quoted,
     refused,
@@ -55,7 +54,7 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
     content = _content(path)
     if not content.startswith(ZIP):
         if sheet is None:
-            return _read_text(path, content, separator)
+            return _read_text(path, content, separator).require_size()
         finding = f"a text file, which has no sheets, but [readings] sheet = {sheet!r}."
         raise refused(path, finding, "Remove this setting, or give the workbook.")
     from validate.readings import open_document, workbook
@@ -68,9 +67,9 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
         # openpyxl warns about skipped styles and extensions, which contain no readings.
         with warnings.catch_warnings(action="ignore"):
             if open_document.MIMETYPE in content[:128]:
-                program, sheets = "ODS", [*open_document.read_worksheets(archive)]
+                sheets = [*open_document.read_worksheets(path, archive)]
             elif "[Content_Types].xml" in archive.namelist():
-                program, sheets = "XLSX", [*workbook.read_worksheets(archive, content)]
+                sheets = [*workbook.read_worksheets(path, archive, content)]
             else:
                 raise refused(path, "a zip file, but not an XLSX.", SAVE_AGAIN)
     except SheetFaults:
@@ -79,7 +78,7 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
         cause = fault.__cause__ or fault
         finding = f"damaged, or not a workbook ({type(cause).__name__}: {shown(str(cause))})."
         raise refused(path, finding, SAVE_AGAIN) from fault
-    return _chosen_grid(path, program, sheets, sheet)
+    return _chosen(path, sheets, sheet).require_size()
 
 
 def table_of(path: Path) -> tuple[tuple[str, ...], list[tuple[int, list[tuple[str, str]]]]]:
@@ -87,9 +86,10 @@ def table_of(path: Path) -> tuple[tuple[str, ...], list[tuple[int, list[tuple[st
 
     Raises InputError if the file cannot be read.
     """
-    texts = {row: tuple(cell.text for cell in cells) for row, cells in read_grid(path).rows.items()}
-    (_, head), *rows = [*texts.items()] or [(1, ())]
-    return head, [(row, [*zip_longest(head, texts, fillvalue="")]) for row, texts in rows]
+    grid = read_grid(path)
+    first, *rows = grid.rows or [1]
+    head = grid.texts(first)
+    return head, [(row, [*zip_longest(head, grid.texts(row), fillvalue="")]) for row in rows]
 
 
 def _content(path: Path) -> bytes:
@@ -141,10 +141,8 @@ def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
             finding = "a quotation mark of an earlier line closes here, and the quoted text contains rows of numbers."
             where = Location(Path(as_text(path)), f"line {line}")
             raise refused(where, finding, "Delete both marks, or the line breaks between them.")
-        # Lines may end with a million separators of empty columns.
-        width = next(count for count in range(len(fields), 0, -1) if fields[count - 1])
-        rows[line] = tuple(map(Cell, fields[:width]))
-    return Grid(path, rows, ("CSV", encoding, {"\t": "tabs", ";": "semicolons", ",": "commas"}[mark]), separator=mark)
+        rows[line] = {column: Cell(text) for column, text in enumerate(fields) if text}
+    return Grid(path, ("CSV", encoding, {"\t": "tabs", ";": "semicolons", ",": "commas"}[mark]), rows, mark)
 
 
 def _likeliest(text: str) -> str:
@@ -174,7 +172,7 @@ def _fields(text: str, mark: str) -> dict[int, list[str]]:
     return lines
 
 
-def _chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: str | None) -> Grid:
+def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
     """Return the sheet ``wanted``, or the only visible one with a table; else ask for it."""
     filled = [sheet for sheet in sheets if sheet.rows]
     if not filled:
@@ -184,26 +182,22 @@ def _chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: 
     chosen = [sheet for sheet in tables if not sheet.is_hidden]
     named, finding = chosen or tables, f"{'several' if chosen else 'only hidden'} sheets may have the readings:"
     if wanted is not None:
-        chosen = [sheet for sheet in sheets if sheet.name == wanted]
+        chosen = [sheet for sheet in sheets if sheet.sheet == wanted]
         named, finding = sheets, f"has no sheet {quoted(wanted)}, only"
     doubts: tuple[Doubt, ...] = ()
     if len(chosen) != 1:
-        finding += f" {listed([quoted(sheet.name) for sheet in named])}."
+        finding += f" {listed([quoted(f'{sheet.sheet}') for sheet in named])}."
         doubts = (Doubt("sheet", Location(Path(as_text(path))), finding, answers={"sheet": None}),)
     # The first one stands in, so that what else is open is asked at the same time.
     sheet = (chosen or named)[0]
-    rows = {
-        row: tuple(cells.get(column, BLANK) for column in range(max(cells) + 1))
-        for row, cells in sorted(sheet.rows.items())
-    }
     # Sheets that may have the readings of another sample are no remarks on this one.
     others = [other for other in sheets if other is not sheet and (other.is_hidden or other not in tables)]
-    elsewhere = (*sheet.on_page, *(text for other in others for text in other.texts()))
-    written = (program, f"sheet {quoted(sheet.name)}")
-    return Grid(path, rows, written, worksheet=sheet, elsewhere=elsewhere, doubts=doubts)
+    elsewhere = [*sheet.elsewhere, *(text for other in others for text in other.all_texts())]
+    rows = {row: dict(sorted(cells.items())) for row, cells in sorted(sheet.rows.items())}
+    return replace(sheet, rows=rows, elsewhere=elsewhere, doubts=doubts)
 
 
-def _has_table(sheet: Worksheet) -> bool:
+def _has_table(sheet: Grid) -> bool:
     """Return whether at least two rows have two numbers."""
     counts = [
         sum(cell.kind == "formula" or number(cell.text) is not None for cell in cells.values())

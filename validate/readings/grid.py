@@ -1,9 +1,9 @@
 """The cells of a sheet with their marks, and what else is in its file."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 from sealtwin.core.doubts import Doubt, Location, ReadSheet
 from sealtwin.core.errors import InputError, as_text
@@ -37,18 +37,47 @@ class Comment(NamedTuple):
     text: str
 
 
-@dataclass(eq=False)
-class Worksheet:
-    """A worksheet of a workbook."""
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """The cells of a sheet, and what else is in its file."""
 
-    name: str
-    is_hidden: bool
+    path: Path
+    written: tuple[str, ...] = ()  # Format of the file in words: ("CSV", "UTF-16", "semicolons")
     rows: dict[int, dict[int, Cell]] = field(default_factory=dict)
-    """Cells that are not blank, by row number from 1, then by column from 0."""
+    """Cells that are not blank, by row number from 1, then by column from 0, both increasing."""
+    separator: str | None = None  # Separator of a text file
+    sheet: str | None = None  # Name of a workbook's sheet
+    is_hidden: bool = False
     comments: list[Comment] = field(default_factory=list)
     hidden_rows: set[int] = field(default_factory=set)
     hidden_columns: set[int] = field(default_factory=set)
-    on_page: list[tuple[str, str]] = field(default_factory=list)  # Page headers and footers: place and text
+    elsewhere: list[tuple[str, str]] = field(default_factory=list)
+    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm"), ("page header", "P01")."""
+
+    doubts: tuple[Doubt, ...] = ()  # What is open about the file
+
+    def require_size(self) -> Self:
+        """Return the sheet. Raises SheetFaults if it exceeds the size limit of a sheet of readings."""
+        if len(self.rows) > MOST_ROWS:
+            finding = f"has more than {MOST_ROWS} rows, which is the limit."
+            raise refused(self.location(), finding, "Use fewer stations.")
+        for row, cells in self.rows.items():
+            if max(cells) >= MOST_COLUMNS:
+                finding = f"has more than {MOST_COLUMNS} columns, which is the limit."
+                raise refused(self.location(row), finding, "Delete everything outside the table.")
+        return self
+
+    def cell(self, row: int, column: int) -> Cell:
+        return self.rows.get(row, {}).get(column, BLANK)
+
+    def texts(self, row: int) -> tuple[str, ...]:
+        """Return the texts of a row from the first column on."""
+        return tuple(self.cell(row, column).text for column in range(max(self.rows.get(row, {}), default=-1) + 1))
+
+    def location(self, row: int | None = None) -> Location:
+        """Return the sheet, or a row of it."""
+        parts = [] if self.sheet is None else [f"sheet {quoted(self.sheet)}"]
+        return Location(Path(as_text(self.path)), ", ".join(parts if row is None else [*parts, f"row {row}"]))
 
     def drop_zeros(self, *, never_calculated: bool = False) -> None:
         """Treat the results of formulas as never calculated if the program that wrote the file stored zeros for them.
@@ -62,9 +91,9 @@ class Worksheet:
             for row, column in zeros:
                 row[column] = FORMULA
 
-    def texts(self) -> Iterator[tuple[str, str]]:
-        """Yield the texts of the sheet with their places; those of a row are one."""
-        sheet, texts = f"sheet {quoted(self.name)}", [*self.on_page]
+    def all_texts(self) -> Iterator[tuple[str, str]]:
+        """Yield the texts of a worksheet with their places; those of a row are one."""
+        sheet, texts = f"sheet {quoted(f'{self.sheet}')}", [*self.elsewhere]
         texts += [(f"comment in row {row}", text) for row, _, text in self.comments]
         for row, cells in self.rows.items():
             if words := [cell.text for cell in cells.values() if cell.kind == "text"]:
@@ -72,43 +101,6 @@ class Worksheet:
         yield from ((f"{sheet}, {part}", text) for part, text in texts[:MOST_TEXTS])
         if texts[MOST_TEXTS:]:
             yield sheet, f"{len(texts)} texts in all"
-
-
-@dataclass(frozen=True)
-class Grid:
-    """The rows with content of a sheet.
-
-    Raises SheetFaults if they exceed the size limit of a sheet of readings.
-    """
-
-    path: Path
-    rows: Mapping[int, tuple[Cell, ...]]  # By row number from 1, increasing; cells from the first column on
-    written: tuple[str, ...] = ()  # Format of the file in words: ("CSV", "UTF-16", "semicolons")
-    separator: str | None = None  # Separator of a text file
-    worksheet: Worksheet | None = None  # None for a text file
-    elsewhere: tuple[tuple[str, str], ...] = ()
-    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm"), ("page header", "P01")."""
-
-    doubts: tuple[Doubt, ...] = ()  # What is open about the file
-
-    def __post_init__(self) -> None:
-        if len(self.rows) > MOST_ROWS:
-            raise refused(
-                self.location(), f"has more than {MOST_ROWS} rows, which is the limit.", "Use fewer stations."
-            )
-        for row, cells in self.rows.items():
-            if any(cell != BLANK for cell in cells[MOST_COLUMNS:]):
-                finding = f"has more than {MOST_COLUMNS} columns, which is the limit."
-                raise refused(self.location(row), finding, "Delete everything outside the table.")
-
-    def cell(self, row: int, column: int) -> Cell:
-        cells = self.rows.get(row, ())
-        return cells[column] if column < len(cells) else BLANK
-
-    def location(self, row: int | None = None) -> Location:
-        """Return the sheet, or a row of it."""
-        parts = [] if self.worksheet is None else [f"sheet {quoted(self.worksheet.name)}"]
-        return Location(Path(as_text(self.path)), ", ".join(parts if row is None else [*parts, f"row {row}"]))
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.

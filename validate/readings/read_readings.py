@@ -95,7 +95,9 @@ def readings_of(
 
 def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:
     """Return rows of values as the cells of a sheet, in which "A1" is the first one; None and NaN are blank."""
-    return Grid(Path(name), {number: tuple(map(_cell, row)) for number, row in enumerate(rows, start=1)}, ("rows",))
+    cells = {number: dict(enumerate(map(_cell, row))) for number, row in enumerate(rows, start=1)}
+    cells = {number: {k: cell for k, cell in row.items() if cell != BLANK} for number, row in cells.items()}
+    return Grid(Path(name), ("rows",), {number: row for number, row in cells.items() if row}).require_size()
 
 
 def _cell(value: Any) -> Cell:
@@ -140,10 +142,11 @@ def _understood(table: Table, rows: ReadRows) -> ReadSheet:
     roles |= {column: f"{what.role.value}, {what.unit or 'no unit'}" for column, what in others.items()}
     header = table.header.rows
     first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MOST_ROWS_SHOWN]
-    width = max((len(table.grid.rows[row]) for row in first), default=0)
+    texts = [(row, table.grid.texts(row)) for row in first]
+    width = max((len(of_row) for _, of_row in texts), default=0)
     return ReadSheet(
         tuple((letters(column), roles.get(column, "not read")) for column in range(width)),
-        tuple((row, tuple(cell.text for cell in table.grid.rows[row])) for row in first),
+        tuple(texts),
         frozenset((row, column.index) for row in first if row in rows.read for column in table.used),
         frozenset(header),
         rows.means,

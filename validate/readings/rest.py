@@ -62,24 +62,24 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
         cell = f"{letters(column)}{row}"
         return Text(cell if is_inside or not table.confirms(RANGE) else RANGE, text, what + cell, beside)
 
-    numbers = {column for row in table.body for column, cell in enumerate(grid.rows[row]) if numeric(cell)}
+    numbers = {column for row in table.body for column, cell in grid.rows[row].items() if numeric(cell)}
     samples = {column for column, what in table.others.items() if what.role is Role.SAMPLE}
     labels = {column for column in table.header.names if _has_labels(table, rows, column)}
     for row, cells in grid.rows.items():
-        filled = [(column, cell) for column, cell in enumerate(cells) if cell.text]
+        filled = [(column, cell) for column, cell in cells.items() if cell.text]
         if row in rows.read or row in table.header.rows:
             texts = [grid.cell(row, column.index).text for column in table.used if column is not table.repeat]
             beside = f" beside {' '.join(map(shown, texts))}" if row in rows.read else ""
             for column, cell in filled:
                 if column not in labels and _may_change(table, row, column, numbers, sample):
                     yield text_of(row, column, cell.text, beside)
-        elif row not in rows.passed and not {Role.STATION, Role.READING} <= roles_in(cells):
+        elif row not in rows.passed and not {Role.STATION, Role.READING} <= roles_in(cells.values()):
             # The name of a sample beside numbers is that of another one.
             words = {column for column, cell in filled if not numeric(cell)}
             words -= samples if len(words) < len(filled) else set()
             if words or (filled and span.top <= row < table.header.first):
                 yield text_of(row, filled[0][0], " ".join(cell.text for _, cell in filled))
-    for row, column, text in grid.worksheet.comments if grid.worksheet else ():
+    for row, column, text in grid.comments:
         yield text_of(row, column, text, what="comment in ")
     for place, text in grid.elsewhere:
         yield Text("worksheets", text, place)
@@ -110,17 +110,15 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
 def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     """Yield the names of the worksheet and of the file, without that of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
-    for what, name in (("name of the worksheet", grid.worksheet and grid.worksheet.name), ("name of the file", stem)):
+    for what, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
         # "P02" in the file of P01 is another sample.
-        is_other = name and sample and CODE.fullmatch(name) and sample_key(name) != sample_key(sample)
-        if name and (is_other or (len(name.strip()) > 1 and changes(name))):
+        is_other = sample and CODE.fullmatch(name) and sample_key(name) != sample_key(sample)
+        if is_other or (len(name.strip()) > 1 and changes(name)):
             yield Text(NAMES, name, what)
 
 
 def _ask_about_marks(table: Table, rows: ReadRows) -> None:
     """Ask about readings that are struck through, hidden, or coloured unlike most of their column."""
-    if (sheet := table.grid.worksheet) is None:
-        return
     answers: dict[str, list[str]] = {kind: [] for kind in MARKS}
     for column in table.used:
         name, k = letters(column.index), column.index
@@ -128,7 +126,7 @@ def _ask_about_marks(table: Table, rows: ReadRows) -> None:
         usual = Counter(cell.colours for cell in cells.values()).most_common(1)[0][0] if cells else ""
         marked = {
             "struck": [row for row, cell in cells.items() if cell.is_struck],
-            "hidden": [row for row in cells if row in sheet.hidden_rows or k in sheet.hidden_columns],
+            "hidden": [row for row in cells if row in table.grid.hidden_rows or k in table.grid.hidden_columns],
             "coloured": [row for row, cell in cells.items() if cell.colours != usual],
         }
         for kind, of_kind in marked.items():

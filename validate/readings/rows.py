@@ -11,7 +11,7 @@ import numpy as np
 from sealtwin.core.doubts import CONFIRMS, Mean
 from validate.readings.grid import BLANK, Cell, letters, listed, quoted
 from validate.readings.screens import ReadCells
-from validate.readings.table import Column, Table, cells_in, numeric
+from validate.readings.table import Column, Table, numeric
 from validate.readings.words import (
     FACTORS,
     Role,
@@ -138,7 +138,8 @@ def _decimal_mark(table: Table) -> Decimal | None:
 def _ask_about_fields(table: Table) -> None:
     """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
     last = max(table.header.names, default=table.span.right)
-    rows = [f"{row}" for row in table.body if any(map(numeric, table.grid.rows[row][last + 1 :]))]
+    cells = {row: table.grid.rows[row] for row in table.body}
+    rows = [f"{row}" for row in cells if any(numeric(cell) for k, cell in cells[row].items() if k > last)]
     if rows and table.grid.separator == ",":
         finding = f"row {listed(rows)} has more fields than the header."
         remedy = "If these are decimal commas, save the sheet with semicolons between fields."
@@ -152,7 +153,7 @@ def _passed(table: Table) -> Iterator[int]:
         finding = f"skip has {listed(sorted(absent))}, which is no row and no reading of the table."
         table.ask("skip", finding, "Correct skip; rows are counted from 1.")
     for row in table.body:
-        first = next((cell.text for _, cell in cells_in(table.grid, table.span, row)), "")
+        first = next((cell.text for cell in table.part[row].values()), "")
         label = "" if table.repeat is None else table.grid.cell(row, table.repeat.index).text
         if f"{row}" in entries or is_calculated(first) or is_calculated(label):
             yield row

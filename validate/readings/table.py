@@ -6,6 +6,7 @@ The columns have a unit, and the readings a direction, by the names in the heade
 import re
 import sys
 from bisect import bisect_left
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -23,6 +24,10 @@ FIRST_ROWS = 60  # Rows among which it begins
 SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|\"|%)")
 """A number and the unit behind it."""
+
+
+Rows = Mapping[int, Mapping[int, Cell]]
+"""Cells with content, by row number from 1, then by column from 0."""
 
 
 class SheetPart(NamedTuple):
@@ -67,6 +72,7 @@ class Table:
     grid: Grid
     declared: Declared
     span: SheetPart
+    part: Rows  # Cells within the span
     header: Header
     body: list[int]  # Rows with cells below the header
     doubts: list[Doubt]  # All that is open in the sheet so far, and what may be a mistake
@@ -127,9 +133,14 @@ def find_table(grid: Grid, declared: Declared) -> Table:
     else about the sheet can be asked at the same time.
     """
     span = SheetPart.of((declared.columns or Columns()).range)
-    header = find_header(grid, span)
-    body = [row for row in grid.rows if header.first <= row <= span.bottom and any(cells_in(grid, span, row))]
-    table = Table(grid, declared, span, header, body, [*grid.doubts])
+    part = {
+        row: {column: cell for column, cell in cells.items() if span.left <= column <= span.right}
+        for row, cells in grid.rows.items()
+        if row <= span.bottom
+    }
+    header = find_header(part, span.top)
+    body = [row for row in part if row >= header.first and part[row]]
+    table = Table(grid, declared, span, part, header, body, [*grid.doubts])
     _end_before_next_table(table)
     _set_columns(table)
     _ask_for_units(table)
@@ -137,70 +148,64 @@ def find_table(grid: Grid, declared: Declared) -> Table:
     return table
 
 
-def find_header(grid: Grid, span: SheetPart) -> Header:
-    """Return the header of the table in a part of a sheet. Without names of columns it has no rows."""
-    rows = [row for row in grid.rows if row <= span.bottom]
-    inside = [row for row in rows if row >= span.top]
+def find_header(part: Rows, top: int) -> Header:
+    """Return the header of the table in a part of a sheet that begins at row ``top``. It may be above that row.
+
+    Without names of columns, the header has no rows.
+    """
+    rows = [*part]
+    inside = [row for row in rows if row >= top]
     # A part without a header has that of the rows above it.
-    above = [row for row in reversed(rows) if row < span.top]
+    above = [row for row in reversed(rows) if row < top]
     for begin in (*inside[:FIRST_ROWS], *above):
         index = bisect_left(rows, begin)
         # Rows with units and with the numbers of repeats belong to the header above them.
         for count in range(MOST_ROWS, 0, -1):
             header = rows[index : index + count]
-            if names := _names_if_header(grid, span, header):
-                return Header(tuple(header), names, max(header[-1] + 1, span.top))
+            if names := _names_if_header([part[row] for row in header]):
+                return Header(tuple(header), names, max(header[-1] + 1, top))
     # Without known names, it is the rows of texts above the first row with numbers.
-    first = next((row for row in inside if _has_numbers(grid, span, row)), inside[0] if inside else span.top)
+    first = next((row for row in inside if _has_numbers(part[row])), inside[0] if inside else top)
     texts = takewhile(
-        lambda row: len([*cells_in(grid, span, row)]) > 1 and not _has_numbers(grid, span, row),
+        lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]),
         range(first - 1, first - 1 - MOST_ROWS, -1),
     )
     header = tuple(texts)[::-1]
-    return Header(header, _names_of(grid, span, header), first)
+    return Header(header, _names_of([part[row] for row in header]), first)
 
 
-def _names_of(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str]:
+def _names_of(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str]:
     """Return the names of the columns in the rows of a header.
 
     A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
     """
-    names = dict[int, str]()
-    for column in range(span.left, min(max((len(grid.rows[row]) for row in rows), default=0), span.right + 1)):
-        parts = list[str]()
-        for count, row in enumerate(rows, start=1):
-            text = grid.cell(row, column).text
-            if not text and any(grid.cell(lower, column).text for lower in rows[count:]):
-                left = (grid.cell(row, other).text for other in range(column - 1, span.left - 1, -1))
-                text = next(filter(None, left), "")
-            parts += [text] if text and text not in parts else []
-        if parts:
-            names[column] = " ".join(parts)
-    return names
+    names, above = defaultdict[int, list[str]](list), [BLANK] * len(rows)
+    for column in sorted({column for cells in rows for column in cells}):
+        is_last = True
+        for i, cells in reversed([*enumerate(rows)]):
+            cell = cells.get(column, BLANK)
+            above[i] = cell if cell.text else above[i]
+            text = cell.text if is_last else above[i].text
+            is_last = is_last and not cell.text
+            names[column] += [text] if text else []
+    return {column: " ".join(dict.fromkeys(reversed(parts))) for column, parts in names.items() if parts}
 
 
-def _names_if_header(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str] | None:
+def _names_if_header(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str] | None:
     """Return the names in rows if these are a header: with a column of places and one of readings, and no number."""
-    if any(sum(bool(cell.text) for cell in grid.rows[row]) < 2 for row in rows):
+    if any(sum(bool(cell.text) for cell in cells.values()) < 2 for cells in rows):
         return None
-    names = _names_of(grid, span, rows)
+    names = _names_of(rows)
     roles = {column: what.role for column, name in names.items() if (what := meaning(name)) is not None}
     stations = [column for column, role in roles.items() if role is Role.STATION]
     if not stations or not {Role.READING, Role.REPEAT} & {*roles.values()}:
         return None
-    return None if any(numeric(grid.cell(row, column)) for row in rows for column in stations) else names
+    return None if any(numeric(cells.get(column, BLANK)) for cells in rows for column in stations) else names
 
 
-def _has_numbers(grid: Grid, span: SheetPart, row: int) -> bool:
-    are_numbers = [numeric(cell) is not None for _, cell in cells_in(grid, span, row)]
+def _has_numbers(cells: Mapping[int, Cell]) -> bool:
+    are_numbers = [numeric(cell) is not None for cell in cells.values()]
     return sum(are_numbers) > max(1, len(are_numbers) / 2)
-
-
-def cells_in(grid: Grid, span: SheetPart, row: int) -> Iterator[tuple[int, Cell]]:
-    """Yield the columns and cells with content of a row within a part of a sheet."""
-    for column, cell in enumerate(grid.rows.get(row, ())):
-        if cell != BLANK and span.left <= column <= span.right:
-            yield column, cell
 
 
 @lru_cache(maxsize=50_000)
@@ -222,7 +227,7 @@ def roles_in(cells: Iterable[Cell]) -> set[Role]:
 def _end_before_next_table(table: Table) -> None:
     """Take the first of several tables one below the other, and ask for a range."""
     for count, row in enumerate(table.body):
-        roles = roles_in(cell for _, cell in cells_in(table.grid, table.span, row))
+        roles = roles_in(table.part[row].values())
         if count and Role.STATION in roles and roles & {Role.READING, Role.REPEAT}:
             _ask_for_range(table, f"another table begins in row {row}.")
             table.body = table.body[:count]
@@ -237,7 +242,7 @@ def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
 
 def _set_columns(table: Table) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
-    chosen, cells = table.chosen, [each for row in table.body for each in cells_in(table.grid, table.span, row)]
+    chosen, cells = table.chosen, [each for row in table.body for each in table.part[row].items()]
     numbers = sorted({column for column, cell in cells if numeric(cell) or cell.kind == "formula"})
     known = {column: what for column, name in table.header.names.items() if (what := meaning(name)) is not None}
     settings = {Role.STATION: chosen.s, Role.READING: chosen.levels, Role.REPEAT: chosen.repeat}

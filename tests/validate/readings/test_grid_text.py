@@ -19,7 +19,7 @@ NOTES = "s_mm,depth_mm,note; who; why\n0,1,a;b;c\n5,2,d;e;f\n"
 
 
 def texts(grid: Grid, row: int) -> list[str]:
-    return [cell.text for cell in grid.rows[row]]
+    return [*grid.texts(row)]
 
 
 @pytest.fixture
