@@ -10,15 +10,14 @@ from sealtwin.core.doubts import CONFIRMS, Doubt, ReadSheet
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from validate.readings.files import read_grid
-from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters
+from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed
 from validate.readings.rest import ask_about_rest
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
 from validate.readings.screens import Filling, screens
-from validate.readings.table import Table, find_table
+from validate.readings.table import WAYS, Table, find_table
 from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
-WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
 MOST_ROWS_SHOWN = 8
 WHOLE = ("sign", "unit", "datum", "direction")
 
@@ -113,7 +112,7 @@ def _cell(value: Any) -> Cell:
 def _is_unanswered(doubt: Doubt, table: Table) -> bool:
     if doubt.kind == "datum" and table.declared.datum != "sample_surface":
         return False
-    return CONFIRMS not in doubt.answers or not all(map(table.confirms, doubt.answers[CONFIRMS]))
+    return not doubt.can_be_confirmed or not all(map(table.confirms, doubt.answers[CONFIRMS]))
 
 
 def _dialect(table: Table, rows: ReadRows) -> str:
@@ -128,18 +127,14 @@ def _dialect(table: Table, rows: ReadRows) -> str:
     repeats = counted(rows.cells.levels_mm.shape[1], "repeat")
     blank = int(np.isnan(rows.cells.readings_mm).sum())
     missing = (f"{counted(blank, 'reading')} missing",) if blank else ()
-    return "; ".join((", ".join((*table.grid.written, *mark)), repeats, counting, *missing))
+    skipped = [entry if isinstance(entry, str) else f"row {entry}" for entry in table.chosen.skip]
+    named = (f"skipped: {listed(skipped)}",) if skipped else ()
+    return "; ".join((", ".join((*table.grid.written, *mark)), repeats, counting, *missing, *named))
 
 
 def _understood(table: Table, rows: ReadRows) -> ReadSheet:
     """Return the columns with their roles, the header and the first rows, with the cells that are read."""
-    roles = {each.index: f"{WAYS[each.quantity]}, {each.unit or 'no unit'}" for each in table.readings}
-    if table.station is not None:
-        roles[table.station.index] = f"s, {table.station.unit or 'no unit'}"
-    if table.repeat is not None:
-        roles[table.repeat.index] = "repeat"
-    others = {column: what for column, what in table.others.items() if what.role.is_quantity}
-    roles |= {column: f"{what.role.value}, {what.unit or 'no unit'}" for column, what in others.items()}
+    roles = {column.index: column.in_words for column in (*table.used, *table.others.values())}
     header = table.header.rows
     first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MOST_ROWS_SHOWN]
     texts = [(row, table.grid.texts(row)) for row in first]

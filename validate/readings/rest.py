@@ -63,7 +63,7 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
         return Text(cell if is_inside or not table.confirms(RANGE) else RANGE, text, what + cell, beside)
 
     numbers = {column for row in table.body for column, cell in grid.rows[row].items() if numeric(cell)}
-    samples = {column for column, what in table.others.items() if what.role is Role.SAMPLE}
+    samples = {k for k, column in table.others.items() if column.role is Role.SAMPLE}
     labels = {column for column in table.header.names if _has_labels(table, rows, column)}
     for row, cells in grid.rows.items():
         filled = [(column, cell) for column, cell in cells.items() if cell.text]

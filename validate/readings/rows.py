@@ -2,8 +2,10 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -62,22 +64,27 @@ def read_rows(table: Table) -> ReadRows:
     """Return the readings of a table, sorted along s; what cannot be read is added to its doubts."""
     numbers = _Numbers(table)
     _ask_about_fields(table)
-    passed, places, above = frozenset(_passed(table)), dict[int, Cell](), BLANK
-    for row in () if table.station is None else table.body:
+    passed = frozenset(_passed(table))
+    stations = dict(_station_cells(table, passed))
+    cells = _read_cells(table, _readings(table, numbers, stations))
+    return ReadRows(cells, numbers.mark, frozenset(stations), passed, tuple(_means(table, numbers, stations)))
+
+
+def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, Cell]]:
+    """Yield the rows with readings, and the cell with the place of each."""
+    above = BLANK
+    for row in table.body if table.station else ():
         # A row that is skipped has the place of the repeats below it.
-        cell = table.grid.cell(row, table.used[0].index)
+        cell = table.cell(row, table.used[0])
         above = cell if cell.text else above
         if row not in passed and _has_readings(table, row):
-            places[row] = above
-    cells = _read_cells(table, _stations(table, numbers, places))
-    means = tuple(_means(table, numbers, places))
-    return ReadRows(cells, numbers.mark, frozenset(places), passed, means)
+            yield row, above
 
 
 def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
     """Return the answer that skips some readings, and the rows of some places; none for half of all rows."""
-    place = "" if table.station is None else letters(table.station.index)
-    entries = [int(row) if (row := cell.removeprefix(place)).isdigit() else cell for cell in cells]
+    station = "" if table.station is None else table.station.letters
+    entries = [int(row) if (row := cell.removeprefix(station)).isdigit() else cell for cell in cells]
     rows = {cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ") for cell in cells}
     return {"columns.skip": entries} if 2 * len(rows) < len(table.body) else {}
 
@@ -91,23 +98,21 @@ class _Numbers:
         self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
 
     def reading(self, row: int, column: Column) -> Reading:
-        cell = self.table.grid.cell(row, column.index)
-        is_skipped = f"{letters(column.index)}{row}" in self.table.chosen.skip
-        if is_skipped or (cell.kind == "text" and is_missing(cell.text)):
+        cell = self.table.cell(row, column)
+        if f"{column.letters}{row}" in self.table.chosen.skip or (cell.kind == "text" and is_missing(cell.text)):
             return Reading(math.nan, row, column.index)
-        value_mm, text = self.in_mm(row, column, cell), (numeric(cell) or ("", ""))[0]
-        digit_mm = FACTORS[column.unit or "mm"] * 10.0 ** -decimals_of(text)
-        return Reading(math.nan if value_mm is None else value_mm, row, column.index, digit_mm)
+        (text, _), factor = numeric(cell) or ("", ""), FACTORS[column.unit or "mm"]
+        return Reading(self.in_mm(row, column, cell), row, column.index, factor * 10.0 ** -decimals_of(text))
 
-    def in_mm(self, row: int, column: Column, cell: Cell) -> float | None:
-        """Return the number of a cell in millimetres, or None after noting what is wrong."""
+    def in_mm(self, row: int, column: Column, cell: Cell) -> float:
+        """Return the number of a cell in millimetres, or NaN after noting what is wrong."""
         if (value := value_of(cell, self.mark)) is not None:
             return value * FACTORS[column.unit or "mm"]
         has_digits = any(map(str.isdigit, cell.text)) or column.role is not Role.READING
         text_kind = "mark" if number(cell.text) is not None else "number" if has_digits else "word"
         kind = cell.kind if cell.kind in COMPLAINTS else text_kind
-        self.unread[kind][f"{letters(column.index)}{row}"] = cell.text
-        return None
+        self.unread[kind][f"{column.letters}{row}"] = cell.text
+        return math.nan
 
     def report(self) -> None:
         """Ask about cells that are no numbers, with one question for each kind of mistake."""
@@ -119,27 +124,25 @@ class _Numbers:
 
 def value_of(cell: Cell, mark: Decimal | None) -> float | None:
     """Return the number of a cell in its own unit; None for another cell, or another decimal mark."""
-    if (text := numeric(cell)) is None:
-        return None
-    return float(text[0]) if cell.kind == "number" else number(text[0], mark)
+    text, _ = numeric(cell) or ("", "")
+    return float(text) if cell.kind == "number" else number(text, mark)
 
 
 def _decimal_mark(table: Table) -> Decimal | None:
     columns = [column for column in table.used if column is not table.repeat]
-    cells = [table.grid.cell(row, column.index) for row in table.body for column in columns]
+    cells = [table.cell(row, column) for row in table.body for column in columns]
     texts = [value[0] for cell in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
     mark = table.declared.decimal or common_mark(texts, table.grid.separator)
-    if mark is None and (doubtful := [text for text in texts if is_ambiguous(text)]):
-        finding = f"the mark in {quoted(doubtful[0])} is a decimal mark, or separates thousands."
+    if mark is None and (ambiguous := [*filter(is_ambiguous, texts)]):
+        finding = f"the mark in {quoted(ambiguous[0])} is a decimal mark, or separates thousands."
         table.ask("decimal", finding, "The decimal mark is comma or point.", {"decimal": None})
     return mark
 
 
 def _ask_about_fields(table: Table) -> None:
     """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
-    last = max(table.header.names, default=table.span.right)
-    cells = {row: table.grid.rows[row] for row in table.body}
-    rows = [f"{row}" for row in cells if any(numeric(cell) for k, cell in cells[row].items() if k > last)]
+    last, cells = max(table.header.names, default=table.span.right), table.grid.rows
+    rows = [f"{row}" for row in table.body if any(numeric(cell) for k, cell in cells[row].items() if k > last)]
     if rows and table.grid.separator == ",":
         finding = f"row {listed(rows)} has more fields than the header."
         remedy = "If these are decimal commas, save the sheet with semicolons between fields."
@@ -148,48 +151,52 @@ def _ask_about_fields(table: Table) -> None:
 
 def _passed(table: Table) -> Iterator[int]:
     """Yield the rows to skip, and the rows of means and other calculated figures."""
-    entries, columns = {f"{entry}" for entry in table.chosen.skip}, [letters(each.index) for each in table.used]
-    if absent := entries - {f"{column}{row}" for row in table.body for column in ("", *columns)}:
+    entries, columns = {*map(str, table.chosen.skip)}, ["", *(column.letters for column in table.used)]
+    if absent := entries - {f"{column}{row}" for row in table.body for column in columns}:
         finding = f"skip has {listed(sorted(absent))}, which is no row and no reading of the table."
         table.ask("skip", finding, "Correct skip; rows are counted from 1.")
     for row in table.body:
-        first = next((cell.text for cell in table.part[row].values()), "")
-        label = "" if table.repeat is None else table.grid.cell(row, table.repeat.index).text
-        if f"{row}" in entries or is_calculated(first) or is_calculated(label):
+        first = next(iter(table.part[row].values()))
+        labels = first.text, "" if table.repeat is None else table.cell(row, table.repeat).text
+        if f"{row}" in entries or any(map(is_calculated, labels)):
             yield row
 
 
 def _has_readings(table: Table, row: int) -> bool:
     """Return whether a row has a place or a number: rows of texts alone are remarks."""
-    used = [table.grid.cell(row, column.index) for column in table.used]
+    station, *others = used = [table.cell(row, column) for column in table.used]
     # A date may be a number that a spreadsheet has converted.
-    is_place = used[0].kind == "date" or used[0].text[:1].isdigit()
-    is_place = is_place and any(cell.text for cell in used[1:])
+    is_place = station.kind == "date" or station.text[:1].isdigit()
+    is_place = is_place and any(cell.text for cell in others)
     return is_place or any(cell.kind not in ("text", "date") or numeric(cell) for cell in used)
 
 
-def _stations(table: Table, numbers: _Numbers, places: dict[int, Cell]) -> dict[float, dict[str, Reading]]:
-    """Return the readings of each place by the number of the repeat; ask about rows without a place of their own."""
-    repeat = table.repeat
-    is_long = repeat is not None or "repeats" in (table.declared.as_written or ())
-    stations, rounded = dict[float, dict[str, Reading]](), dict[float, float]()
+def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dict[float, dict[str, Reading]]:
+    """Return the readings of each s by the number of the repeat; ask about rows without a place of their own.
+
+    ``stations`` has the cell of the place of each row.
+    """
+    column, *_ = [*table.used, Column(0, Role.STATION)]
+    repeat, is_long = table.repeat, table.repeat is not None or table.confirms("repeats")
+    by_s, nearest = dict[float, dict[str, Reading]](), dict[float, float]()
     twice, blank = list[str](), list[str]()
-    for row, place in places.items():
-        column = table.used[0]
-        name, has_place = f"{letters(column.index)}{row}", bool(table.grid.cell(row, column.index).text)
-        blank += [] if has_place else [name]
-        s_mm = numbers.in_mm(row, column, place)
-        readings = [numbers.reading(row, column) for column in table.readings]
-        if s_mm is None:
+    for row, cell in stations.items():
+        name = f"{column.letters}{row}"
+        is_blank = not table.cell(row, column).text
+        s_mm, readings = numbers.in_mm(row, column, cell), [numbers.reading(row, each) for each in table.readings]
+        if is_blank:
+            blank.append(name)
+        if math.isnan(s_mm):
             continue
-        s_mm = rounded.setdefault(round(s_mm / CLOSEST_MM) if abs(s_mm) < HUGE_MM else s_mm, s_mm)
-        of_station = stations.setdefault(s_mm, {})
+        s_mm = nearest.setdefault(round(s_mm / CLOSEST_MM) if abs(s_mm) < HUGE_MM else s_mm, s_mm)
+        of_station = by_s.setdefault(s_mm, {})
         is_twice = bool(of_station) and not is_long
         for reading in () if is_twice else readings:
-            label = f"{len(of_station) + 1}" if repeat is None else table.grid.cell(row, repeat.index).text
+            label = f"{len(of_station) + 1}" if repeat is None else table.cell(row, repeat).text
             is_twice = is_twice or label in of_station or is_missing(label)
             of_station[label] = reading
-        twice += [name] if is_twice and has_place else []
+        if is_twice and not is_blank:
+            twice.append(name)
     numbers.report()
     if blank:
         remedy = "If these are repeats of the place above, confirm it; else write a place into every row."
@@ -200,22 +207,27 @@ def _stations(table: Table, numbers: _Numbers, places: dict[int, Cell]) -> dict[
         remedy = "Correct them, or name the column that numbers the repeats (repeat)."
         answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(table, twice)
         table.ask("twice", finding, remedy, answers, twice, stops=True)
-    read = {s_mm for s_mm, readings in stations.items() if not all(math.isnan(mm) for mm, *_ in readings.values())}
-    return {s_mm: stations[s_mm] for s_mm in sorted(read)}
+    return {
+        s_mm: readings
+        for s_mm, readings in sorted(by_s.items(), key=itemgetter(0))
+        if not all(math.isnan(reading.value_mm) for reading in readings.values())
+    }
 
 
-def _read_cells(table: Table, stations: dict[float, dict[str, Reading]]) -> ReadCells:
+def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCells:
     # Numbers by their size
-    labels = sorted({label for own in stations.values() for label in own}, key=lambda label: (len(label), label))
-    lacking = [Reading(math.nan, next(iter(own.values())).row, -1) for own in stations.values()]
-    readings = [[own.get(label, no) for label in labels] for own, no in zip(stations.values(), lacking, strict=True)]
-    parts = np.array(readings, dtype=float).reshape(len(stations), len(labels), len(Reading._fields))
+    labels = sorted({*chain.from_iterable(by_s.values())}, key=lambda label: (len(label), label))
+    first = [next(iter(readings.values())) for readings in by_s.values()]
+    lacking = [Reading(math.nan, reading.row, -1) for reading in first]
+    rows = [[of_s.get(label, no) for label in labels] for of_s, no in zip(by_s.values(), lacking, strict=True)]
+    parts = np.array(rows, dtype=float).reshape(len(by_s), len(labels), len(Reading._fields))
+    readings_mm, cell_rows, columns, digits_mm = np.moveaxis(parts, -1, 0)
     return ReadCells(
-        s_mm=np.array(_declared_places(table, [*stations])),
-        readings_mm=parts[..., 0],
-        rows=parts[..., 1].astype(np.int64),
-        columns=parts[..., 2].max(axis=0, initial=-1).astype(np.int64),
-        digits_mm=parts[..., 3],
+        s_mm=np.array(_declared_places(table, [*by_s])),
+        readings_mm=readings_mm,
+        rows=cell_rows.astype(np.int64),
+        columns=columns.max(axis=0, initial=-1).astype(np.int64),
+        digits_mm=digits_mm,
         is_depth=table.quantity == "depth",
         datum_level_mm=table.declared.datum_level_mm or 0.0,
         station_column=0 if table.station is None else table.station.index,
@@ -234,12 +246,12 @@ def _declared_places(table: Table, numbers: list[float]) -> list[float]:
     return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
 
 
-def _means(table: Table, numbers: _Numbers, places: dict[int, Cell]) -> Iterator[Mean]:
+def _means(table: Table, numbers: _Numbers, rows: Iterable[int]) -> Iterator[Mean]:
     """Yield the mean of each column of another quantity, over the rows with readings."""
-    for column, what in table.others.items():
-        values = [value_of(table.grid.cell(row, column), numbers.mark) for row in places]
-        if what.role.is_quantity and (known := [value for value in values if value is not None]):
-            yield Mean(what.role.value, float(np.mean(known)), what.unit or "", len(known))
+    for column in table.others.values():
+        values = [value_of(table.cell(row, column), numbers.mark) for row in rows]
+        if column.role.is_quantity and (values := [value for value in values if value is not None]):
+            yield Mean(column.role.value, float(np.mean(values)), column.unit or "", len(values))
 
 
 def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:

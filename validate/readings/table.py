@@ -24,6 +24,7 @@ FIRST_ROWS = 60  # Rows among which it begins
 SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|\"|%)")
 """A number and the unit behind it."""
+WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
 
 
 Rows = Mapping[int, Mapping[int, Cell]]
@@ -64,6 +65,19 @@ class Column:
     unit: str | None = None
     quantity: Quantity | None = None
 
+    @property
+    def letters(self) -> str:
+        return letters(self.index)
+
+    @property
+    def in_words(self) -> str:
+        if not (self.role.is_read or self.role.is_quantity):
+            return "not read"
+        if self.role is Role.REPEAT:
+            return self.role.value
+        what = {Role.STATION: "s", Role.READING: WAYS[self.quantity]}.get(self.role, self.role.value)
+        return f"{what}, {self.unit or 'no unit'}"
+
 
 @dataclass
 class Table:
@@ -79,7 +93,7 @@ class Table:
     station: Column | None = None
     readings: list[Column] = field(default_factory=list[Column])
     repeat: Column | None = None
-    others: dict[int, Meaning] = field(default_factory=dict[int, Meaning])  # Columns that are known to be others
+    others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to be others
     stands_in: bool = False  # True if columns that no name and no setting names stand in
 
     @property
@@ -93,6 +107,9 @@ class Table:
     @property
     def quantity(self) -> Quantity | None:
         return self.readings[0].quantity if self.readings else None
+
+    def cell(self, row: int, column: Column) -> Cell:
+        return self.grid.cell(row, column.index)
 
     def ask(
         self,
@@ -273,7 +290,7 @@ def _set_columns(table: Table) -> None:
     table.readings = [_column(table, column, Role.READING) for column in readings]
     table.repeat = next((_column(table, column, Role.REPEAT) for column in repeats), None)
     used = {column.index for column in table.used}
-    table.others = {column: what for column, what in known.items() if column not in used}
+    table.others = {k: Column(k, what.role, what.unit) for k, what in known.items() if k not in used}
 
 
 def _lettered(table: Table, entries: Sequence[str], numbers: Sequence[int]) -> list[int]:
@@ -363,11 +380,11 @@ def _ask_for_units(table: Table) -> None:
     for column in table.used:
         if column is table.repeat:
             continue
-        values = [numeric(table.grid.cell(row, column.index)) for row in table.body]
+        values = [numeric(table.cell(row, column)) for row in table.body]
         texts = dict.fromkeys(value[1] for value in values if value is not None)
         units = {column.unit, *(unit_of(text) or text for text in texts)} - {None, ""}
         if units - {*MM} - {column.unit} or len(units) > 1 or (units and "" in texts and column.unit is None):
-            finding = f"column {letters(column.index)} has {' and '.join(filter(None, texts))} in its cells"
+            finding = f"column {column.letters} has {' and '.join(filter(None, texts))} in its cells"
             table.ask("unit", f"{finding}, and its name has {column.unit or 'no unit'}.", "Write all in one unit.")
         setting = declared
         if column.role is Role.STATION and (places is not None or declared in get_args(DialUnit)):
@@ -384,8 +401,8 @@ def _ask_for_units(table: Table) -> None:
         remedy, roles = f"Units are {', '.join(get_args(Unit))}.", {column.role for column in lacking}
         settings = {Role.STATION: "columns.places", Role.READING: "unit"}
         answers = {settings[role]: None for role in settings if role in roles}
-        cells = [column.index for column in lacking]
-        table.ask("unit", f"{table.named(cells)} has no unit.", remedy, answers, [*map(letters, cells)])
+        finding = f"{table.named([column.index for column in lacking])} has no unit."
+        table.ask("unit", finding, remedy, answers, [column.letters for column in lacking])
 
 
 def _ask_for_direction(table: Table) -> None:

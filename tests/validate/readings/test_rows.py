@@ -52,6 +52,8 @@ READ = {
 def test_rows_are_read_as_they_are_meant(read, text, declared, repeats_mm):
     profile = read(text, **declared)
     assert [doubt for doubt in profile.questions if doubt.kind == "cell"] == []
+    skipped = declared.get("columns", {}).get("skip", [])
+    assert all(f"{entry}" in profile.dialect.partition("skipped: ")[2] for entry in skipped)
     assert listed(profile) == [pytest.approx(row) for row in repeats_mm]
 
 
