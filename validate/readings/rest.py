@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from sealtwin.core.doubts import CONFIRMS
@@ -16,7 +16,12 @@ MOST_QUOTED, LONGEST_QUOTED = 60, 400  # Texts of a sheet, and letters of each
 REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
 NAMES, RANGE = "names", "range"
 """Entries of as_written for the names of file and worksheet, and for all texts outside of the range."""
-MARKS = {"struck": "struck through", "hidden": "hidden", "coloured": "coloured unlike the others"}
+MARKS: dict[str, tuple[str, Callable[[Grid, int, int], bool | str]]] = {
+    "struck": ("struck through", lambda grid, row, column: grid.cell(row, column).is_struck),
+    "hidden": ("hidden", lambda grid, row, column: row in grid.hidden_rows or column in grid.hidden_columns),
+    "coloured": ("coloured unlike the others", lambda grid, row, column: grid.cell(row, column).colours),
+}
+"""Marks of cells by kind: in words, and the function that returns the mark of a cell."""
 CODE = re.compile(r"[^\W\d_]{1,3}[ _-]?[0-9]+\w?")
 LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat with its word, or a letter
 
@@ -54,11 +59,10 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
 
 def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     """Yield the texts of the sheet outside of its header and readings, comments, and texts elsewhere in the file."""
-    grid, span = table.grid, table.span
+    grid, (columns_inside, rows_inside) = table.grid, table.span
 
     def text_of(row: int, column: int, text: str, beside: str = "", what: str = "") -> Text:
-        is_inside = row in table.header.rows or span.top <= row <= span.bottom
-        is_inside &= span.left <= column <= span.right
+        is_inside = column in columns_inside and (row in rows_inside or row in table.header.rows)
         cell = f"{letters(column)}{row}"
         return Text(cell if is_inside or not table.confirms(RANGE) else RANGE, text, what + cell, beside)
 
@@ -68,7 +72,7 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     for row, cells in grid.rows.items():
         filled = [(column, cell) for column, cell in cells.items() if cell.text]
         if row in rows.read or row in table.header.rows:
-            texts = [grid.cell(row, column.index).text for column in table.used if column is not table.repeat]
+            texts = [table.cell(row, column).text for column in table.used if column is not table.repeat]
             beside = f" beside {' '.join(map(shown, texts))}" if row in rows.read else ""
             for column, cell in filled:
                 if column not in labels and _may_change(table, row, column, numbers, sample):
@@ -77,7 +81,7 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
             # The name of a sample beside numbers is that of another one.
             words = {column for column, cell in filled if not numeric(cell)}
             words -= samples if len(words) < len(filled) else set()
-            if words or (filled and span.top <= row < table.header.first):
+            if words or (filled and rows_inside.start <= row < table.header.first):
                 yield text_of(row, filled[0][0], " ".join(cell.text for _, cell in filled))
     for row, column, text in grid.comments:
         yield text_of(row, column, text, what="comment in ")
@@ -119,20 +123,18 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
 
 def _ask_about_marks(table: Table, rows: ReadRows) -> None:
     """Ask about readings that are struck through, hidden, or coloured unlike most of their column."""
-    answers: dict[str, list[str]] = {kind: [] for kind in MARKS}
-    for column in table.used:
-        name, k = letters(column.index), column.index
-        cells = {row: table.grid.cell(row, k) for row in sorted(rows.read) if f"{name}{row}" not in table.chosen.skip}
-        usual = Counter(cell.colours for cell in cells.values()).most_common(1)[0][0] if cells else ""
-        marked = {
-            "struck": [row for row, cell in cells.items() if cell.is_struck],
-            "hidden": [row for row in cells if row in table.grid.hidden_rows or k in table.grid.hidden_columns],
-            "coloured": [row for row, cell in cells.items() if cell.colours != usual],
-        }
-        for kind, of_kind in marked.items():
-            is_whole = kind == "hidden" and len(of_kind) == len(rows.read) > 0
-            answers[kind] += [name] if is_whole else [f"{name}{row}" for row in of_kind]
-    for kind, of_kind in answers.items():
-        if of_kind:
-            finding = f"{MARKS[kind]}, but read: {listed(of_kind)}."
-            table.ask(kind, finding, "Skip rows or cells that do not count.", {CONFIRMS: of_kind}, of_kind)
+    for kind, (words, mark_of) in MARKS.items():
+        answers = list[str]()
+        for column in table.used:
+            cells = {row: f"{column.letters}{row}" for row in sorted(rows.read)}
+            marks = {
+                cell: mark_of(table.grid, row, column.index)
+                for row, cell in cells.items()
+                if cell not in table.chosen.skip
+            }
+            usual = Counter(marks.values()).most_common(1)[0][0] if kind == "coloured" and marks else False
+            unlike = [cell for cell, mark in marks.items() if mark != usual]
+            answers += [column.letters] if kind == "hidden" and len(unlike) == len(rows.read) > 0 else unlike
+        if answers:
+            finding = f"{words}, but read: {listed(answers)}."
+            table.ask(kind, finding, "Skip rows or cells that do not count.", {CONFIRMS: answers}, answers)

@@ -4,14 +4,13 @@ The columns have a unit, and the readings a direction, by the names in the heade
 """
 
 import re
-import sys
 from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import takewhile
-from typing import Any, NamedTuple, get_args
+from typing import Any, get_args
 
 from sealtwin.core.doubts import CONFIRMS, Doubt
 from validate.readings.beside import changes
@@ -21,6 +20,7 @@ from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
 
 MOST_ROWS = 3  # Rows of a header
 FIRST_ROWS = 60  # Rows among which it begins
+MOST_FILE_ROWS = 10**9  # More than the number of any row in a file
 SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|\"|%)")
 """A number and the unit behind it."""
@@ -29,26 +29,6 @@ WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
 
 Rows = Mapping[int, Mapping[int, Cell]]
 """Cells with content, by row number from 1, then by column from 0."""
-
-
-class SheetPart(NamedTuple):
-    """Part of a sheet: columns from 0, rows from 1, the last ones included."""
-
-    left: int = 0
-    top: int = 1
-    right: int = MOST_COLUMNS
-    bottom: int = sys.maxsize
-
-    @classmethod
-    def of(cls, text: str | None) -> "SheetPart":
-        """Return the part that a range such as "A1:D8", "A:D" or "1:8" means; all without one."""
-        left, top, right, bottom = SPAN.findall(text or ":")[0]
-        return cls(
-            column_of(left) if left else 0,
-            int(top or 1),
-            column_of(right) if right else MOST_COLUMNS,
-            int(bottom or sys.maxsize),
-        )
 
 
 @dataclass(frozen=True)
@@ -85,8 +65,8 @@ class Table:
 
     grid: Grid
     declared: Declared
-    span: SheetPart
-    part: Rows  # Cells within the span
+    span: tuple[range, range]  # Columns and rows of the part of the sheet in which it is
+    part: Rows  # Cells of these columns, down to the last of these rows
     header: Header
     body: list[int]  # Rows with cells below the header
     doubts: list[Doubt]  # All that is open in the sheet so far, and what may be a mistake
@@ -149,15 +129,18 @@ def find_table(grid: Grid, declared: Declared) -> Table:
     What the sheet leaves open is added to its doubts, and the likeliest columns stand in for it, so that everything
     else about the sheet can be asked at the same time.
     """
-    span = SheetPart.of((declared.columns or Columns()).range)
+    # Without a range, or an end of it, all columns and rows
+    left, top, right, bottom = SPAN.findall((declared.columns or Columns()).range or ":")[0]
+    columns = range(max(0, column_of(left)), (column_of(right) if right else MOST_COLUMNS) + 1)
+    rows = range(int(top or 1), int(bottom or MOST_FILE_ROWS) + 1)
     part = {
-        row: {column: cell for column, cell in cells.items() if span.left <= column <= span.right}
+        row: {column: cell for column, cell in cells.items() if column in columns}
         for row, cells in grid.rows.items()
-        if row <= span.bottom
+        if row < rows.stop
     }
-    header = find_header(part, span.top)
+    header = find_header(part, rows.start)
     body = [row for row in part if row >= header.first and part[row]]
-    table = Table(grid, declared, span, part, header, body, [*grid.doubts])
+    table = Table(grid, declared, (columns, rows), part, header, body, [*grid.doubts])
     _end_before_next_table(table)
     _set_columns(table)
     _ask_for_units(table)
