@@ -134,7 +134,8 @@ def _dialect(table: Table, rows: ReadRows) -> str:
 
 def _understood(table: Table, rows: ReadRows) -> ReadSheet:
     """Return the columns with their roles, the header and the first rows, with the cells that are read."""
-    roles = {column.index: column.in_words for column in (*table.used, *table.others.values())}
+    quantities = [column for column in table.others.values() if column.role.is_quantity]
+    roles = {column.index: column.in_words for column in (*table.used, *quantities)}
     header = table.header.rows
     first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MOST_ROWS_SHOWN]
     texts = [(row, table.grid.texts(row)) for row in first]

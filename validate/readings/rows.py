@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS, Mean
-from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, letters, listed, quoted
+from validate.readings.grid import BLANK, Cell, letters, listed, quoted
 from validate.readings.screens import ReadCells
 from validate.readings.table import Column, Table, numeric
 from validate.readings.words import (
@@ -141,7 +141,7 @@ def _decimal_mark(table: Table) -> Decimal | None:
 
 def _ask_about_fields(table: Table) -> None:
     """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
-    last, cells = max(table.header.names, default=MOST_COLUMNS), table.grid.rows
+    last, cells = max(table.header.names, default=table.span[0].stop - 1), table.grid.rows
     rows = [f"{row}" for row in table.body if any(numeric(cell) for k, cell in cells[row].items() if k > last)]
     if rows and table.grid.separator == ",":
         finding = f"row {listed(rows)} has more fields than the header."

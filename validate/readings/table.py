@@ -51,8 +51,6 @@ class Column:
 
     @property
     def in_words(self) -> str:
-        if not (self.role.is_read or self.role.is_quantity):
-            return "not read"
         if self.role is Role.REPEAT:
             return self.role.value
         what = {Role.STATION: "s", Role.READING: WAYS[self.quantity]}.get(self.role, self.role.value)

@@ -81,10 +81,6 @@ class Role(Enum):
     OTHER = "other"  # Notes, figures calculated from readings, and what is of no use
 
     @property
-    def is_read(self) -> bool:
-        return self in (Role.STATION, Role.READING, Role.REPEAT)
-
-    @property
     def is_quantity(self) -> bool:
         return self.value in WORDS["quantities"]
 

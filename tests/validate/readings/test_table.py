@@ -134,7 +134,9 @@ def test_places_of_numbered_stations_are_declared(read):
 
 
 def test_the_roles_of_columns_are_shown(read):
-    understood = read("Nr.;s [mm];Tiefe 1 [mm];Tiefe 2 [mm];Foto\n1;0;1,5;1,6;a1\n2;5;2;2,1;a2\n").understood
+    text = "Nr.;s [mm];Tiefe 1 [mm];Tiefe 2 [mm];Foto\n1;0;1,5;1,6;a1\n2;5;2;2,1;a2\n"
+    assert read(text, columns={"levels": ["D"]}).understood.roles[2] == ("C", "not read")
+    understood = read(text).understood
     down = [("C", "depth downward, mm"), ("D", "depth downward, mm")]
     assert understood.roles == (("A", "not read"), ("B", "s, mm"), *down, ("E", "not read"))
     assert (understood.header, understood.read) == ({1}, {(row, column) for row in (2, 3) for column in (1, 2, 3)})
