@@ -244,13 +244,13 @@ def prepare(sample: LabSample) -> None:
     for key in sample.stand_ins:
         finding = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
         sample.ask(Doubt("setting", Location(PurePath(DEFAULTS)), offering_markers(finding, photo)))
-    given = names_in(with_settings({}, settings))
-    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in given)
+    names = names_in(with_settings({}, settings))
+    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in names)
     starter = {key: value for key, value in STARTER.items() if not key.startswith(excluded)} | sample.stand_ins
     content = with_settings(with_settings({}, starter), settings)
     if not sample.files.get("readings"):
         content = {name: value for name, value in content.items() if name not in ("readings", "gate")}
-    if assumed := [f"{key} = {toml_value(starter[key])}" for key in starter if key in names_in(content) - given]:
+    if assumed := [f"{key} = {toml_value(starter[key])}" for key in starter if key in names_in(content) - names]:
         sentence = f"Assumed, since no note of the lab gives it: {', '.join(assumed)}."
         content["note"] = f"{sentence} {settings.get('note', '')}".strip()
         sample.remarks.append(f"{sentence} Write your own values, best into {DEFAULTS}.")
@@ -279,9 +279,9 @@ def _read(sample: LabSample, file: PurePath, length_mm: float | None) -> None:
     depth = values.get(DEPTH)
     # Without a photo, the name of the file is in question too.
     name = sample.name if "photo" in sample.files else None
-    given = with_settings({"readings": {"sample": name}}, values)["readings"]
+    settings = with_settings({"readings": {"sample": name}}, values)["readings"]
     try:
-        declared = checked(Declared, path, {key: given.get(key) for key in Declared.model_fields})
+        declared = checked(Declared, path, {key: settings.get(key) for key in Declared.model_fields})
     except InputError:
         return  # A fault of its key. With a wrong answer, all others would be asked about again.
     try:
@@ -311,8 +311,8 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
 
 def _origin_of(sample: LabSample, key: str) -> Location:
     """Return the places that give a setting or a table's settings, otherwise a note of the sample."""
-    given = sample.note.origins.items()
-    origins = {origin for name, origin in given if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
+    notes = sample.note.origins.items()
+    origins = {origin for name, origin in notes if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
     if not origins:
         return Location(sample.files["photo"][0].with_suffix(".toml"))
     first, *others = sorted(origins, key=Location.named)

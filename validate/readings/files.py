@@ -7,6 +7,7 @@ import warnings
 import zipfile
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
@@ -112,18 +113,7 @@ def _content(path: Path) -> bytes:
 
 def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
     """Return the rows of a CSV. The number of a row is that of its line. Raises SheetFaults if it is not a table."""
-    # Latin-1 is Windows-1252 with control characters in place of some letters.
-    codecs = {"UTF-8": "utf-8-sig", "Windows-1252": "cp1252"}
-    if content.startswith(UTF_16_MARKS):
-        codecs = {"UTF-16": "utf-16"}
-    for encoding, codec in codecs.items():  # noqa: B007  The last one is named below.
-        try:
-            text = content.decode(codec)
-            break
-        except UnicodeDecodeError:
-            continue
-    else:
-        raise refused(path, f"not a text in {' or '.join(codecs)}.", "Save the sheet as 'CSV UTF-8' or XLSX.")
+    text, encoding = _decoded(path, content)
     if "\0" in text:
         finding = "NUL bytes, of a logger that lost power or of UTF-16 without its mark."
         raise refused(path, finding, "Save it as 'CSV UTF-8', and check for lost readings.")
@@ -143,6 +133,16 @@ def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
             raise refused(where, finding, "Delete both marks, or the line breaks between them.")
         rows[line] = {column: Cell(text) for column, text in enumerate(fields) if text}
     return Grid(path, ("CSV", encoding, {"\t": "tabs", ";": "semicolons", ",": "commas"}[mark]), rows, mark)
+
+
+def _decoded(path: Path, content: bytes) -> tuple[str, str]:
+    """Return the text and the name of its encoding."""
+    # Latin-1 is Windows-1252 with control characters in place of some letters.
+    codecs = {"UTF-8": "utf-8-sig", "Windows-1252": "cp1252"}
+    for name, codec in {"UTF-16": "utf-16"}.items() if content.startswith(UTF_16_MARKS) else codecs.items():
+        with suppress(UnicodeDecodeError):
+            return content.decode(codec), name
+    raise refused(path, "not a text in UTF-8, UTF-16 or Windows-1252.", "Save the sheet as 'CSV UTF-8' or XLSX.")
 
 
 def _likeliest(text: str) -> str:

@@ -13,7 +13,7 @@ from validate.readings.files import read_grid
 from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed
 from validate.readings.rest import ask_about_rest
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
-from validate.readings.screens import Filling, screens
+from validate.readings.screens import Filling, SheetAndCrack, screens
 from validate.readings.table import WAYS, Table, find_table
 from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
@@ -71,8 +71,8 @@ def readings_of(
     ask_about_rest(table, rows)
     if is_sure and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
-        crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
-        doubts = screens(cells, *crack, grid.location())
+        sheet = SheetAndCrack(cells, None, length_mm if has_places else None)
+        doubts = screens(SheetAndCrack(cells, depth_mm, length_mm, filling) if has_levels else sheet, grid.location())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, table))
     understood = _understood(table, rows)

@@ -31,7 +31,7 @@ class Text(NamedTuple):
 
     answer: str  # Entry of as_written that confirms it
     text: str
-    place: str
+    where: str
     beside: str = ""  # Place and readings of its row
 
 
@@ -47,7 +47,7 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
     if texts:
         alike = dict[str, list[str]]()
         for text in sorted(texts, key=lambda text: not changes(text.text)):
-            quote = f"{text.place} {quoted(text.text, LONGEST_QUOTED)}{text.beside}"
+            quote = f"{text.where} {quoted(text.text, LONGEST_QUOTED)}{text.beside}"
             alike.setdefault(text.text, []).append(quote)
         # Each text is shown, those with a word that may change readings first; of equal ones the first.
         confirms = sorted({text.answer for text in texts})
@@ -85,8 +85,8 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
                 yield text_of(row, filled[0][0], " ".join(cell.text for _, cell in filled))
     for row, column, text in grid.comments:
         yield text_of(row, column, text, what="comment in ")
-    for place, text in grid.elsewhere:
-        yield Text("worksheets", text, place)
+    for where, text in grid.elsewhere:
+        yield Text("worksheets", text, where)
 
 
 def _has_labels(table: Table, rows: ReadRows, column: int) -> bool:
