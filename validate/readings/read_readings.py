@@ -64,7 +64,7 @@ def readings_of(
         table.ask("stations", finding, "Add stations, or name another sheet or range.")
     # What only follows from a stand-in for another answer is not asked.
     is_sure = not (table.stands_in or table.is_open("range"))
-    has_places = is_sure and not table.is_open("unit", "no length", "decimal", "places")
+    has_places = is_sure and not table.is_open("unit", "decimal", "places")
     has_levels = has_places and not table.is_open("quantity")
     if depth_mm is not None and has_places:
         check_in_crack(table, cells, length_mm, depth_mm if has_levels else None)

@@ -15,7 +15,7 @@ from validate.readings.grid import BLANK, Cell, letters, listed, quoted
 from validate.readings.screens import ReadCells
 from validate.readings.table import Column, Table, numeric
 from validate.readings.words import (
-    FACTORS,
+    MM,
     Role,
     common_mark,
     decimals_of,
@@ -101,13 +101,13 @@ class _Numbers:
         cell = self.table.cell(row, column)
         if f"{column.letters}{row}" in self.table.chosen.skip or (cell.kind == "text" and is_missing(cell.text)):
             return Reading(math.nan, row, column.index)
-        (text, _), factor = numeric(cell) or ("", ""), FACTORS[column.unit or "mm"]
+        (text, _), factor = numeric(cell) or ("", ""), MM[column.unit or "mm"]
         return Reading(self.in_mm(row, column, cell), row, column.index, factor * 10.0 ** -decimals_of(text))
 
     def in_mm(self, row: int, column: Column, cell: Cell) -> float:
         """Return the number of a cell in millimetres, or NaN after noting what is wrong."""
         if (value := value_of(cell, self.mark)) is not None:
-            return value * FACTORS[column.unit or "mm"]
+            return value * MM[column.unit or "mm"]
         has_digits = any(map(str.isdigit, cell.text)) or column.role is not Role.READING
         text_kind = "mark" if number(cell.text) is not None else "number" if has_digits else "word"
         kind = cell.kind if cell.kind in COMPLAINTS else text_kind

@@ -15,7 +15,7 @@ from typing import Any, get_args
 from sealtwin.core.doubts import CONFIRMS, Doubt
 from validate.readings.beside import changes
 from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of, letters, listed, quoted
-from validate.readings.words import MM, Meaning, Role, is_no_length, meaning, number, parsed, sample_key, unit_of
+from validate.readings.words import MM, Meaning, Role, meaning, number, parsed, sample_key, unit_of
 from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
 
 MOST_ROWS = 3  # Rows of a header
@@ -331,12 +331,10 @@ def _column(table: Table, column: int, role: Role) -> Column:
     """Return a column; ask about marks of its name that may change what is read, whatever is declared."""
     text = table.header.names.get(column, "")
     name, row, answer = parsed(text), max(table.header.rows, default=1), [letters(column)]
-    if role is not Role.REPEAT and (is_no_length(text) or name.unit in ("g", "kg")):
-        finding = f"{quoted(text)} is no length, but a share, an angle, a ratio or a mass."
-        table.ask("no length", finding, "Name other columns, or write lengths into the sheet.", row=row)
-    elif name.has_rest or (meaning(text) is None and changes(name.text)):
-        remedy = "If it does, write what it says into other answers (unit, datum, end of s); then confirm it."
-        table.ask("name", f"does {quoted(text)} change the readings?", remedy, {CONFIRMS: answer}, answer, row)
+    if name.has_rest or (meaning(text) is None and changes(name.text)):
+        remedy = "Write lengths into the sheet, and what the name says (unit, datum, end of s) into other answers."
+        finding = f"does {quoted(text)} change the readings, or is it no length?"
+        table.ask("name", finding, remedy, {CONFIRMS: answer}, answer, row, stops=True)
     return Column(column, role, name.unit, table.what(column).quantity)
 
 

@@ -19,7 +19,6 @@ from validate.settings import Decimal, Quantity
 WORDS = tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))
 """Words of labs in all languages."""
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "µm": 0.001, "inch": 25.4, "1/10 mm": 0.1, "1/100 mm": 0.01}
-FACTORS = MM | {"g": 1.0, "kg": 1000.0}
 UNITS = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
 MISSING = frozenset(WORDS["missing"]["words"].split())
 COLUMNS = {kind: frozenset(words.split()) for kind, words in WORDS["columns"].items()}
@@ -49,12 +48,10 @@ UNIT_BEHIND_SLASH = re.compile(rf"/\s*(?={UNIT_WORD}\s*[\])]?\s*$)")
 HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
 ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
 ORDINAL = re.compile(
-    rf"(?<![\w.,])#?([0-9]{{1,2}})(?:{'|'.join(COLUMNS['ordinal'])}|[.\u00b0](?![0-9]))(?!\w)|#(?=[0-9])|n\u00b0"
+    rf"(?<![\w.,])#?([0-9]{{1,2}})(?:{'|'.join(COLUMNS['ordinal'])}|[.\u00b0](?![0-9]))(?!\w)|#(?=[0-9])"
 )
-REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]")
-"""A mark, or a unit that is unknown."""
-NO_LENGTH = re.compile(rf"[%\u2030\u00b0]|[\[(]\s*[-\u2013\u20131]\s*[\])]|/(?!\s*{UNIT_WORD}\s*[\])]?\s*$)")
-"""Mark of a quantity that is no length: a share, an angle, a ratio."""
+REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]")
+"""A mark, a unit that is unknown, or none."""
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
@@ -116,8 +113,10 @@ class Name(NamedTuple):
 
     @property
     def has_rest(self) -> bool:
-        """True if more than letters, brackets and one number is in the text."""
-        return not self.is_sound or len(re.findall("[0-9]+", self.text)) > 1 or REST.search(self.text) is not None
+        """True if more than words, brackets and one number is in the text, or if it is a share: "rel. depth"."""
+        words = {*WORD.findall(self.text)}
+        is_more = not self.is_sound or len(re.findall("[0-9]+", self.text)) > 1 or REST.search(self.text)
+        return bool(is_more or (words & RELATIVE and not words & FACE))
 
 
 @lru_cache(maxsize=4096)
@@ -176,13 +175,6 @@ def unit_of(text: str) -> str | None:
     """Return the unit of a text that contains only a unit, such as "[mm]"; else None."""
     plain, unit, is_sound = parsed(f"[{text.strip().strip('[](){}/. ')}]")
     return unit if is_sound and not WORD.search(plain) else None
-
-
-def is_no_length(name: str) -> bool:
-    """Return whether a name says that its numbers are no lengths: [-], %, a degree, a ratio."""
-    plain = plain_letters(name[:LONGEST_NAME])
-    words, ratio = {*WORD.findall(plain)}, NO_LENGTH.search(DIAL_UNIT.sub(" ", ORDINAL.sub(" ", plain)))
-    return ratio is not None or bool(words & RELATIVE and not words & FACE)
 
 
 def is_note(name: str) -> bool:
