@@ -79,7 +79,7 @@ ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 
 
 @dataclass(frozen=True)
-class Question:
+class SampleQuestion:
     """A question in the rows of its files in the pairing file."""
 
     rows: frozenset[PurePath]
@@ -95,7 +95,7 @@ class LabSample:
     files: dict[Role, list[PurePath]] = field(default_factory=dict)
     """Files by role. Several of one role but notes are in question. An empty list of readings waits for a sheet."""
     answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
-    questions: dict[str, Question] = field(default_factory=dict)  # By sentence
+    questions: dict[str, SampleQuestion] = field(default_factory=dict)  # By sentence
     columns: set[str] = field(default_factory=set)  # Of the pairing file, for the answers
     fate: Fate = "failed"
     raw: list[KeptFile] = field(default_factory=list)
@@ -125,7 +125,7 @@ class LabSample:
         for doubt in doubts:
             file = paths.get(Path(doubt.where.file), doubt.where.file)
             of_doubt = frozenset(rows) or frozenset([file if file in files else files[0]])
-            self.questions[doubt.in_words("pairing", f"{file}")] = Question(of_doubt, doubt.can_be_confirmed)
+            self.questions[doubt.in_words("pairing", f"{file}")] = SampleQuestion(of_doubt, doubt.can_be_confirmed)
             self.columns |= {column if column in ANSWERS else SETTINGS for column in doubt.columns or (SETTINGS,)}
 
     def fault(self, finding: str, remedy: str = "", file: PurePath | None = None) -> None:

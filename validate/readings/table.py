@@ -242,22 +242,22 @@ def _set_columns(table: Table) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
     chosen, cells = table.chosen, [each for row in table.body for each in table.part[row].items()]
     numbers = sorted({column for column, cell in cells if numeric(cell) or cell.kind == "formula"})
-    known = {column: what for column, name in table.header.names.items() if (what := meaning(name)) is not None}
+    meanings = {column: what for column, name in table.header.names.items() if (what := meaning(name)) is not None}
     settings = {Role.STATION: chosen.s, Role.READING: chosen.levels, Role.REPEAT: chosen.repeat}
     stations, readings, repeats = (
-        [column for column, what in known.items() if what.role is role]
+        [column for column, what in meanings.items() if what.role is role]
         if entries is None
         else _lettered(table, (entries,) if isinstance(entries, str) else entries, numbers)
         for role, entries in settings.items()
     )
     if chosen.levels is not None:
         repeats = [column for column in repeats if column not in readings and len(readings) == 1]
-    unknown = [column for column in numbers if column not in {*known, *stations, *readings, *repeats}]
+    unknown = [column for column in numbers if column not in {*meanings, *stations, *readings, *repeats}]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
     if not readings and not unknown:
         # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
         readings, repeats = repeats, []
-    for column, what in known.items():
+    for column, what in meanings.items():
         if what.role is Role.SAMPLE:
             _ask_about_samples(table, column)
     if problems := [*_problems(table, stations, readings, repeats, unknown)]:
@@ -271,7 +271,7 @@ def _set_columns(table: Table) -> None:
     table.readings = [_column(table, column, Role.READING) for column in readings]
     table.repeat = next((_column(table, column, Role.REPEAT) for column in repeats), None)
     used = {column.index for column in table.used}
-    table.others = {k: Column(k, what.role, what.unit) for k, what in known.items() if k not in used}
+    table.others = {k: Column(k, what.role, what.unit) for k, what in meanings.items() if k not in used}
 
 
 def _lettered(table: Table, entries: Sequence[str], numbers: Sequence[int]) -> list[int]:
