@@ -81,16 +81,14 @@ class Role(Enum):
     def is_quantity(self) -> bool:
         return self.value in WORDS["quantities"]
 
-    def unit_in(self, words: set[str]) -> str | None:
-        """Return the unit in the words of a name of this quantity, "" without one; None for another name."""
-        entry = WORDS["quantities"][self.value]
+    def unit_in(self, name: str) -> str | None:
+        """Return the unit in a name of this quantity in plain letters, "" without one; None for another name."""
+        entry, words = WORDS["quantities"][self.value], {*re.findall(r"[^\W\d_]+|[0-9%\u2030]", name)}
         units = {unit: {*names.split()} for unit, names in entry["units"].items()}
         names = words.difference(*units.values())
-        return (
-            " ".join(unit for unit in units if units[unit] & words)
-            if names and names <= {*entry["words"].split()}
-            else None
-        )
+        if not names or not names <= {*entry["words"].split()}:
+            return None
+        return " ".join(unit for unit, names in units.items() if names & words)
 
 
 QUANTITIES = tuple(role for role in Role if role.is_quantity)
@@ -146,8 +144,8 @@ def meaning(name: str) -> Meaning | None:
     parts = WORD.findall(text)
     numbers, words = [part for part in parts if part.isdigit()], {part for part in parts if not part.isdigit()}
     for role in QUANTITIES:
-        if not numbers and (own_unit := role.unit_in(words)) is not None:
-            return Meaning(role, own_unit)
+        if (unit_of_quantity := role.unit_in(text)) is not None:
+            return Meaning(role, unit_of_quantity)
     if words & SAMPLE and words <= OF_SAMPLE and not (unit or numbers):
         return Meaning(Role.SAMPLE) if is_sound else None
     if words & OTHER or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
