@@ -1,10 +1,15 @@
 """What a report says of readings, of how near they are and of where a level leaves them, pinned by value."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from sealtwin.core.doubts import Mean, ReadSheet
+from sealtwin.core.errors import present
+from tests.evidence import make_evidence
 from validate.comparison import StationError, StationErrors
-from validate.wording.comparison import stretches_off, worst_at_a_station
+from validate.wording.comparison import readings_table, stretches_off, worst_at_a_station
 
 S_MM = np.arange(0.0, 45.0, 5.0)
 
@@ -42,3 +47,12 @@ def test_a_worst_error_between_stations_or_beyond_the_readings_is_said_to_be_one
     errors = stations(0, 0, -2.0, *[0] * 6)
     assert worst_at_a_station(errors, S_MM[1]) is None
     assert worst_at_a_station(errors, S_MM[-1] + 0.4) == StationError(2.0, S_MM[2])
+
+
+def test_the_mean_of_another_quantity_is_beside_the_readings(tmp_path):
+    evidence = make_evidence(tmp_path)
+    readings, comparison = present(evidence.readings, "readings"), present(evidence.comparison, "comparison")
+    sheet = ReadSheet((), (), frozenset(), means=(Mean("temperature", 21.75, "°C", 4), Mean("humidity", 46.0, "", 3)))
+    rows = readings_table(replace(readings, understood=sheet), comparison, None).rows
+    assert ("temperature", "21.75 °C, mean of 4") in rows
+    assert ("humidity", "46 (no unit), mean of 3") in rows
