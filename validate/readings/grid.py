@@ -13,7 +13,6 @@ Kind = Literal["text", "number", "date", "truth", "error", "formula"]
 MOST_ROWS = 10_100  # 10,000 stations below a header and titles
 MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has fewer
 MOST_NAMED = 8  # Cells or columns that a sentence names
-MOST_TEXTS = 200  # Rows of another worksheet whose texts are quoted
 LONGEST_SHOWN = 60  # Limit on the letters of a cell that are quoted
 SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
 
@@ -98,9 +97,7 @@ class Grid:
         for row, cells in self.rows.items():
             if words := [cell.text for cell in cells.values() if cell.kind == "text"]:
                 texts.append((f"row {row}", " ".join(words)))
-        yield from ((f"{sheet}, {part}", text) for part, text in texts[:MOST_TEXTS])
-        if texts[MOST_TEXTS:]:
-            yield sheet, f"{len(texts)} texts in all"
+        yield from ((f"{sheet}, {part}", text) for part, text in texts)
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
