@@ -269,29 +269,24 @@ def prepare(sample: LabSample) -> None:
 
 def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
     """Read the sheets of readings as a run does, and ask about them. ``length_mm`` is of the crack, None if unknown."""
-    for raw in sample.raw:
-        if raw.role == "readings":
-            _read(sample, PurePath(raw.original), length_mm)
-
-
-def _read(sample: LabSample, file: PurePath, length_mm: float | None) -> None:
-    path, values = sample.folder / file, sample.note.values
-    depth = values.get(DEPTH)
+    depth_mm = sample.note.values.get(DEPTH)
     # Without a photo, the name of the file is in question too.
     name = sample.name if "photo" in sample.files else None
-    settings = with_settings({"readings": {"sample": name}}, values)["readings"]
+    settings = with_settings({"readings": {"sample": name}}, sample.note.values)["readings"]
     try:
-        declared = checked(Declared, path, {key: settings.get(key) for key in Declared.model_fields})
+        declared = checked(Declared, sample.folder, {key: settings.get(key) for key in Declared.model_fields})
     except InputError:
         return  # A fault of its key. With a wrong answer, all others would be asked about again.
-    try:
-        profile = read_readings(path, declared, length_mm, depth if isinstance(depth, int | float) else None)
-    except InputError as fault:
-        sample.refuse(fault, file)
-    else:
-        sample.ask(*profile.questions)
-        sample.understood = profile.understood
-        sample.dialect = profile.dialect if sample.file("readings") else None
+    for file in (PurePath(raw.original) for raw in sample.raw if raw.role == "readings"):
+        try:
+            single_mm = depth_mm if isinstance(depth_mm, int | float) else None
+            profile = read_readings(sample.folder / file, declared, length_mm, single_mm)
+        except InputError as fault:
+            sample.refuse(fault, file)
+        else:
+            sample.ask(*profile.questions)
+            sample.understood = profile.understood
+            sample.dialect = profile.dialect if sample.file("readings") else None
 
 
 def _settings_of(sample: LabSample) -> dict[str, Any]:
