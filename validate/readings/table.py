@@ -12,8 +12,7 @@ from functools import lru_cache
 from itertools import takewhile
 from typing import Any, get_args
 
-from sealtwin.core.doubts import CONFIRMS, Doubt
-from validate.readings.beside import changes
+from sealtwin.core.doubts import Doubt
 from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of, letters, listed, quoted
 from validate.readings.words import MM, Meaning, Role, meaning, number, parsed, sample_key, unit_of
 from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
@@ -72,6 +71,7 @@ class Table:
     readings: list[Column] = field(default_factory=list[Column])
     repeat: Column | None = None
     others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to be others
+    unclear: list[int] = field(default_factory=list[int])  # Columns that may be the answer to a question
     stands_in: bool = False  # True if columns that no name and no setting names stand in
 
     @property
@@ -111,6 +111,9 @@ class Table:
     def is_open(self, *kinds: str) -> bool:
         """Return whether a question of these kinds, or any without kinds, must be answered."""
         return any(doubt.is_open and (not kinds or doubt.kind in kinds) for doubt in self.doubts)
+
+    def column(self, index: int, role: Role) -> Column:
+        return Column(index, role, parsed(self.header.names.get(index, "")).unit, self.what(index).quantity)
 
     def what(self, column: int) -> Meaning:
         """Return what the name of a column says about its unit and direction."""
@@ -265,11 +268,10 @@ def _set_columns(table: Table) -> None:
         stations, readings = _stand_ins(table, stations, readings, unknown or numbers, f"{'; '.join(problems)}.")
         repeats = []
         # Another column may be the answer: its name is asked about in the same round.
-        for column in sorted({*unknown} - {*stations, *readings}):
-            _column(table, column, Role.REPEAT)
-    table.station = next((_column(table, column, Role.STATION) for column in stations), None)
-    table.readings = [_column(table, column, Role.READING) for column in readings]
-    table.repeat = next((_column(table, column, Role.REPEAT) for column in repeats), None)
+        table.unclear = sorted({*unknown} - {*stations, *readings})
+    table.station = next((table.column(k, Role.STATION) for k in stations), None)
+    table.readings = [table.column(k, Role.READING) for k in readings]
+    table.repeat = next((table.column(k, Role.REPEAT) for k in repeats), None)
     used = {column.index for column in table.used}
     table.others = {k: Column(k, what.role, what.unit) for k, what in meanings.items() if k not in used}
 
@@ -325,17 +327,6 @@ def _stand_ins(
     remedy = "Name the columns of places and readings by their letters; transpose a table of rows in a copy."
     table.ask("columns", finding, remedy, answers)
     return stations, named or [column for column in likely if column not in stations]
-
-
-def _column(table: Table, column: int, role: Role) -> Column:
-    """Return a column; ask about marks of its name that may change what is read, whatever is declared."""
-    text = table.header.names.get(column, "")
-    name, row, answer = parsed(text), max(table.header.rows, default=1), [letters(column)]
-    if name.has_rest or (meaning(text) is None and changes(name.text)):
-        remedy = "Write lengths into the sheet, and what the name says (unit, datum, end of s) into other answers."
-        finding = f"does {quoted(text)} change the readings, or is it no length?"
-        table.ask("name", finding, remedy, {CONFIRMS: answer}, answer, row, stops=True)
-    return Column(column, role, name.unit, table.what(column).quantity)
 
 
 def _ask_about_samples(table: Table, column: int) -> None:

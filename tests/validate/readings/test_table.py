@@ -61,7 +61,7 @@ def test_a_table_is_read_as_it_is_meant(read, text, declared, repeats_mm):
 UNIT, B, S = {"unit": "mm"}, {"columns": {"levels": ["B"]}}, "s [mm];"
 ASKED = {
     "no header": (ROWS, {}, "columns; unit A B C; quantity"),
-    "a side in another name": ("Stelle;von links (mm);Tiefe [mm]\n" + ROWS, {}, "columns = A C; name B = B; unit A"),
+    "a side in another name": ("Stelle;von links (mm);Tiefe [mm]\n" + ROWS, {}, "columns = A C; unit A; name B = B"),
     "a title apart": (
         "Projekt;+5 mm\n\nOrt;a\n" + SINGLE,
         {"columns": BY_LETTER | {"levels": ["B"]}, **MM_DOWN},
@@ -101,7 +101,7 @@ ASKED = {
     "units in some cells": (S + "Tiefe\n0;1,5 mm\n5;2\n10;3 mm\n", UNIT, "unit"),
     "another unit in a cell": (S + "Tiefe [mm]\n0;1,5\n5;2 cm\n10;3\n", {}, "unit"),
     "a share in a cell": (S + "Tiefe [mm]\n0;1,5\n5;2 %\n10;3\n", {}, "unit"),
-    "no direction": (S + "x 1 [mm]\n" + SINGLE, B, "name B = B; quantity"),
+    "no direction": (S + "x 1 [mm]\n" + SINGLE, B, "quantity; name B = B"),
     "another direction": (S + "Tiefe [mm]\n" + SINGLE, {"quantity": "level"}, "quantity"),
     **{
         f"no length: {name}": (f"{name};Tiefe [mm]\n" + SINGLE, {"columns": {"s": "A"}, "unit": "mm"}, "name A = A")
