@@ -29,7 +29,7 @@ PAST_THE_READER = {
     "sealtwin/__init__.py": "reads the packages' own files, before any of them is imported",
     "sealtwin/trial/starter_files.py": "reads files of the package",
     "validate/units.py": "reads a file of the package",
-    "validate/readings/numbers.py": "reads a file of the package",
+    "validate/readings/words.py": "reads a file of the package",
     "validate/readings/beside.py": "reads a file of the package",
     "validate/report/write_report.py": "reads a file of the package",
     "digitise/trace_page/page.py": "reads files of the package; its sheets are photos that are decoded",

@@ -115,11 +115,10 @@ def along(text: str, option: str) -> float | list[list[float]]:
         return _number(text, option, f"millimetres, or a CSV with the columns s_mm and {column}")
     from digitise.settings import DEEPEST_MM, MOST_STATIONS
     from validate.readings.files import read_grid
-    from validate.readings.names import unit_of
-    from validate.readings.numbers import number
+    from validate.readings.words import number, unit_of
 
     grid = read_grid(path)
-    head = [cell.text for cell in next(iter(grid.rows.values()), ())]
+    head = grid.texts(next(iter(grid.rows), 0))
     if missing := [name for name in ("s_mm", column) if head.count(name) != 1]:
         raise InputError(f"{path}: no column {missing[0]}, or several; its first row must name s_mm and {column}.")
     # In a file with commas between columns, a comma in a number is ambiguous.
@@ -131,7 +130,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
         if s_mm is None or value_mm is None or not (0 <= s_mm <= LONGEST_MM and 0 < value_mm <= DEEPEST_MM):
             limits = f"0 to {LONGEST_MM:g} and above 0 to {DEEPEST_MM:g} mm are allowed"
             raise InputError(f"{path}, row {line}: s_mm and {column} = {texts!r:.80}; {limits}.")
-        if any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line]):
+        if any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line].values()):
             raise InputError(f"{path}, row {line}: has a unit beside numbers that must be in mm; convert them.")
         if rows and s_mm <= rows[-1][0]:
             place = f"{path}, row {line}: s_mm = {s_mm:g} follows {rows[-1][0]:g}"

@@ -21,7 +21,7 @@ from sealtwin.trial.job import STAGES
 from sealtwin.trial.pipeline import run_trial
 from sealtwin.trial.simulate_stage import PROGRESS
 from sealtwin.trial.trial_file import load_trial
-from validate.readings.names import sample_key
+from validate.readings.words import sample_key
 
 REPORT_S = 4.0  # Time to compare a run and to draw its report, on one core
 

@@ -1,10 +1,16 @@
 """What a report says of readings, of how near they are and of where a level leaves them, pinned by value."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from sealtwin.core.doubts import Mean, ReadSheet
+from sealtwin.core.errors import present
+from tests.evidence import make_evidence
 from validate.compare import worst_at_a_station
 from validate.intervals import StationError, StationErrors
+from validate.report.chapters import comparison_tables
 from validate.report.report_facts import stretches_off
 
 S_MM = np.arange(0.0, 45.0, 5.0)
@@ -43,3 +49,13 @@ def test_a_worst_error_between_stations_or_beyond_the_readings_is_said_to_be_one
     errors = stations(0, 0, -2.0, *[0] * 6)
     assert worst_at_a_station(errors, S_MM[1]) is None
     assert worst_at_a_station(errors, S_MM[-1] + 0.4) == StationError(2.0, S_MM[2])
+
+
+def test_the_mean_of_another_quantity_is_beside_the_readings(tmp_path):
+    evidence = make_evidence(tmp_path)
+    sheet = ReadSheet((), (), frozenset(), means=(Mean("temperature", 21.75, "°C", 4), Mean("humidity", 46.0, "", 3)))
+    readings = replace(present(evidence.readings, "readings"), understood=sheet)
+    *_, table = comparison_tables(replace(evidence, readings=readings))
+    rows = table.rows
+    assert ("temperature", "21.75 °C, mean of 4") in rows
+    assert ("humidity", "46 (no unit), mean of 3") in rows
