@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import sha256
-from sealtwin.core.progress import Progress
 from sealtwin.core.records import Origins, Outline, Run, Solid, Trajectory
 from sealtwin.core.settings import Settings, checked
 
@@ -33,16 +32,6 @@ def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any],
     """
     values = {**keywords, **replaced}
     return checked(kind, Path(function), {name: values.get(name) for name in kind.model_fields})
-
-
-class WarnedProgress(Progress):
-    """Progress that prints nothing, and collects warnings so that a function can issue them as Python warnings."""
-
-    def __init__(self) -> None:
-        self.sentences: list[str] = []
-
-    def warn(self, text: str) -> None:
-        self.sentences.append(text.removeprefix("note: ").removeprefix("warning: "))
 
 
 def warn(texts: Iterable[str]) -> None:

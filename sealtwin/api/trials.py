@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from sealtwin.api.shared import FilePath, WarnedProgress, of_one_crack, path_or_none, warn
+from sealtwin.api.shared import FilePath, of_one_crack, path_or_none, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
-from sealtwin.core.progress import progress_for_stderr, wanted
+from sealtwin.core.progress import Progress, progress_for_stderr, wanted
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.settings import as_json, checked
 from validate.result import TrialResult
@@ -161,10 +161,11 @@ def run_trial(
         content = settings.model_dump(mode="json", exclude_none=True)
         settings = checked(Trial, Path("run_trial"), {**content, "seeds": seeds})
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
-    warned = WarnedProgress()
-    with progress_for_stderr(quiet=False) if wanted(progress) else warned as shown:
+    silent = Progress()
+    with progress_for_stderr(quiet=False) if wanted(progress) else silent as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads, by_studies())
-    warn(dict.fromkeys([*warned.sentences, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
+    texts = [warning.text for warning in silent.warned]
+    warn(dict.fromkeys([*texts, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 
 

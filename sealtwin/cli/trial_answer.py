@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command
 
 if TYPE_CHECKING:
+    from sealtwin.core.progress import Warned
     from sealtwin.trial.job import StageName
     from sealtwin.trial.pipeline import FinishedStages
     from sealtwin.trial.trial_file import Trial
@@ -32,7 +33,7 @@ def run_trial(
     *,
     trial: "Trial | None" = None,
     threads: int = 1,
-    warned: tuple[str, ...] = (),
+    warned: "Sequence[Warned]" = (),
 ) -> None:
     """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
 
@@ -80,7 +81,7 @@ def resume(
 
 
 def _reply(
-    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", warned: tuple[str, ...], trial_file: str
+    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", warned: "Sequence[Warned]", trial_file: str
 ) -> None:
     result = done.result
     missed = "validate" in stages and result.comparison is not None and result.comparison.passed is False
@@ -96,7 +97,7 @@ def result_lines(
     result: "TrialResult",
     last: "StageName",
     extra_runs: str = "",
-    warned: Sequence[str] = (),
+    warned: "Sequence[Warned]" = (),
     *,
     verbose: bool = False,
 ) -> list[str]:
@@ -112,7 +113,7 @@ def result_lines(
     compared = last == "validate" and result.report is not None
     rows = [
         *_made(result, last),
-        *(("Warning", text) for text in _warnings(result, last) if f"note: {text}" not in warned),
+        *(("Warning", text) for text in _warnings(result, last) if text not in {warning.text for warning in warned}),
         *(_concluded(result) if compared else ()),
     ]
     hint = _hint(result, extra_runs) if compared else ""
