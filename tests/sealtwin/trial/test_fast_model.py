@@ -63,5 +63,9 @@ def test_a_slip_of_unit_is_named_once_on_the_terminal_and_in_the_answer_and_the_
     trial = load_trial(tmp_path / "trial.toml", slips)
     result = run_trial(trial, tmp_path, tmp_path / "out", STAGES, "cpu", terminal := Progress()).result
     answer = *present(result.sample, "sample").warnings, *present(result.fluid, "fluid").warnings
-    for texts in (terminal.warned, answer, read_json(tmp_path / "out" / "report.json")["assumptions"]):
+    for texts in (
+        [text for _, text in terminal.warned],
+        answer,
+        read_json(tmp_path / "out" / "report.json")["assumptions"],
+    ):
         assert [sum(f"{name.partition('.')[2]} is " in text for text in texts) for name in slips] == [1, 1, 1, 0]
