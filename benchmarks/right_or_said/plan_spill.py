@@ -7,7 +7,8 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
-from sealtwin.plan.make_plan import Options, case_of, plan_on
+from sealtwin.plan import PlanOptions
+from sealtwin.plan.make_plan import case_of, plan_on
 from sealtwin.plan.verify import Verifier, misfit
 from tests.shapes import straight_slot
 
@@ -28,7 +29,10 @@ class Lower(Verifier):
         return [Profile(s_mm, level_mm - 0.5) for s_mm, level_mm in (filled(path) for _, path, _ in paths)]
 
 
-verifier, options = Lower(OWN.shown_by.file, OWN, SAMPLE, "cpu", Progress()), Options(rounds=2, seeds=1, drafts=False)
+verifier, options = (
+    Lower(OWN.shown_by.file, OWN, SAMPLE, "cpu", Progress()),
+    PlanOptions(verify=2, seeds=1, accurate=True),
+)
 first, *_, last = plan_on(verifier, options, []).rounds
 before, after = (misfit(OUTLINE, SOLID, *filled(plan.path, 1.1)).over_mm3 for plan in (first, last))
 figures = f"{after:.0f} mm3 over the face with 10 % more flow, {before:.0f} before the correction"

@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.api.shared import FilePath, Points, path_or_none, warn
+from sealtwin.api.shared import FilePath, Points, path_or_none, settings_from, warn
 from sealtwin.core import files, record_files
 from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import Floats
+from sealtwin.core.settings_text import keywords_of
+from sealtwin.plan import PlanOptions
 from sealtwin.plan import make_plan as planning
 from sealtwin.plan import rest as resting
-from sealtwin.plan.make_plan import RESERVE_MM, Options
 
 __all__ = ["FlowPlan", "plan_flow", "plan_rest"]
 
@@ -40,6 +41,7 @@ class FlowPlan:
     """Content of plan.json or rest.json: under_mm3, over_mm3, baselines, rounds, chances, flow_factor."""
 
 
+@keywords_of(PlanOptions)
 def plan_flow(
     trial: FilePath,
     *,
@@ -47,13 +49,13 @@ def plan_flow(
     cell: FilePath | None = None,
     posterior: FilePath | None = None,
     flow_max_mm3_s: float | None = None,
-    margin_mm: float = 0.0,
-    reserve_mm: float = RESERVE_MM,
-    knots: int = 8,
-    verify: int = 3,
-    seeds: int = 3,
-    keep_speed: bool = False,
-    accurate: bool = False,
+    margin_mm: float | None = None,
+    reserve_mm: float | None = None,
+    knots: int | None = None,
+    verify: int | None = None,
+    seeds: int | None = None,
+    keep_speed: bool | None = None,
+    accurate: bool | None = None,
     device: str = "auto",
     progress: bool | None = None,
 ) -> FlowPlan:
@@ -65,18 +67,6 @@ def plan_flow(
         A trial file with a path, and a sealant that does not age.
     out
         The plan's folder; by default reports/NAME-plan.
-    cell, posterior
-        A robot's cell file, whose limits bound the plan; and a CSV of draws of the sealant's settings.
-    flow_max_mm3_s, margin_mm, reserve_mm
-        Largest flow in mm3/s if no cell sets it; level to aim at, in mm below the face, and a further distance for a
-        pump that gives more and a paste that is softer; with 0, corrections by particles may also add sealant.
-    knots, verify, seeds
-        Number of places along the path where flow and speed are free; rounds of search and particle run; particle runs
-        of the best plan.
-    keep_speed
-        True plans only the flow.
-    accurate
-        True computes all runs with the trial's solver settings; otherwise all but the last are drafts.
     device
         Device of the particle runs.
     progress
@@ -99,22 +89,16 @@ def plan_flow(
     RuntimeWarning
         The model cannot represent this sealant, or results are unreliable: one warning for each reason.
     """
+    options = settings_from(PlanOptions, "plan_flow", locals())
     from simulate.device import choose_device
 
-    options = Options(knots, verify, seeds, not accurate, margin_mm, flow_max_mm3_s, keep_speed, reserve_mm)
-    content = planning.make_plan(
-        Path(trial),
-        path_or_none(out),
-        options,
-        progress_for_stderr(quiet=not wanted(progress)),
-        device=choose_device(device),
-        cell_file=path_or_none(cell),
-        posterior=path_or_none(posterior),
-    ).content
-    warn(content["fluid_warnings"])
-    return _flow_plan(content, planning.TABLE)
+    shown = progress_for_stderr(quiet=not wanted(progress))
+    made = planning.make_plan(Path(trial), path_or_none(out), options, shown, device=choose_device(device))
+    warn(made.content["fluid_warnings"])
+    return _flow_plan(made.content, planning.TABLE)
 
 
+@keywords_of(PlanOptions)
 def plan_rest(
     trial: FilePath,
     levels: FilePath | Points,
@@ -122,10 +106,10 @@ def plan_rest(
     out: FilePath | None = None,
     cell: FilePath | None = None,
     flow_max_mm3_s: float | None = None,
-    margin_mm: float = 0.0,
-    reserve_mm: float = RESERVE_MM,
-    knots: int = 8,
-    keep_speed: bool = False,
+    margin_mm: float | None = None,
+    reserve_mm: float | None = None,
+    knots: int | None = None,
+    keep_speed: bool | None = None,
     progress: bool | None = None,
 ) -> FlowPlan:
     """Plan the rest of a paused pour from the levels so far, as ``sealtwin plan --from`` does.
@@ -142,7 +126,7 @@ def plan_rest(
         to the nozzle. Levels below the face are negative.
     out
         Folder of the rest; by default reports/NAME-rest.
-    cell, flow_max_mm3_s, margin_mm, reserve_mm, knots, keep_speed, progress
+    progress
         As in ``plan_flow``.
 
     Returns
@@ -155,16 +139,10 @@ def plan_rest(
     InputError
         Trial, cell or levels cannot be used.
     """
-    options = Options(knots, 0, 0, False, margin_mm, flow_max_mm3_s, keep_speed, reserve_mm)
-    content = resting.plan_rest(
-        Path(trial),
-        levels,
-        path_or_none(out),
-        options,
-        progress_for_stderr(quiet=not wanted(progress)),
-        cell_file=path_or_none(cell),
-    ).content
-    return _flow_plan(content, resting.TABLE)
+    options = settings_from(PlanOptions, "plan_rest", locals())
+    shown = progress_for_stderr(quiet=not wanted(progress))
+    made = resting.plan_rest(Path(trial), levels, path_or_none(out), options, shown)
+    return _flow_plan(made.content, resting.TABLE)
 
 
 def _flow_plan(content: dict[str, Any], table: str) -> FlowPlan:

@@ -348,9 +348,8 @@ def import_dxf(
     from digitise.solid.build_solid import build_solid
 
     drawn = open_drawing(file, given.units)
-    along = None if given.line is None or given.width_mm is None else (given.line, given.width_mm)
     try:
-        outlined, photo = drawn_crack(drawn, outline=given.outline, walls=given.walls, line=along)
+        outlined, photo = drawn_crack(drawn, **given.layers)
         solid = build_solid(outlined, CrackShape(depth_mm=given.depth_mm, tilt="vertical"))
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None

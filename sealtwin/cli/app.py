@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, lab, material, photo_tools, planning, samples, studies, trials
+from sealtwin.cli import doctor, lab, material, photo_tools, samples, studies, trials
 from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, take_any_name
 
 app = typer.Typer(
@@ -47,12 +47,12 @@ for command in (
     trials.robot,
     samples.export,
     photo_tools.markers,
-    material.material,
-    planning.plan,
+    studies.plan,
     trials.init,
     doctor.doctor,
 ):
     app.command(cls=CheckedCommand)(command)
+app.add_typer(material.methods)
 
 
 @app.callback(invoke_without_command=True)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from sealtwin.cli.answer import Answer, Command, answers
-from sealtwin.cli.options import File, Given, argument, count_option, flag, number_option, option, two_numbers
+from sealtwin.cli.options import File, Given, argument, count_option, flag, number_option, option, read_numbers
 from sealtwin.core.errors import InputError
 
 
@@ -37,7 +37,7 @@ def markers(
 
     if toml is not None and toml.resolve() == out.resolve():
         raise typer.BadParameter(f"--toml {toml} is the same file as --out; give another name")
-    face = two_numbers(face_mm, "x", "--face-mm")
+    face = read_numbers(face_mm, "WxH", "--face-mm")
     board = board_around(face, size_mm, dictionary, int(count))
     page, table = frame_pdf(face, board, paper), board_toml(face, board)
     written = {out: page} if toml is None else {out: page, toml: table.encode()}

@@ -1,20 +1,20 @@
 """Commands that turn photos, a mesh or a drawing into a solid and a nozzle path, and that export traced cracks."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from sealtwin.cli.answer import Answer, Command, answers
-from sealtwin.cli.options import PHOTO, Given, Number, Out, Text, argument, count_option, number_option, option
+from sealtwin.cli.options import PHOTO, Given, Number, Out, argument, count_option, number_option, option
 from sealtwin.cli.trial_answer import run_trial
 from sealtwin.core.errors import InputError, ShapeError, ShapeKind
 
-LEAST_MM, MOST_MM = 0.1, 500.0
-"""Limits of a drawn crack's depth and width, equal to those of [crack] depth_mm."""
+if TYPE_CHECKING:
+    from digitise.drawing.given import GivenDrawing
+
 NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
     "Draw a rectangle around the crack, or draw none: the block then extends 12 mm beyond the crack.",
@@ -157,24 +157,13 @@ def export(
     command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
 
 
-@answers(verbose=True)
+@answers(model="digitise.drawing.given:GivenDrawing", verbose=True)
 def import_dxf(
     command: Command,
     drawing: Annotated[Path, argument("DRAWING", "A DXF of the crack seen from above.")],
-    depth_mm: Annotated[float, number_option("Depth of the crack; its floor is level.")],
+    options: "GivenDrawing",
     out: Annotated[Path, option("Folder for the mesh, trial.toml and run/.", "DIR")],
     settings: Given,
-    outline: Annotated[Text, option("Layer with the crack's edge as a closed line; default: OUTLINE.", "LAYER")] = None,
-    walls: Annotated[
-        tuple[str, str] | None,
-        option("Two layers, each with one wall as an open line.", "LAYER LAYER"),
-    ] = None,
-    line: Annotated[Text, option("Layer with the crack's middle as an open line; needs --width-mm.", "LAYER")] = None,
-    width_mm: Annotated[Number, number_option("Width of the crack along that line.")] = None,
-    units: Annotated[
-        Literal["mm", "cm", "m", "inch", "foot"] | None,
-        option("Unit of the drawing, which replaces the file's own; required if the file has none."),
-    ] = None,
 ) -> None:
     """Turn a crack drawn in CAD into a solid with upright walls and a nozzle path.
 
@@ -183,24 +172,16 @@ def import_dxf(
 
     Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
     """
-    if (line is None) != (width_mm is None):
-        raise typer.BadParameter("give both --line and --width-mm or neither: a line has no width of its own")
-    if sum(given is not None for given in (outline, walls, line)) > 1:
-        raise typer.BadParameter("give only one of --outline, --walls and --line")
-    if walls is not None and walls[0].upper() == walls[1].upper():
-        raise typer.BadParameter(f"--walls {walls[0]} {walls[1]}: give two different layers, one for each wall")
-    for name, value in (("--depth-mm", depth_mm), ("--width-mm", width_mm)):
-        if value is not None and not LEAST_MM < value <= MOST_MM:
-            raise typer.BadParameter(f"{name} {value:g}: expected more than {LEAST_MM:g}, at most {MOST_MM:g}")
     from sealtwin.trial.quick_trial import write_drawn_trial
 
-    drawn = None if line is None or width_mm is None else (line, width_mm)
-    shown_by = {"outline": outline, "walls": walls, "line": drawn}
-    with _of_a_drawing(drawing):
-        trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, settings)
+    try:
+        trial, notes = write_drawn_trial(drawing, out, options, settings)
         for note in notes:
-            command.warn(f"note: {note}")
+            command.warn(note)
         run_trial(command, trial, out / "run", ("digitise",))
+    except ShapeError as fault:
+        wrong, remedy = IN_A_DRAWING.get(fault.kind, ("", "Check --units and the layers."))
+        raise InputError(f"{drawing}: {wrong or fault.wrong} {remedy}") from None
 
 
 def require_depth(given: dict[str, Any]) -> None:
@@ -220,13 +201,3 @@ def _is_of_one_photo(name: str) -> bool:
     return (
         table == "photo" and (key.endswith("_px") or key == "crack" or names_file(Trial, name)) and key != "mm_per_px"
     )
-
-
-@contextmanager
-def _of_a_drawing(drawing: Path) -> Iterator[None]:
-    """Replace a ShapeError by a message that names the drawing and what to draw or give instead."""
-    try:
-        yield
-    except ShapeError as fault:
-        wrong, remedy = IN_A_DRAWING.get(fault.kind, ("", "Check --units and the layers."))
-        raise InputError(f"{drawing}: {wrong or fault.wrong} {remedy}") from None

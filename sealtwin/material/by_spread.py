@@ -2,18 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
+from typing import Annotated, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator, model_validator
 
 from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
 from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, PasteValue, by_source, measured_material
-from simulate.spread_law import HIGHEST, Cone, flat_stress_pa, heap_height_mm, stretched_stress_pa
+from simulate.spread_law import HIGHEST, flat_stress_pa, heap_height_mm, stretched_stress_pa
 
 DRAWS, SEED = 4000, 16
 CONE_ERROR_MM = 0.1  # Standard uncertainty of each size of a cone, by caliper
@@ -27,12 +27,31 @@ NOT_FOR = (
 )
 
 
-class Heap(PasteOnPlate):
-    """Amount, density and initial shape of a paste that spreads."""
+ConeSize = Annotated[float, Field(ge=0.5, le=1000)]
 
+
+class Heap(PasteOnPlate):
+    """Amount, density and initial shape of a paste that spreads: options of 'sealtwin material spread'."""
+
+    cone_mm: tuple[ConeSize, ConeSize, ConeSize] | None = None
+    """The cone's inner diameters below and above, and its height: 38x19x57 for Kantro's mini-cone."""
     mass_g: float | None = Field(default=None, gt=0, le=1e5)
+    """Mass of the paste on the plate; default: the mass of the full cone."""
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
-    cone_mm: tuple[float, float, float] | None = None  # Inner diameters below and above, and height
+    """Standard uncertainty of the mass."""
+
+    @field_validator("cone_mm")
+    @classmethod
+    def _wider_below(cls, cone_mm: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
+        if cone_mm is not None and cone_mm[1] > cone_mm[0]:
+            raise ValueError(f"the larger end of the cone is below, so {cone_mm[1]:g} comes before {cone_mm[0]:g}")
+        return cone_mm
+
+    @model_validator(mode="after")
+    def _has_an_amount(self) -> Self:
+        if self.mass_g is None and self.cone_mm is None:
+            raise ValueError("a spread needs the amount of paste: give mass_g, or cone_mm if the cone was full")
+        return self
 
 
 @dataclass(frozen=True)
@@ -99,12 +118,10 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
         density = heap.density_kg_m3 + heap.spread_of_density * of("density")
         if heap.mass_g is not None:
             volume = 1e6 * (heap.mass_g + heap.mass_error_g * of("mass")) / density
-        elif heap.cone_mm is None:
-            raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm if the cone was full.")
         else:
-            a, b, c = (size + CONE_ERROR_MM * off for size, off in zip(heap.cone_mm, sizes, strict=True))
-            full = np.pi / 12 * c * (a * a + a * b + b * b)
-            volume = full if "mass" in sources else np.full(DRAWS, Cone(*heap.cone_mm).volume_mm3)
+            cone_mm = np.array(present(heap.cone_mm, "cone_mm"))[:, None] + CONE_ERROR_MM * sizes * ("mass" in sources)
+            a, b, c = cone_mm
+            volume = np.pi / 12 * c * (a * a + a * b + b * b)
         radius = spread.radius_mm + spread.radius_error_mm * of("radius")
         edge = heap.edge_n_m + heap.edge_error_n_m * of("surface tension")
         if (np.minimum(volume, np.minimum(radius, density)) <= 0).any():
@@ -127,17 +144,15 @@ def _closed(of: Draws) -> Floats:
     return stress + FORMULA * of.law * (flat - stress)
 
 
-def material_of(photo: PhotoInput, heap: Heap, day: date, note: Callable[[str], None]) -> MeasuredPaste:
+def material_of(photo: PhotoInput, heap: Heap, warn: Callable[[str], None]) -> MeasuredPaste:
     """Measure a spread in a photo and return the paste. Raises InputError if the photo does not determine it."""
     spread = measure_spread(photo, Path())
     for warning in spread.warnings:
-        note(f"note: {warning}")
+        warn(warning)
     stress = estimate(heap, spread)
     small, large = spread.diameters_mm
     material = measured_material(
         photo.file,
-        photo.data,
-        day,
         heap,
         stress,
         method="spread, closed form with stretching, surface tension's term subtracted",

@@ -3,13 +3,12 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import date
+from datetime import date as day
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field
 
-from sealtwin.core.records import DataKind
 from sealtwin.core.settings import Settings, checked
 from simulate.material_file import Material
 
@@ -23,18 +22,31 @@ CALIBRATED = "A paste determined by the levels of trials, with 'sealtwin calibra
 USE = "In a trial file: [fluid] material = the name of this file; not_for lists what these numbers are not valid for."
 
 
-class PasteOnPlate(Settings):
-    """Density of a paste, and its surface tension. Errors are standard uncertainties."""
+class PasteSettings(Settings):
+    """Facts about a paste that every method of measuring it needs. Errors are standard uncertainties."""
 
+    data: Literal["measured", "reconstructed", "synthetic"]
+    """Origin of the photo or table."""
     density_kg_m3: float = Field(ge=100, le=2e4)
+    """Density of the paste, for example from a weighed syringe."""
     density_error_kg_m3: float | None = Field(default=None, gt=0, le=2e4)
-    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
-    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
+    """Standard uncertainty of the density; default: 1 % of the density."""
+    date: day | None = None
+    """Day of the measurement; default: today."""
 
     @property
     def spread_of_density(self) -> float:
         """Standard uncertainty of the density in kg/m3: the given one, or ``DENSITY_ERROR`` of the density."""
         return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
+
+
+class PasteOnPlate(PasteSettings):
+    """A paste that lies on a plate, and the surface tension that carries a part of its stress."""
+
+    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
+    """Coefficient lambda of surface tension. The default is that of cement paste."""
+    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
+    """Standard uncertainty of lambda."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +73,7 @@ def four_digits(value: float) -> float:
 
 def measured_material(
     path: Path,
-    data: DataKind,
-    day: date,
-    paste: PasteOnPlate,
+    paste: PasteSettings,
     stress_pa: PasteValue,
     viscosity: tuple[float, float] | None = None,
     **rest: Any,
@@ -75,8 +85,8 @@ def measured_material(
     """
     thick, percent = (None, None) if viscosity is None else map(four_digits, viscosity)
     content = {
-        "date": day.isoformat(),
-        "data": data,
+        "date": (paste.date or day.today()).isoformat(),
+        "data": paste.data,
         "yield_stress_pa": four_digits(stress_pa.value),
         "yield_stress_error_pa": four_digits(stress_pa.error),
         "yield_stress_95_pa": [*map(four_digits, stress_pa.interval)],
