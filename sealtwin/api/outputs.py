@@ -4,24 +4,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from digitise.robots.cell import ProgramOptions, RobotCell
 from sealtwin.api.levels import LevelComparison, LevelReadings
 from sealtwin.api.runs import PlannedPath, SimulatedLevel
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import FilePath, of_one_crack
+from sealtwin.api.shared import FilePath, of_one_crack, settings_from
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
 from sealtwin.core.settings import checked
+from sealtwin.core.settings_text import keywords_of
 from sealtwin.trial.job import OVERLAY, STRAIGHT
 from sealtwin.trial.stage_numbers import NUMBERS
-
-if TYPE_CHECKING:
-    from digitise.robots.cell import Format, RobotCell
 
 
 def write_report(
@@ -112,15 +111,16 @@ def write_report(
     return target / REPORT[0]
 
 
+@keywords_of(ProgramOptions)
 def write_robot_program(
     folder: FilePath,
     crack: Outline,
     path: Trajectory,
     cell: FilePath | Mapping[str, Any],
     *,
-    formats: "Sequence[Format] | None" = None,
+    formats: Sequence[str] | None = None,
     name: str = "",
-    allow_automatic: bool = False,
+    allow_automatic: bool | None = None,
 ) -> list[Path]:
     """Write a nozzle path as robot programs, in the robot's frame and checked against its cell's limits.
 
@@ -133,12 +133,8 @@ def write_robot_program(
     cell
         A cell file, or its content as a mapping: taught points, limits, languages. ``sealtwin robot --example FILE``
         writes one to start from.
-    formats
-        Any of "txt", "csv", "spel", "gcode", "urscript"; default: those that the cell lists.
     name
         Name of the trial in the head of each program.
-    allow_automatic
-        True allows a crack that was found automatically. Check the crack first.
 
     Returns
     -------
@@ -151,19 +147,16 @@ def write_robot_program(
         The cell has a fault or no table for a format, the path exceeds one of the cell's limits, or the crack was found
         automatically and is not confirmed.
     """
-    from digitise.robots.cell import FORMATS
-    from sealtwin.trial.robot_files import REPORT, pump_of, write_programs
+    options = settings_from(ProgramOptions, "write_robot_program", locals())
+    from sealtwin.trial.robot_files import REPORT, pump_of, read_cell, require_confirmed, write_programs
 
     of_one_crack("write_robot_program", crack, path)
-    if crack.path_source == "automatic" and not allow_automatic:
-        raise InputError(
-            "write_robot_program: the crack was found automatically and is not confirmed. Give ends_px to trace_crack; "
-            "or check the crack and give allow_automatic=True."
-        )
-    robot_cell, cell_name, inputs = _cell(cell)
-    pump = pump_of(robot_cell, Path() if isinstance(cell, Mapping) else Path(cell).parent)
-    if unknown := [kind for kind in formats or () if kind not in FORMATS]:
-        raise InputError(f"write_robot_program: formats has {unknown[0]!r}; allowed are {', '.join(FORMATS)}.")
+    require_confirmed("write_robot_program", crack, options)
+    if isinstance(cell, Mapping):
+        robot_cell, cell_name, home, inputs = checked(RobotCell, Path("cell"), cell), "cell", Path(), {}
+    else:
+        file = Path(cell)
+        robot_cell, cell_name, home, inputs = read_cell(file), file.name, file.parent, {file.name: files.sha256(file)}
     origin = {
         "trial": name or "not named",
         "run": "from Python",
@@ -172,16 +165,6 @@ def write_robot_program(
         "edited_by_hand": [],
     }
     target = Path(folder)
-    report, _ = write_programs(target, path, robot_cell, cell_name, formats or (), origin, pump=pump)
+    pump = pump_of(robot_cell, home)
+    report, _ = write_programs(target, path, robot_cell, cell_name, options.formats, origin, pump=pump)
     return [*(target / file for file in report["files"]), target / REPORT]
-
-
-def _cell(given: "FilePath | Mapping[str, Any]") -> "tuple[RobotCell, str, dict[str, str]]":
-    """Return the cell, its name for messages, and the hash of its file by file name. A mapping has no hash."""
-    from digitise.robots.cell import RobotCell
-    from sealtwin.trial.robot_files import read_cell
-
-    if isinstance(given, Mapping):
-        return checked(RobotCell, Path("cell"), given), "cell", {}
-    file = Path(given)
-    return read_cell(file), file.name, {file.name: files.sha256(file)}

@@ -206,6 +206,8 @@ class FieldOption:
         elif numeric and not self.form:
             default = f"; default: {field.default:g}" if isinstance(field.default, float | int) else ""
             text += f" ({allowed(field)}{default})"
+        elif self.form and (names := choices(self.root, self.key)):
+            text += f" ({', '.join(names)})"
         texts = 1 if self.form.startswith("'") else len(self.form.split())
         several: Any = tuple[(str,) * texts] if texts > 1 else str
         kind = bool if self.takes(bool) else list[str] if texts > 1 and self.form.endswith("...") else several
@@ -260,7 +262,7 @@ FORMS = {
     "outline": "LAYER",
     "walls": "LAYER LAYER",
     "line": "LAYER",
-    "formats": "A,B|all",
+    "formats": "A,B",
 }
 """Forms of options by the field's name, for values that are more than one number, word or file."""
 EVERYDAY: dict[str, tuple[Any, ...]] = {

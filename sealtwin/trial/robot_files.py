@@ -7,13 +7,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from digitise.robots.cell import FORMATS, Format, RobotCell
-from digitise.robots.programs import PROGRAMS
+from digitise.robots.cell import LANGUAGES, ProgramOptions, RobotCell
 from digitise.robots.pump import PumpTable, read_pump
 from digitise.robots.robot_path import RobotPath, place_path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Trajectory
+from sealtwin.core.records import Outline, Trajectory
 from sealtwin.core.run_folder import RunFolder, require_folder
 from sealtwin.core.settings import read_settings
 from sealtwin.core.stage_keys import stage_key
@@ -24,14 +23,11 @@ REPORT = "robot.json"
 USES = ("outline.json", "trajectory.csv")
 
 
-def write_robot_files(
-    folder: RunFolder, cell_file: Path, formats: Sequence[str], out: Path | None, *, allow_automatic: bool
-) -> dict[str, Any]:
-    """Write the path in each of ``formats`` (default: those of the cell) into ``out`` (default: robot/ of the run).
+def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOptions, out: Path | None) -> dict[str, Any]:
+    """Write the path in each format into ``out`` (default: robot/ of the run).
 
-    "all" means every format for which the cell has tables. All files are computed before the first is written. Returns
-    the content of robot.json, with its folder, the names of edited files that were renamed, and sentences if other
-    stage numbers computed the path.
+    All files are computed before the first is written. Returns the content of robot.json, with its folder, the names
+    of edited files that were renamed, and sentences if other stage numbers computed the path.
 
     Raises InputError if the run is not digitised, its path is automatic and not confirmed, the cell file has a fault,
     or the path exceeds a limit of the cell.
@@ -39,12 +35,7 @@ def write_robot_files(
     began = time.monotonic()
     require_digitised(folder)
     outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
-    if outline.path_source == "automatic" and not allow_automatic:
-        raise InputError(
-            f"{folder.path}: the crack was found automatically, but a robot file requires a confirmed crack. Look "
-            "at overlay.png. Then give the crack's ends or its number in the trial file (ends_px, crack) and digitise "
-            "again, or give --allow-automatic."
-        )
+    require_confirmed(str(folder.path), outline, options)
     cell = read_cell(cell_file)
     pump = pump_of(cell, cell_file.parent)
     given = [cell_file] if cell.pump is None else [cell_file, cell_file.parent / cell.pump.file]
@@ -59,16 +50,27 @@ def write_robot_files(
     }
     target = out or folder.path / "robot"
     report, renamed = write_programs(
-        target, trajectory, cell, cell_file.name, formats, origin, folder if out is None else None, pump
+        target, trajectory, cell, cell_file.name, options.formats, origin, folder if out is None else None, pump
     )
     if out is None:
-        settings = {"formats": kinds_of(cell, cell_file.name, formats), "allow_automatic": allow_automatic}
+        kinds = kinds_of(cell, cell_file.name, options.formats)
+        settings = {"formats": kinds, "allow_automatic": options.allow_automatic}
         outputs = [f"robot/{name}" for name in (*report["files"], REPORT)]
         wall_time_s, numbers = time.monotonic() - began, folder.numbers_of("digitise")
         facts = {"numbers": numbers, "given": [one.name for one in given]}
         folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
     others = other_versions(folder, stage="digitise")
     return {**report, "folder": shown(target), "kept": renamed, "other_versions": others}
+
+
+def require_confirmed(where: str, outline: Outline, options: ProgramOptions) -> None:
+    """Raise InputError, naming ``where``, if the crack was found automatically and the options do not accept that."""
+    if outline.path_source == "automatic" and not options.allow_automatic:
+        raise InputError(
+            f"{where}: the crack was found automatically, but a robot file requires a confirmed crack. Look at "
+            "overlay.png. Then give the crack's ends or its number (photo.ends_px, photo.crack) and trace it again, or "
+            "give --allow-automatic (in Python, allow_automatic=True)."
+        )
 
 
 def read_cell(path: Path) -> RobotCell:
@@ -103,7 +105,7 @@ def write_programs(
     if pump is not None:
         report["pump"] = _pump(path, trajectory, pump)
     path = replace(path, head=_head(report))
-    texts = {name: text(path) for name, text in map(PROGRAMS.__getitem__, kinds)}
+    texts = {LANGUAGES[kind].file: LANGUAGES[kind].text(path) for kind in kinds}
     renamed = _clear_own(target, texts) if run is None else run.clear("robot")
     for name, text in texts.items():
         files.write_text(target / name, text)
@@ -112,10 +114,10 @@ def write_programs(
     return report, renamed
 
 
-def kinds_of(cell: RobotCell, cell_name: str, formats: Sequence[str]) -> list[Format]:
+def kinds_of(cell: RobotCell, cell_name: str, formats: Sequence[str]) -> list[str]:
     """Return the formats to write. Raises InputError if the cell lacks the table of one that is requested."""
-    wanted: list[Format] = []
-    for kind in FORMATS:
+    wanted: list[str] = []
+    for kind in LANGUAGES:
         table = cell.missing_for(kind)
         if kind in (formats or cell.formats) and table is not None:
             raise InputError(
@@ -134,7 +136,7 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
         **origin,
         "cell": path.cell.name,
         "confirmed": origin["path_source"] != "automatic",
-        "units": "mm, s, degrees; URScript m and rad",
+        "units": "; ".join(["mm, s, degrees", *(f"{it.title} {it.units}" for it in LANGUAGES.values() if it.units)]),
         "length_mm": trajectory.length_mm,
         "duration_s": trajectory.duration_s,
         "waypoints": len(trajectory.t_s),
@@ -194,7 +196,7 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
     if (target / REPORT).is_file():
         with files.understood(target / REPORT):
             listed = files.read_json(target / REPORT)["files"]
-            written = {name: listed[name] for name, _ in PROGRAMS.values() if name in listed}
+            written = {it.file: listed[it.file] for it in LANGUAGES.values() if it.file in listed}
     for name in (*texts, *written):
         path = target / name
         if path.is_file() and written.get(name) != files.sha256(path):
