@@ -18,7 +18,6 @@ from sealtwin.core.errors import InputError as _InputError
 if TYPE_CHECKING:
     from sealtwin.api.levels import LevelComparison, LevelReadings, compare, plot_levels, read_readings
     from sealtwin.api.outputs import write_report, write_robot_program
-    from sealtwin.api.planning import FlowPlan, plan_flow, plan_rest
     from sealtwin.api.runs import (
         BlockRelease,
         Fluid,
@@ -44,7 +43,8 @@ if TYPE_CHECKING:
         trace_crack,
     )
     from sealtwin.api.shared import InputError, NumericalError, Run, SealtwinError, Solid
-    from sealtwin.api.trials import CalibrationResult, SweepResult, TrialRun, calibrate, run_trial, sweep, write_map
+    from sealtwin.api.studies import CalibrationResult, SweepResult, calibrate, sweep, write_map
+    from sealtwin.api.trials import FlowPlan, TrialRun, plan_flow, plan_rest, run_trial
 
 
 def _require_own_packages() -> None:
@@ -112,7 +112,7 @@ __all__ = [
     "write_robot_program",
 ]
 
-_MODULES = ("shared", "trials", "runs", "samples", "levels", "outputs", "planning")
+_MODULES = ("shared", "trials", "studies", "runs", "samples", "levels", "outputs")
 """Modules of ``sealtwin.api``, ordered by the number of libraries that they load."""
 
 

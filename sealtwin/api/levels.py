@@ -115,6 +115,12 @@ def read_readings(
     -----
     RuntimeWarning
         One warning for each of the result's ``doubts``.
+
+    Examples
+    --------
+    >>> readings = st.read_readings([[10, -2.0, -2.2], [30, -1.0, -1.2], [50, -2.0, -2.2]])
+    >>> readings.level_mm
+    array([-2.1, -1.1, -2.1])
     """
     given = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
@@ -239,6 +245,15 @@ def compare(
     ------
     InputError
         The curves do not overlap, a value is out of bounds, or the readings contradict a declared error.
+
+    Examples
+    --------
+    ``crack``, ``solid`` and ``level`` are those of ``fill_fast``, and ``readings`` those of ``read_readings``.
+
+    >>> result = st.compare(level, readings, crack, solid)
+    >>> low_mm, high_mm = result.interval_95_mm
+    >>> bool(low_mm < result.mean_error_mm < high_mm)
+    True
     """
     from validate.compare import compare, error_uncertainty
     from validate.metrics.baselines import flat_levels
@@ -313,6 +328,13 @@ def plot_levels(
     ------
     InputError
         There is nothing to draw.
+
+    Examples
+    --------
+    ``level``, ``readings`` and ``result`` are those of ``compare``.
+
+    >>> figure = st.plot_levels(level, readings, result)
+    >>> figure.savefig("levels.svg")
     """
     if level is None and readings is None:
         raise InputError("plot_levels: there is nothing to draw; give level, readings or both.")

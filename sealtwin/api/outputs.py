@@ -56,6 +56,14 @@ def write_report(
     InputError
         ``result`` compares another level than that of ``run``; ``path`` is not from ``plan_path``, or ``crack`` not
         from ``trace_crack`` or ``import_mesh``; or the folder is a run folder, whose report 'sealtwin validate' writes.
+
+    Examples
+    --------
+    ``crack``, ``solid``, ``path``, ``level`` and ``result`` are those of ``fill_fast`` and ``compare``.
+
+    >>> page = st.write_report("report", crack, solid, path, level, result)
+    >>> page.name
+    'report.html'
     """
     from digitise.trajectory import with_path
     from digitise.walls.overlay import draw_overlay, straight_view
@@ -146,6 +154,14 @@ def write_robot_program(
     InputError
         The cell has a fault or no table for a format, the path exceeds one of the cell's limits, or the crack was found
         automatically and is not confirmed.
+
+    Examples
+    --------
+    ``crack`` and ``path`` are those of ``plan_path``. 'sealtwin robot --example cell.toml' writes a cell file.
+
+    >>> files = st.write_robot_program("robot", crack, path, "cell.toml", formats=["csv"])
+    >>> [file.name for file in files]
+    ['path.csv', 'robot.json']
     """
     options = settings_from(ProgramOptions, "write_robot_program", locals())
     from sealtwin.trial.robot_files import REPORT, pump_of, read_cell, require_confirmed, write_programs

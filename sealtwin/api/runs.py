@@ -69,6 +69,14 @@ def plan_path(
     ------
     InputError
         A value is out of bounds, or the crack is too short for trims or ramps.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_polyline([(0, 20), (60, 20)], width_mm=3)
+    >>> solid = st.build_solid(crack, depth_mm=10, tilt="vertical")
+    >>> path = st.plan_path(crack, solid, volume_ml=1.4, speed_mm_s=5, trim_mm=5)
+    >>> round(path.length_mm), round(path.duration_s)
+    (50, 10)
     """
     settings = settings_from(NozzlePath, "plan_path", locals())
     from digitise.trajectory import plan_trajectory
@@ -149,6 +157,16 @@ def inject(
     -----
     RuntimeWarning
         The model cannot represent this sealant, or the result is unreliable: one warning for each reason.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_polyline([(0, 20), (15, 20)], width_mm=3)
+    >>> solid = st.build_solid(crack, depth_mm=8, tilt="vertical")
+    >>> path = st.plan_path(crack, solid, volume_ml=0.2, speed_mm_s=20, trim_mm=2)
+    >>> paste = st.Fluid(viscosity_pa_s=1, yield_stress_pa=5, freeze_after_s="never")
+    >>> run = st.inject(crack, solid, path, paste, solver=st.Solver(radius_mm=0.45, settle_s=0.2))
+    >>> run.escaped_particles
+    0
     """
     slope = settings_from(SampleSlope, "inject", locals())
     made_of = of_one_crack("inject", crack, solid, path)
@@ -210,6 +228,15 @@ def fill_fast(
     -----
     RuntimeWarning
         The model is unfit for this crack, path or sealant: one warning for each reason.
+
+    Examples
+    --------
+    ``crack``, ``solid`` and ``path`` are those of ``plan_path``.
+
+    >>> paste = st.Fluid(viscosity_pa_s=1, yield_stress_pa=5, freeze_after_s="never")
+    >>> level = st.fill_fast(crack, solid, path, paste)
+    >>> level.level_mm.shape
+    (301,)
     """
     slope = settings_from(SampleSlope, "fill_fast", locals())
     made_of = of_one_crack("fill_fast", crack, solid, path)
@@ -268,6 +295,13 @@ def release_block(
         A value is out of bounds, the fluid is too stiff for the radius, or the block has too few or too many particles.
     NumericalError
         The fluid reaches the plate's edge, or the computation fails.
+
+    Examples
+    --------
+    >>> fluid = st.Fluid(viscosity_pa_s=1, yield_stress_pa=20, freeze_after_s="never")
+    >>> block = st.release_block(20, 10, 10, fluid, duration_s=0.1, solver=st.Solver(radius_mm=0.8))
+    >>> bool(block.front_mm[-1] > 0)
+    True
     """
     block = settings_from(FluidBlock, "release_block", locals())
     slope = settings_from(SampleSlope, "release_block", locals())
@@ -297,6 +331,14 @@ def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
     ------
     NumericalError
         The position of a particle is not finite.
+
+    Examples
+    --------
+    ``crack``, ``solid`` and ``run`` are those of ``inject``.
+
+    >>> level = st.measure_level(run, crack, solid)
+    >>> level.level_mm.shape
+    (76,)
     """
     from simulate.profile import measure_profile
 

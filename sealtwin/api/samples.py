@@ -91,6 +91,12 @@ def read_photo(
     ------
     InputError
         The photo cannot be read or is black; no scale is given, or two are; or the markers are not found.
+
+    Examples
+    --------
+    >>> photo = st.read_photo("crack.png", mm_per_px=0.1)
+    >>> photo.size_px
+    (200, 200)
     """
     # Messages name an array by its argument.
     file = Path("photo") if isinstance(photo, np.ndarray) else file_of(photo, "photo")
@@ -154,6 +160,13 @@ def trace_crack(
     ------
     InputError
         A point is outside the photo or not on a crack; there is no crack, or several are possible; it is too short.
+
+    Examples
+    --------
+    >>> photo = st.read_photo("crack.png", mm_per_px=0.1)
+    >>> crack = st.trace_crack(photo, ends_px=[(40, 101), (160, 98)])
+    >>> crack.path_source, crack.width_source
+    ('ends', 'walls')
     """
     given = {name: value for name, value in locals().items() if value is not None}
     # A mask needs fewer hints; the table checks which.
@@ -197,6 +210,13 @@ def build_solid(
     ------
     InputError
         A value is out of bounds; or the outline crosses itself, leaves the block, or has no area.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_polyline([(0, 20), (60, 20)], width_mm=3)
+    >>> solid = st.build_solid(crack, depth_mm=10, tilt="vertical")
+    >>> round(solid.cavity_volume_mm3)
+    1800
     """
     settings = settings_from(CrackShape, "build_solid", locals())
     from digitise.solid.build_solid import build_solid
@@ -233,6 +253,12 @@ def import_mesh(
     ------
     InputError
         The file cannot be read, is not a block, or does not have exactly one crack.
+
+    Examples
+    --------
+    >>> crack, solid = st.import_mesh("crack.obj", units="mm")
+    >>> round(crack.length_mm), round(solid.depth_mm)
+    (60, 10)
     """
     line = None if path is None else file_of(path, "path")
     settings = settings_from(MeshInput, "import_mesh", locals(), file=file_of(mesh, "mesh"), path=line)
@@ -268,6 +294,12 @@ def crack_from_polyline(
     ------
     InputError
         A value is out of bounds; the line is shorter than three widths, or outside the face; or the walls cross.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_polyline([(0, 20), (30, 24), (60, 20)], width_mm=[[0, 2.0], [60, 4.0]])
+    >>> round(crack.length_mm, 1)
+    60.5
     """
     settings = settings_from(GivenLine, "crack_from_polyline", locals())
     from digitise.drawing.given_lines import outline_of_line
@@ -302,6 +334,12 @@ def crack_from_walls(
     ------
     InputError
         A value is out of bounds; the walls cross or are exchanged; or they bound no crack with two ends.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_walls([(0, 22), (60, 22)], [(0, 18), (60, 18)])
+    >>> round(crack.mean_width_mm, 1)
+    4.0
     """
     settings = settings_from(GivenWalls, "crack_from_walls", locals())
     from digitise.drawing.given_lines import outline_between
@@ -340,6 +378,12 @@ def import_dxf(
     ------
     InputError
         The file cannot be read, a layer is missing or has other lines, or the lines bound no crack.
+
+    Examples
+    --------
+    >>> crack, solid = st.import_dxf("crack.dxf", depth_mm=10, line="MIDDLE", width_mm=3)
+    >>> round(crack.length_mm)
+    60
     """
     file = file_of(drawing, "drawing")
     given = settings_from(GivenDrawing, "import_dxf", locals())
