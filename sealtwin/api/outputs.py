@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from digitise.robots.cell import ProgramOptions, RobotCell
+from digitise.robots.cell import ProgramOptions
 from sealtwin.api.levels import LevelComparison, LevelReadings
 from sealtwin.api.runs import PlannedPath, SimulatedLevel
 from sealtwin.api.samples import CrackOutline
@@ -17,7 +17,6 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
-from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
 from sealtwin.trial.job import OVERLAY, STRAIGHT
 from sealtwin.trial.stage_numbers import NUMBERS
@@ -164,23 +163,18 @@ def write_robot_program(
     ['path.csv', 'robot.json']
     """
     options = settings_from(ProgramOptions, "write_robot_program", locals())
-    from sealtwin.trial.robot_files import REPORT, pump_of, read_cell, require_confirmed, write_programs
+    from sealtwin.trial.robot_files import REPORT, Cell, require_confirmed, write_programs
 
     of_one_crack("write_robot_program", crack, path)
     require_confirmed("write_robot_program", crack, options)
-    if isinstance(cell, Mapping):
-        robot_cell, cell_name, home, inputs = checked(RobotCell, Path("cell"), cell), "cell", Path(), {}
-    else:
-        file = Path(cell)
-        robot_cell, cell_name, home, inputs = read_cell(file), file.name, file.parent, {file.name: files.sha256(file)}
     origin = {
         "trial": name or "not named",
         "run": "from Python",
         "path_source": crack.path_source,
-        "inputs": inputs,
+        "inputs": {},
         "edited_by_hand": [],
     }
     target = Path(folder)
-    pump = pump_of(robot_cell, home)
-    report, _ = write_programs(target, path, robot_cell, cell_name, options.formats, origin, pump=pump)
+    read = Cell.read(cell if isinstance(cell, Mapping) else Path(cell))
+    report, _ = write_programs(target, path, read, options, origin)
     return [*(target / file for file in report["files"]), target / REPORT]

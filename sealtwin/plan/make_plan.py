@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from digitise.planned_path import COLUMNS, PathTable, planned_path
-from digitise.robots.cell import RobotCell
+from digitise.robots.cell import ProgramOptions, RobotCell
 from digitise.robots.pump import PumpTable
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
@@ -27,7 +27,7 @@ from sealtwin.plan.search import Case, Goal, Knots, discrepancy, limits_of, requ
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
 from sealtwin.trial.job import require_sample, shown, start_job
 from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
+from sealtwin.trial.robot_files import Cell, write_programs
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text, with_settings
 from simulate.slot.sections import Trapezoids
@@ -67,9 +67,7 @@ class PlanInputs:
     file: Path
     given: Trial  # As in the file
     trial: Trial  # With the files that it names, and without readings
-    cell_file: Path | None
-    cell: RobotCell | None
-    pump: PumpTable | None
+    cell: Cell | None
 
     @classmethod
     def read(cls, file: Path, settings: Mapping[str, Any] | None, cell_file: Path | None) -> "PlanInputs":
@@ -77,14 +75,13 @@ class PlanInputs:
         given = load_trial(file, settings)
         require_sample(given, file.parent)
         trial = require_plannable(given.loaded(file.parent), str(file))
-        cell = None if cell_file is None else read_cell(cell_file)
-        pump = None if cell is None or cell_file is None else pump_of(cell, cell_file.parent)
-        if cell is not None and (steady := cell.steady_settings):
+        cell = None if cell_file is None else Cell.read(cell_file)
+        if cell is not None and (steady := cell.settings.steady_settings):
             raise InputError(
                 f"{cell_file}: {' and '.join(steady)}: such a program has only one speed or one flow, but a plan "
                 "varies both. Change this setting, or remove the format from formats."
             )
-        return cls(file, given, trial, cell_file, cell, pump)
+        return cls(file, given, trial, cell)
 
     @contextmanager
     def digitised(self, folder: Path, progress: Progress) -> Iterator[Sample]:
@@ -106,17 +103,21 @@ class PlanInputs:
 
     def write_programs(self, folder: Path, table: str, sample: Sample, trajectory: Trajectory) -> dict[str, Any]:
         """Write the robot's programs for a path. Return their names for JSON, or an empty dict without a cell."""
-        if self.cell is None or self.cell_file is None:
+        if self.cell is None:
             return {}
         origin = {
             "trial": self.trial.name,
             "run": folder.resolve().name,
             "path_source": sample.outline.path_source,
-            "inputs": {path.name: files.sha256(path) for path in (folder / table, self.cell_file)},
+            "inputs": {table: files.sha256(folder / table)},
             "edited_by_hand": [],
         }
-        how = self.cell, self.cell_file.name, (), origin, None, self.pump
-        return {"robot": sorted(write_programs(folder / "robot", trajectory, *how)[0]["files"])}
+        report, _ = write_programs(folder / "robot", trajectory, self.cell, ProgramOptions(), origin)
+        return {"robot": sorted(report["files"])}
+
+    @property
+    def limits_by(self) -> tuple[RobotCell | None, PumpTable | None]:
+        return (None, None) if self.cell is None else (self.cell.settings, self.cell.pump)
 
 
 def case_of(sample: Sample, trial: Trial, trajectory: Trajectory) -> Case:
@@ -336,7 +337,7 @@ def make_plan(
     folder = out or Path("reports", f"{given.folder_name}-plan")
     with inputs.digitised(folder, progress) as sample:
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
-        planned = plan_on(verifier, options, draws, (inputs.cell, inputs.pump), file)
+        planned = plan_on(verifier, options, draws, inputs.limits_by, file)
         from sealtwin.plan.pages import plan_cautions, plan_finding, write_plan_page
 
         warned = verifier.fluid_warnings

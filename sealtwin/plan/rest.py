@@ -181,7 +181,7 @@ def plan_rest(
     with inputs.digitised(folder, progress) as sample:
         solid = sample.solid
         path = plan_trajectory(sample.outline, inputs.trial.path, solid.cavity_volume_mm3, solid.sections)
-        limits = limits_of(path, inputs.cell, inputs.pump, options.flow_max_mm3_s, options.keep_speed)
+        limits = limits_of(path, *inputs.limits_by, options.flow_max_mm3_s, options.keep_speed)
         rest = rest_of(case_of(sample, inputs.trial, path), path, rows, limits, options, where)
         write_tables(folder, TABLE, rest.trajectory, rest.s_mm, rest.level_mm, np.nan)
         content = {

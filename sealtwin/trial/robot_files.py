@@ -1,8 +1,8 @@
 """Write robot files of a run's nozzle path. The path must be confirmed and within the limits of the cell."""
 
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -14,13 +14,39 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Trajectory
 from sealtwin.core.run_folder import RunFolder, require_folder
-from sealtwin.core.settings import read_settings
+from sealtwin.core.settings import checked, read_settings
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.trial.job import other_versions, require_digitised, shown
 from sealtwin.trial.trial_file import load_trial
 
 REPORT = "robot.json"
 USES = ("outline.json", "trajectory.csv")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A robot's cell as it was read, with the table of its pump."""
+
+    settings: RobotCell
+    name: str  # Of the file, for messages
+    pump: PumpTable | None
+    inputs: Mapping[str, str]  # Hashes of its files by their names
+
+    @classmethod
+    def read(cls, given: Path | Mapping[str, Any]) -> "Cell":
+        """Read a cell file, or the content of one, whose pump's file is then relative to the current folder.
+
+        Raises InputError, as ``read_settings`` does, and if the weighings of the pump cannot be used.
+        """
+        if isinstance(given, Path):
+            starter = "'sealtwin robot --example cell.toml' writes one to start from"
+            settings = read_settings(RobotCell, given, name="cell file", starter=starter)
+            name, folder, paths = given.name, given.parent, [given]
+        else:
+            settings, name, folder, paths = checked(RobotCell, Path("cell"), given), "cell", Path(), []
+        paths += [] if settings.pump is None else [folder / settings.pump.file]
+        pump = None if settings.pump is None else read_pump(settings.pump, folder)
+        return cls(settings, name, pump, {path.name: files.sha256(path) for path in paths})
 
 
 def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOptions, out: Path | None) -> dict[str, Any]:
@@ -36,11 +62,8 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
     require_digitised(folder)
     outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
     require_confirmed(str(folder.path), outline, options)
-    cell = read_cell(cell_file)
-    pump = pump_of(cell, cell_file.parent)
-    given = [cell_file] if cell.pump is None else [cell_file, cell_file.parent / cell.pump.file]
+    cell = Cell.read(cell_file)
     inputs = {name: files.sha256(folder.path / name) for name in USES}
-    inputs |= {path.name: files.sha256(path) for path in given}
     origin = {
         "trial": load_trial(folder.path / "trial.toml").name,
         "run": folder.path.resolve().name,
@@ -49,15 +72,13 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
         "edited_by_hand": sorted(set(folder.edited("digitise")) & set(USES)),
     }
     target = out or folder.path / "robot"
-    report, renamed = write_programs(
-        target, trajectory, cell, cell_file.name, options.formats, origin, folder if out is None else None, pump
-    )
+    report, renamed = write_programs(target, trajectory, cell, options, origin, folder if out is None else None)
     if out is None:
-        kinds = kinds_of(cell, cell_file.name, options.formats)
-        settings = {"formats": kinds, "allow_automatic": options.allow_automatic}
+        settings = {"formats": kinds_of(cell, options), "allow_automatic": options.allow_automatic}
+        inputs = report["inputs"]
         outputs = [f"robot/{name}" for name in (*report["files"], REPORT)]
         wall_time_s, numbers = time.monotonic() - began, folder.numbers_of("digitise")
-        facts = {"numbers": numbers, "given": [one.name for one in given]}
+        facts = {"numbers": numbers, "given": [*cell.inputs]}
         folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
     others = other_versions(folder, stage="digitise")
     return {**report, "folder": shown(target), "kept": renamed, "other_versions": others}
@@ -73,37 +94,24 @@ def require_confirmed(where: str, outline: Outline, options: ProgramOptions) -> 
         )
 
 
-def read_cell(path: Path) -> RobotCell:
-    """Read a robot's cell file. Raises InputError as ``read_settings`` does."""
-    starter = "'sealtwin robot --example cell.toml' writes one to start from"
-    return read_settings(RobotCell, path, name="cell file", starter=starter)
-
-
-def pump_of(cell: RobotCell, folder: Path) -> PumpTable | None:
-    """Read the weighings of a cell's pump, or return None if the cell has none. Raises InputError if unusable."""
-    return None if cell.pump is None else read_pump(cell.pump, folder)
-
-
 def write_programs(
     target: Path,
     trajectory: Trajectory,
-    cell: RobotCell,
-    cell_name: str,
-    formats: Sequence[str],
+    cell: Cell,
+    options: ProgramOptions,
     origin: Mapping[str, Any],
     run: RunFolder | None = None,
-    pump: PumpTable | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Write a path's files and robot.json; return the content of robot.json, and the new names of edited files.
 
     ``origin`` has trial, run, path_source, inputs and edited_by_hand, for the head of each program. ``run`` is the run
     folder if it contains ``target``. Without ``run``, raises InputError if ``target`` has files of another origin.
     """
-    kinds = kinds_of(cell, cell_name, formats)
-    path = place_path(trajectory, cell, cell_name, pump)
-    report = _report(path, origin)
-    if pump is not None:
-        report["pump"] = _pump(path, trajectory, pump)
+    kinds = kinds_of(cell, options)
+    path = place_path(trajectory, cell.settings, cell.name, cell.pump)
+    report = _report(path, {**origin, "inputs": {**origin["inputs"], **cell.inputs}})
+    if cell.pump is not None:
+        report["pump"] = _pump(path, trajectory, cell.pump)
     path = replace(path, head=_head(report))
     texts = {LANGUAGES[kind].file: LANGUAGES[kind].text(path) for kind in kinds}
     renamed = _clear_own(target, texts) if run is None else run.clear("robot")
@@ -114,18 +122,16 @@ def write_programs(
     return report, renamed
 
 
-def kinds_of(cell: RobotCell, cell_name: str, formats: Sequence[str]) -> list[str]:
+def kinds_of(cell: Cell, options: ProgramOptions) -> list[str]:
     """Return the formats to write. Raises InputError if the cell lacks the table of one that is requested."""
-    wanted: list[str] = []
-    for kind in LANGUAGES:
-        table = cell.missing_for(kind)
-        if kind in (formats or cell.formats) and table is not None:
+    formats = options.formats or cell.settings.formats
+    missing = {kind: cell.settings.missing_for(kind) for kind in LANGUAGES}
+    for kind, table in missing.items():
+        if kind in formats and table is not None:
             raise InputError(
-                f"{cell_name}: no [{table}] table, which format {kind} needs; 'sealtwin robot --example FILE' has one."
+                f"{cell.name}: no [{table}] table, which format {kind} needs; 'sealtwin robot --example FILE' has one."
             )
-        if table is None and (kind in (formats or cell.formats) or "all" in formats):
-            wanted.append(kind)
-    return wanted
+    return [kind for kind, table in missing.items() if table is None and (kind in formats or "all" in formats)]
 
 
 def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
