@@ -11,8 +11,8 @@ import ezdxf.filemanagement
 from ezdxf import units
 
 from benchmarks.fuzz_process import in_a_process
+from sealtwin.material import material_text
 from sealtwin.material.by_rheometer import FlowCurve, material_of_table
-from sealtwin.material.paste import material_text
 from sealtwin.trial.starter_files import CELL
 from tests.lab_folder import DEFAULTS
 from tests.pictures import mortar, with_crack, write_png

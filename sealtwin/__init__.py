@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from sealtwin.core.errors import InputError as _InputError
 
 if TYPE_CHECKING:
+    from sealtwin.api import InputError, NumericalError, Run, SealtwinError, Solid
     from sealtwin.api.levels import LevelComparison, LevelReadings, compare, plot_levels, read_readings
     from sealtwin.api.outputs import write_report, write_robot_program
     from sealtwin.api.runs import (
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
         read_photo,
         trace_crack,
     )
-    from sealtwin.api.shared import InputError, NumericalError, Run, SealtwinError, Solid
     from sealtwin.api.studies import CalibrationResult, SweepResult, calibrate, sweep, write_map
     from sealtwin.api.trials import FlowPlan, TrialRun, plan_flow, plan_rest, run_trial
 
@@ -112,8 +112,8 @@ __all__ = [
     "write_robot_program",
 ]
 
-_MODULES = ("shared", "trials", "studies", "runs", "samples", "levels", "outputs")
-"""Modules of ``sealtwin.api``, ordered by the number of libraries that they load."""
+_MODULES = ("", ".trials", ".studies", ".runs", ".samples", ".levels", ".outputs")
+"""Modules in ``sealtwin.api``, ordered by the number of libraries that they load."""
 
 
 def __getattr__(name: str) -> Any:
@@ -122,7 +122,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'sealtwin' has no attribute {name!r}")
     from importlib import import_module
 
-    modules = (import_module(f"sealtwin.api.{module}") for module in _MODULES)
+    modules = (import_module(f"sealtwin.api{module}") for module in _MODULES)
     globals()[name] = value = next(getattr(module, name) for module in modules if hasattr(module, name))
     return value
 

@@ -155,7 +155,7 @@ class RobotCell(LanguageTables):
 
 
 class ProgramOptions(Settings):
-    """Which programs are written: options of 'sealtwin robot', keywords of ``write_robot_program``."""
+    """Choice of the programs to write: options of 'sealtwin robot', keywords of ``write_robot_program``."""
 
     formats: tuple[AnyFormat, ...] = ()
     """Formats to write; all: each format that has a table in the cell. Default: the cell's formats."""

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import InstanceOf
 
+from sealtwin.api import FilePath, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.api.runs import SimulatedLevel
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import FilePath, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind, Outline, Profile, Sections, Shown, Solid
 from sealtwin.core.settings import checked

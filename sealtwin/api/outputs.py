@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from digitise.robots.cell import ProgramOptions
+from sealtwin.api import FilePath, of_one_crack, settings_from
 from sealtwin.api.levels import LevelComparison, LevelReadings
 from sealtwin.api.runs import PlannedPath, SimulatedLevel
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import FilePath, of_one_crack, settings_from
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
@@ -163,7 +163,7 @@ def write_robot_program(
     ['path.csv', 'robot.json']
     """
     options = settings_from(ProgramOptions, "write_robot_program", locals())
-    from sealtwin.trial.robot_files import REPORT, Cell, require_confirmed, write_programs
+    from sealtwin.trial.robot_files import REPORT, CellFile, require_confirmed, write_programs
 
     of_one_crack("write_robot_program", crack, path)
     require_confirmed("write_robot_program", crack, options)
@@ -175,6 +175,6 @@ def write_robot_program(
         "edited_by_hand": [],
     }
     target = Path(folder)
-    read = Cell.read(cell if isinstance(cell, Mapping) else Path(cell))
+    read = CellFile.read(cell if isinstance(cell, Mapping) else Path(cell))
     report, _ = write_programs(target, path, read, options, origin)
     return [*(target / file for file in report["files"]), target / REPORT]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from digitise.settings import NozzlePath
-from sealtwin.api.shared import content_of, of_one_crack, settings_from, warn
+from sealtwin.api import content_of, of_one_crack, settings_from, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import Origins, Outline, Profile, Run, Sample, Solid, Trajectory

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from digitise.drawing.given import GivenDrawing, GivenLine, GivenWalls
 from digitise.photo import Photo
 from digitise.settings import CrackShape, MeshInput, MeshUnit, PhotoInput, Tilt
-from sealtwin.api.shared import FilePath, Points, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
+from sealtwin.api import FilePath, Points, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import DataKind, Outline, Shown, Solid
 from sealtwin.core.settings import doubts_of

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.api.shared import FilePath, path_or_none, settings_from, warn
+from sealtwin.api import FilePath, path_or_none, settings_from, warn
 from sealtwin.calibration import CalibrationOptions
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from sealtwin.api.shared import FilePath, Points, of_one_crack, path_or_none, settings_from, warn
+from sealtwin.api import FilePath, Points, of_one_crack, path_or_none, settings_from, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table

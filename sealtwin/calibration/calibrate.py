@@ -26,7 +26,7 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
-from sealtwin.material.paste import material_text
+from sealtwin.material import material_text
 from sealtwin.study.sweep import SweepOptions
 from sealtwin.trial.draft import sets_resolution
 from sealtwin.trial.job import shown

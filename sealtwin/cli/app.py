@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, lab, material, photo_tools, samples, studies, trials
+from sealtwin.cli import doctor, lab, material, samples, studies, trials
 from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, take_any_name
 
 app = typer.Typer(
@@ -31,7 +31,7 @@ for command in (
     trials.demo,
     trials.quick,
     trials.run,
-    photo_tools.trace,
+    samples.trace,
     samples.digitise,
     samples.import_mesh,
     samples.import_dxf,
@@ -46,7 +46,7 @@ for command in (
     studies.calibrate,
     trials.robot,
     samples.export,
-    photo_tools.markers,
+    samples.markers,
     studies.plan,
     trials.init,
     doctor.doctor,

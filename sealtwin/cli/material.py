@@ -11,10 +11,10 @@ from sealtwin.core.errors import InputError, present
 
 if TYPE_CHECKING:
     from digitise.settings import PhotoInput
+    from sealtwin.material import MeasuredPaste, PasteOnPlate
     from sealtwin.material.by_bead import LaidBead
     from sealtwin.material.by_rheometer import FlowCurve
     from sealtwin.material.by_spread import Heap
-    from sealtwin.material.paste import MeasuredPaste, PasteOnPlate
     from simulate.material_file import Material
 
 FRAME = ("markers", "face_mm")
@@ -83,7 +83,7 @@ def _photo(file: Path, paste: "PasteOnPlate", settings: Given) -> "PhotoInput":
 def _reply(command: Command, out: Path, measured: "MeasuredPaste") -> None:
     """Write the file of a measured paste, and answer."""
     from sealtwin.core.files import write_unless_other
-    from sealtwin.material.paste import material_text
+    from sealtwin.material import material_text
 
     paste = measured.material
     write_unless_other({out: material_text(paste).encode()})

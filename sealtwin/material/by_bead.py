@@ -12,8 +12,8 @@ from digitise.robots.pump import MISTYPED
 from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
+from sealtwin.material import MeasuredPaste, PasteOnPlate, PasteValue, by_source, four_digits, measured_material
 from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED
-from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, PasteValue, by_source, four_digits, measured_material
 from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.spread_law import GRAVITY_M_S2
 

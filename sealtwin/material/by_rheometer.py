@@ -9,8 +9,8 @@ from pydantic import Field, field_validator, model_validator
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import Floats, Integers
+from sealtwin.material import MeasuredPaste, PasteSettings, four_digits, measured_material
 from sealtwin.material.flow_law import FlowLaw, fit_flow_law
-from sealtwin.material.paste import MeasuredPaste, PasteSettings, four_digits, measured_material
 
 RATE, STRESS = "shear_rate_per_s", "stress_pa"  # Columns of the file
 MOST_ROWS = 10_000

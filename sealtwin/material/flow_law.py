@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sealtwin.core.records import Floats
-from sealtwin.material.paste import PasteValue
+from sealtwin.material import PasteValue
 
 TORQUE = 0.03  # Relative standard uncertainty of the stress that is common to all rows: calibration, edge, fill
 GAP = 0.02  # Relative standard uncertainty of the shear rate that is common to all rows: 20 um in a gap of 1 mm

@@ -13,7 +13,7 @@ Unless it is 0, corrections by particles only lower the flow."""
 
 
 class PlanOptions(Settings):
-    """What a plan aims at and how it is searched: options of 'sealtwin plan', keywords of ``plan_flow``."""
+    """Aim and search of a plan: options of 'sealtwin plan', keywords of ``plan_flow``."""
 
     cell: Path | None = None
     """The robot's cell file; the plan keeps within its limits and those of its pump."""

@@ -27,7 +27,7 @@ from sealtwin.plan.search import Case, Goal, Knots, discrepancy, limits_of, requ
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
 from sealtwin.trial.job import require_sample, shown, start_job
 from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.robot_files import Cell, write_programs
+from sealtwin.trial.robot_files import CellFile, write_programs
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text, with_settings
 from simulate.slot.sections import Trapezoids
@@ -67,7 +67,7 @@ class PlanInputs:
     file: Path
     given: Trial  # As in the file
     trial: Trial  # With the files that it names, and without readings
-    cell: Cell | None
+    cell: CellFile | None
 
     @classmethod
     def read(cls, file: Path, settings: Mapping[str, Any] | None, cell_file: Path | None) -> "PlanInputs":
@@ -75,7 +75,7 @@ class PlanInputs:
         given = load_trial(file, settings)
         require_sample(given, file.parent)
         trial = require_plannable(given.loaded(file.parent), str(file))
-        cell = None if cell_file is None else Cell.read(cell_file)
+        cell = None if cell_file is None else CellFile.read(cell_file)
         if cell is not None and (steady := cell.settings.steady_settings):
             raise InputError(
                 f"{cell_file}: {' and '.join(steady)}: such a program has only one speed or one flow, but a plan "

@@ -24,7 +24,7 @@ USES = ("outline.json", "trajectory.csv")
 
 
 @dataclass(frozen=True)
-class Cell:
+class CellFile:
     """A robot's cell as it was read, with the table of its pump."""
 
     settings: RobotCell
@@ -33,7 +33,7 @@ class Cell:
     inputs: Mapping[str, str]  # Hashes of its files by their names
 
     @classmethod
-    def read(cls, given: Path | Mapping[str, Any]) -> "Cell":
+    def read(cls, given: Path | Mapping[str, Any]) -> "CellFile":
         """Read a cell file, or the content of one, whose pump's file is then relative to the current folder.
 
         Raises InputError, as ``read_settings`` does, and if the weighings of the pump cannot be used.
@@ -62,7 +62,7 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
     require_digitised(folder)
     outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
     require_confirmed(str(folder.path), outline, options)
-    cell = Cell.read(cell_file)
+    cell = CellFile.read(cell_file)
     inputs = {name: files.sha256(folder.path / name) for name in USES}
     origin = {
         "trial": load_trial(folder.path / "trial.toml").name,
@@ -97,7 +97,7 @@ def require_confirmed(where: str, outline: Outline, options: ProgramOptions) -> 
 def write_programs(
     target: Path,
     trajectory: Trajectory,
-    cell: Cell,
+    cell: CellFile,
     options: ProgramOptions,
     origin: Mapping[str, Any],
     run: RunFolder | None = None,
@@ -122,7 +122,7 @@ def write_programs(
     return report, renamed
 
 
-def kinds_of(cell: Cell, options: ProgramOptions) -> list[str]:
+def kinds_of(cell: CellFile, options: ProgramOptions) -> list[str]:
     """Return the formats to write. Raises InputError if the cell lacks the table of one that is requested."""
     formats = options.formats or cell.settings.formats
     missing = {kind: cell.settings.missing_for(kind) for kind in LANGUAGES}

@@ -8,9 +8,9 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
+from sealtwin.material import material_text
 from sealtwin.material.by_rheometer import FlowCurve, material_of_table
 from sealtwin.material.flow_law import GAP, TORQUE, fit_flow_law
-from sealtwin.material.paste import material_text
 from simulate.settings import Fluid
 
 PASTE = {"density_kg_m3": 1690.0, "data": "synthetic"}
