@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import sha256
+from sealtwin.core.progress import Progress, progress_for_stderr, wanted
 from sealtwin.core.records import Origins, Outline, Run, Solid, Trajectory
 from sealtwin.core.settings import Settings, checked
 
@@ -72,6 +73,11 @@ def of_one_crack(function: str, *records: object) -> Origins:
                     "both of the same: in a notebook, run the cells between again."
                 )
     return tuple((kind, origin) for kind, (origin, _) in firsts.items())
+
+
+def shown_progress(progress: bool | None) -> Progress:
+    """Return progress for stderr; silent if ``progress`` is False, or if it is None and nobody looks."""
+    return progress_for_stderr(quiet=not wanted(progress))
 
 
 def path_or_none(given: FilePath | None) -> Path | None:

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Literal
 
 from digitise.settings import NozzlePath
-from sealtwin.api import content_of, of_one_crack, settings_from, warn
+from sealtwin.api import content_of, of_one_crack, settings_from, shown_progress, warn
 from sealtwin.core.errors import InputError
-from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import Origins, Outline, Profile, Run, Sample, Solid, Trajectory
 from sealtwin.core.settings import checked, doubts_of
 from sealtwin.core.settings_text import keywords_of
@@ -181,7 +180,7 @@ def inject(
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
-    with progress_for_stderr(quiet=not wanted(progress)) as shown:
+    with shown_progress(progress) as shown:
         how = {"seed": seed, "device": chosen, "slope": slope, "threads": threads}
         run, _ = fill(Sample(crack, solid, path), fluid, solver, nozzle, progress=shown, **how)
     warn((*run.doubts, *run_warnings(run, run.health.volume_ratio or 0.0)))
@@ -309,7 +308,7 @@ def release_block(
     from simulate.device import choose_device
 
     _require_kinds("release_block", (fluid, Fluid), (solver, Solver), seed=seed)
-    with progress_for_stderr(quiet=not wanted(progress)) as shown:
+    with shown_progress(progress) as shown:
         how = {"slope": slope, "seed": seed, "device": choose_device(device), "progress": shown}
         return release(block, fluid.loaded(Path()), solver, **how)
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.api import FilePath, path_or_none, settings_from, warn
+from sealtwin.api import FilePath, path_or_none, settings_from, shown_progress, warn
 from sealtwin.calibration import CalibrationOptions
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
-from sealtwin.core.progress import progress_for_stderr, wanted
+from sealtwin.core.progress import wanted
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import as_json, checked
 from sealtwin.core.settings_text import keywords_of
@@ -263,8 +263,8 @@ def write_map(
 
     folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
     target, caliper = path_or_none(out), path_or_none(readings)
-    shown = progress_for_stderr(quiet=not wanted(progress))
-    mapped = map_study(folder, target, caliper, data, device if fills else None, shown, any_volume=any_volume)
+    drawn_on, shown = device if fills else None, shown_progress(progress)
+    mapped = map_study(folder, target, caliper, data, drawn_on, shown, any_volume=any_volume)
     warn([*mapped.content["other_versions"], *mapped.content["fluid_warnings"]])
     return mapped.folder / PAGE
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from sealtwin.api import FilePath, Points, of_one_crack, path_or_none, settings_from, warn
+from sealtwin.api import FilePath, Points, of_one_crack, path_or_none, settings_from, shown_progress, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table
-from sealtwin.core.progress import Progress, progress_for_stderr, wanted
+from sealtwin.core.progress import wanted
 from sealtwin.core.records import Floats, Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
@@ -164,10 +164,9 @@ def run_trial(
         content = settings.model_dump(mode="json", exclude_none=True)
         settings = checked(Trial, Path("run_trial"), {**content, "seeds": seeds})
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
-    silent = Progress()
-    with progress_for_stderr(quiet=False) if wanted(progress) else silent as shown:
+    with shown_progress(progress) as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads, by_studies())
-    texts = [warning.text for warning in silent.warned]
+    texts = [] if wanted(progress) else [warning.text for warning in shown.warned]
     warn(dict.fromkeys([*texts, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 
@@ -253,7 +252,7 @@ def plan_flow(
     from sealtwin.plan.make_plan import TABLE, make_plan
     from simulate.device import choose_device
 
-    shown = progress_for_stderr(quiet=not wanted(progress))
+    shown = shown_progress(progress)
     made = make_plan(Path(trial), path_or_none(out), options, shown, device=choose_device(device))
     warn(made.content["fluid_warnings"])
     return _flow_plan(made.content, TABLE)
@@ -309,7 +308,7 @@ def plan_rest(
     options = settings_from(PlanOptions, "plan_rest", locals())
     from sealtwin.plan.rest import TABLE, plan_rest
 
-    shown = progress_for_stderr(quiet=not wanted(progress))
+    shown = shown_progress(progress)
     made = plan_rest(Path(trial), levels, path_or_none(out), options, shown)
     return _flow_plan(made.content, TABLE)
 

@@ -12,7 +12,10 @@ MOST_FREE = 6  # Forty runs cannot resolve more free settings
 
 
 class CalibrationOptions(Settings):
-    """Settings that a calibration determines, and the number of its runs: options of 'sealtwin calibrate' and of ``calibrate``."""
+    """Settings that a calibration determines, and the number of its runs.
+
+    They are options of 'sealtwin calibrate' and keywords of ``calibrate``.
+    """
 
     free: dict[str, tuple[float, float]]
     """The unknown settings, up to 6, each with its range. A measured setting has its value and uncertainty in the trial

@@ -45,7 +45,7 @@ VERBOSE = flag("--verbose", "Also print the figures and sentences that the short
 
 @dataclass(frozen=True)
 class Answer:
-    content: dict[str, Any]  # Printed with --json
+    content: dict[str, Any]  # Printed with --json, after the version of its form
     lines: Sequence[str]  # Printed without --json
     exit_code: int = 0
 
@@ -71,7 +71,8 @@ class Command:
 
     def reply(self, answer: Answer) -> None:
         """Print the result; end the command if its exit code is not 0."""
-        text = json.dumps(answer.content, ensure_ascii=False) if self.as_json else "\n".join(answer.lines)
+        content = {"version": 1, **answer.content}
+        text = json.dumps(content, ensure_ascii=False) if self.as_json else "\n".join(answer.lines)
         with naming(Path("standard output")):
             print(text, file=self.stdout, flush=True)
         if answer.exit_code:
@@ -88,6 +89,15 @@ class Command:
         # "python -m" by the signal instead of the exit code, even if it was handled. Another exec() clears the flag.
         exec("")
         self.fail(f"interrupted; {message}", INTERRUPTED)
+
+    def device_and_jobs(self, jobs: int | None) -> tuple[str, int]:
+        """Return the device of a study's runs, which is printed, and the number of processes."""
+        from sealtwin.core.cluster import cores
+        from simulate.device import choose_device, describe_device
+
+        device = choose_device(self.device)
+        self.say(f"Device: {describe_device(device)}")
+        return device, jobs or (cores() if device == "cpu" else 1)
 
     def progress(self) -> "Progress":
         from sealtwin.core.progress import QuietProgress, progress_for_stderr
@@ -129,7 +139,7 @@ class CheckedCommand(TyperCommand):
         return self._params
 
     @params.setter
-    def params(self, params: list[Any]) -> None:
+    def params(self, params: list[Any]) -> None:  # pyright: ignore[reportIncompatibleVariableOverride]
         self._params, self._parts = list(params), dict[str, list[Any]]()
         self._sources = vars(self.callback)["sources"]
 

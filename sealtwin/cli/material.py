@@ -95,7 +95,7 @@ def _reply(command: Command, out: Path, measured: "MeasuredPaste") -> None:
         *measured.sentences,
         f'{out}: to use it, write [fluid] material = "{out.name}" in a trial.',
     ]
-    content = {"version": 1, "file": out.as_posix(), **paste.model_dump(mode="json"), **measured.figures}
+    content = {"file": out.as_posix(), **paste.model_dump(mode="json"), **measured.figures}
     command.reply(Answer(content, lines))
 
 

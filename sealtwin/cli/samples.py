@@ -133,7 +133,7 @@ def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
         raise InputError(f"{folder / 'outline.json'}: nothing explains the crack at s = {s_mm:g} mm: {why}.")
     rows = {side: {"away_mm": round(away_mm, 3), **asdict(stretch)} for side, (away_mm, stretch) in walls.items()}
     lines = [f"{away_mm:.2f} mm from the centreline, {stretch.sentence}" for away_mm, stretch in walls.values()]
-    command.reply(Answer({"version": 1, "s_mm": s_mm, "walls": rows}, lines))
+    command.reply(Answer({"s_mm": s_mm, "walls": rows}, lines))
 
 
 @answers()
@@ -166,7 +166,7 @@ def export(
     written = export_runs(folders, [kind for kind in KINDS if kind in kinds], out)
     names = [shown(path) for path in written]
     others = other_versions(*map(look_into, folders), stage="digitise")
-    command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
+    command.reply(Answer({"files": names, "other_versions": others}, [*others, *names]))
 
 
 @answers(model="digitise.drawing.given:GivenDrawing", verbose=True)
@@ -253,7 +253,7 @@ def markers(
         command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face_mm} --depth-mm ...")
     elif not command.as_json:
         command.say("For the trial file:")
-    content = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": board.model_dump()}
+    content = {"file": out.as_posix(), "face_mm": face, "markers": board.model_dump()}
     command.reply(Answer(content, table.splitlines()))
 
 
@@ -301,8 +301,8 @@ def trace(
     if len(sheets) > 1:
         open_ = [photo["name"] for photo in page.photos if not photo["done"]]
         rest = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
-        command.reply(Answer({"version": 1, "saved": listed, "not_traced": open_}, [*summaries, rest]))
+        command.reply(Answer({"saved": listed, "not_traced": open_}, [*summaries, rest]))
         return
     saved = listed[0] if listed else {"file": None, "changed": []}
-    content = {"version": 1, "saved": saved["file"], "changed": saved["changed"]}
+    content = {"saved": saved["file"], "changed": saved["changed"]}
     command.reply(Answer(content, [*summaries, *(f"Next: {one['next']}" for one in page.saved)]))

@@ -139,7 +139,7 @@ def sweep(
         from sealtwin.trial.starter_files import write_example_study
 
         write_example_study(example)
-        command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
+        command.reply(Answer({"file": example.as_posix()}, [str(example)]))
         return
     if not targets:
         raise typer.BadParameter("give a study; --example FILE writes one to start from")
@@ -153,7 +153,7 @@ def sweep(
         return
     if len(targets) != 1:
         raise typer.BadParameter(f"{len(targets)} studies are given; give one")
-    device, count = device_and_jobs(command, jobs)
+    device, count = command.device_and_jobs(jobs)
     options = sweeps.SweepOptions(
         device=device,
         jobs=count,
@@ -193,7 +193,7 @@ def calibrate(
 
     if twice := sorted(options.free.keys() & settings.keys()):
         raise typer.BadParameter(f"{twice[0]} is given by both --set and --free; give one of them")
-    device, count = device_and_jobs(command, jobs)
+    device, count = command.device_and_jobs(jobs)
     # A worker process takes seconds to start, in each round.
     how = SweepOptions(device=device, jobs=0 if count == 1 else count, drafts=not accurate)
     content = find(trials, options, out, how, command.progress(), settings)
@@ -251,16 +251,6 @@ def plan(
     result = make_plan(trial, out, options, command.progress(), device=device, jobs=jobs, settings=settings)
     files = f"Plan: {result.content['folder']}/plan.csv, and trial.toml to run it. Page: plan.html"
     command.reply(Answer(result.content, [*result.sentences, files]))
-
-
-def device_and_jobs(command: Command, jobs: int | None) -> tuple[str, int]:
-    """Return the device of a study's runs, which is printed, and the number of processes."""
-    from sealtwin.core.cluster import cores
-    from simulate.device import choose_device, describe_device
-
-    device = choose_device(command.device)
-    command.say(f"Device: {describe_device(device)}")
-    return device, jobs or (cores() if device == "cpu" else 1)
 
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:

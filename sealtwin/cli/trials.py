@@ -42,7 +42,7 @@ def film(
     with command.progress() as progress:
         frames, lasts_s = make_film(folder, path, progress)
     others = other_versions(look_into(folder), stage="simulate")
-    content = {"version": 1, "film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
+    content = {"film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
     lines = [*others, f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]
     command.reply(Answer({**content, "other_versions": others}, lines))
 
@@ -67,7 +67,7 @@ def robot(
         from sealtwin.trial.starter_files import write_example_cell
 
         write_example_cell(example)
-        command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
+        command.reply(Answer({"file": example.as_posix()}, [str(example)]))
         return
     if folder is None or cell is None:
         raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
@@ -187,7 +187,7 @@ def _compare_dam_breaks(command: Command, folder: Path) -> None:
         for case, course in courses.items()
     ]
     lines = [*(f"{name}: {figures}" for name, figures in sheet.key_figures), f"Page: {shown(page)}"]
-    command.reply(Answer({"version": 1, "fronts": fronts, "page": shown(page)}, lines))
+    command.reply(Answer({"fronts": fronts, "page": shown(page)}, lines))
 
 
 @answers(*FLUID, device=True, verbose=True)

@@ -91,8 +91,9 @@ def estimate(heap: Heap, spread: SpreadBlob) -> PasteEstimate:
         return closed - edge * (1e-3 * radius) ** 2 / (1e-9 * volume), closed, flat, volume
 
     drawn = computed(*noise)[0]
-    stress, closed, flat, volume = (float(values[0]) for values in computed())
-    height = float(heap_height_mm(closed, spread.radius_mm, heap.density_kg_m3)) / spread.radius_mm
+    exact = computed()
+    stress, _, flat, volume = (float(values[0]) for values in exact)
+    height = float(heap_height_mm(exact[1], spread.radius_mm, heap.density_kg_m3)[0]) / spread.radius_mm
     if height > HIGHEST:
         raise InputError(
             f"the heap's height is {height:.2f} times its radius; the closed form is valid up to {HIGHEST:g}: spread "
