@@ -16,6 +16,7 @@ from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress, progress_for_stderr, wanted
 from sealtwin.core.records import Origins, Outline, Run, Solid, Trajectory
 from sealtwin.core.settings import Settings, checked
+from sealtwin.core.settings_text import KEYWORDS
 
 __all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
 
@@ -29,9 +30,13 @@ Table = TypeVar("Table", bound=Settings)
 def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any], **replaced: Any) -> Table:
     """Return a table of settings made from a function's ``locals()`` and from ``replaced``. None means the default.
 
-    Raises InputError, whose text begins with ``function``, for a value that is not allowed.
+    Raises InputError, whose text begins with ``function``, for a value or a keyword that is not allowed.
     """
-    values = {**keywords, **replaced}
+    settings = keywords.get("keywords", {})
+    if unknown := [name for name in settings if name not in KEYWORDS[function]]:
+        allowed = ", ".join(sorted(KEYWORDS[function]))
+        raise InputError(f"{function}: {unknown[0]}: no such keyword; allowed: {allowed}.")
+    values = {**keywords, **settings, **replaced}
     return checked(kind, Path(function), {name: values.get(name) for name in kind.model_fields})
 
 

@@ -1,9 +1,8 @@
 """The nozzle's path over a crack, the fluid run along it, and the level after the run."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any
 
 from digitise.settings import NozzlePath
 from sealtwin.api import content_of, of_one_crack, settings_from, shown_progress, warn
@@ -34,23 +33,11 @@ class PlannedPath(Trajectory):
         return doubts_of(self.settings)
 
 
-@keywords_of(NozzlePath)
+@keywords_of(NozzlePath, without=("weighed", "plan"))
 def plan_path(
     crack: Outline,
     solid: Solid,
-    *,
-    speed_mm_s: float | None = None,
-    volume_ml: float | Literal["cavity"] | None = None,
-    fill: float | None = None,
-    flow: Literal["constant", "cross_section"] | None = None,
-    trim_mm: float | Sequence[float] | None = None,
-    reverse: bool | None = None,
-    ramp_mm: float | None = None,
-    lead_in_mm: float | None = None,
-    lead_out_mm: float | None = None,
-    spacing_mm: float | None = None,
-    nozzle_height_mm: float | None = None,
-    smoothing_mm: float | None = None,
+    **keywords: Any,
 ) -> PlannedPath:
     """Plan the nozzle's path, speed and flow. Keywords are settings of [path] in a trial file.
 
@@ -113,12 +100,11 @@ def inject(
     *,
     solver: Solver | None = None,
     nozzle: Nozzle | None = None,
-    crossfall_deg: float | None = None,
-    gradient_deg: float | None = None,
     seed: int = 0,
     device: str = "cpu",
     threads: int = 1,
     progress: bool | None = None,
+    **keywords: Any,
 ) -> Run:
     """Inject the sealant along the path and let it settle.
 
@@ -196,8 +182,7 @@ def fill_fast(
     *,
     settle_s: float = 2.0,
     nozzle: Nozzle | None = None,
-    crossfall_deg: float | None = None,
-    gradient_deg: float | None = None,
+    **keywords: Any,
 ) -> SimulatedLevel:
     """Fill the crack by the fast model: a tenth of a second in place of minutes, for loops over parameters.
 
@@ -256,16 +241,11 @@ def release_block(
     height_mm: float,
     fluid: Fluid,
     *,
-    duration_s: float,
     solver: Solver,
-    onto: Literal["plate", "channel", "open"] | None = None,
-    ahead_mm: float | None = None,
-    every_s: float | None = None,
-    crossfall_deg: float | None = None,
-    gradient_deg: float | None = None,
     seed: int = 0,
     device: str = "cpu",
     progress: bool | None = None,
+    **keywords: Any,
 ) -> BlockRelease:
     """Release a block of fluid behind a gate, as in a dam break, an L-box or a mini-slump. It sticks to all walls.
 

@@ -1,16 +1,16 @@
 """A sample: a photo with its scale, the crack traced in it, and the solid; or a mesh instead."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from digitise.drawing.given import GivenDrawing, GivenLine, GivenWalls
 from digitise.photo import Photo
-from digitise.settings import CrackShape, MeshInput, MeshUnit, PhotoInput, Tilt
+from digitise.settings import CrackShape, MeshInput, PhotoInput
 from sealtwin.api import FilePath, Points, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import DataKind, Outline, Shown, Solid
@@ -57,21 +57,21 @@ class CrackOutline(Outline):
     """Hash of the photo or the mesh."""
 
 
-@keywords_of(PhotoInput)
+SCALE = (
+    *("mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px"),
+    *("markers", "lens", "camera_distance_mm", "mask", "data"),
+)
+HINTS = ("ends_px", "via_px", "roi_px", "crack", "edge_fraction", "branches", "width_mm", "path_only")
+"""Settings of [photo] about its scale, and about the crack."""
+
+
+@keywords_of(PhotoInput, only=SCALE)
 def read_photo(
     photo: FilePath | NDArray[np.uint8],
     *,
-    mm_per_px: float | None = None,
-    scale_is: Literal["measured", "assumed"] | None = None,
-    ruler_px: Points | None = None,
-    ruler_mm: float | None = None,
-    face_mm: Sequence[float] | None = None,
-    face_corners_px: Points | None = None,
-    markers: Mapping[str, Any] | None = None,
-    lens: Literal["auto", "none"] | None = None,
-    camera_distance_mm: float | None = None,
     mask: FilePath | NDArray[Any] | None = None,
     data: DataKind = "undeclared",
+    **keywords: Any,
 ) -> SamplePhoto:
     """Read a photo taken from above, with its scale. Give one scale: it is never guessed.
 
@@ -101,13 +101,13 @@ def read_photo(
     # Messages name an array by its argument.
     file = Path("photo") if isinstance(photo, np.ndarray) else file_of(photo, "photo")
     # A mask may be an array, so it is read here.
-    keywords = locals()
+    given = locals()
     from digitise.image import decoding
     from digitise.image.painted import read_mask, take_mask
     from digitise.photo import beside_markers, offering_markers, pixels_of, scaled
 
     try:
-        settings = settings_from(PhotoInput, "read_photo", keywords, mask=None)
+        settings = settings_from(PhotoInput, "read_photo", given, mask=None)
     except InputError as fault:
         raise InputError(offering_markers(fault, file)) from None
 
@@ -128,18 +128,11 @@ def read_photo(
     return SamplePhoto(**content_of(replace(scaled_photo, warnings=cautions)), settings=settings, sha256=digest)
 
 
-@keywords_of(PhotoInput)
+@keywords_of(PhotoInput, only=HINTS)
 def trace_crack(
     photo: SamplePhoto,
     ends_px: Points | None = None,
-    *,
-    via_px: Points | None = None,
-    roi_px: Points | None = None,
-    crack: int | None = None,
-    edge_fraction: float | None = None,
-    branches: Literal["drop", "keep"] | None = None,
-    width_mm: float | Points | None = None,
-    path_only: bool | None = None,
+    **keywords: Any,
 ) -> CrackOutline:
     """Trace both walls of a crack to a fraction of a pixel. Keywords are settings of [photo] in a trial file.
 
@@ -168,10 +161,10 @@ def trace_crack(
     >>> crack.path_source, crack.width_source
     ('ends', 'walls')
     """
-    given = {name: value for name, value in locals().items() if value is not None}
     # A mask needs fewer hints; the table checks which.
     painted = None if photo.drawn is None else photo.file
-    settings = settings_from(PhotoInput, "trace_crack", photo.settings.model_dump(), **given, mask=painted)
+    given = {**photo.settings.model_dump(), "keywords": keywords, "mask": painted}
+    settings = settings_from(PhotoInput, "trace_crack", given, **({} if ends_px is None else {"ends_px": ends_px}))
     from digitise.crack_path.find_path import find_path
     from digitise.outline import trace_outline
 
@@ -180,17 +173,11 @@ def trace_crack(
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 
 
-@keywords_of(CrackShape)
+@keywords_of(CrackShape, without=("fill",))
 def build_solid(
     crack: Outline,
     depth_mm: float | Points,
-    *,
-    tilt: Tilt | None = None,
-    wall_angle_deg: float | Sequence[float] | None = None,
-    lean_to: Literal["left", "right"] | None = None,
-    floor_thickness_mm: float | None = None,
-    margin_mm: float | None = None,
-    dam_height_mm: float | None = None,
+    **keywords: Any,
 ) -> Solid:
     """Build the sample as a watertight solid: a block minus the crack's cavity, with dams at open ends.
 
@@ -225,15 +212,13 @@ def build_solid(
     return replace(build_solid(crack, settings), made_of=of_one_crack("build_solid", crack))
 
 
-@keywords_of(MeshInput)
+@keywords_of(MeshInput, without=("file",))
 def import_mesh(
     mesh: FilePath,
     *,
-    units: MeshUnit,
-    up: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None,
     path: FilePath | None = None,
-    dam_height_mm: float | None = None,
     data: DataKind = "undeclared",
+    **keywords: Any,
 ) -> tuple[CrackOutline, Solid]:
     """Read a modelled or scanned sample, in place of a photo and a depth.
 
@@ -354,12 +339,8 @@ def import_dxf(
     drawing: FilePath,
     depth_mm: float,
     *,
-    outline: str | None = None,
-    walls: tuple[str, str] | None = None,
-    line: str | None = None,
-    width_mm: float | None = None,
-    units: Literal["mm", "cm", "m", "inch", "foot"] | None = None,
     data: DataKind = "undeclared",
+    **keywords: Any,
 ) -> tuple[CrackOutline, Solid]:
     """Read a crack that was drawn in CAD, seen from above. Its walls are upright and its floor is level.
 

@@ -199,18 +199,9 @@ def plan_flow(
     trial: FilePath,
     *,
     out: FilePath | None = None,
-    cell: FilePath | None = None,
-    posterior: FilePath | None = None,
-    flow_max_mm3_s: float | None = None,
-    margin_mm: float | None = None,
-    reserve_mm: float | None = None,
-    knots: int | None = None,
-    verify: int | None = None,
-    seeds: int | None = None,
-    keep_speed: bool | None = None,
-    accurate: bool | None = None,
     device: str = "auto",
     progress: bool | None = None,
+    **keywords: Any,
 ) -> FlowPlan:
     """Plan flow and speed along a crack, as ``sealtwin plan`` does.
 
@@ -258,19 +249,14 @@ def plan_flow(
     return _flow_plan(made.content, TABLE)
 
 
-@keywords_of(PlanOptions)
+@keywords_of(PlanOptions, without=("posterior", "verify", "seeds", "accurate"))
 def plan_rest(
     trial: FilePath,
     levels: FilePath | Points,
     *,
     out: FilePath | None = None,
-    cell: FilePath | None = None,
-    flow_max_mm3_s: float | None = None,
-    margin_mm: float | None = None,
-    reserve_mm: float | None = None,
-    knots: int | None = None,
-    keep_speed: bool | None = None,
     progress: bool | None = None,
+    **keywords: Any,
 ) -> FlowPlan:
     """Plan the rest of a paused pour from the levels so far, as ``sealtwin plan --from`` does.
 

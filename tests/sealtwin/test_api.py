@@ -18,16 +18,13 @@ import trimesh
 from matplotlib import pyplot
 
 import sealtwin as st
-from digitise.settings import CrackShape, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.trial.starter_files import write_example_cell
 from sealtwin.trial.trial_file import load_trial
-from simulate.settings import SampleSlope
 from tests.evidence import axes_of
 from tests.pages import leave_out_figures, leave_out_pages, leave_out_pdf
 from tests.studies import tiny_lab
 from validate.report.write_report import REPORT
-from validate.settings import Readings
 
 ENDS_PX = [[40, 101], [160, 98]]
 READINGS = np.array(
@@ -71,25 +68,6 @@ def test_every_name_is_documented_and_takes_few_arguments_by_place(name):
     assert {"Parameters\n", "Returns\n", "Raises\n"} <= {f"{line}\n" for line in text.splitlines()}
     for parameter in inspect.signature(offered).parameters:
         assert any(parameter in line.partition(" : ")[0].split(", ") for line in text.splitlines()), parameter
-
-
-@pytest.mark.parametrize(
-    ("function", "settings"),
-    [
-        (st.read_photo, PhotoInput),
-        (st.trace_crack, PhotoInput),
-        (st.build_solid, CrackShape),
-        (st.plan_path, NozzlePath),
-        (st.inject, SampleSlope),
-        (st.read_readings, Readings),
-    ],
-)
-def test_defaults_are_those_of_a_trial_file(function, settings):
-    shown = inspect.signature(function).parameters.items()
-    fields = settings.model_fields
-    defaults = {name: one.default for name, one in shown if name in fields and not fields[name].is_required()}
-    assert len(defaults) > 1
-    assert defaults == {name: fields[name].default for name in defaults}
 
 
 # The whole way, quickly: a drawn crack of 12 mm and coarse particles.
@@ -386,6 +364,8 @@ def test_a_fluid_neither_freezes_nor_needs_to_say_so():
         ("trace_crack(photo, [(1, 2), (3, '4')])", "trace_crack: ends_px.1.1"),
         ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
         ("plan_path(crack, solid, speed_mm_s=0)", "plan_path: speed_mm_s = 0"),
+        ("plan_path(crack, solid, speed_mms=4)", "plan_path: speed_mms: no such keyword; allowed: fill, "),
+        ("trace_crack(photo, mm_per_px=0.2)", "trace_crack: mm_per_px: no such keyword"),
         ("inject(crack, solid, path, {'U': 30})", "inject: fluid is a dict"),
         ("inject(crack, solid, path, Fluid(U=1), seed=-1)", "inject: seed = -1"),
         ("inject(crack, solid, path, Fluid(U=1), threads=0)", "inject: threads = 0"),
