@@ -19,13 +19,11 @@ from tests.studies import plannable_lab
 FUNCTIONS = {
     name: inspect.getdoc(getattr(st, name)) or "" for name in st.__all__ if inspect.isfunction(getattr(st, name))
 }
-BEFORE = {
-    "fill_fast": ("plan_path",),
-    "compare": ("plan_path", "fill_fast", "read_readings"),
-    "plot_levels": ("plan_path", "fill_fast", "read_readings", "compare"),
+FILLED = ("plan_path", "fill_fast")
+COMPARED = (*FILLED, "read_readings", "compare")
+BEFORE = {"fill_fast": FILLED[:1], "compare": COMPARED[:-1], "plot_levels": COMPARED, "write_report": COMPARED} | {
     "measure_level": ("inject",),
-    "write_report": ("plan_path", "fill_fast", "read_readings", "compare"),
-    "write_robot_program": ("plan_path",),
+    "write_robot_program": FILLED[:1],
     "write_map": ("sweep",),
 }
 """Examples that make what another example begins with."""
