@@ -254,9 +254,9 @@ def write_map(
 
     Examples
     --------
-    ``swept`` is that of ``sweep``.
+    The folder is that of the example of ``sweep``.
 
-    >>> st.write_map(swept).name
+    >>> st.write_map("swept").name
     'map.html'
     """
     from sealtwin.study.study_map import PAGE, map_study

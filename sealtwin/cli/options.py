@@ -70,34 +70,28 @@ def read_number(text: str, *, comma: bool = True) -> float:
     return value
 
 
-def number_option(help: str, low: float | None = None, high: float | None = None) -> Any:
-    """Describe an option with one number, from ``low`` to ``high`` if they are given."""
-    return typer.Option(help=help, metavar=_metavar("NUMBER", low, high), parser=_reader(float, low, high))
+def number_option(help: str, low: float = -math.inf, high: float = math.inf, kind: type[float] = float) -> Any:
+    """Describe an option with one number from ``low`` to ``high``."""
+
+    def read(given: Any) -> float:
+        try:
+            # A default is a number already.
+            value = read_number(given) if isinstance(given, str) else given
+            if kind is int and value != int(value):
+                raise ValueError("expected a whole number")
+            if not low <= value <= high:
+                raise ValueError(f"expected {low:g} to {high:g}")
+        except ValueError as fault:
+            raise typer.BadParameter(f"{given}: {fault}") from None
+        return kind(value)
+
+    word = "COUNT" if kind is int else "NUMBER"
+    return typer.Option(help=help, metavar=word if high == math.inf else f"{word}, {low:g} to {high:g}", parser=read)
 
 
 def count_option(help: str, low: int, high: int) -> Any:
     """Describe an option with a whole number from ``low`` to ``high``."""
-    return typer.Option(help=help, metavar=_metavar("COUNT", low, high), parser=_reader(int, low, high))
-
-
-def _metavar(word: str, low: float | None, high: float | None) -> str:
-    return word if low is None else f"{word}, {low} to {high}"
-
-
-def _reader(kind: type[int] | type[float], low: float | None, high: float | None) -> Callable[[Any], float]:
-    def read(given: Any) -> float:
-        # A default is a number already.
-        try:
-            value = read_number(given) if isinstance(given, str) else given
-        except ValueError as fault:
-            raise typer.BadParameter(f"{given}: {fault}") from None
-        if kind is int and value != int(value):
-            raise typer.BadParameter(f"{given}: expected a whole number")
-        if not (-math.inf if low is None else low) <= value <= (math.inf if high is None else high):
-            raise typer.BadParameter(f"{given}: expected {_metavar('', low, high).lstrip(', ')}")
-        return kind(value)
-
-    return read
+    return number_option(help, low, high, int)
 
 
 def read_numbers(text: str, form: str, option: str) -> Any:
