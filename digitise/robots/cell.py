@@ -2,13 +2,13 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import Field, create_model, model_validator
 from scipy.spatial.transform import Rotation
 
-from digitise.robots.programs import CSV, GCODE, TXT, URSCRIPT, InCell, Language
+from digitise.robots.programs import CSV, GCODE, TXT, URSCRIPT, InCell, LanguageSettings
 from digitise.robots.pump import Pump
 from digitise.robots.spel import SPEL
 from digitise.settings import OnFace
@@ -19,7 +19,8 @@ from sealtwin.core.settings import Settings
 LANGUAGES = {language.name: language for language in (TXT, CSV, SPEL, GCODE, URSCRIPT)}
 """Every language. Cell files, --format, plans and reports read this table."""
 if TYPE_CHECKING:
-    Format = AnyFormat = str
+    Format = str
+    AnyFormat = str
     LanguageTables = Settings
 else:
     Format, AnyFormat = Literal[tuple(LANGUAGES)], Literal[(*LANGUAGES, "all")]
@@ -29,7 +30,7 @@ else:
         __base__=Settings,
         **{name: (language.settings | None, None) for name, language in LANGUAGES.items() if language.settings},
     )
-Table = TypeVar("Table", bound=Settings)
+Table = TypeVar("Table", bound=LanguageSettings)
 THINNEST_MM = 5.0  # Least RMS spread of taught points off their line: below it, an error of 0.2 mm tips the face by 2°
 
 
@@ -113,38 +114,34 @@ class RobotCell(LanguageTables):
     the pump gives what is requested."""
 
     @property
-    def languages(self) -> list[tuple[Language, Any]]:
-        """Languages for which the cell has a table, each with its settings."""
+    def languages(self) -> dict[str, LanguageSettings]:
+        """Tables of languages that the cell has, by the language's name."""
         tables = {name: getattr(self, name, None) for name in LANGUAGES}
-        return [(LANGUAGES[name], table) for name, table in tables.items() if table is not None]
+        return {name: table for name, table in tables.items() if table is not None}
 
     def table(self, kind: type[Table]) -> Table:
-        """Return the settings of a language by their class. Raises ValueError if the cell has none."""
-        return present(next((table for _, table in self.languages if isinstance(table, kind)), None), kind.__name__)
+        """Return the table of a language by its class. Raises ValueError if the cell has none."""
+        return present(next((it for it in self.languages.values() if isinstance(it, kind)), None), kind.__name__)
 
     @property
     def steady_settings(self) -> list[str]:
         """Settings, as written in the file, that keep a program at one speed or one flow."""
-        return [
-            f'{language.name}.{name} = "{value}"'
-            for language, table in self.languages
-            for name, value in language.steady
-            if language.name in self.formats and getattr(table, name) == value
-        ]
+        tables = {name: table for name, table in self.languages.items() if name in self.formats}
+        return [f"{name}.{setting}" for name, table in tables.items() for setting in table.steady]
 
     @property
     def flow_limits_mm3_s(self) -> list[float]:
         """Largest flows of the plunger, and of the languages that have one."""
-        flows = [getattr(table, language.flow_limit) for language, table in self.languages if language.flow_limit]
+        flows = [table.largest_flow_mm3_s for table in self.languages.values()]
         flows += [] if self.plunger is None else [self.plunger.area_mm2 * self.plunger.largest_speed_mm_s]
         return [flow for flow in flows if flow is not None]
 
     def missing_for(self, kind: Format) -> str | None:
         """Return the table that a format needs and the cell does not have; None if no table is missing."""
-        language, table = LANGUAGES[kind], getattr(self, kind, None)
-        if language.settings is not None and table is None:
-            return kind
-        return "plunger" if language.presses(table) and self.plunger is None else None
+        table = self.languages.get(kind)
+        if table is None:
+            return kind if LANGUAGES[kind].settings else None
+        return "plunger" if table.presses_plunger and self.plunger is None else None
 
     @model_validator(mode="after")
     def _tables_for_formats(self) -> Self:

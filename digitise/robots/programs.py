@@ -7,8 +7,7 @@ functions of The URScript Programming Language, in m and rad; a call after a ble
 import io
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
 import jinja2
 import numpy as np
@@ -32,31 +31,53 @@ InCell = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate in mm of t
 Angle = Annotated[float, Field(ge=-360, le=360)]
 
 
-@dataclass(frozen=True)
-class Language:
+class LanguageSettings(Settings):
+    """Table of a language in a cell file. A language overrides what is different of its programs."""
+
+    @property
+    def presses_plunger(self) -> bool:
+        """True if a program moves the plunger itself."""
+        return False
+
+    @property
+    def waits_for_pump(self) -> bool:
+        """True if a program can wait until a weighed pump gives its first sealant."""
+        return True
+
+    @property
+    def steady(self) -> tuple[str, ...]:
+        """Settings, as written in the file, that keep a program at one speed or one flow."""
+        return ()
+
+    @property
+    def largest_flow_mm3_s(self) -> float | None:
+        return None
+
+
+class Language(NamedTuple):
     """A language of robots, or a table of points."""
 
     name: str  # In the cell's formats, and that of its table in the cell file
     file: str
     text: Callable[["RobotPath"], str]
     """Return the content of the file. Raises InputError if the path exceeds a limit of the cell or of the language."""
-    settings: type[Settings] | None = None
+    settings: type[LanguageSettings] | None = None
     title: str = ""
     units: str = ""  # Unless mm, s and degrees
-    presses: Callable[[Any], bool] = lambda _: False  # True if a program with these settings presses the plunger
-    waits_pressing: bool = True  # False if such a program cannot wait for the pump's delay
-    steady: tuple[tuple[str, str], ...] = ()  # Settings and their values that keep a program at one speed or flow
-    flow_limit: str = ""  # Setting with the largest flow, in mm³/s
 
 
-class Gcode(Settings):
+class Gcode(LanguageSettings):
     """Settings of a gantry with an extruder."""
 
     cold_extrusion: bool = False
     """Write M302 P1, without which Marlin silently moves no extruder below 170 degrees."""
 
+    @property
+    def presses_plunger(self) -> bool:
+        return True
 
-class Urscript(Settings):
+
+class Urscript(LanguageSettings):
     """Settings of an arm of Universal Robots."""
 
     blend_mm: float = Field(default=0.4, gt=0.01, le=20)
@@ -79,6 +100,14 @@ class Urscript(Settings):
         if self.dispenser == "analog" and self.port > 1:
             raise ValueError(f"port is {self.port}: give 0 or 1, the standard analog outputs")
         return self
+
+    @property
+    def steady(self) -> tuple[str, ...]:
+        return ('dispenser = "digital"',) * (self.dispenser == "digital")
+
+    @property
+    def largest_flow_mm3_s(self) -> float | None:
+        return self.full_flow_mm3_s
 
 
 GCODE_TEMPLATE = """\
@@ -230,9 +259,5 @@ def _rows(rows: Floats, decimals: int, between: str) -> str:
 
 
 TXT, CSV = Language("txt", "path.txt", points_text), Language("csv", "path.csv", table_text)
-GCODE = Language("gcode", "path.gcode", gcode_text, Gcode, "G-code", presses=lambda _: True)
-URSCRIPT = Language(
-    *("urscript", "path.script", urscript_text, Urscript, "URScript", "m and rad"),
-    steady=(("dispenser", "digital"),),
-    flow_limit="full_flow_mm3_s",
-)
+GCODE = Language("gcode", "path.gcode", gcode_text, Gcode, "G-code")
+URSCRIPT = Language("urscript", "path.script", urscript_text, Urscript, "URScript", "m and rad")

@@ -5,7 +5,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from digitise.robots.cell import RobotCell, RobotFrame, fit_frame
+from digitise.robots.cell import LANGUAGES, RobotCell, RobotFrame, fit_frame
 from digitise.robots.programs import EVEN
 from digitise.robots.pump import PumpTable
 from sealtwin.core.arc_length import arc_length
@@ -126,10 +126,10 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
     if pump is not None:
         hold_s = float(np.interp(trajectory.flow_mm3_s[trajectory.giving.start], pump.given_mm3_s, pump.delay_s))
         warnings += tuple(
-            f"a {language.title} program whose axis presses the plunger cannot wait for the pump's delay of "
+            f"a {LANGUAGES[name].title} program whose axis presses the plunger cannot wait for the pump's delay of "
             f"{hold_s:.2g} s; digitise with a path.lead_in_mm, and start the plunger by hand"
-            for language, table in cell.languages
-            if hold_s > 0 and not language.waits_pressing and language.presses(table)
+            for name, table in cell.languages.items()
+            if hold_s > 0 and not table.waits_for_pump
         )
         placed = replace(placed, flow_mm3_s=pump.asked_for(trajectory.flow_mm3_s))
         warnings = (*warnings, *pump.warnings)

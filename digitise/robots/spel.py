@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from digitise.robots.programs import EVEN, Angle, InCell, Language, filled
+from digitise.robots.programs import EVEN, Angle, InCell, Language, LanguageSettings, filled
 from sealtwin.core.records import Floats
-from sealtwin.core.settings import Settings
 
 if TYPE_CHECKING:
     from digitise.robots.robot_path import Limit, RobotPath
@@ -23,7 +22,7 @@ FEWEST_IN_CURVE, MOST_IN_CURVE = 3, 200
 SLOWEST_MM_S = 0.1  # Least value of SpeedS
 
 
-class Spel(Settings):
+class Spel(LanguageSettings):
     """Settings of an Epson arm and its SPEL+ program."""
 
     motion: Literal["curve", "move"] = "curve"
@@ -62,6 +61,18 @@ class Spel(Settings):
                 'axis: give motion = "move"'
             )
         return self
+
+    @property
+    def presses_plunger(self) -> bool:
+        return self.dispenser != "output"
+
+    @property
+    def waits_for_pump(self) -> bool:
+        return not self.presses_plunger
+
+    @property
+    def steady(self) -> tuple[str, ...]:
+        return ('motion = "curve"',) * (self.motion == "curve") + ('dispenser = "output"',) * (not self.presses_plunger)
 
 
 # A Curve is named before the arm moves: between blended motions it would have to wait for the spline.
@@ -204,9 +215,4 @@ def _spel_limits(path: "RobotPath", settings: Spel, places: Floats, speed_mm_s: 
     ]
 
 
-SPEL = Language(
-    *("spel", "path.prg", spel_text, Spel, "SPEL+"),
-    presses=lambda spel: spel.dispenser != "output",
-    waits_pressing=False,
-    steady=(("motion", "curve"), ("dispenser", "output")),
-)
+SPEL = Language("spel", "path.prg", spel_text, Spel, "SPEL+")
