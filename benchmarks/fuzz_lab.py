@@ -108,8 +108,7 @@ def _sound_paste_and_pump(folder: Path) -> None:
     rows = [f"{asked},{asked * 0.0017 * 20:.4f},20,0.3" for asked in (1, 1, 1, 10, 10, 10, 3000, 3000, 3000)]
     (folder / "pump.csv").write_text("\n".join(["asked_mm3_s,weighed_g,time_s,delay_s", *rows]) + "\n")
     curve = FlowCurve(density_kg_m3=1690.0, data="synthetic", date=date(2026, 11, 21))
-    paste = material_of_table(folder / "curve.csv", curve).material
-    (folder / "material.toml").write_text(material_text(paste))
+    (folder / "material.toml").write_text(material_text(material_of_table(folder / "curve.csv", curve).material))
     head, rest = TRIAL.split("[fluid]\n")
     fluid = 'material = "material.toml"\nfreeze_after_s = 0.5\n\n'
     content = f"{head}[fluid]\n{fluid}{rest[rest.index('[solver]') :]}\n[output]\nsnapshots_s = []\n"
