@@ -85,6 +85,13 @@ def shown_progress(progress: bool | None) -> Progress:
     return progress_for_stderr(quiet=not wanted(progress))
 
 
+def require_kinds(function: str, **values: tuple[object, type]) -> None:
+    """Raise InputError, naming the argument, if a value is not of its class."""
+    for name, (value, kind) in values.items():
+        if not isinstance(value, kind):
+            raise InputError(f"{function}: {name} is a {type(value).__name__}; give a {kind.__name__}.")
+
+
 def path_or_none(given: FilePath | None) -> Path | None:
     return None if given is None else Path(given)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from digitise.robots.cell import ProgramOptions
-from sealtwin.api import FilePath, of_one_crack, settings_from
+from sealtwin.api import FilePath, of_one_crack, require_kinds, settings_from
 from sealtwin.api.levels import LevelComparison, LevelReadings
 from sealtwin.api.runs import PlannedPath, SimulatedLevel
 from sealtwin.api.samples import CrackOutline
@@ -73,9 +73,7 @@ def write_report(
     from validate.report_input import Evidence, ReadingsSheet, provenance
 
     run = run.run if isinstance(run, SimulatedLevel) else run
-    for argument, value, kind in (("crack", crack, CrackOutline), ("path", path, PlannedPath), ("run", run, Run)):
-        if not isinstance(value, kind):
-            raise InputError(f"write_report: {argument} is a {type(value).__name__}; give a {kind.__name__}.")
+    require_kinds("write_report", crack=(crack, CrackOutline), path=(path, PlannedPath), run=(run, Run))
     compared = [] if result is None else [result.level, result.readings]
     of_one_crack("write_report", crack, solid, path, run, *compared)
     target = Path(folder)

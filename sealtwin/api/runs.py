@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from digitise.settings import NozzlePath
-from sealtwin.api import content_of, of_one_crack, settings_from, shown_progress, warn
+from sealtwin.api import content_of, of_one_crack, require_kinds, settings_from, shown_progress, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Origins, Outline, Profile, Run, Sample, Solid, Trajectory
 from sealtwin.core.settings import checked, doubts_of
@@ -161,7 +161,8 @@ def inject(
 
     solver = solver or Solver(radius_mm="auto", settle_s=2.0)
     nozzle = nozzle or Nozzle()
-    _require_kinds("inject", (fluid, Fluid), (solver, Solver), (nozzle, Nozzle), seed=seed)
+    _require_seed("inject", seed)
+    require_kinds("inject", fluid=(fluid, Fluid), solver=(solver, Solver), nozzle=(nozzle, Nozzle))
     fluid = fluid.loaded(Path())
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
@@ -228,7 +229,7 @@ def fill_fast(
 
     solver = checked(Solver, Path("fill_fast"), {"model": "slot", "radius_mm": "auto", "settle_s": settle_s})
     nozzle = nozzle or Nozzle()
-    _require_kinds("fill_fast", (fluid, Fluid), (nozzle, Nozzle))
+    require_kinds("fill_fast", fluid=(fluid, Fluid), nozzle=(nozzle, Nozzle))
     run, level = pour(Sample(crack, solid, path), fluid.loaded(Path()), solver, nozzle, seed=0, slope=slope)
     warn((*run.doubts, *run.unfit))
     return _simulated(level, run, made_of)
@@ -287,7 +288,8 @@ def release_block(
     from simulate.block_release import release
     from simulate.device import choose_device
 
-    _require_kinds("release_block", (fluid, Fluid), (solver, Solver), seed=seed)
+    _require_seed("release_block", seed)
+    require_kinds("release_block", fluid=(fluid, Fluid), solver=(solver, Solver))
     with shown_progress(progress) as shown:
         how = {"slope": slope, "seed": seed, "device": choose_device(device), "progress": shown}
         return release(block, fluid.loaded(Path()), solver, **how)
@@ -336,11 +338,6 @@ def _simulated(profile: Profile, run: Run, made_of: Origins) -> SimulatedLevel:
     )
 
 
-def _require_kinds(function: str, *given: tuple[object, type], seed: int = 0) -> None:
-    """Raise InputError if a value is not of its class, or the seed is out of range."""
+def _require_seed(function: str, seed: int) -> None:
     if not 0 <= seed < SEEDS:
         raise InputError(f"{function}: seed = {seed}: must be 0 to {SEEDS - 1}.")
-    for value, kind in given:
-        if not isinstance(value, kind):
-            name = kind.__name__
-            raise InputError(f"{function}: {name.lower()} is a {type(value).__name__}; give sealtwin.{name}(...).")

@@ -250,8 +250,7 @@ def import_mesh(
     from digitise.mesh_import.import_mesh import import_sample
 
     sample = import_sample(settings, Path())
-    digest = sha256_of(settings.file)
-    crack = CrackOutline(**content_of(sample.outline), photo=sample.photo, data=settings.data, sha256=digest)
+    crack = _without_trace(sample.outline, sample.photo, settings.data, settings.file)
     return crack, replace(sample.solid, made_of=of_one_crack("import_mesh", crack))
 
 
@@ -291,7 +290,7 @@ def crack_from_polyline(
 
     line_mm = np.array(settings.points_mm)
     outline, photo = outline_of_line(line_mm, settings.widths_mm, settings.box_mm, "crack_from_polyline")
-    return _drawn(outline, photo, settings.data, np.concatenate([line_mm, settings.widths_mm]))
+    return _without_trace(outline, photo, settings.data, np.concatenate([line_mm, settings.widths_mm]))
 
 
 @keywords_of(GivenWalls)
@@ -331,7 +330,7 @@ def crack_from_walls(
 
     walls_mm = np.array(settings.left_mm), np.array(settings.right_mm)
     outline, photo = outline_between(*walls_mm, settings.box_mm, "crack_from_walls")
-    return _drawn(outline, photo, settings.data, np.concatenate(walls_mm))
+    return _without_trace(outline, photo, settings.data, np.concatenate(walls_mm))
 
 
 @keywords_of(GivenDrawing)
@@ -378,11 +377,9 @@ def import_dxf(
         solid = build_solid(outlined, CrackShape(depth_mm=given.depth_mm, tilt="vertical"))
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
-    warnings = (*outlined.warnings, *drawn.notes)
-    content = content_of(replace(outlined, warnings=warnings))
-    crack = CrackOutline(**content, photo=photo, data=data, sha256=sha256_of(file))
+    crack = _without_trace(replace(outlined, warnings=(*outlined.warnings, *drawn.notes)), photo, data, file)
     return crack, replace(solid, made_of=of_one_crack("import_dxf", crack))
 
 
-def _drawn(outline: Outline, photo: Photo, data: DataKind, given: NDArray[Any]) -> CrackOutline:
+def _without_trace(outline: Outline, photo: Photo, data: DataKind, given: Path | NDArray[Any]) -> CrackOutline:
     return CrackOutline(**content_of(outline), photo=photo, data=data, sha256=sha256_of(given))

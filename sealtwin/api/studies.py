@@ -147,13 +147,12 @@ def calibrate(
     trials: FilePath | Sequence[FilePath],
     free: Mapping[str, tuple[float, float]],
     *,
-    hold_out: Sequence[FilePath] | None = None,
-    budget: int | None = None,
     out: FilePath | None = None,
     device: str = "cpu",
     jobs: int | None = None,
     accurate: bool = False,
     progress: bool | None = None,
+    **keywords: Any,
 ) -> CalibrationResult:
     """Determine settings from the readings of one trial or several, and predict others.
 
@@ -197,6 +196,7 @@ def calibrate(
     options = settings_from(CalibrationOptions, "calibrate", locals())
     words: list[FilePath] = ["calibrate", *([trials] if isinstance(trials, str | PathLike) else trials)]
     words += [f"--budget={options.budget}", *(f"--hold-out={file}" for file in options.hold_out)]
+    words += [] if options.date is None else [f"--date={options.date}"]
     words += [f"--free={name}={low:.12g}:{high:.12g}" for name, (low, high) in options.free.items()]
     content = _command([*words, *_accurate(accurate)], out, device, jobs, progress)
     warn(content["fluid_warnings"])

@@ -65,7 +65,9 @@ def rheometer(
     _reply(command, out, material_of_table(curve, options))
 
 
-methods = typer.Typer(name="material", help="Measure a paste, and write material.toml for trials.")
+methods = typer.Typer(
+    name="material", help="Measure a paste, and write material.toml for trials.", no_args_is_help=True
+)
 for method in (spread, bead, rheometer):
     methods.command(cls=CheckedCommand)(method)
 
