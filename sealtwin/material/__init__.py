@@ -71,32 +71,28 @@ def four_digits(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def measured_material(
-    path: Path,
-    paste: PasteSettings,
-    stress_pa: PasteValue,
-    viscosity: tuple[float, float] | None = None,
-    **rest: Any,
-) -> Material:
-    """Return a measured paste with stress and viscosity rounded to four digits. ``rest`` has the file's other fields.
+def measured_material(path: Path, paste: PasteSettings, stress_pa: PasteValue, **measured: Any) -> Material:
+    """Return a measured paste. Numbers and intervals in ``measured``, fields of the file, are rounded to four digits.
 
-    ``viscosity`` is in Pa s, with its standard uncertainty in percent. Raises InputError, naming ``path``, for a number
-    out of range.
+    Raises InputError, naming ``path``, for a number out of range.
     """
-    thick, percent = (None, None) if viscosity is None else map(four_digits, viscosity)
-    content = {
+    measured |= {
+        "yield_stress_pa": stress_pa.value,
+        "yield_stress_error_pa": stress_pa.error,
+        "yield_stress_95_pa": stress_pa.interval,
+    }
+    for name, value in measured.items():
+        if isinstance(value, float):
+            measured[name] = four_digits(value)
+        elif isinstance(value, tuple) and value and isinstance(value[0], float):
+            measured[name] = [*map(four_digits, value)]
+    facts = {
         "date": (paste.date or day.today()).isoformat(),
         "data": paste.data,
-        "yield_stress_pa": four_digits(stress_pa.value),
-        "yield_stress_error_pa": four_digits(stress_pa.error),
-        "yield_stress_95_pa": [*map(four_digits, stress_pa.interval)],
-        "viscosity_pa_s": thick,
-        "viscosity_error_percent": percent,
         "density_kg_m3": paste.density_kg_m3,
         "density_error_kg_m3": paste.spread_of_density,
-        **rest,
     }
-    return checked(Material, path, content)
+    return checked(Material, path, facts | measured)
 
 
 def by_source(parts_pa: Mapping[str, float]) -> str:

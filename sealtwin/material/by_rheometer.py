@@ -113,21 +113,16 @@ def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
     k, n, bingham = law.consistency_pa_s_n, law.flow_index, law.is_bingham
     name, includes = ("Bingham's line", "includes") if bingham else ("Herschel and Bulkley's law", "excludes")
     n_95 = [*map(four_digits, n.interval)]
-    thick = {
-        "consistency_pa_s_n": four_digits(k.value),
-        "consistency_95_pa_s_n": [*map(four_digits, k.interval)],
-        "flow_index": four_digits(n.value),
-        "viscosity_error_percent": four_digits(law.viscosity_percent),
-    }
+    thick = {"consistency_pa_s_n": k.value, "consistency_95_pa_s_n": k.interval, "flow_index": n.value}
     doubts = _left_out(law, *at_rest)
     material = measured_material(
         path,
         paste,
         law.yield_stress_pa,
-        (k.value, law.viscosity_percent) if bingham else None,
         method=f"rheometer's flow curve, {name} by least squares of relative differences",
-        flow_index_95=n_95,
-        shear_rates_per_s=[*map(four_digits, (rate.min(), rate.max()))],
+        viscosity_error_percent=law.viscosity_percent,
+        flow_index_95=n.interval,
+        shear_rates_per_s=(rate.min(), rate.max()),
         basis=(
             f"{len(rate)} of {len(used)} rows, {rate.min():g} to {rate.max():g} /s, within the shear rates of the "
             f"fill, {low:g} to {high:g} /s",
@@ -138,7 +133,7 @@ def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
         ),
         not_for=NOT_FOR,
         doubts=doubts,
-        **({} if bingham else thick),
+        **({"viscosity_pa_s": k.value} if bingham else thick),
     )
     figures = {
         "free_flow_index": four_digits(law.free_index),
