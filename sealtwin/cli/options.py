@@ -195,18 +195,20 @@ class FieldOption:
         table, key = present(table_of(self.root, self.key.split(".")), self.key), self.key.rpartition(".")[2]
         field, text = table.model_fields[key], described(table)[key]
         numeric = self.takes(int, float)
+        names, details = choices(self.root, self.key), [self.key] if brief else []
         if brief:
-            text = f"{SENTENCE.split(text)[0]} ({self.key})"
-        elif numeric and not self.form:
-            default = f"; default: {field.default:g}" if isinstance(field.default, float | int) else ""
-            text += f" ({allowed(field)}{default})"
-        elif self.form and (names := choices(self.root, self.key)):
-            text += f" ({', '.join(names)})"
+            text = SENTENCE.split(text)[0]
+        else:
+            details += [allowed(field)] if numeric and not self.form else []
+            details += [", ".join(names)] if names and self.form else []
+            is_shown = isinstance(field.default, float | int | str) and not self.takes(bool)
+            details += [f"default: {field.default}"] if is_shown else []
+        text += f" ({'; '.join(details)})" if details else ""
         texts = 1 if self.form.startswith("'") else len(self.form.split())
         several: Any = tuple[(str,) * texts] if texts > 1 else str
         kind = bool if self.takes(bool) else list[str] if texts > 1 and self.form.endswith("...") else several
         word = "NUMBER" if self.takes(float) else "COUNT" if numeric else "FILE" if self.takes(Path) else "TEXT"
-        metavar = None if kind is bool else self.form or "|".join(choices(self.root, self.key)) or word
+        metavar = None if kind is bool else self.form or "|".join(names) or word
         # Square brackets would be read as markup.
         shown = typer.Option(spelt(name), metavar=metavar, help=" ".join(text.translate({91: 40, 93: 41}).split()))
         default = inspect.Parameter.empty if needed else False if kind is bool else None
@@ -247,6 +249,7 @@ class FieldOption:
 
 FORMS = {
     "cone_mm": "AxBxH",
+    "face_mm": "WxH",
     "start_mm": "X,Y",
     "shear_rates": "LOW:HIGH",
     "rows": "FIRST:LAST",

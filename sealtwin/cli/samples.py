@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,13 +19,13 @@ from sealtwin.cli.options import (
     flag,
     number_option,
     option,
-    read_numbers,
 )
 from sealtwin.cli.trial_answer import run_trial
 from sealtwin.core.errors import InputError, ShapeError, ShapeKind
 
 if TYPE_CHECKING:
     from digitise.drawing.given import GivenDrawing
+    from digitise.scale.marker_print import MarkerFrame
 
 NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
@@ -215,20 +215,11 @@ def _is_of_one_photo(name: str) -> bool:
     )
 
 
-@answers()
+@answers(model="digitise.scale.marker_print:MarkerFrame")
 def markers(
     command: Command,
-    face_mm: Annotated[str, option("Size of the sample's face, which is the opening of the frame.", "WxH")],
+    options: "MarkerFrame",
     out: Annotated[Path, option("File of the page to print, .pdf.", "FILE")],
-    size_mm: Annotated[float, number_option("Outer edge of a marker's black square.", 5, 200)] = 16.0,
-    dictionary: Annotated[
-        Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"],
-        option("Dictionary of the markers: cells across and number of markers, or an AprilTag family."),
-    ] = "4x4_50",
-    count: Annotated[
-        Literal["4", "8"], option("4: at the corners of the face; 8: also in the middle of its sides.")
-    ] = "8",
-    paper: Annotated[Literal["a4", "a3", "letter"], option("Size of the paper, portrait or landscape.")] = "a4",
     toml: Annotated[File, option("Also write the table for the trial file here.", "FILE")] = None,
 ) -> None:
     """Write a frame of markers to print, cut out and lay level with the face. Prints its table for the trial file.
@@ -242,15 +233,15 @@ def markers(
 
     if toml is not None and toml.resolve() == out.resolve():
         raise typer.BadParameter(f"--toml {toml} is the same file as --out; give another name")
-    face = read_numbers(face_mm, "WxH", "--face-mm")
-    board = board_around(face, size_mm, dictionary, int(count))
-    page, table = frame_pdf(face, board, paper), board_toml(face, board)
+    face = options.face_mm
+    board = board_around(face, options.size_mm, options.dictionary, int(options.count))
+    page, table = frame_pdf(face, board, options.paper), board_toml(face, board)
     written = {out: page} if toml is None else {out: page, toml: table.encode()}
     # The hint below could otherwise be read as a question for a file name.
     write_unless_other(written)
     command.say(f"{out}: print it at 100 %, and measure its ruler.")
     if toml is not None:
-        command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face_mm} --depth-mm ...")
+        command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face[0]:g}x{face[1]:g} --depth-mm ...")
     elif not command.as_json:
         command.say("For the trial file:")
     content = {"file": out.as_posix(), "face_mm": face, "markers": board.model_dump()}
