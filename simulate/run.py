@@ -55,7 +55,7 @@ def fill(
     """
     progress = progress or Progress()
     for doubt in doubts_of_run(sample.outline, sample.solid, fluid, nozzle, slope):
-        progress.warn(f"note: {doubt.text}")
+        progress.warn(doubt.text)
     if not solver.has_particles:
         return pour(sample, fluid, solver, nozzle, seed=seed, slope=slope, advise=True)
     how: dict[str, Any] = {"seed": seed, "device": device, "slope": slope, "threads": threads}
@@ -65,7 +65,7 @@ def fill(
     (run,) = injection.results()
     if run.escaped_particles:
         progress.warn(
-            f"FAULT: {run.escaped_particles} particles went through a wall. Do not use this run; please report it."
+            f"{run.escaped_particles} particles went through a wall. Do not use this run; please report it.", "fault"
         )
     return _measured(injection, run)
 
@@ -189,7 +189,7 @@ def _followed(
         remarks = injection.remarks_on(0)
         for remark in remarks:
             if remark not in shown:
-                progress.warn(f"note: {remark.text}")
+                progress.warn(remark.text)
         shown.update(remarks)
         try:
             follow(injection, progress, watchers)

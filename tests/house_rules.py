@@ -38,7 +38,7 @@ PAST_THE_READER = {
     "simulate/watchers.py": "hands NumPy what the reader has opened",
     "sealtwin/study/kept_fill.py": "hands NumPy what the reader has opened",
     "sealtwin/cli/answer.py": "opens the null device",
-    "sealtwin/cli/photo_tools.py": "opens a browser",
+    "sealtwin/cli/samples.py": "opens a browser",
 }
 """Modules that may open files by themselves, and why."""
 OPENS_A_PATH = re.compile(

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from sealtwin.calibration import LEAST_BUDGET, MOST_FREE, CalibrationOptions
 from sealtwin.calibration.search import (
     CONFIRM,
     DRAWS,
@@ -25,7 +26,7 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
-from sealtwin.material.paste import material_text
+from sealtwin.material import material_text
 from sealtwin.study.sweep import SweepOptions
 from sealtwin.trial.draft import sets_resolution
 from sealtwin.trial.job import shown
@@ -41,9 +42,7 @@ from validate.units import counted
 
 LIBRARY = "library"  # Folder of the runs of all trials, in a study folder for each trial
 PREDICTING = 12  # Draws of the posterior that are run in a held-out trial
-MOST_FREE = 6  # Forty runs cannot resolve more free settings
 OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables of one pour; other trials have their own
-LEAST_BUDGET = 40
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
 STRESS, INDEX = "fluid.yield_stress_pa", "fluid.flow_index"
 THICKNESS = ("fluid.viscosity_pa_s", "fluid.consistency_pa_s_n", "fluid.U")
@@ -57,29 +56,25 @@ NOT_FOR = (
 
 def calibrate(
     trials: Sequence[Path],
-    ranges: Mapping[str, tuple[float, float]],
+    options: CalibrationOptions,
     out: Path | None,
     how: SweepOptions,
     progress: Progress,
-    *,
-    held_out: Sequence[Path] = (),
-    budget: int = LEAST_BUDGET,
-    date: day | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Fit settings to the readings of trials; write material, posterior, record and page. Return the --json object.
 
-    ``ranges`` has the lower and upper end of each free setting by dotted name. The default of ``out`` is
-    reports/<trial>-calibrated. ``settings`` by dotted name replace those of all trial files. Finished runs are not
-    computed again: if the process is killed, the same call continues and writes the same files.
+    The default of ``out`` is reports/<trial>-calibrated. ``settings`` by dotted name replace those of all trial files.
+    Finished runs are not computed again: if the process is killed, the same call continues and writes the same files.
 
     Raises:
         InputError: A trial, a setting or a role cannot be used, or the folder has other files.
         NumericalError: More than a quarter of the runs are unusable.
         BusyError: Another process uses the folder.
     """
-    frees = _checked(trials, ranges, held_out, settings)
-    if sets_resolution((*ranges, *(settings or {}))):
+    held_out, budget = options.hold_out, options.budget
+    frees = _checked(trials, options.free, held_out, settings)
+    if sets_resolution((*options.free, *(settings or {}))):
         how = replace(how, drafts=False)
     folder = out or Path("reports", f"{load_trial(trials[0], settings).folder_name}-calibrated")
     require_folder(folder)
@@ -129,7 +124,7 @@ def calibrate(
                 predictions.append(_prediction(twin, "calibrated", *predicted_by_emulator(emulator, evidence, draws)))
             predictions += [_predicted(result, draws, twin) for twin in others]
         calibrated = _summary(result, twins, others, predictions)
-        content = _written(folder, result, calibrated, twins, others, date or day.today())
+        content = _written(folder, result, calibrated, twins, others, options.date or day.today())
         content["files"] += write_page(folder / PAGE, calibration_page(calibrated))
         files.write_json(folder / RECORD, content)
         return content

@@ -11,6 +11,7 @@ from sealtwin.core.facts import of_keys, texts, without
 
 if TYPE_CHECKING:
     from sealtwin.core.facts import Fact
+    from sealtwin.core.progress import Warned
     from sealtwin.trial.job import StageName
     from sealtwin.trial.pipeline import FinishedStages
     from sealtwin.trial.trial_file import Trial
@@ -31,7 +32,7 @@ def run_trial(
     *,
     trial: "Trial | None" = None,
     threads: int = 1,
-    warned: tuple[str, ...] = (),
+    warned: "Sequence[Warned]" = (),
 ) -> None:
     """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
 
@@ -79,7 +80,7 @@ def resume(
 
 
 def _reply(
-    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", warned: tuple[str, ...], trial_file: str
+    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", warned: "Sequence[Warned]", trial_file: str
 ) -> None:
     from validate.sentences import sentence
 
@@ -95,7 +96,7 @@ def result_lines(
     result: "TrialResult",
     last: "StageName",
     extra_runs: str = "",
-    warned: Sequence[str] = (),
+    warned: "Sequence[Warned]" = (),
     *,
     verbose: bool = False,
 ) -> list[str]:
@@ -113,7 +114,11 @@ def result_lines(
     compared = last == "validate" and result.report is not None
     rows = [
         *_made(result, last),
-        *(("Warning", text) for text in map(str, _warnings(result, last)) if f"note: {text}" not in warned),
+        *(
+            ("Warning", text)
+            for text in map(str, _warnings(result, last))
+            if text not in {said.text for said in warned}
+        ),
         *(_concluded(result) if compared else ()),
     ]
     report = sentence("terminal_report", result=result, adds=_adds(result), extra_runs=extra_runs)

@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_origin
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -241,9 +241,16 @@ def names_file(kind: type[Settings], name: str) -> bool:
     return _has(annotation, Path) or (inner is not None and "file" in inner.model_fields)
 
 
-def takes_list(kind: type[Settings], name: str) -> bool:
-    """Return True if the setting of this dotted name may be a list."""
-    return _has(_annotation_of(kind, name), tuple)
+def takes(kind: type[Settings], name: str, *parts: type) -> bool:
+    """Return True if the setting of this dotted name may be, or contain, a value of these types; a list is a tuple."""
+    return any(_has(_annotation_of(kind, name), part) for part in parts)
+
+
+def choices(kind: type[Settings], name: str) -> list[str]:
+    """Return the texts that the setting of this dotted name allows; none if it is not a choice."""
+    parts = [part for part in get_args(_annotation_of(kind, name)) if part is not type(None)]
+    texts = parts if not parts or isinstance(parts[0], str) else get_args(parts[0])
+    return [text for text in texts if isinstance(text, str)]
 
 
 def _annotation_of(kind: type[Settings], name: str) -> Any:

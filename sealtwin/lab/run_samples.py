@@ -97,7 +97,7 @@ def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
             mean_error_mm=comparison and comparison.mean_error_mm,
             passed=comparison and comparison.passed,
             report=finished.result.report,
-            warnings=tuple(text.removeprefix("note: ") for text in progress.warned),
+            warnings=tuple(warning.text for warning in progress.warned),
         )
     return [replace(result, wall_s=time.monotonic() - began)]
 

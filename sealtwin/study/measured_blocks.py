@@ -7,7 +7,6 @@ import csv
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import date
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +15,7 @@ import numpy as np
 from sealtwin.core.plain_files import read_text
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
-from sealtwin.material.by_rheometer import material_of_table
-from sealtwin.material.paste import PasteOnPlate
+from sealtwin.material.by_rheometer import FlowCurve, material_of_table
 from sealtwin.trial.starter_files import shipped_measured
 from simulate.block import FluidBlock
 from simulate.block_release import release
@@ -92,9 +90,8 @@ def fluid_of(material: str) -> Fluid:
     facts = content()["materials"][material]
     fluid = {key: value for key, value in facts.items() if key != "curve"}
     if "curve" in facts:
-        paste = PasteOnPlate(density_kg_m3=facts["density_kg_m3"])
-        curve = shipped_measured() / facts["curve"]
-        fitted = material_of_table(curve, paste, "measured", date(2023, 1, 1)).material
+        paste = FlowCurve(density_kg_m3=facts["density_kg_m3"], data="measured")
+        fitted = material_of_table(shipped_measured() / facts["curve"], paste).material
         thickness = fitted.thickness
         if thickness is None:
             raise ValueError(f"{material}: its curve gives no viscosity")

@@ -115,7 +115,7 @@ def brought_up_to_date(
         progress.note(f"{name}: {len(runs)} runs of {size}. {expected.sentence}")
     if expected.runs:
         for remark in remarks:
-            progress.warn(f"note: {remark.text}")
+            progress.warn(remark.text)
     require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
     if options.scheduler is None:
         require_memory(expected, free_bytes(options.device), options.device, options.batch)

@@ -72,7 +72,7 @@ def compute_variants(
     if expected.runs:
         progress.note(f"Extra runs for {why}: {expected.sentence}")
         for remark in remarks:
-            progress.warn(f"note: {remark.text}")
+            progress.warn(remark.text)
         runs = compute(folder, runs, how, "Extra runs", progress, timings)
     if failed := [run for run in runs if run.state == "failed"]:
         reasons = "\n".join(f"{words_of(run.settings)}: {run.reason}" for run in failed)
@@ -82,7 +82,7 @@ def compute_variants(
         )
     if finer := [words_of(run.settings) for run in runs if run.figures and run.figures.health.finer]:
         progress.warn(
-            f"note: {len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
+            f"{len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
             f"({finer[0]}). They may differ from the others by more than by the seed: give the trial a number of "
             "solver.substeps with which none fails."
         )

@@ -219,7 +219,7 @@ def _read_crack(folder: Path, _: tuple[str, ...]) -> tuple[Outline, Solid]:
 def note_doubts(job: Job, readings: Profile) -> None:
     """Warn of each doubt about the readings."""
     for doubt in readings.doubts:
-        job.progress.warn(f"warning: {doubt}")
+        job.progress.warn(doubt, "warning")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:

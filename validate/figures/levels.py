@@ -6,7 +6,6 @@ from matplotlib.figure import Figure
 
 from sealtwin.core.records import Profile, Sections
 from sealtwin.core.solid_figures import WeighedCavity
-from validate.intervals import StationErrors
 from validate.figures.page import part_of
 from validate.figures.theme import (
     ALONG,
@@ -26,6 +25,7 @@ from validate.figures.theme import (
     plate,
     themed,
 )
+from validate.intervals import StationErrors
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison
 from validate.uncertainty.validation import COVERAGE

@@ -106,7 +106,9 @@ def test_a_print_that_nothing_checks_is_in_the_uncertainty_and_named(bent, tmp_p
         photo = load_photo(bent.photo_input().model_copy(update={"markers": board, "face_mm": None}), tmp_path)
         assert photo.scale_uncertainty is not None
         assert least <= photo.scale_uncertainty < most
-        assert any("photo.markers.printed_ruler_mm" in warning.text for warning in photo.warnings) == (board is bent.board)
+        assert any("photo.markers.printed_ruler_mm" in warning.text for warning in photo.warnings) == (
+            board is bent.board
+        )
 
 
 def test_blur_is_named_if_it_moves_the_corners(bent, tmp_path):
