@@ -189,7 +189,7 @@ def import_dxf(
     try:
         trial, notes = write_drawn_trial(drawing, out, options, settings)
         for note in notes:
-            command.warn(note)
+            command.warn(note.text)
         run_trial(command, trial, out / "run", ("digitise",))
     except ShapeError as fault:
         wrong, remedy = IN_A_DRAWING.get(fault.kind, ("", "Check --units and the layers."))

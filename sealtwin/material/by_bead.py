@@ -180,7 +180,7 @@ def material_of_bead(photo: PhotoInput, laid: LaidBead, warn: Callable[[str], No
                 )
     bead = measure_bead(photo, Path())
     for warning in bead.warnings:
-        warn(warning)
+        warn(warning.text)
     estimate = identify(laid, bead)
     material = measured_material(
         photo.file,

@@ -114,7 +114,7 @@ def material_of(photo: PhotoInput, heap: Heap, warn: Callable[[str], None]) -> M
     """Measure a spread in a photo and return the paste. Raises InputError if the photo does not determine it."""
     spread = measure_spread(photo, Path())
     for warning in spread.warnings:
-        warn(warning)
+        warn(warning.text)
     stress = estimate(heap, spread)
     small, large = spread.diameters_mm
     material = measured_material(
