@@ -112,13 +112,10 @@ def result_lines(
     from validate.sentences import sentence
 
     compared = last == "validate" and result.report is not None
+    printed = {warning.text for warning in warned}
     rows = [
         *_made(result, last),
-        *(
-            ("Warning", text)
-            for text in map(str, _warnings(result, last))
-            if text not in {said.text for said in warned}
-        ),
+        *(("Warning", text) for text in map(str, _warnings(result, last)) if text not in printed),
         *(_concluded(result) if compared else ()),
     ]
     report = sentence("terminal_report", result=result, adds=_adds(result), extra_runs=extra_runs)

@@ -134,7 +134,7 @@ def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
     assert by_file.position_mm.tobytes() == by_columns.position_mm.tobytes()
     with pytest.raises(InputError, match=r"none\.csv: no such file"):
         st.inject(crack, solid, path, st.Fluid(curve="none.csv"), solver=solver)
-    with pytest.raises(InputError, match="curve cannot .* U,"):
+    with pytest.raises(InputError, match=r"curve cannot .* U,"):
         st.Fluid(curve=columns, U=3)
 
 
