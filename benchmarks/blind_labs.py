@@ -25,7 +25,7 @@ from benchmarks.table import run_benchmark
 from digitise.settings import Dispensed
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Floats, Sample
-from sealtwin.material.paste import DENSITY_ERROR
+from sealtwin.material import DENSITY_ERROR
 from sealtwin.study.extra_runs import RATIO, REPLICATES
 from sealtwin.study.moved_inputs import Base
 from simulate.slot.run import pour

@@ -37,10 +37,9 @@ from sealtwin.core.records import Floats, Profile
 from sealtwin.study.moved_inputs import Base, draw
 from validate.metrics.volumes import balance_profile
 from validate.result import PredictedLevel
-from validate.uncertainty.bed_ends import BedEnds
 from validate.uncertainty.computed import Spread
 from validate.uncertainty.meniscus import Mouth
-from validate.uncertainty.validation import predict
+from validate.uncertainty.validation import BedEnds, predict
 
 DRAWS = 200
 PLACES_MM = STATIONS_MM[(STATIONS_MM >= 4) & (STATIONS_MM <= 36)]

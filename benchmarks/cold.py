@@ -56,7 +56,7 @@ def _run_cold(place: Path) -> tuple[dict[str, float], float]:
             raise
     if not list(kernels.rglob("*.o")):
         raise RuntimeError(f"{kernels}: no kernel was compiled, so that the run was not cold")
-    return spent, float(json.loads((run / "run.json").read_text())["comparison"]["mean_error_mm"])
+    return spent, float(json.loads((run / "run.json").read_text())["comparison"]["errors"]["mean_error_mm"])
 
 
 def _clocked_parts() -> dict[str, float]:

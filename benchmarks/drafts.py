@@ -28,7 +28,7 @@ from sealtwin.trial.job import start_job
 from sealtwin.trial.trial_file import Trial, drafted, load_trial
 from simulate.profile import volume_ratio
 from simulate.run import fill
-from validate.wording.headline import DRAFTED_MM
+from validate.run_facts import DRAFTED_MM
 
 TRIAL = Path("fixtures/paper-trial/trial.toml")
 STEP_MM = 2.5

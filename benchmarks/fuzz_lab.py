@@ -11,8 +11,8 @@ import ezdxf.filemanagement
 from ezdxf import units
 
 from benchmarks.fuzz_process import in_a_process
-from sealtwin.material.by_rheometer import material_of_table
-from sealtwin.material.paste import PasteOnPlate, material_text
+from sealtwin.material import material_text
+from sealtwin.material.by_rheometer import FlowCurve, material_of_table
 from sealtwin.trial.starter_files import CELL
 from tests.lab_folder import DEFAULTS
 from tests.pictures import mortar, with_crack, write_png
@@ -107,9 +107,8 @@ def _sound_paste_and_pump(folder: Path) -> None:
     (folder / "pumped.toml").write_text(CELL.replace("{file}", "pumped.toml").replace("[spel] ", pump, 1))
     rows = [f"{asked},{asked * 0.0017 * 20:.4f},20,0.3" for asked in (1, 1, 1, 10, 10, 10, 3000, 3000, 3000)]
     (folder / "pump.csv").write_text("\n".join(["asked_mm3_s,weighed_g,time_s,delay_s", *rows]) + "\n")
-    day = date(2026, 11, 21)
-    paste = material_of_table(folder / "curve.csv", PasteOnPlate(density_kg_m3=1690.0), "synthetic", day).material
-    (folder / "material.toml").write_text(material_text(paste))
+    curve = FlowCurve(density_kg_m3=1690.0, data="synthetic", date=date(2026, 11, 21))
+    (folder / "material.toml").write_text(material_text(material_of_table(folder / "curve.csv", curve).material))
     head, rest = TRIAL.split("[fluid]\n")
     fluid = 'material = "material.toml"\nfreeze_after_s = 0.5\n\n'
     content = f"{head}[fluid]\n{fluid}{rest[rest.index('[solver]') :]}\n[output]\nsnapshots_s = []\n"

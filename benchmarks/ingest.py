@@ -29,8 +29,8 @@ from benchmarks.ordinary_sheets import S_MM, SHEETS, levels_mm, write_rows
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
+from sealtwin.lab.files import PAIRING
 from sealtwin.lab.ingest import Ingested, ingest
-from sealtwin.lab.sample import PAIRING
 from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import DEFAULTS, ENDS, HANDS, make_lab_folder
 from validate.readings.grid import SheetFaults

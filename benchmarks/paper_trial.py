@@ -51,7 +51,7 @@ def _judged(out: Path) -> list[Row]:
     )
     leaning, _ = _run("trial-paper.toml", out / "lean", 0)
     first = flaring[0]
-    curves = best_curves(readings, first.comparison.covered_from_mm, first.comparison.covered_to_mm, CURVES)
+    curves = best_curves(readings, first.comparison.basis.covered_from_mm, first.comparison.basis.covered_to_mm, CURVES)
     rows = _tracing_rows(out / "seed-0")
     for seed, result in enumerate(flaring):
         name = f"flare 5.5, accurate, seed {seed}"
@@ -64,13 +64,13 @@ def _judged(out: Path) -> list[Row]:
         Row("flare 5.5, accurate: particles", first.fluid.particles, "", 14_527, 14_527),
         Row("flare 5.5, accurate: wall time of all stages", first.wall_time_s, "s", 0, 240),
         Row("flare 5.5: the cavity", first.sample.cavity_volume_mm3 / 1e3, "ml"),
-        Row("flare 5.5: the readings hold", first.comparison.measured_sealant_mm3 / 1e3, "ml"),
+        Row("flare 5.5: the readings hold", first.comparison.measured_volumes.sealant_mm3 / 1e3, "ml"),
         *(Row(f"{curve.name}: mean error", curve.mean_error_mm, "mm") for curve in curves),
         Row("lean 11, paper: mean error", leaning.comparison.mean_error_mm, "mm", 0, 1.8, f"<= {PAPER_MM}"),
         Row("lean 11, paper: escaped particles", leaning.fluid.escaped_particles, "", 0, 0),
         Row("lean 11, paper: particles", leaning.fluid.particles, "", 14_527, 14_527),
     ]
-    apart = abs(first.comparison.area_mm2 / first.comparison.area_similaritymeasures_mm2 - 1)
+    apart = abs(first.comparison.distances.area_mm2 / first.comparison.distances.area_similaritymeasures_mm2 - 1)
     rows.append(Row("area between the curves, two ways, apart by", apart, "", 0, 1e-9))
     print(f"{first.fluid.device}, {platform.platform()}")
     return rows

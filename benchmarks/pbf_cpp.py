@@ -16,7 +16,7 @@ from simulate.fluid.pressure import LONGEST_CORRECTION
 from simulate.fluid.solver import FluidSolver
 from simulate.fluid.viscosity import OF_THE_CHANGE, OF_THE_RIGHT
 from simulate.kernels.conjugate_gradients import ROUNDS
-from simulate.kernels.pair_sums import ALONG, NEAREST_WALL
+from simulate.kernels.pair_sums import ALONG, FOR_VISCOSITY, NEAREST_WALL
 from simulate.kernels.pressure import UNDONE, UNDONE_RANGE
 from simulate.kernels.viscosity import LEAST_MOMENT, WALL_MOMENT
 
@@ -115,13 +115,13 @@ def _numbers(engine: FluidSolver, carried: float) -> tuple[Any, ...]:
     """Return the first of ``Numbers`` in ``tank.h``; the last three are boxes."""
     s, paste = engine.pressure.smoothing, engine.paste
     by_age = paste.by_age.numpy()[0]
-    if len(by_age) > 1 or paste.flow_index.numpy()[0] != 1 or paste.stiffens_by.numpy()[0]:
+    if len(by_age) > 1 or paste.flow_index.numpy()[0] != 1:
         raise ValueError("step.cpp has no flow index, and no fluid that changes with its age")
     thin, drag = explicit_weights(engine)
     return (
         *(s.support, engine.step_s, engine.settings.damping_per_s, s.mass, s.density, s.slope),
         *(s.wall_density, s.wall_slope, s.relaxation, LONGEST_CORRECTION * s.support, thin, drag),
-        *(carried, min(by_age[0, 1], paste.yields_at_most.numpy()[0]), paste.sticks.numpy()[0] * thin),
-        *(paste.per_viscosity, paste.slowest_shear, ALONG, NEAREST_WALL, WALL_MOMENT, LEAST_MOMENT),
-        *(UNDONE, UNDONE_RANGE, OF_THE_RIGHT, OF_THE_CHANGE, ROUNDS),
+        *(carried, by_age[0, 1], paste.sticks.numpy()[0] * thin),
+        *(paste.per_viscosity, paste.slowest_shear, ALONG * FOR_VISCOSITY["poly6"], NEAREST_WALL),
+        *(WALL_MOMENT, LEAST_MOMENT, UNDONE, UNDONE_RANGE, OF_THE_RIGHT, OF_THE_CHANGE, ROUNDS),
     )

@@ -20,17 +20,13 @@ from tests.shapes import straight_slot
 
 RADIUS_MM = 0.4
 STEP_S = 1e-3
-SPACING_MM = 0.72
-"""Of the block before it settles."""
-SIDE_MM = 26.0
-"""Of the tank's floor, at PARTICLES; other numbers keep the block's shape."""
+SPACING_MM = 0.72  # Of the block before it settles
+SIDE_MM = 26.0  # Of the tank's floor, at PARTICLES; other numbers keep the block's shape
 PARTICLES = 15_000
 SETTLE_STEPS = 200
 TRIAL = Path(__file__).parent.parent / "fixtures/paper-trial/trial.toml"
-PASTE = {"fluid.yield_stress_pa": 12.0, "fluid.freeze_after_s": "never"}
-"""Settings that replace the paper's freezing."""
-TRIAL_FRAME_S = 7.14e-3
-"""Frame of a run of TRIAL: ``frame_s`` in its ``simulation.json``."""
+PASTE = {"fluid.yield_stress_pa": 12.0, "fluid.freeze_after_s": "never"}  # In place of the paper's freezing
+TRIAL_FRAME_S = 7.14e-3  # Frame of a run of TRIAL: ``frame_s`` in its ``simulation.json``
 FLOWING, NEARLY_AT_REST = 5, 13
 """Frames after which the paste collapses in the tank, and after which PARTICLES of it take about as many iterations of
 the viscosity as the trial does with that paste, on average, 4.65 a substep.
@@ -117,7 +113,11 @@ class PasteFrame:
 
     def run(self) -> list[int]:
         """Take all substeps; returns the iterations of the viscosity in each."""
-        return [int(self.engine.step(recorded=True)[0]) for _ in range(self.engine.substeps)]
+        numbers = []
+        for _ in range(self.engine.substeps):
+            self.engine.step()
+            numbers.append(int(self.engine.viscosity.iterations()[0]))
+        return numbers
 
 
 def in_cpp(engine: FluidSolver, threads: int = 1) -> CppStep:

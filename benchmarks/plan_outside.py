@@ -25,7 +25,8 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.records import Outline, Sample, Trajectory
-from sealtwin.plan.make_plan import LESS_STRESS, MORE_FLOW, RESERVE_MM, Options, case_of, plan_on
+from sealtwin.plan import RESERVE_MM, PlanOptions
+from sealtwin.plan.make_plan import LESS_STRESS, MORE_FLOW, case_of, plan_on
 from sealtwin.plan.search import Goal, Knots, limits_of, search, target_of
 from sealtwin.plan.verify import Misfit, Verifier, misfit
 from sealtwin.trial.trial_file import FluidOfFile, Trial
@@ -124,7 +125,7 @@ def _plan(sample: Sample, reserve_mm: float) -> Trajectory:
 def _plan_by_particles(sample: Sample) -> tuple[Trajectory, Trajectory]:
     with tempfile.TemporaryDirectory() as folder:
         verifier = Verifier(Path(folder), OWN, sample, "cpu", PlainProgress())
-        planned = plan_on(verifier, Options(flow_max_mm3_s=FLOW_MAX_MM3_S), [])
+        planned = plan_on(verifier, PlanOptions(flow_max_mm3_s=FLOW_MAX_MM3_S), [])
     return plan_trajectory(sample.outline, planned.rounds[0].path), planned.trajectory
 
 

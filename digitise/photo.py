@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -125,7 +126,7 @@ def pixels_of(decoded: Decoded, file: Path, drawn: NDArray[np.bool_] | None = No
     to_light = ((np.arange(256) / 255) ** DISPLAY_GAMMA).astype(np.float32)
     light = np.zeros(decoded.image.shape[:2], dtype=np.float32)
     for channel, weight in enumerate((0.2126, 0.7152, 0.0722)):
-        light += (weight * to_light)[decoded.image[..., channel]]
+        light += cv2.LUT(cv2.extractChannel(decoded.image, channel), weight * to_light)
     if np.percentile(light[::2, ::2], BRIGHT_PART) < to_light[BLACK]:
         raise InputError(f"{file}: the photo is black; take it with more light or a longer exposure.")
     return Pixels(**vars(decoded), file=file, brightness=light, drawn=drawn)

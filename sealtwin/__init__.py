@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 from sealtwin.core.errors import InputError as _InputError
 
 if TYPE_CHECKING:
+    from sealtwin.api import InputError, NumericalError, Run, SealtwinError, Solid
     from sealtwin.api.levels import LevelComparison, LevelReadings, compare, plot_levels, read_readings
     from sealtwin.api.outputs import write_report, write_robot_program
-    from sealtwin.api.planning import FlowPlan, plan_flow, plan_rest
     from sealtwin.api.runs import (
         BlockRelease,
         Fluid,
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
         read_photo,
         trace_crack,
     )
-    from sealtwin.api.shared import InputError, NumericalError, Run, SealtwinError, Solid
-    from sealtwin.api.trials import CalibrationResult, SweepResult, TrialRun, calibrate, run_trial, sweep, write_map
+    from sealtwin.api.studies import CalibrationResult, SweepResult, calibrate, sweep, write_map
+    from sealtwin.api.trials import FlowPlan, TrialRun, plan_flow, plan_rest, run_trial
 
 
 def _require_own_packages() -> None:
@@ -112,8 +112,8 @@ __all__ = [
     "write_robot_program",
 ]
 
-_MODULES = ("shared", "trials", "runs", "samples", "levels", "outputs", "planning")
-"""Modules of ``sealtwin.api``, ordered by the number of libraries that they load."""
+_MODULES = ("", ".trials", ".studies", ".runs", ".samples", ".levels", ".outputs")
+"""Modules in ``sealtwin.api``, ordered by the number of libraries that they load."""
 
 
 def __getattr__(name: str) -> Any:
@@ -122,7 +122,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'sealtwin' has no attribute {name!r}")
     from importlib import import_module
 
-    modules = (import_module(f"sealtwin.api.{module}") for module in _MODULES)
+    modules = (import_module(f"sealtwin.api{module}") for module in _MODULES)
     globals()[name] = value = next(getattr(module, name) for module in modules if hasattr(module, name))
     return value
 

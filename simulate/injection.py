@@ -226,7 +226,7 @@ class Injection:
         """Return the values in effect that follow from the settings of a fluid, and its flow regime."""
         fluid, paste = self.pour.fluids[number], self.pastes[number]
         # With the paper's U, particles move before viscosity acts: like water, even if U is large.
-        viscosity_pa_s = paste.viscosity_pa_s if paste.moves_as_solved else None
+        viscosity_pa_s = paste.viscosity_pa_s if paste.moves_after_viscosity else None
         viscosity_m2_s = None if viscosity_pa_s is None else viscosity_pa_s / fluid.density_kg_m3
         regime = regime_of(
             viscosity_m2_s=viscosity_m2_s,

@@ -12,8 +12,9 @@ from simulate.fluid.fault_checks import SENTENCES
 from simulate.fluid.solver import GRAVITY_CM_S2, Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.hollow import Hollow
-from simulate.settings import FINE, LEVEL, SampleSlope, Solver, particle_volume
+from simulate.settings import LEVEL, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import Schedule
+from simulate.setup.resolution import FINE
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CLEARANCE, CM
 from simulate.setup.wall_particles import enclose

@@ -45,8 +45,10 @@ class Course(NamedTuple):
 
     def at(self, age_s: Floats) -> tuple[Floats, Floats]:
         """Return viscosity and yield stress at each age, (m,) each."""
-        viscosity = np.exp(np.interp(age_s, self.age_s, np.log(self.viscosity_pa_s)))
-        return viscosity, np.interp(age_s, self.age_s, self.yield_stress_pa)
+        stress_pa, first = np.interp(age_s, self.age_s, self.yield_stress_pa), self.viscosity_pa_s[0]
+        if (self.viscosity_pa_s == first).all():
+            return np.full_like(stress_pa, first), stress_pa
+        return np.exp(np.interp(age_s, self.age_s, np.log(self.viscosity_pa_s))), stress_pa
 
 
 class _Columns(Settings):
@@ -119,11 +121,14 @@ def read_table(path: Path, kind: type[Table]) -> Table:
     return kind.model_validate({name: tuple(values) for name, values in columns.items()})
 
 
-def fault_of(curve: MaterialCurve, cooling: CoolingCurve | None, file: Path | None = None) -> str | None:
+def fault_of(curve: MaterialCurve | None, cooling: CoolingCurve | None, file: Path | None = None) -> str | None:
     """Return the reason why two tables do not fit each other; None if they do.
 
     ``file`` is that of the cooling, if it was read from a file.
     """
+    if curve is None:
+        problem = "cooling is given without curve: give curve, a table of viscosity_pa_s over temperature_c, too"
+        return None if cooling is None else problem
     if curve.temperature_c is None:
         problem = "fluid.cooling cannot be combined with a fluid.curve over age_s: leave fluid.cooling out"
         return None if cooling is None else problem

@@ -6,14 +6,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats, Outline, Solid
+from sealtwin.core.records import Outline, Solid
 from sealtwin.core.regime import standing_stress_pa
 from sealtwin.core.run_figures import BRIDGES
-from simulate.settings import THICKNESSES, Fluid, Solver
+from simulate.settings import Fluid, Solver
 from simulate.setup.release_schedule import Schedule, course_of
 from simulate.setup.rheology import CM2_IN_M2, added_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import carried, solved_as
+from simulate.shear_law import FLOW_BETWEEN_PLATES, flow_between_plates
 
 THIN = 0.1
 """Share of a viscosity that particles may add to it without a remark. It is the tolerance of the channel tests."""
@@ -53,12 +54,12 @@ def remarks_on(
     paste, substeps = solved_as(fluid, solver, frame_s, frames)
     added_mm2_s = 1e6 * added_viscosity(radius_mm * CM, frame_s / (finer * substeps)) / CM2_IN_M2
     lasts_s, pours_s = frames * frame_s, len(schedule.released) * frame_s
-    given = [f"{key} is {value:g}" for key in THICKNESSES if (value := getattr(fluid, key)) is not None]
+    given = "" if fluid.curve else f"{fluid.given_by} is {getattr(fluid, str(fluid.given_by)):g}"
     viscosity_pa_s = paste.viscosity_pa_s
     viscosity_mm2_s = 1e6 * viscosity_pa_s / fluid.density_kg_m3
     if not fluid.yields and viscosity_mm2_s * THIN < added_mm2_s:
         text = (
-            f"fluid.{given[0] if given else 'curve begins thin'}: {viscosity_mm2_s:.3g} mm2/s, to which particles of "
+            f"fluid.{given or 'curve begins thin'}: {viscosity_mm2_s:.3g} mm2/s, to which particles of "
             f"solver.radius_mm = {radius_mm:g} add about {added_mm2_s:.2g} mm2/s (within a factor of two). The fluid "
             f"flows as if it had about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest: "
             "particles of a fluid as thin as water keep moving. Smaller particles add less."
@@ -67,23 +68,31 @@ def remarks_on(
     elif fluid.U and not fluid.yields:
         until = " until it freezes" if fluid.freezes else ""
         text = (
-            f"fluid.{given[0]}: at any U, sealant levels like a thin liquid{until}; viscous flow needs "
+            f"fluid.{given}: at any U, sealant levels like a thin liquid{until}; viscous flow needs "
             "fluid.viscosity_pa_s."
         )
         yield doubt("fluid.levels-at-any-U", text)
-    stress_pa = fluid.fresh.yield_stress_pa
-    if _share(fluid) * stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
+    stands_pa = standing_stress_pa(fluid.density_kg_m3, width_mm)
+    age_s = np.linspace(0.0, lasts_s, AGES)
+    aged_pa_s, stress_pa = fluid.course.at(age_s)
+    at_wall_pa = paste.wall_share * stress_pa
+    if at_wall_pa[0] > stands_pa:
         text = (
-            f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: a yield stress of {stress_pa:g} Pa supports the "
-            f"paste between walls {width_mm:.3g} mm apart, since its weight overcomes at most {stands_pa:.2g} Pa "
+            f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: a yield stress of {stress_pa[0]:g} Pa supports "
+            f"the paste between walls {width_mm:.3g} mm apart, since its weight overcomes at most {stands_pa:.2g} Pa "
             "there. Paste that the jet does not push down bridges the crack and leaves a hollow below."
         )
-        yield doubt(BRIDGES, text, stress_pa, "Pa")
+        yield doubt(BRIDGES, text, float(stress_pa[0]), "Pa")
         return
-    age_s = np.linspace(0.0, lasts_s, AGES)
-    stands = _at(fluid, age_s)[1] > stands_pa
+    stands = at_wall_pa > stands_pa
     stands_s = float(age_s[stands.argmax()]) if stands.any() else math.inf
-    sinks_mm_s = _sinks_mm_s(fluid, viscosity_pa_s, width_mm, lasts_s)
+    if paste.law not in FLOW_BETWEEN_PLATES:
+        return
+    # The speed at which paste sinks between upright plates by its weight, at each age.
+    wall_pa_s = paste.wall_share * np.maximum(viscosity_pa_s if fluid.U is not None else aged_pa_s, LEAST_PA_S)
+    half_mm = width_mm / 2
+    sinks = flow_between_plates(paste.law, at_wall_pa / half_mm, half_mm, wall_pa_s, paste.flow_index)
+    sinks_mm_s, _ = sinks.flow_mm3_s(np.array(stands_pa / half_mm))
     sinks_mm = lasts_s * float(sinks_mm_s.mean())
     if stands_s < lasts_s:
         moves_mm = stands_s * outline.length_mm / pours_s
@@ -99,41 +108,9 @@ def remarks_on(
     # With a D_cm walls drag less than no slip; with the paper's U, which has one, particles move before viscosity acts.
     if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
         text = (
-            f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant "
+            f"fluid.{given or 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant "
             f"sinks by its own weight at up to {sinks_mm_s.max():.2g} mm/s, which is {sinks_mm:.2g} mm in the "
             f"{lasts_s:.3g} s of this run, but the crack is {solid.depth_mm:.3g} mm deep. Sealant that the jet does "
             "not push down heaps up over hollows; give a longer solver.settle_s to let it sink farther."
         )
         yield doubt("fluid.sinks-slowly", text, sinks_mm, "mm")
-
-
-def _at(fluid: Fluid, age_s: Floats, viscosity_pa_s: float = 0.0) -> tuple[Floats, Floats]:
-    """Return viscosity and yield stress in Pa against the walls at each age, (n,) each.
-
-    Without a curve, ``viscosity_pa_s`` is used.
-    """
-    if (course := fluid.course) is not None:
-        thick_pa_s, stress_pa = course.at(age_s)
-    else:
-        grown_pa = fluid.yield_stress_pa + fluid.structuration_pa_per_s * age_s
-        thick_pa_s, stress_pa = np.full_like(age_s, viscosity_pa_s), np.minimum(grown_pa, fluid.most_yield_stress_pa)
-    return _share(fluid) * thick_pa_s, _share(fluid) * stress_pa
-
-
-def _share(fluid: Fluid) -> float:
-    """Return the share of the paste's stress that the walls take up."""
-    return fluid.wall_share or 1.0
-
-
-def _sinks_mm_s(fluid: Fluid, viscosity_pa_s: float, width_mm: float, lasts_s: float) -> Floats:
-    """Return the mean speed at which paste sinks between upright plates by its weight, at even ages, (n,).
-
-    Ages go up to ``lasts_s``. The speed is that of the plane flow of a Herschel-Bulkley paste (Bird, Armstrong and
-    Hassager 1987, table 4.2-1, with a plug).
-    """
-    consistency, stress_pa = _at(fluid, np.linspace(0.0, lasts_s, AGES), viscosity_pa_s)
-    m = 1 / (fluid.flow_index or 1.0)
-    at_wall_pa = standing_stress_pa(fluid.density_kg_m3, width_mm)
-    sheared = 1 - np.minimum(stress_pa / at_wall_pa, 1.0)
-    free_mm_s = width_mm / 2 * (at_wall_pa / np.maximum(consistency, LEAST_PA_S)) ** m
-    return free_mm_s * sheared ** (m + 1) / (m + 1) * (1 - sheared / (m + 2))

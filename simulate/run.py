@@ -92,7 +92,7 @@ def follow(injection: Injection, options: ComputeOptions) -> None:
 
 def _warn(options: ComputeOptions, facts: Collection[Fact]) -> None:
     for fact in facts:
-        options.progress.warn(f"note: {fact.text}")
+        options.progress.warn(fact.text)
 
 
 def _computed(pour: Pour, options: ComputeOptions, finer: int, shown: Collection[Fact] = ()) -> Injection:
@@ -118,8 +118,8 @@ def _result(
     if not isinstance(outcome, NumericalError):
         if outcome.escaped_particles:
             options.progress.warn(
-                f"FAULT: {outcome.escaped_particles} particles went through a wall. Do not use this run; please report "
-                "it."
+                f"{outcome.escaped_particles} particles went through a wall. Do not use this run; please report it.",
+                "fault",
             )
         try:
             return _measured(injection, outcome, number)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import Field, Tag, model_validator
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Outline, Solid
 from sealtwin.core.run_figures import FAST, Method
@@ -24,13 +24,11 @@ from simulate.material_curve import (
     read_table,
 )
 from simulate.material_file import Material, read_material
+from simulate.shear_law import Law
 
 STIFFEST_U = 1e6
 """Largest U that is accepted: a hundred times that of the paper's stiffest fluid, and as stiff as a solid. A run may be
 able to solve only for a smaller U, depending on its substep."""
-THICKNESSES = ("U", "viscosity_pa_s", "consistency_pa_s_n")
-"""Settings of the viscosity: a fluid has exactly one, unless a curve or a material gives it."""
-
 MOST_YIELD_PA = 1e4  # Yield stress of paste that has set: it carries a column of a metre
 PAPERS_D_CM = 0.3  # The paper's D, fitted together with its U: it cannot be measured
 # Water has 0.001 Pa s, epoxy 0.1 to 10, honey 2 to 20, hot bitumen and hot sealants 0.1 to 6 (ASTM D6690), cement paste
@@ -42,15 +40,31 @@ NOZZLE = Likely(0.0, 2.0, "mm for a crack of this width", "the outer diameter, o
 LEAST_MOUTH_MM = 1.5  # Nozzles are rarely finer than 3 mm, whatever the crack
 LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
 
-LAW = (
-    *("U", "consistency_pa_s_n", "flow_index"),
-    *("yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa"),
-)
-REPLACED_BY_CURVE = ("viscosity_pa_s", *LAW)
-"""Settings of a fluid that a curve replaces."""
-BESIDE_NO_MATERIAL = (*LAW, "density_kg_m3", "curve", "cooling")
-"""Settings that must be absent if a material is given: the material gives them, or they belong to another law of flow.
-"""
+
+class GivenLaw(NamedTuple):
+    """A law of flow, and the settings of a law that may be given beside the one that gives it."""
+
+    law: Law
+    beside: tuple[str, ...]
+
+
+_STRESSES = ("yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa")
+LAWS = {
+    "material": GivenLaw(Law.HERSCHEL_BULKLEY, ("viscosity_pa_s",)),
+    "curve": GivenLaw(Law.BINGHAM, ("cooling", "density_kg_m3")),
+    "U": GivenLaw(Law.BINGHAM, (*_STRESSES, "density_kg_m3")),
+    "viscosity_pa_s": GivenLaw(Law.BINGHAM, (*_STRESSES, "density_kg_m3")),
+    "consistency_pa_s_n": GivenLaw(Law.HERSCHEL_BULKLEY, ("flow_index", *_STRESSES, "density_kg_m3")),
+}
+"""Laws of flow by the setting that gives them. The first setting that a fluid has decides."""
+
+
+def excluded_by(key: str) -> list[str]:
+    """Return the settings that cannot be given beside a key of ``LAWS``, since they belong to other laws."""
+    of_laws = dict.fromkeys(name for given, law in LAWS.items() for name in (given, *law.beside))
+    return [name for name in of_laws if name not in (key, "material", *LAWS[key].beside)]
+
+
 OF_MATERIAL = ("yield_stress_pa", "density_kg_m3", "consistency_pa_s_n", "flow_index")
 """Settings that a material gives, None included. The viscosity may be given beside a material without one."""
 MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag("several")], ByForm]
@@ -133,7 +147,7 @@ class Fluid(Settings):
         curve = read_table(folder / self.curve, MaterialCurve) if isinstance(self.curve, Path) else self.curve
         cooling = read_table(folder / self.cooling, CoolingCurve) if isinstance(self.cooling, Path) else self.cooling
         file = folder / self.cooling if isinstance(self.cooling, Path) else None
-        if curve is not None and (fault := fault_of(curve, cooling, file)):
+        if fault := fault_of(curve, cooling, file):
             raise InputError(f"{fault}.")
         return self.model_copy(update={"curve": curve, "cooling": cooling})
 
@@ -154,33 +168,40 @@ class Fluid(Settings):
         return self.model_copy(update={"material": material, **numbers})
 
     @property
-    def course(self) -> Course | None:
-        """Viscosity and yield stress over age, after files are loaded; None if there is no curve."""
+    def given_by(self) -> str | None:
+        """The key of ``LAWS`` that gives the law of flow. A material that is read is replaced by what it gives."""
+        keys = [key for key in LAWS if getattr(self, key) is not None]
+        return next((key for key in keys if not isinstance(getattr(self, key), Material)), None)
+
+    @property
+    def law(self) -> Law:
+        return LAWS[present(self.given_by, "a law of flow")].law
+
+    @property
+    def course(self) -> Course:
+        """Viscosity and yield stress over age, after files are loaded. The viscosity is NaN if U is given."""
         if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
             raise ValueError("the curve is a file that is not read yet; call loaded first")
-        return None if self.curve is None else course_of_tables(self.curve, self.cooling)
+        if self.curve is not None:
+            return course_of_tables(self.curve, self.cooling)
+        viscosity_pa_s = np.nan if self.given_by in ("U", "material", None) else getattr(self, self.given_by)
+        age_s, stress_pa = np.zeros(1), np.array([self.yield_stress_pa])
+        if self.structuration_pa_per_s:
+            most_pa = MOST_YIELD_PA if self.yield_stress_most_pa is None else self.yield_stress_most_pa
+            age_s = np.array([0.0, (most_pa - self.yield_stress_pa) / self.structuration_pa_per_s])
+            stress_pa = np.array([self.yield_stress_pa, most_pa])
+        return Course(age_s, np.full(len(age_s), viscosity_pa_s), stress_pa)
 
     @property
     def fresh(self) -> "FreshPaste":
         """Rheology of the sealant that leaves the nozzle."""
-        if (course := self.course) is not None:
-            viscosity, stress = course.at(np.zeros(1))
-            return FreshPaste(float(viscosity[0]), float(stress[0]))
-        viscosity_pa_s = self.viscosity_pa_s if self.consistency_pa_s_n is None else self.consistency_pa_s_n
-        return FreshPaste(viscosity_pa_s, self.yield_stress_pa)
-
-    @property
-    def most_yield_stress_pa(self) -> float:
-        if (course := self.course) is not None:
-            return float(course.yield_stress_pa.max())
-        if self.yield_stress_most_pa is not None:
-            return self.yield_stress_most_pa
-        return self.yield_stress_pa if self.structuration_pa_per_s == 0 else MOST_YIELD_PA
+        viscosity, stress = self.course.at(np.zeros(1))
+        return FreshPaste(None if np.isnan(viscosity[0]) else float(viscosity[0]), float(stress[0]))
 
     @property
     def yields(self) -> bool:
         """True if the paste has a yield stress at some age."""
-        return self.most_yield_stress_pa > 0
+        return bool(self.course.yield_stress_pa.any())
 
     @property
     def freezes(self) -> bool:
@@ -193,16 +214,7 @@ class Fluid(Settings):
             other = [key for key in OF_MATERIAL if getattr(self, key) != getattr(self.material, key)]
             if other:
                 raise ValueError(f"{other[0]} differs from that of material: give either material or {other[0]}")
-        if isinstance(self.material, Path):
-            if beside := self._beside(BESIDE_NO_MATERIAL):
-                raise ValueError(
-                    "material gives yield stress, density and viscosity, and cannot be combined with another law of "
-                    f"flow: leave out {', '.join(beside)}"
-                )
-        elif self.curve is not None or self.cooling is not None:
-            self._check_curve()
-        else:
-            self._check_thickness()
+        self._check_law()
         if self.wall_share is not None and self.D_cm is not None:
             raise ValueError(
                 f"wall_share is {self.wall_share:g} and D_cm is {self.D_cm:g}, which already is the drag of the walls: "
@@ -210,36 +222,31 @@ class Fluid(Settings):
             )
         if self.freeze_after_s != "never" and self.freeze_after_s <= 0:
             raise ValueError(f'freeze_after_s is {self.freeze_after_s}: give a number above 0, or "never"')
-        if self.curve is None and self.most_yield_stress_pa < self.yield_stress_pa:
+        if self.yield_stress_most_pa is not None and self.yield_stress_most_pa < self.yield_stress_pa:
             raise ValueError(
                 f"yield_stress_most_pa is {self.yield_stress_most_pa:g}, below yield_stress_pa, which is "
                 f"{self.yield_stress_pa:g}: curing only raises the yield stress. Give a larger yield_stress_most_pa"
             )
         return self
 
-    def _beside(self, names: tuple[str, ...]) -> list[str]:
-        """Return those of the settings ``names`` that are given."""
-        return [name for name in names if getattr(self, name) != Fluid.model_fields[name].default]
-
-    def _check_thickness(self) -> None:
-        index, thick = self.flow_index or 1, self._beside(THICKNESSES)
-        wanted = THICKNESSES[:2] if index == 1 else THICKNESSES[2:]
-        if len(thick) != 1 or thick[0] not in wanted:
-            beside = [f"flow_index is {index:g}", *(f"{key} is {getattr(self, key):g}" for key in thick)]
-            either = "either U (with D_cm) or viscosity_pa_s, and not both" if index == 1 else wanted[0]
-            raise ValueError(f"{' and '.join(beside)}: give {either}")
-
-    def _check_curve(self) -> None:
-        if self.curve is None:
-            raise ValueError(
-                "cooling is given without curve: give curve, a table of viscosity_pa_s over temperature_c, too"
-            )
-        if beside := self._beside(REPLACED_BY_CURVE):
-            raise ValueError(f"curve already gives {beside[0]} at every age: give either curve or {beside[0]}")
-        if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
-            return
-        if fault := fault_of(self.curve, self.cooling):
+    def _check_law(self) -> None:
+        """Raise ValueError unless the settings give just one law of flow."""
+        curve, cooling = self.curve, self.cooling
+        if not isinstance(curve, Path) and not isinstance(cooling, Path) and (fault := fault_of(curve, cooling)):
             raise ValueError(fault)
+        if (key := self.given_by) is None:
+            raise ValueError(f"no viscosity is given: give one of {', '.join(reversed(LAWS))}")
+        # A flow index of 1 is any law's but Herschel and Bulkley's.
+        unset = {name: field.default for name, field in Fluid.model_fields.items()}
+        given = [name for name in excluded_by(key) if getattr(self, name) != unset[name]]
+        if beside := [name for name in given if (name, self.flow_index) != ("flow_index", 1.0)]:
+            belongs = "; flow_index needs consistency_pa_s_n" if beside == ["flow_index"] else ""
+            raise ValueError(
+                f"{key} cannot be combined with {', '.join(beside)}, since each gives the law of flow: leave out "
+                f"either{belongs}"
+            )
+        if key == "consistency_pa_s_n" and self.flow_index in (None, 1.0):
+            raise ValueError(f"consistency_pa_s_n is {self.consistency_pa_s_n:g}: give flow_index, or viscosity_pa_s")
 
 
 def doubts_of_run(
@@ -283,38 +290,6 @@ PRESETS = {
     "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
 }
 
-
-class Coarseness(NamedTuple):
-    """Sizes of particles and substeps if they are not given."""
-
-    abreast: float = 4.0
-    """Particles from wall to wall for radius "auto". Four are the paper's. Fewer bridge the walls, more take long."""
-    fall: float = 0.035
-    """Largest fall from rest in one substep, g dt^2 over h, if pressure carries over. A larger one compresses the
-    column. 0.035 gives the shipped trial 3 substeps."""
-    fall_alone: float = 0.03
-    """The same if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is compressed
-    by a tenth, and boils with two-level pressure."""
-    shear_by_frame: bool = False  # True if shear rates are measured once in a frame, not in each substep
-    pairs_below: float = 1.0
-    """Radius "auto" below which two particles leave the nozzle together, over the radius of two that just fit. Lone
-    particles take twice the frames."""
-
-    def radius_mm(self, width_mm: float, nozzle: "Nozzle") -> float:
-        """Return radius "auto" for a crack of this mean width. It is at most the nozzle's."""
-        pair_mm = nozzle.diameter_mm / 4
-        radius_mm = min(width_mm / self.abreast / 2, nozzle.diameter_mm / 2)
-        if pair_mm < radius_mm < self.pairs_below * pair_mm:
-            return math.floor(1e3 * pair_mm) / 1e3
-        return float(f"{radius_mm:.3g}")
-
-
-FINE = Coarseness()
-COARSENESS = {
-    "accurate": FINE,
-    "draft": Coarseness(abreast=2.6, fall=0.05, fall_alone=0.05, shear_by_frame=True, pairs_below=1.1),
-    "paper": FINE,
-}
 
 LEAST_TWO_LEVEL_ITERATIONS = 4
 """Smallest number of iterations of two-level pressure. With 3, a column at rest moves at 9 cm/s, because each
@@ -371,6 +346,9 @@ class Solver(Settings):
     """implicit: one linear solve per substep for any U, which conserves momentum. explicit: Eq. 5 in q passes, as in
     the paper. It is the reference, and slow for U above 1000 or D above 1. At most 5000 passes are allowed, enough for
     pastes below 1 Pa."""
+    kernel: Literal["poly6", "gaussian"] | None = None
+    """W of the viscosity's pairs, with equal viscosities. poly6: (1 - r²/h²)³. gaussian: exp(-r²/h²) up to h, as in the
+    paper. Default: poly6, or gaussian with the explicit solve."""
     sleep: bool = True
     """Stop computing paste with a yield stress that has come to rest, until something hits it or flows past it. The bed
     is nearly the same, and the run takes 60 to 75 % of the time. False disables sleeping."""
@@ -401,6 +379,11 @@ class Solver(Settings):
     def has_particles(self) -> bool:
         """True for particles. False for the fast model, which uses no device, no checkpoint and no estimate of time."""
         return self.model != FAST
+
+    @property
+    def pair_kernel(self) -> str:
+        """W of the viscosity's pairs."""
+        return self.kernel or ("poly6" if self.viscosity_solve == "implicit" else "gaussian")
 
     @property
     def size_mm(self) -> float:

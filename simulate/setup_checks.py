@@ -12,11 +12,8 @@ from simulate.fluid.solver import SLOWEST_SHEAR, Domain, substeps_for
 from simulate.fluid.viscosity import STABLE, explicit_parts
 from simulate.material_file import Material
 from simulate.settings import (
-    COARSENESS,
-    FINE,
     LEVEL,
     MOST_SUBSTEPS,
-    THICKNESSES,
     Fluid,
     Nozzle,
     SampleSlope,
@@ -29,11 +26,11 @@ from simulate.setup.release_schedule import (
     frames_to_freeze,
     same_fluid,
 )
+from simulate.setup.resolution import FINE, RESOLUTIONS
 from simulate.setup.rheology import (
     CM2_IN_M2,
     Rheology,
     dynamic_viscosity,
-    kinematic_viscosity,
     no_slip_weight,
     viscous_weight,
 )
@@ -102,7 +99,7 @@ def check_fit(
             f"{thickness_mm:g} mm thick ({solid.depth_mm:g} mm of crack above {thickness_mm - solid.depth_mm:g} mm of "
             f"floor). Give at most {allowed_mm:g}, half the thickness, or a larger crack.floor_thickness_mm."
         )
-    if (course := fluid.course) is not None and solver.sleep and course.softens:
+    if solver.sleep and fluid.course.softens:
         raise InputError(
             "fluid.curve: its yield stress falls with age, but sleeping particles would not respond to that. Give "
             "solver.sleep = false."
@@ -167,7 +164,7 @@ def resolved(sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> tu
     solver = sized(outline, sample.solid, solver, nozzle)
     if not solver.has_particles or solver.preset != "draft" or solver.accurate_radius_mm is not None:
         return fluid, solver
-    own_mm, radius_mm = solver.size_mm, COARSENESS["draft"].radius_mm(outline.mean_width_mm, nozzle)
+    own_mm, radius_mm = solver.size_mm, RESOLUTIONS["draft"].radius_mm(outline.mean_width_mm, nozzle)
     calibrated_mm = fluid.material.radius_mm if isinstance(fluid.material, Material) else None
     radius_mm = calibrated_mm or max(own_mm, radius_mm)
     solver = solver.model_copy(update={"radius_mm": radius_mm, "accurate_radius_mm": own_mm})
@@ -198,29 +195,24 @@ def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float
 
 def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST_AGES) -> Rheology:
     """Return the fluid in the solver's units, up to an age of ``frames``."""
-    (viscosity_pa_s, fresh_stress_pa), u, by_age = fluid.fresh, fluid.U or 0.0, None
-    if viscosity_pa_s is None:
-        viscosity_pa_s = dynamic_viscosity(u, fluid.density_kg_m3, support, frame_s)
-    else:
-        u = viscous_weight(viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
-    if (course := fluid.course) is not None:
-        last = math.ceil(min(course.age_s[-1] / frame_s, frames))
-        viscosity, stress_pa = course.at(frame_s * np.arange(last + 1))
-        grown = viscosity / viscosity[0]
-        by_age = np.column_stack([u * grown, stress_pa / fluid.density_kg_m3 * CM2_IN_M2])
+    course, per_density = fluid.course, CM2_IN_M2 / fluid.density_kg_m3
+    last = math.ceil(min(course.age_s[-1] / frame_s, frames))
+    viscosity_pa_s, stress_pa = course.at(frame_s * np.arange(last + 1))
+    if fluid.U is not None:
+        viscosity_pa_s = np.full(last + 1, dynamic_viscosity(fluid.U, fluid.density_kg_m3, support, frame_s))
+    weight = viscous_weight(1.0, support, frame_s) * viscosity_pa_s * per_density
     return Rheology(
-        u,
+        float(weight[0]) if fluid.U is None else fluid.U,
         fluid.D_cm or 0.0,
-        viscosity_pa_s=viscosity_pa_s,
+        viscosity_pa_s=float(viscosity_pa_s[0]),
         sticks=fluid.D_cm is None,
         wall_share=1.0 if fluid.wall_share is None else fluid.wall_share,
+        law=fluid.law,
         flow_index=fluid.flow_index or 1.0,
-        yield_cm2_s2=fresh_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
-        stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,
-        yield_most_cm2_s2=fluid.most_yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
+        yield_cm2_s2=float(stress_pa[0]) * per_density,
         frames_to_freeze=frames_to_freeze(fluid, frame_s),
         physical=fluid.U is None,
-        by_age=by_age,
+        by_age=np.column_stack([weight, stress_pa * per_density]) if last else None,
     )
 
 
@@ -244,14 +236,13 @@ def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tupl
 
 def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int, frames: int) -> None:
     """Raise InputError if paste that comes to rest would need too many passes at its stiffest age."""
-    lasts_s = frame_s * min(frames, paste.frames_to_freeze)
     support, shears_per_s = 4 * solver.size_mm * CM, (SLOWEST_SHEAR, SHEARED)
-    parts = explicit_parts(paste, support, frame_s, substeps, shears_per_s=shears_per_s, lasts_s=lasts_s)
-    thick = next((key for key in THICKNESSES if getattr(fluid, key) is not None), "curve")
+    lasts = min(frames, paste.frames_to_freeze)
+    parts = explicit_parts(paste, support, frame_s, substeps, shears_per_s=shears_per_s, frames=lasts)
     if (passes := sum(parts) / STABLE) <= MOST_PASSES:
         return
     stiff = "yield_stress_most_pa" if fluid.structuration_pa_per_s else "yield_stress_pa"
-    key = "curve" if fluid.curve is not None else (thick, stiff, "D_cm")[int(np.argmax(parts))]
+    key = "curve" if fluid.curve is not None else (fluid.given_by, stiff, "D_cm")[int(np.argmax(parts))]
     raise InputError(
         f"fluid.{key}: the explicit viscosity solve takes {passes:.3g} passes a substep for paste that comes to rest "
         f"{_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. Give "
@@ -260,14 +251,13 @@ def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float,
 
 
 def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int) -> None:
-    support = 4 * solver.size_mm * CM
-    thickest = float(paste.course[:, 0].max())
-    stiffness = kinematic_viscosity(thickest, support, frame_s) * frame_s / substeps / support**2
-    stiffness *= SHEARED ** max(0.0, paste.flow_index - 1)
+    """Raise InputError if the viscosity is too stiff at 1/s, to which it is given, or in a jet."""
+    support, key = 4 * solver.size_mm * CM, fluid.given_by
+    viscosities = [paste.apparent_cm2_s(shear, support, frame_s, yields=False).max() for shear in (1.0, SHEARED)]
+    stiffness = max(viscosities) * frame_s / substeps / support**2
     if stiffness <= STIFFEST:
         return
-    key = next((key for key in THICKNESSES if getattr(fluid, key) is not None), "curve")
-    value = thickest if key == "U" else dynamic_viscosity(thickest, fluid.density_kg_m3, support, frame_s)
+    value = paste.viscous_weight if key == "U" else viscosities[0] / CM2_IN_M2 * fluid.density_kg_m3
     raise InputError(
         f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is too stiff to be solved "
         f"{_in_substeps(solver, frame_s, substeps)}. Give at most "
@@ -290,9 +280,8 @@ def _check_yield_stress(fluid: Fluid, solver: Solver) -> None:
 def _check_stiffening(
     fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int, frames: int
 ) -> None:
-    rate, most = paste.stiffening_cm2_s3, paste.yield_most_cm2_s2
-    if len(paste.course) > 1:
-        rate = float(np.diff(paste.course[:, 1]).max()) / frame_s
+    stress = paste.course[:, 1]
+    rate, most = float(np.diff(stress).max(initial=0.0)) / frame_s, stress.max()
     lasts_s = min(STIFFENING_S, frame_s * min(frames, paste.frames_to_freeze))
     per_stress = frame_s / substeps / (4 * solver.size_mm * CM) ** 2
     gain = rate * lasts_s * per_stress

@@ -9,7 +9,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Integers, Solid
-from simulate.kernels.vessel import Lines, Liquid, raise_surface
+from simulate.kernels.beds import Lines, Liquid, raise_surface
 
 Mask = NDArray[np.bool_]
 TURN = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))

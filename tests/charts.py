@@ -15,7 +15,6 @@ from validate.figures.chart import (
     as_near_as_the_best,
     axes_of,
     hold,
-    scatter_of_runs,
 )
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import Budget
@@ -81,7 +80,6 @@ def _chart() -> Chart:
         excluded=(),
         readings=readings,
         band_mm=budget.profile_band_mm,
-        scatter_mm=scatter_of_runs(runs_on_axes, axes),
         as_near=as_near_as_the_best(runs_on_axes, readings, budget, 0.1),
         replicates=RepeatedPairs(runs=4, pairs=1, scatter_mm=0.1),
     )

@@ -100,11 +100,11 @@ class Endless:
         engine.find_neighbours()
         engine.pressure.measure_density(engine.rows)
         for frame in range(times):
-            if engine.measures:
+            if engine.needs_shear_rate:
                 engine.state.frame.fill_(frame)
                 engine.viscosity.measure_shear(engine.rows)
-                self._follow()
-            engine.viscosity.solve_implicit(engine.rows)
+            self._follow()
+            engine.viscosity.solve(engine.rows)
 
     def _wrap(self) -> None:
         """Who has left the box enters it on the other side; images are chosen anew."""

@@ -29,7 +29,7 @@ PAST_THE_READER = {
     "sealtwin/__init__.py": "reads the packages' own files, before any of them is imported",
     "sealtwin/trial/starter_files.py": "reads files of the package",
     "validate/units.py": "reads a file of the package",
-    "validate/readings/numbers.py": "reads a file of the package",
+    "validate/readings/words.py": "reads a file of the package",
     "validate/readings/beside.py": "reads a file of the package",
     "validate/report/write_report.py": "reads a file of the package",
     "digitise/trace_page/page.py": "reads files of the package; its sheets are photos that are decoded",
@@ -38,7 +38,7 @@ PAST_THE_READER = {
     "simulate/watchers.py": "hands NumPy what the reader has opened",
     "sealtwin/study/study_map.py": "hands NumPy what the reader has opened",
     "sealtwin/cli/answer.py": "opens the null device",
-    "sealtwin/cli/photo_tools.py": "opens a browser",
+    "sealtwin/cli/samples.py": "opens a browser",
 }
 """Modules that may open files by themselves, and why."""
 OPENS_A_PATH = re.compile(

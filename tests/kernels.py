@@ -6,7 +6,9 @@ from typing import Any
 
 import warp as wp
 
-from simulate.kernels.status import Span
+from simulate.kernels.neighbours import Neighbours
+from simulate.kernels.status import Particles, Span
+from simulate.kernels.viscosity import Paste, apparent_weight
 
 
 @wp.kernel(enable_backward=False)
@@ -16,59 +18,44 @@ def count_row(rows: Span, seen: wp.array[int]):
 
 
 @wp.kernel(enable_backward=False)
-def copy_row(rows: Span, seen: wp.array[int], copied: wp.array[int]):
-    for row in range(rows.begin + wp.tid(), rows.end, rows.step):
-        copied[row] = seen[row]
+def weigh(paste: Paste, shear: wp.array[float], weight: wp.array2d[float]):
+    run, i = wp.tid()
+    fresh = paste.by_age[run, 0]
+    weight[run, i] = apparent_weight(paste, run, fresh[0], fresh[1], shear[i])
+
+
+@wp.func
+def store(values: Any, count: int, first: int, row: int, out: wp.array2d[float]):
+    for k in range(count):
+        out[row, first + k] = values[k]
 
 
 @cache
-def sum_kernel(loops: ModuleType) -> Any:
+def sum_kernel(loops: ModuleType, kernel: str) -> Any:
     """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 48), and the links of pairs."""
-    module = wp.get_module(f"tests.pairs.{loops.__name__}")
+    module = wp.get_module(f"tests.pairs.{loops.__name__}.{kernel}")
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
-    sum_gradient, couple, sum_drag = loops.sum_gradient, loops.couple, loops.sum_drag
-    sum_pulled, sum_printed = loops.sum_pulled, loops.sum_printed
+    sum_gradient, link_pairs, sum_drag = loops.sum_gradient, loops.link_pairs_by(kernel), loops.sum_drag
+    sum_pulled, sum_eq5 = loops.sum_pulled, loops.sum_eq5_by(kernel)
 
     @wp.kernel(enable_backward=False, module=module)
     def all_sums(
-        place: wp.array[wp.vec4],
-        velocity: wp.array[wp.vec3],
-        bulk: wp.array[wp.vec2],
-        listed: wp.array2d[int],
-        count: wp.array[int],
+        particles: Particles,
+        near: Neighbours,
         support: float,
         links: wp.array2d[wp.vec3h],
         out: wp.array2d[float],
     ):
         row = wp.tid()
-        here, many = place[row], count[row]
-        density = sum_density(place, listed, row, many, here, support)
-        walls = sum_walls(place, listed, row, many, here, support)
-        correction = sum_correction(place, listed, row, many, here, support, -0.3)
-        for k in range(5):
-            out[row, k] = density[k]
-        for k in range(4):
-            out[row, 5 + k] = walls[k]
-        for k in range(3):
-            out[row, 9 + k] = correction[k]
-        guess = wp.vec3(0.3, -2.0, 1.0) + velocity[row]
-        coupled = couple(
-            place, bulk, velocity, velocity, listed, row, many, here, bulk[row], velocity[row], guess, support, links
-        )
-        pulled = sum_pulled(velocity, links, listed, row, many, velocity[row])
-        for k in range(2):
-            out[row, 12 + k] = coupled[k]
-        for k in range(3):
-            out[row, 14 + k] = pulled[k]
-        drag = sum_drag(place, listed, row, many, here, support)
-        for k in range(6):
-            out[row, 17 + k] = drag[k]
-        gradient = sum_gradient(place, velocity, listed, row, many, here, velocity[row], support)
-        for k in range(15):
-            out[row, 23 + k] = gradient[k]
-        printed = sum_printed(place, velocity, bulk, listed, row, many, here, velocity[row], bulk[row][1], support)
-        for k in range(4):
-            out[row, 38 + k] = printed[k]
+        store(sum_density(particles, near, row, support), 5, 0, row, out)
+        store(sum_walls(particles, near, row, support), 4, 5, row, out)
+        store(sum_correction(particles, near, row, support, -0.3), 3, 9, row, out)
+        coupled = link_pairs(particles, near, row, support, links)
+        store(coupled, 2, 12, row, out)
+        store(sum_pulled(particles, near, row, links), 3, 14, row, out)
+        store(sum_drag(particles, near, row, support), 6, 17, row, out)
+        store(sum_gradient(particles, near, row, support), 15, 23, row, out)
+        store(sum_eq5(particles, particles.velocity, near, row, support), 4, 38, row, out)
         for k in range(6):
             out[row, 42 + k] = coupled[7 + k]
 

@@ -187,7 +187,7 @@ FAULTS = (
         _in_workbook("P06.xlsx", "C7", date(2026, 3, 1))),
     Planted("a sheet one letter off", r"sheets/PO7\.csv: no photo is called 'PO7'\. Photos without a sheet: .*P07\.png",
         lambda folder: (folder / "sheets/P07.csv").rename(folder / "sheets/PO7.csv")),
-    Planted("a photo cut short", r"P08\.png: the picture is damaged or cut short",
+    Planted("a photo cut short", r"P08\.png: \S*photo\.png: the picture is damaged or cut short",
         lambda folder: os.truncate(folder / "P08.png", 9000)),
     Planted("shrinkage of what is wet", r"P09 notes\.toml, lab\.toml: readings: shrinkage_percent = 2\.5 needs",
         _edit("P09 notes.toml", 'state = "cured"', 'state = "wet"')),
@@ -208,7 +208,7 @@ FAULTS = (
         _cell("P09_measurements.tsv", 3, 1, "-3.0", HANDS["P09"][1])),
     Planted("a sheet of several samples", r"caliper_all\.csv: no photo is called 'all'",
         lambda folder: (folder / "caliper_all.csv").write_text("sample,s_mm,level_mm\nK98,1,-1\nK98,5,-2\n")),
-    Planted("a photo that calls itself one", r"P12\.jpg: not a readable photo",
+    Planted("a photo that calls itself one", r"P12\.jpg: \S*photo\.jpg: not a readable photo",
         lambda folder: (folder / "P12.jpg").write_text("This is no photo.")),
 )
 # fmt: on

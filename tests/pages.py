@@ -5,16 +5,16 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from validate.figures import figure_sheet, snapshots
+from validate.figures import page, snapshots
 from validate.figures.drawing import DrawnFigure
 from validate.report import write_report as report_module
-from validate.report_input import Evidence
+from validate.result import Evidence
 
 
 def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
     """Write reports and sheets with all their words, and with empty pictures in place of their plates; no gallery."""
     patch.setattr(snapshots, "write_gallery", lambda *_: [])
-    patch.setattr(figure_sheet, "as_svg", lambda *_: "<svg></svg>")
+    patch.setattr(page, "as_svg", lambda *_: "<svg></svg>")
     empty = DrawnFigure("<svg></svg>", Image.new("RGB", (2, 1)))
     patch.setattr(report_module, "draw_both", lambda *_: empty)
     patch.setattr(report_module, "as_svg", lambda *_: empty.svg)

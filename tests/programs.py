@@ -6,9 +6,20 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from typer.main import get_command
 from typer.testing import CliRunner, Result
 
 from sealtwin.cli.app import app
+
+
+def commands() -> dict[str, Any]:
+    """Every command of the command line by its name, as in "material spread"."""
+    groups: Any = get_command(app)
+    return {
+        f"{name} {inner}".strip(): command
+        for name, group in groups.commands.items()
+        for inner, command in getattr(group, "commands", {"": group}).items()
+    }
 
 
 @contextmanager

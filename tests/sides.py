@@ -5,20 +5,20 @@ from typing import Any
 
 from sealtwin.core.records import DataKind, Profile
 from tests.charts import S_MM, line, make_readings
-from validate.comparison import Baseline
-from validate.figures.side_by_side import Side
-from validate.result import Comparison
+from validate.comparison import Baseline, Basis, Comparison, CurveDistances, ErrorFigures, FilledVolumes
+from validate.figures.compare_page import Side
 
 COMPARISON = Comparison.model_construct(
-    mean_error_mm=0.5, bias_mm=0.5, rmse_mm=0.5, worst_error_mm=0.5, worst_at_mm=3.0, share_under_1_mm=1.0,
-    frechet_mm=0.5, flat_level_error_mm=4.0, beats_flat_level=True, beats_baseline=True, stations_compared=5,
-    baselines=(Baseline("the dispensed volume lying flat", 0, 4.0),), simulated_fill_ratio=0.9, role="held-out",
-    readings_data="measured",
+    errors=ErrorFigures(*[0.5] * 3, worst_at_mm=3.0, share_under_1_mm=1.0, flat_level_mm=-4.0, flat_level_error_mm=4.0),
+    distances=CurveDistances.model_construct(rmse_mm=0.5, frechet_mm=0.5), beats_baseline=True,
+    basis=Basis.model_construct(stations_compared=5), simulated_volumes=FilledVolumes.model_construct(fill_ratio=0.9),
+    baselines=(Baseline("the dispensed volume lying flat", 0, 4.0),), role="held-out", readings_data="measured",
 )  # fmt: skip
 
 
-def compared(**figures: Any) -> Comparison:
-    return COMPARISON.model_copy(update=figures)
+def compared(*, mean_error_mm: float = 0.5, **figures: Any) -> Comparison:
+    errors = replace(COMPARISON.errors, mean_error_mm=mean_error_mm)
+    return COMPARISON.model_copy(update={"errors": errors, **figures})
 
 
 def side(

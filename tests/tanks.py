@@ -150,7 +150,6 @@ class Tank:
             viscous_weight(viscosity_mm2_s / 100, support_cm, step_s),
             drag_mm / 10,
             yield_cm2_s2=yield_mm2_s2 / 100,
-            yield_most_cm2_s2=yield_mm2_s2 / 100,
             physical=True,
         )
         if fluid is not None:

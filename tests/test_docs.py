@@ -9,6 +9,7 @@ import pytest
 
 from sealtwin.core.settings import described
 from tests.places import ROOT
+from tests.programs import commands
 
 
 @pytest.fixture(scope="module")
@@ -63,13 +64,8 @@ def test_every_setting_has_its_meaning(reference):
 
 
 def test_every_command_and_option_stands_in_the_reference(reference):
-    from typer.main import get_command
-
-    from sealtwin.cli.app import app
-
     text = reference.commands_text()
-    group = get_command(app)
-    for name, command in group.commands.items():  # pyright: ignore[reportAttributeAccessIssue]
+    for name, command in commands().items():
         section = text[text.index(f"## sealtwin {name}\n") :].split("\n## ")[0]
         options = [name for one in command.params if one.param_type_name == "option" for name in one.opts]
         assert [option for option in options if not re.search(rf"[`\s]{option}[`,\s]", section)] == [], name

@@ -1,23 +1,13 @@
 """Comparison of a simulated with a measured level: errors, intervals, baselines and the verdict."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
-from validate.comparison import (
-    Baseline,
-    ErrorUncertainty,
-    InputDrawsRecord,
-    LevelMetrics,
-    ReadingsScatter,
-    SizeStudy,
-    StationBands,
-    StationErrors,
-    VolumeComparison,
-)
-from validate.metrics.baselines import ALWAYS, are_compared, beaten, best_curves, flat_levels
+from validate.comparison import Baseline, Comparison, CurveDistances, ReadingsScatter, VolumeComparison
+from validate.intervals import ErrorUncertainty, InputDrawsRecord, SizeStudy, StationBands, StationError, StationErrors
+from validate.metrics.baselines import ALWAYS, POOL, are_compared, beaten, best_curves
 from validate.metrics.curve_distances import (
     PiecewiseLinear,
     alignment,
@@ -28,18 +18,17 @@ from validate.metrics.curve_distances import (
 )
 from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance
-from validate.report_input import Evidence
-from validate.result import Comparison
+from validate.result import Evidence
 from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
-from validate.uncertainty.computed import Spread, numerical_errors, size_series
+from validate.uncertainty.computed import Spread, size_series
 from validate.uncertainty.contradictions import repeats_of
 from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE
-from validate.wording.comparison import worst_at_a_station
 
+AT_A_STATION_MM = 0.05  # Distance up to which an error is at a station; s is printed to 0.1 mm
 AREAS_AGREE = 1e-9  # Largest relative difference of the two computations of the area, by rounding
 
 
@@ -72,37 +61,25 @@ def compare(
     if abs(area_mm2 - area_library_mm2) > AREAS_AGREE * max(1.0, area_mm2):
         raise RuntimeError(f"The two area computations disagree: {area_mm2!r} and {area_library_mm2!r} mm².")
     from_mm, to_mm = float(error.x[0]), float(error.x[-1])
-    bins = error_bins(simulated, measured, outline.length_mm)
-    errors = error_figures(error, measured)
+    stretch = outline, solid, from_mm, to_mm
     count = None if fitted is None else len(fitted)
     # Without fitted settings the simulation uses no more of the readings than they do.
     baselines = () if role == "calibrated-on" and count != 0 else tuple(unseen)
     if role != "held-out":
         baselines += best_curves(measured, from_mm, to_mm, (*ALWAYS, *([count] if count else [])))
-    on_stretch = are_compared(measured, from_mm, to_mm)
-    volumes: dict[str, Any] = {
-        f"{name}_{key}": value
-        for name, profile in (("simulated", simulated), ("measured", measured))
-        for key, value in fill_volumes(profile, outline, solid, from_mm, to_mm).items()
-    }
-    metrics = LevelMetrics(
-        covered_from_mm=from_mm,
-        covered_to_mm=to_mm,
-        covered_length_mm=error.length_mm,
-        length_mm=outline.length_mm,
-        stations_compared=int(on_stretch.sum()),
-        stations_beyond_mm=measured.s_mm[~on_stretch],
-        escaped_particles=escaped_particles,
-        area_mm2=area_mm2,
-        area_similaritymeasures_mm2=area_library_mm2,
-        area_difference_mm2=area_mm2 - area_library_mm2,
-        rmse_mm=error.rms(),
-        p95_error_mm=error.size.quantile(0.95),
-        frechet_mm=frechet_mm(simulated, measured, from_mm, to_mm),
-        error_by_bin=bins,
-        start_zone_error_mm=bins[0].mean_error_mm,
-        end_zone_error_mm=bins[-1].mean_error_mm,
-        beats_flat_level=error.mean_error < errors.flat_level_error_mm,
+    comparison = Comparison(
+        errors=error_figures(error, measured),
+        distances=CurveDistances(
+            area_mm2=area_mm2,
+            area_similaritymeasures_mm2=area_library_mm2,
+            rmse_mm=error.rms(),
+            p95_error_mm=error.size.quantile(0.95),
+            frechet_mm=frechet_mm(simulated, measured, from_mm, to_mm),
+            by_bin=error_bins(simulated, measured, outline.length_mm),
+        ),
+        basis=basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm),
+        simulated_volumes=fill_volumes(simulated, *stretch),
+        measured_volumes=fill_volumes(measured, *stretch),
         baselines=baselines,
         beats_baseline=beaten(error.mean_error, baselines, role, count),
         scatter=repeatability(measured),
@@ -111,11 +88,10 @@ def compare(
         readings_data=measured.data,
         readings_dialect=measured.dialect,
         photo_data=photo_data,
-        **vars(errors),
-        **vars(basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)),
-        **volumes,
+        escaped_particles=escaped_particles,
+        uncertainty=uncertainty,
     )
-    return judged(metrics, gate, uncertainty, edited, screening=screening)
+    return judged(comparison, gate, edited, screening=screening)
 
 
 def assess(
@@ -134,10 +110,12 @@ def assess(
         raise ValueError(f"{evidence.name}: there are no readings to compare with.")
     gained_mm = gained_level_mm(evidence.run, simulated, outline, solid, evidence.volume_ratio)
     mouth = Mouth.of(outline, solid, evidence.run.density_kg_m3)
-    other = ()
+    pool = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)
+    pool_error_mm = level_difference(pool, measured).mean_error
+    unseen = [Baseline(POOL, 0, pool_error_mm)]
     if spread is not None and spread.fast_mm is not None:
         fast = level_difference(Profile(spread.s_mm, spread.fast_mm), measured)
-        other = (Baseline("the fast model", 0, fast.mean_error),)
+        unseen.append(Baseline("the fast model", 0, fast.mean_error))
     comparison = compare(
         simulated,
         measured,
@@ -151,16 +129,14 @@ def assess(
         edited=evidence.edited,
         fitted=settings.fitted,
         screening=not evidence.run.has_particles,
-        unseen=(*flat_levels(measured, outline, solid, evidence.run.dispensed_volume_mm3), *other),
+        unseen=unseen,
     )
-    baseline = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)
-    baseline_error_mm = level_difference(baseline, measured).mean_error
     volumes = VolumeComparison(
-        volume_balance_level_mm=float(baseline.level_mm.max()),
-        volume_balance_error_mm=baseline_error_mm,
-        beats_volume_balance=comparison.mean_error_mm < baseline_error_mm,
+        volume_balance_level_mm=float(pool.level_mm.max()),
+        volume_balance_error_mm=pool_error_mm,
+        beats_volume_balance=comparison.mean_error_mm < pool_error_mm,
         mass_balance=mass_balance(
-            evidence.run, solid, evidence.volume_ratio, comparison.measured_sealant_mm3, settings
+            evidence.run, solid, evidence.volume_ratio, comparison.measured_volumes.sealant_mm3, settings
         ),
     )
     return comparison.model_copy(update={"volumes": volumes})
@@ -199,9 +175,7 @@ def error_uncertainty(
     numerics, budget, inputs, together = None, of_readings, (), 0.0
     if spread is not None:
         numerics = _numerics(spread, measured, error.x)
-        sizes = spread.at(measured.s_mm)
-        computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
-        budget = of_readings.joined(*computed, *spread.inputs_at(measured.s_mm).errors())
+        budget = of_readings.joined(*spread.errors(measured.s_mm, volume_level_mm))
         inputs, together = spread.inputs_at(error.x).reported(error.x)
 
     def standard_mm(*kinds: Kind) -> float:
@@ -246,6 +220,14 @@ def error_uncertainty(
         effect_scatter_mm=None if spread is None else spread.effect_scatter_mm,
         design_radius_mm=None if spread is None else spread.design_radius_mm,
     )
+
+
+def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationError | None:
+    """Return the largest error at a station, or None if the largest error of all is at a station or there are none."""
+    if not len(stations.s_mm) or np.abs(stations.s_mm - worst_at_mm).min() < AT_A_STATION_MM:
+        return None
+    worst = int(np.argmax(np.abs(stations.error_mm)))
+    return StationError(abs(float(stations.error_mm[worst])), float(stations.s_mm[worst]))
 
 
 def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Floats) -> StationErrors:

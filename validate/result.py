@@ -1,32 +1,47 @@
-"""Record of a trial's result: the keys of run.json, and of the answer of a command.
+"""Record of a trial's result: the keys of run.json and report.json, and of the answer of a command.
 
-Report page, PDF, report.json, terminal and studies read these records. The docstring of a figure is its description in
-the published schema of report.json.
+Report page, PDF, terminal and studies read these records. The docstring of a figure is its description in the published
+schema of report.json, which ``python -m validate.result`` prints.
 """
 
+import json
+import platform
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
-from sealtwin.core.facts import Fact, texts
+from sealtwin.core import facts, solid_figures
+from sealtwin.core.facts import Fact, without
 from sealtwin.core.record_files import read_record
-from sealtwin.core.records import DataKind, JsonRecord, Numbers, PathSource, WidthSource
+from sealtwin.core.records import (
+    DataKind,
+    JsonRecord,
+    Outline,
+    PathSource,
+    Profile,
+    Run,
+    Solid,
+    Trajectory,
+    WidthSource,
+)
+from sealtwin.core.settings_text import described
 from sealtwin.core.solid_figures import Span, WeighedCavity
-from validate.comparison import ErrorUncertainty, InputEffect, LevelMetrics, StationError, VolumeComparison
-from validate.settings import Gate
+from sealtwin.core.stage_keys import number_words
+from sealtwin.core.vtk_files import Frame
+from validate import comparison, intervals, settings, units
+from validate.comparison import Comparison, Outcome
+from validate.intervals import PredictedLevel
+from validate.units import PageTable, unit_of
 
 COMPARISON, PREDICTION, RESULT = "comparison.json", "prediction.json", "run.json"
 IF_SEVERAL = Field(default=None, exclude_if=lambda value: value is None)
 """Default of a field that is not written for a trial of one run."""
-Outcome = Literal["passed", "failed", "undecided", "open"]
-"""The result of a comparison.
-
-passed: the gate is kept and is outside the interval of the mean error;
-failed: the gate is missed and is outside the interval, or a particle escaped;
-undecided: the gate is inside that interval, there are too few readings, or files were edited by hand;
-open: no gate was declared.
-"""
+NOT_A_VALIDATION = "data.not-a-validation"  # Key of the caution about data that were not measured
 
 
 class SampleFigures(JsonRecord):
@@ -102,94 +117,6 @@ class SeedRuns(JsonRecord):
     """Faults of the fluid in the other runs, without those that the first run has as well."""
 
 
-class PredictedPart(JsonRecord):
-    """One error of a predicted level, and its standard uncertainty: half the half-width of its 95 % interval."""
-
-    name: str
-    """Name of the error, in words."""
-    kind: str
-    """Kind of the error: numerics, inputs or model."""
-    setting: str
-    """Key of the trial file that declares the error; empty if there is no such key."""
-    mean_level_mm: float
-    """Standard uncertainty of the mean level."""
-    place_mm: float
-    """Standard uncertainty of the level at one place: root mean square along the crack."""
-
-
-class PredictedLevel(JsonRecord):
-    """Level of a run without readings, with its band, which is due to the numerics and the declared inputs."""
-
-    s_mm: Numbers
-    """Positions along the crack at which level, bands and uncertainties are given."""
-    level_mm: Numbers
-    """Predicted level, measured from the face."""
-    band_95_mm: Numbers
-    """Half-width of the 95 % band of a single place."""
-    profile_band_95_mm: Numbers
-    """Half-width of the band that contains the whole level in 95 % of cases."""
-    numerics_mm: Numbers | None
-    """Standard uncertainty due to the numerics; None if it was not computed."""
-    inputs_mm: Numbers | None
-    """Standard uncertainty due to the inputs; None if no input is declared."""
-    model_mm: Numbers | None = None
-    """Standard uncertainty due to the model: at the ends of the path, for a fluid with a yield stress; by the meniscus,
-    for a declared surface tension; and half of the difference of particles and fast model. None without all three."""
-    fast_level_mm: Numbers | None = None
-    """Level by the fast model; None if it is unfit, or computed ``level_mm``."""
-    flat_level_mm: Numbers | None = None
-    """Level of the dispensed volume lying flat in the crack."""
-    mean_level_mm: float
-    """Mean level along the crack."""
-    mean_level_95_mm: tuple[float, float]
-    """Ends of the mean level's 95 % interval."""
-    parts: tuple[PredictedPart, ...]
-    """All errors included in the band, one by one."""
-    missing: tuple[PredictedPart, ...] = ()
-    """Undeclared errors of the model, which the band does not include."""
-    inputs: tuple[InputEffect, ...]
-    """Effects of the varied inputs."""
-    inputs_left_out: tuple[str, ...]
-    """Names of the inputs without a declared uncertainty."""
-    unfit: tuple[Fact, ...]
-    """Reasons why the case is outside the domain of the fast model."""
-
-
-class Comparison(LevelMetrics):
-    """A simulated level compared with a measured one, and the verdict."""
-
-    headline: tuple[Fact, ...] = ()
-    """Findings on the gate, the baselines and the earlier use of the readings."""
-    outcome: Outcome = "open"
-    """passed, failed, undecided or open, according to the gate, the mean error and its 95 % interval."""
-    passed: bool | None = None
-    """True if the mean error keeps the gate; None without a gate, False if a particle escaped."""
-    gate: Gate | None = None
-    """Limit declared before the run; None if none was declared."""
-    findings: tuple[Fact, ...] = ()
-    """Conclusions that ASME V&V 20 allows, or why it is not assessed. Without a verdict, only declared errors that are
-    not used."""
-    volumes: VolumeComparison | None = None
-    """Volumes of the run and of the readings; None if no run was assessed."""
-    uncertainty: ErrorUncertainty | None = None
-    """Intervals and their parts; None if the comparison was not assessed."""
-
-    @property
-    def verdict(self) -> str:
-        """The headline as one text."""
-        return " ".join(texts(self.headline))
-
-    @property
-    def interval_95_mm(self) -> tuple[float, float] | None:
-        """Ends of the mean error's 95 % interval, which is due to the readings, in mm; None if it was not assessed."""
-        return None if self.uncertainty is None else self.uncertainty.mean_error_interval_mm
-
-    @property
-    def worst_at_a_station(self) -> StationError | None:
-        """Worst error at a station; None if the worst error overall is at a station, or was not assessed."""
-        return None if self.uncertainty is None else self.uncertainty.worst_at_a_station
-
-
 class ComputedBy(JsonRecord):
     """Version and stage numbers that computed a stage."""
 
@@ -247,3 +174,191 @@ def read_result(folder: Path) -> TrialResult:
 def read_comparison(folder: Path) -> Comparison:
     """Read comparison.json of a run folder. Raises InputError, naming the key that does not fit."""
     return read_record(Comparison, folder / COMPARISON, strict=True)
+
+
+class ReadingsSheet(JsonRecord):
+    """The file of the readings, for the person who signs the report."""
+
+    name: str
+    """Name of the file, as the user or the lab gave it."""
+    sha256: str
+    """SHA-256 of the file's content."""
+    operator: str | None
+    """Name of the person who took the readings; None if no note has it."""
+    date: str | None
+    """Date of the readings, as the lab writes it; None if no note has it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """One trial with the results of its stages."""
+
+    name: str
+    note: str = ""
+    outline: Outline
+    solid: Solid
+    trajectory: Trajectory
+    run: Run
+    profile: Profile  # The simulated level
+    seeds: SeedRuns | None = None  # Runs whose mean is ``profile``; None for a single run
+    readings: Profile | None = None  # None without a caliper sheet; the report then shows only the simulation
+    comparison: Comparison | None = None  # Comparison of profile and readings; None without readings
+    prediction: PredictedLevel | None = None  # Of a run without readings; None without extra runs
+    volume_ratio: float
+    overlay_path: Path
+    straight_path: Path  # Picture of the photo along the crack
+    photo_data: DataKind
+    provenance: dict[str, str]  # Versions, device, seed, times and hashes, in the order of the report
+    commands: tuple[str, ...] = ()  # Commands that make this report again, in order
+    sheet: ReadingsSheet | None = None  # File of the readings; None without readings
+    edited: tuple[str, ...] = ()  # Files of the run that were changed after their stage wrote them
+    extra_runs: str = ""  # Time in words that 'sealtwin validate RUN --uncertainty' takes; empty if unknown
+    frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time
+    can_be_planned: bool = False  # True if 'sealtwin plan' takes the sealant
+
+
+def provenance(
+    facts: dict[str, str], device: str, seed: Any, versions: dict[str, str], numbers: Mapping[str, int]
+) -> dict[str, str]:
+    """Return the origin of a report: program, machine, ``facts``, and the device, seed and versions of the run.
+
+    ``numbers`` are the stage numbers with which the results were computed.
+    """
+    return {
+        "sealtwin": version("sealtwin"),
+        "stage numbers": number_words(numbers),
+        "system": f"{platform.system()} {platform.machine()}",
+        **facts,
+        "device": device,
+        **({} if seed is None else {"seed": str(seed)}),
+        **{name: text for name, text in versions.items() if name != "sealtwin"},
+    }
+
+
+class ErrorBar(JsonRecord):
+    """One line of a small bar chart."""
+
+    name: str
+    """The level that has this error."""
+    error_mm: float
+    """Mean error against the same readings."""
+    own: bool
+    """True for the simulation."""
+
+
+class Tile(JsonRecord):
+    """One of the four figures."""
+
+    title: str
+    """The question that it answers."""
+    figure: str
+    """The figure with its unit, or one word."""
+    text: str
+    """Its meaning, interval or parts, in a sentence or two."""
+    bars: tuple[ErrorBar, ...] = ()
+    """Errors to compare it with."""
+
+
+class FirstPage(JsonRecord):
+    """First page of the report, without its figure."""
+
+    subject: str
+    """Size of the crack and amount of sealant."""
+    state: str
+    """State of the verdict in a few words, with a mark."""
+    verdict: str
+    """The result in a sentence or two."""
+    lead: tuple[str, ...]
+    """Sentences on the line and the dots, and on where the line is off."""
+    labels: tuple[tuple[str, str], ...]
+    """Reservations: a word and a text."""
+    tiles: tuple[Tile, ...]
+    """The four figures."""
+    notes: tuple[tuple[str, str], ...]
+    """Sentences on what the level depends on, and the trial's note: a word and a text."""
+
+
+class ReadingsFile(ReadingsSheet):
+    """The file of the readings."""
+
+    dialect: str
+    """A sentence on how the sheet was interpreted."""
+    data: DataKind
+    """Origin of the readings; only measured data can validate."""
+
+
+class ReportData(JsonRecord):
+    """Report of one trial: its result, what the page states about it, and its origin."""
+
+    schema_version: Literal[4] = 4
+    """Version of this form. Programs for one version cannot read another."""
+    name: str
+    """Name of the trial."""
+    note: str
+    """Note of the trial, in its user's words."""
+    first_page: FirstPage
+    """The first page in words: verdict, two sentences, four figures."""
+    headline: tuple[Fact, ...]
+    """First findings of the report: on the gate, the baselines and the use of the readings."""
+    outcome: Outcome
+    """passed, failed: the gate is outside the mean error's 95 % interval, or a particle escaped. undecided: the gate is
+    inside this interval, there are too few readings, or files were edited by hand. open: no readings, or no gate
+    declared."""
+    edited: tuple[str, ...]
+    """Files of the run that were changed after their stage wrote them. If there is one, nothing in the report is a
+    result."""
+    cautions: tuple[Fact, ...]
+    """Warnings to be read before any number."""
+    photo_data: DataKind
+    """Origin of the photo or the mesh; only measured data can validate."""
+    readings: ReadingsFile | None
+    """File of the readings; None if there are no readings."""
+    comparison: Comparison | None
+    """Figures of simulated against measured level, and the verdict; None if there are no readings."""
+    prediction: PredictedLevel | None
+    """Level of a run without readings, with its band; None if there are readings, or no extra runs."""
+    seeds: SeedRuns | None = IF_SEVERAL
+    """Runs that differ only in the seed, whose mean is the level; left out if there is one run."""
+    uncertainty: tuple[Fact, ...]
+    """Several runs whose mean is the level; findings on the uncertainty, and on what the intervals do not include."""
+    assumptions: tuple[Fact, ...]
+    """Assumptions of the model, and data that no metric includes."""
+    figures: tuple[Fact, ...]
+    """Volume of the dispensed sealant at each place, and the numbers that the run recorded about itself."""
+    provenance: dict[str, str]
+    """Versions, device, seed, dates and hashes."""
+    commands: tuple[str, ...]
+    """Commands that make this report again, in order."""
+    tables: tuple[PageTable, ...]
+    """All tables of the page."""
+
+    @property
+    def faults(self) -> tuple[Fact, ...]:
+        """Cautions without the one on data that were not measured, which is on the first page."""
+        return without(self.cautions, NOT_A_VALIDATION)
+
+    @property
+    def tone(self) -> Outcome:
+        """Outcome that sets the verdict's colour: "passed" counts as "open" unless the readings were held out."""
+        held_out = self.comparison is not None and self.comparison.role == "held-out"
+        return "open" if self.outcome == "passed" and not held_out else self.outcome
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of report.json, with the meaning of each field and units of numbers."""
+    content: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    content |= ReportData.model_json_schema(mode="serialization")
+    modules = settings, comparison, intervals, units, solid_figures, facts, sys.modules[__name__]
+    for record in (content, *content["$defs"].values()):
+        # The docstring of a table of settings ends with a list of its fields.
+        record["description"] = record["description"].partition("\n\nParameters\n")[0]
+        meanings = described(next(vars(one)[record["title"]] for one in modules if record["title"] in vars(one)))
+        for name, field in record.get("properties", {}).items():
+            field |= {"description": meaning} if (meaning := meanings.get(name)) else {}
+            if record is not content and '"number"' in json.dumps(field):
+                field.setdefault("unit", "1" if name.startswith("share") else unit_of(name))
+    return content
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(schema(), indent=2, ensure_ascii=False) + "\n")

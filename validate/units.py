@@ -11,7 +11,6 @@ from pydantic import ConfigDict, with_config
 from sealtwin.core.records import Floats
 
 NOT_RECORDED = "not recorded"
-NOT_COMPUTED = "not computed by the fast model"
 
 
 @with_config(ConfigDict(extra="forbid"))
@@ -56,22 +55,51 @@ def percent(share: float, decimals: int = 1) -> str:
     return f"{100 * share:.{decimals}f} %"
 
 
+def name_and_unit(key: str) -> tuple[str, str]:
+    """Return a name in the code as words, and its unit: "frame_s" is "frame" and "s". A pure number has no unit."""
+    ending = next((ending for ending in UNITS if key.endswith(ending)), "")
+    return key.removesuffix(ending).replace("_", " "), UNITS.get(ending, "")
+
+
 def words(key: str) -> str:
     """Return a name in the code as words, its unit in brackets: "frame_s" is "frame (s)"."""
-    ending = next((ending for ending in UNITS if key.endswith(ending)), "")
-    name = key.removesuffix(ending).replace("_", " ")
-    return f"{name} ({UNITS[ending]})" if ending else name
+    name, unit = name_and_unit(key)
+    return f"{name} ({unit})" if unit else name
 
 
 def setting_name(setting: str) -> str:
     """Return a setting of a trial, given by dotted name, in words without a unit: "yield stress"."""
     own: dict[str, str] = LABELS["settings"]
-    return own.get(setting) or words(setting.rpartition(".")[2]).partition(" (")[0]
+    return own.get(setting) or name_and_unit(setting.rpartition(".")[2])[0]
+
+
+LONGEST_VALUE = 120
+"""Largest number of characters of a setting that are shown; a board of markers has a thousand."""
+
+
+def setting_words(value: Any) -> str:
+    """Return a setting's value as text; "-" if it is not set."""
+    match value:
+        case None:
+            words = "-"
+        case bool():
+            words = "yes" if value else "no"
+        case float():
+            words = f"{value:.10g}"
+        case dict():
+            words = ", ".join(f"{name} {setting_words(inner)}" for name, inner in value.items())
+        case list() | tuple() if any(isinstance(inner, dict | list | tuple) for inner in value):
+            words = f"{len(value)}: {' '.join(f'({setting_words(inner)})' for inner in value)}"
+        case list() | tuple():
+            words = ", ".join(map(setting_words, value))
+        case _:
+            words = str(value)
+    return words if len(words) <= LONGEST_VALUE else f"{words[:LONGEST_VALUE]} ..."
 
 
 def unit_of(key: str) -> str:
     """Return the unit that a name in the code ends with; "1" for a pure number."""
-    return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), "1")
+    return name_and_unit(key)[1] or "1"
 
 
 def plain(value: Any) -> str:

@@ -7,7 +7,7 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
-from sealtwin.plan.make_plan import Options, case_of, plan_on
+from sealtwin.plan import PlanOptions, make_plan
 from sealtwin.plan.verify import Verifier, misfit
 from tests.shapes import straight_slot
 
@@ -19,7 +19,7 @@ SAMPLE = Sample(OUTLINE, SOLID, plan_trajectory(OUTLINE, OWN.path, SOLID.cavity_
 
 def filled(path, more=1.0):
     path = plan_trajectory(OUTLINE, path, SOLID.cavity_volume_mm3, SOLID.sections)
-    bed = case_of(SAMPLE, OWN).fill(replace(path, flow_mm3_s=more * path.flow_mm3_s))
+    bed = make_plan.case_of(SAMPLE, OWN).fill(replace(path, flow_mm3_s=more * path.flow_mm3_s))
     return bed.sections.s_mm, bed.level_mm
 
 
@@ -28,8 +28,8 @@ class Lower(Verifier):
         return [Profile(s_mm, level_mm - 0.5) for s_mm, level_mm in (filled(path) for _, path, _ in paths)]
 
 
-verifier, options = Lower(OWN.shown_by.file, OWN, SAMPLE, "cpu", Progress()), Options(rounds=2, seeds=1, drafts=False)
-first, *_, last = plan_on(verifier, options, []).rounds
+verifier = Lower(OWN.shown_by.file, OWN, SAMPLE, "cpu", Progress())
+first, *_, last = make_plan.plan_on(verifier, PlanOptions(verify=2, seeds=1, accurate=True), []).rounds
 before, after = (misfit(SAMPLE, *filled(plan.path, 1.1)).over_mm3 for plan in (first, last))
 figures = f"{after:.0f} mm3 over the face with 10 % more flow, {before:.0f} before the correction"
 print("right:" if after <= 1.001 * before else "silent:", figures)

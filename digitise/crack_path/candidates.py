@@ -205,10 +205,9 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     along = tuple(way.T)
     line_px = field.to_photo((way if way[0, 1] <= way[-1, 1] else way[::-1])[:, ::-1])
     width_px = float(np.median(field.width[along])) / field.scale
-    corners = cv2.approxPolyDP(way[:, None].astype(np.int32), STRAIGHT, False)[:, 0].astype(float)
+    corners, least = straight_legs(way, width_px * field.scale)
     turns = np.diff(corners, axis=0)
     lengths = np.linalg.norm(turns, axis=1)
-    least = max(LEAST_LEG, LEG_WIDTHS * width_px * field.scale)
     legs = float(lengths[lengths >= least].sum() / lengths.sum())
     unlike = _unlike(photo, line_px, width_px)
     clear = np.minimum(field.clear[along], CLEAR).astype(float)
@@ -224,6 +223,12 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
         clear=float(np.median(clear)),
         worst=float(np.convolve(clear, np.ones(stretch) / stretch, mode="valid").min()),
     )
+
+
+def straight_legs(cells: Floats | Integers, width: float) -> tuple[Floats, float]:
+    """Return the corners between the straight legs of a line, (n, 2), and the least length of a leg that counts."""
+    corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
+    return np.asarray(corners, dtype=float), max(LEAST_LEG, LEG_WIDTHS * width)
 
 
 def _stepped(turns: Floats, lengths: Floats) -> float:

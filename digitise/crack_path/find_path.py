@@ -14,7 +14,7 @@ from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
 from digitise.settings import CHOICE, MOST_RANKED, Pixel
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Fact, doubt, texts
 
 EDGES_FOUND = doubt(
     "path.inside-edges",
@@ -81,9 +81,9 @@ class CrackSearch:
         """
         photo, ranked = self.photo, self.cracks
         if not ranked:
-            where = " inside the edges of the sample" if EDGES_FOUND in self.warnings else ""
             raise InputError(
-                f"{photo.file}: no crack found{where}: nothing dark, thin and long stands out; give ends_px."
+                f"{photo.file}: no crack found: nothing dark, thin and long stands out; "
+                f"{'; '.join(('give ends_px', *texts(self.warnings)))}."
             )
         if number is not None and number > len(ranked):
             raise InputError(

@@ -13,11 +13,12 @@ import cv2
 import numpy as np
 from scipy.spatial import KDTree
 
+from digitise.crack_path.candidates import straight_legs
 from digitise.crack_path.hints import listed, snap_px
 from digitise.crack_path.line_map import CLEAR, LineMap, cheapest_legs, map_lines
 from digitise.crack_path.medial_axis import distance_outside
 from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
-from digitise.geometry.polyline import smoothed
+from digitise.geometry.polyline import extended, runs, smoothed
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
@@ -36,9 +37,7 @@ LIGHT = 0.5  # Step from ground to the light line over that from path to ground:
 NOT_DARK, BRIGHT = 0.9, 1.25  # Light of the path and of the light line over the ground's, above which it is refused
 LIGHT_CLEAR = 5.0  # Least median clearness of a light line that a refusal names
 
-STRAIGHT = 1.5  # Largest distance in cells of a straight leg from its chord
-LEAST_LEG, LEG_SHARE = 24.0, 0.15  # Least length of a leg along a joint: cells, and share of the path
-LEG_WIDTHS = 4.0  # The same in widths of the crack
+LEG_SHARE = 0.15  # Least length of a leg along a joint over the path's
 SMOOTHED = 2.0  # Cells over which the steps of the path are smoothed
 ONWARD = 28.0  # Cells beyond the corner, plus two widths, at which the joint goes on
 LEAST_APART, APART = 5.0, 1.5  # Distance from the path at which a place is not the path: cells, and widths
@@ -101,17 +100,21 @@ def lighter_line_between(photo: Photo, clicks_px: Floats) -> str:
 
 
 def bare_stretch(route: Route) -> Fact | None:
-    """Find the longest stretch that is as bright as the ground. Clicks at both of its ends confirm it."""
+    """Find the longest stretch that is as bright as the ground. Clicks at both of its ends confirm it.
+
+    A click that was moved to the beginning of such a stretch is beside the crack.
+    """
     count = int(max(STRETCH, STRETCH_WIDTHS * route.width_px * route.field.scale))
-    if len(route.clear) < 2 * count:
-        return None
     mean = _means(route.clear, count)
-    bounds = np.flatnonzero(np.diff(np.concatenate([[0], mean < NEAR_GROUND, [0]]))).reshape(-1, 2)
-    if len(bounds) == 0:
+    bounds = runs(mean < NEAR_GROUND)
+    if len(bounds) == 0 or len(route.clear) < 2 * count:
         return None
     first, last = max(bounds.tolist(), key=lambda stretch: stretch[1] - stretch[0])
     ends = [first, min(last + count - 1, len(route.clear) - 1)]
     where = f"{route.s_px[ends[1]] - route.s_px[ends[0]]:.0f} px from {listed(route.points_px[ends])} px"
+    if (first == 0 or last == len(mean)) and moved_click(route):
+        text = f"an end is not on a crack: beside it are {where} of plain ground; check ends_px"
+        return Fact("path.end-beside", text, kind="doubt", level="fault")
     clicked_px = np.linalg.norm(route.points_px[ends][:, None] - route.clicks_px, axis=2).min(axis=1)
     if _means(route.clear, int(LONG * count)).min() < AS_GROUND and clicked_px.max() > snap_px(route.photo):
         crosses = (
@@ -158,10 +161,10 @@ def along_joint(route: Route) -> Fact | None:
     """Find a straight leg of the path that goes on straight where the path turns off it, as a joint does."""
     cells = smoothed(route.cells[:, ::-1].astype(float), SMOOTHED)
     width = max(route.width_px * route.field.scale, 1.0)
-    corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
+    corners, least = straight_legs(cells, width)
     places = np.asarray(KDTree(cells).query(corners)[1])
     s = arc_length(cells)
-    least, beyond = max(LEAST_LEG, LEG_SHARE * float(s[-1]), LEG_WIDTHS * width), ONWARD + 2 * width
+    least, beyond = max(least, LEG_SHARE * float(s[-1])), ONWARD + 2 * width
     clear = cv2.dilate(np.minimum(route.field.clear, CLEAR), np.ones((3, 3), np.uint8))
     path, joints = KDTree(cells), list[tuple[float, int, int]]()
     for first, last in pairwise(places.tolist()):
@@ -188,12 +191,15 @@ def along_joint(route: Route) -> Fact | None:
 
 
 def moved_click(route: Route) -> Fact | None:
-    """Find a clicked end or point that is farther from the path than the crack is wide, or outside a wide crack."""
-    away_px, nearest = KDTree(route.points_px).query(route.clicks_px)
+    """Find a clicked end or point that is farther beside the path than the crack is wide, or outside a wide crack."""
+    # A crack fades at its tip: there a click may be ahead of the path.
+    ahead_px = snap_px(route.photo)
+    line_px = extended(route.points_px, ahead_px, ahead_px, 2 * route.width_px, 1.0)
+    away_px, nearest = KDTree(line_px).query(route.clicks_px)
     farthest = int(np.argmax(away_px))
     if away_px[farthest] <= max(route.width_px / 2, min(route.width_px, BESIDE_PX), 1 / route.field.scale):
         return None
-    places = listed(np.array([route.clicks_px[farthest], route.points_px[np.asarray(nearest)[farthest]]]))
+    places = listed(np.array([route.clicks_px[farthest], line_px[np.asarray(nearest)[farthest]]]))
     moved_px = float(away_px[farthest])
     text = f"a click was moved by {moved_px:.0f} px onto the nearest line, from {places} px"
     return doubt("path.moved-click", text, moved_px, "px")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from skimage.graph import route_through_array
 
 from digitise.crack_path.sample_mask import filled_polygon, sample_mask, surroundings
-from digitise.image.raster import Map, blurred, continued, resized, shrunk
+from digitise.image.raster import Map, blurred, blurred_copy, continued, resized, shrunk
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.photo import Photo
 from sealtwin.core.records import Floats, Integers
@@ -108,7 +108,7 @@ def map_lines(
     scale = min(1.0, WORK_PX / max(light.shape))
     size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
     light = shrunk(light, size)
-    allowed = shrunk(allowed.astype(np.float32), size) >= 254
+    allowed = shrunk(allowed, size) >= 254
     # Grain has equal contrast in shade and light if brightness is as displayed.
     shown = np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA).astype(np.float32)
     around = np.zeros_like(allowed)
@@ -181,10 +181,7 @@ def _noise(responses: NDArray[np.float32], usable: NDArray[np.bool_], sigma: flo
     few = np.abs(responses[:: DIRECTIONS // 4])
     limit = LOUD * float(np.median(few[:, usable])) if usable.any() else 0.0
     size = np.where(usable, np.minimum(few, limit).mean(axis=0), 0).astype(np.float32)
-    # A wide blur is computed on a smaller copy to save time.
-    times = max(1, int(sigma / 5))
-    small = max(1, size.shape[1] // times), max(1, size.shape[0] // times)
-    total, count = (blurred(shrunk(each, small), sigma / times) for each in (size, usable.astype(np.float32)))
+    total, count = (blurred_copy(each, sigma) for each in (size, usable.astype(np.float32)))
     return resized((MEAN_SIZE * total / np.maximum(count, 1e-3)).astype(np.float32), size.shape)
 
 

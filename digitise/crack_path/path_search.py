@@ -13,7 +13,7 @@ from digitise.crack_path.hints import CrackPath, check_hints, region_px, snap_px
 from digitise.crack_path.line_map import CLEAR, EVEN, LineMap, cheapest_legs, map_lines
 from digitise.crack_path.medial_axis import distance_outside
 from digitise.crack_path.profiles import width_along
-from digitise.image.raster import blurred
+from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
 from digitise.settings import Pixel
 from sealtwin.core.arc_length import arc_length
@@ -163,7 +163,7 @@ class LiveWire:
     def _on_crack(self, cells: Integers, points_px: Floats, width: float, limit_px: float) -> Integers:
         """Return the path from its first place on the crack to its last: a clear one that is darker than the ground."""
         clear = maximum_filter1d(self.field.clear_along(cells), 3)
-        around = blurred(self.field.shown, EVEN + 2 * width)
+        around = resized(blurred_copy(self.field.shown, EVEN + 2 * width), self.field.shown.shape)
         light = minimum_filter1d((self.field.shown / np.maximum(around, 1e-3))[tuple(cells.T)], 3)
         dark = light < (1 + float(np.median(light))) / 2
         is_clear = clear >= min(ON_CRACK, SHARE_ON_CRACK * float(np.median(clear)))

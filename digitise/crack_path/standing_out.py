@@ -5,7 +5,7 @@ from scipy.ndimage import median_filter
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
-from digitise.geometry.polyline import left_normals, resampled, smoothed
+from digitise.geometry.polyline import left_normals, resampled, runs, smoothed
 from digitise.image.raster import blurred, sampled
 from digitise.photo import Photo
 from sealtwin.core.records import Floats
@@ -42,18 +42,17 @@ def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
         sides.append(np.median(sampled(soft, places), axis=1))
     ratio = median_filter(np.log(np.maximum(sides[0], 1e-4) / np.maximum(sides[1], 1e-4)), size=STEADY)
     unlike = np.abs(ratio) > np.log(UNLIKE)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], unlike.astype(int), [0]])))
-    return int((edges[1::2] - edges[::2]).max(initial=0)) * step_px
+    return int(np.ptp(runs(unlike), axis=1).max(initial=0)) * step_px
 
 
-def band_px(photo: Photo, line_px: Floats, width_px: float, level: float = 0.5) -> float:
-    """Width in px of the dark band around a line, at a share ``level`` of its contrast to the ground far from it."""
+def band_px(photo: Photo, line_px: Floats, width_px: float) -> float:
+    """Width in px of the dark band around a line, at half of its contrast to the ground far from it."""
     profiles = profiles_across(photo, line_px, width_px, BAND[0] * width_px + BAND[1])
     light = np.nan_to_num(profiles.mean(), nan=np.nanmedian(profiles.light))
     profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)
     near = np.flatnonzero(np.abs(profiles.offset_px) <= max(width_px / 2, 2.0))
     middle = int(near[np.argmin(profile[near])])
-    bright = np.flatnonzero(profile >= profile[middle] + level * (1 - profile[middle]))
+    bright = np.flatnonzero(profile >= (1 + profile[middle]) / 2)
     return float(bright[bright > middle].min(initial=len(profile)) - bright[bright < middle].max(initial=-1) - 1)
 
 

@@ -1,8 +1,8 @@
 """Cracks that are given in mm or drawn in CAD, in place of a photo: what is required of their numbers."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from digitise.settings import Depth, FaceSide, OneOrSeveral, OnFace, Width, WidthTable, by_station, require_order
 from sealtwin.core.records import DataKind, Floats
@@ -74,6 +74,13 @@ class GivenDrawing(Settings):
     data: DataKind = "undeclared"
     """Origin of the drawing. Reports state it unless it is "measured"."""
 
+    @field_validator("walls")
+    @classmethod
+    def _of_two_layers(cls, walls: tuple[str, str] | None) -> tuple[str, str] | None:
+        if walls is not None and walls[0].upper() == walls[1].upper():
+            raise ValueError(f"{walls[0]} {walls[1]}: give two different layers, one for each wall")
+        return walls
+
     @model_validator(mode="after")
     def _one_way(self) -> Self:
         if (self.line is None) != (self.width_mm is None):
@@ -81,3 +88,9 @@ class GivenDrawing(Settings):
         if sum(given is not None for given in (self.outline, self.walls, self.line)) > 1:
             raise ValueError("give only one of outline, walls and line")
         return self
+
+    @property
+    def layers(self) -> dict[str, Any]:
+        """Arguments of ``drawn_crack``: the layers of the outline, of the walls, or of the line with its width."""
+        along = None if self.line is None else (self.line, self.width_mm)
+        return {"outline": self.outline, "walls": self.walls, "line": along}

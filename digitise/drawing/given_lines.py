@@ -70,11 +70,11 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
             f"{name}: the line is outside the face, {box_mm[2] - box_mm[0]:g} x {box_mm[3] - box_mm[1]:g} mm, or "
             "crosses its edge twice."
         )
-    first_mm, last_mm = (
-        end_mm if crossing is None else crossing.s_mm
-        for end_mm, crossing in zip((before_mm, before_mm + s_mm[-1]), crossed, strict=True)
-    )
+    # The resampled line is shorter: it cuts the corners.
     s_mm = arc_length(line_mm)
+    first_mm, last_mm = (
+        end_mm if crossing is None else crossing.s_mm for end_mm, crossing in zip((0.0, s_mm[-1]), crossed, strict=True)
+    )
     wide_mm = np.interp(s_mm - before_mm, *width_mm.T)
     across_mm = wide_mm[:, None] / 2 * rays_across(line_mm, mean_mm, crossed)
     lines_mm = np.hstack([line_mm, line_mm + across_mm, line_mm - across_mm])

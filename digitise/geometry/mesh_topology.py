@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Integers
 
 CONTACT_MM = 1e-5  # Overlap that is rounding, not crossing: a float32 file moves a vertex at 100 mm by as much
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds its vertices
-AT_ONCE = 32  # Faces that are compared with all others in reach at a time, for little memory
+FEW = 128  # Faces that are not halved, and that are compared with all others in reach at a time, for little memory
+WORTH = 0.75  # Largest number of pairs in both halves, over that in the whole, for which faces are halved
 
 
 def directed_edges(faces: Integers) -> Integers:
@@ -39,47 +39,54 @@ def mesh_volume_mm3(vertices_mm: Floats, faces: Integers) -> float:
 
 def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
     """Return pairs of faces that cross along a segment, (n, 2). Coplanar overlap is not searched for."""
-    crossing = [
-        pairs[_pierces(vertices_mm, faces, pairs) | _pierces(vertices_mm, faces, pairs[:, ::-1])]
-        for pairs in _close_pairs(vertices_mm[faces])
-    ]
-    return np.concatenate(crossing)
-
-
-def _close_pairs(corners: Floats) -> Iterator[Integers]:
-    """Yield pairs of faces whose boxes overlap, (n, 2), the smaller index first, by a sweep along the longest side."""
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    axis = int(np.ptp(low, axis=0).argmax())
-    order = np.argsort(low[:, axis])
-    ends = np.searchsorted(low[order, axis], high[order, axis], side="right")
-    for begin in range(0, len(order), AT_ONCE):
-        some, rows = order[begin : begin + AT_ONCE], order[begin : ends[begin : begin + AT_ONCE].max()]
-        near = np.ones((len(some), len(rows)), dtype=bool)
-        for lower, upper in zip(low.T, high.T, strict=True):
-            near &= (lower[some, None] <= upper[rows]) & (lower[rows] <= upper[some, None])
-        one, other = np.triu(near, 1).nonzero()
-        yield np.sort(np.column_stack([some[one], rows[other]]), axis=1)
-
-
-def _pierces(vertices_mm: Floats, faces: Integers, pairs: Integers) -> NDArray[np.bool_]:
-    """Return True for each pair in which an edge of the first face pierces the second by more than a contact, (n,)."""
-    start, triangle = vertices_mm[faces[pairs.T]]
-    normal = normals(triangle)
+    corners = vertices_mm[faces]
+    normal = normals(corners)
     area = np.linalg.norm(normal, axis=1)
     # A needle has no plane: its normal is NaN, and all comparisons are false.
     normal /= np.where(area < CONTACT_MM**2, np.nan, area)[:, None]
-    height = np.einsum("nij,nj->ni", start - triangle[:, :1], normal)
+    crossing = [
+        pairs[_piercing(corners, normal, *pairs.T)]
+        for close in _close_pairs(corners.min(axis=1), corners.max(axis=1), np.arange(len(faces)))
+        for pairs in (close, close[:, ::-1])
+    ]
+    return np.unique(np.sort(np.concatenate(crossing), axis=1), axis=0)
+
+
+def _close_pairs(low: Floats, high: Floats, some: Integers) -> Iterator[Integers]:
+    """Yield pairs of faces whose boxes overlap, (n, 2). A pair may come twice.
+
+    The faces are halved at a plane as long as few are on both sides of it. Boxes that only touch are not yielded: their
+    faces are on two sides of a plane, or both in it.
+    """
+    middle = (low[some] + high[some]).mean(axis=0) / 2
+    below, above = low[some] <= middle, high[some] > middle
+    work = below.sum(axis=0) ** 2 + above.sum(axis=0) ** 2
+    if len(some) > FEW and work.min() < WORTH * len(some) ** 2:
+        for side in (below, above):
+            yield from _close_pairs(low, high, some[side[:, work.argmin()]])
+        return
+    for rows in np.array_split(some, len(some) // FEW + 1):
+        near = rows[:, None] < some
+        for lower, upper in zip(low.T, high.T, strict=True):
+            near &= (lower[rows, None] < upper[some]) & (lower[some] < upper[rows, None])
+        one, other = near.nonzero()
+        yield np.column_stack([rows[one], some[other]])
+
+
+def _piercing(corners: Floats, normal: Floats, one: Integers, other: Integers) -> Integers:
+    """Return the indices of the pairs in which an edge of ``one`` pierces ``other`` by more than a contact."""
+    height = np.einsum("nij,nj->ni", corners[one] - corners[other, :1], normal[other])
     end_height = np.roll(height, -1, axis=1)
     # An edge that shares a vertex with the triangle has a height of 0 there.
     through = (np.minimum(height, end_height) < -CONTACT_MM) & (np.maximum(height, end_height) > CONTACT_MM)
     pair, edge = through.nonzero()
     share = height[pair, edge] / (height - end_height)[pair, edge]
-    start, triangle, end = start[pair, edge], triangle[pair], start[pair, (edge + 1) % 3]
+    start, end, triangle = corners[one[pair], edge], corners[one[pair], (edge + 1) % 3], corners[other[pair]]
     point = start + share[:, None] * (end - start)
     side = np.roll(triangle, -1, axis=1) - triangle
-    inward = np.cross(normal[pair, None], side)
+    inward = np.cross(normal[other[pair], None], side)
     inside = ((point[:, None] - triangle) * inward).sum(axis=2) > CONTACT_MM * np.linalg.norm(side, axis=2)
-    return np.isin(np.arange(len(pairs)), pair[inside.all(axis=1)])
+    return pair[inside.all(axis=1)]
 
 
 @dataclass(frozen=True)

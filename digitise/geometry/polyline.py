@@ -176,3 +176,8 @@ def to_left(vector: Floats) -> Floats:
 def unit(vector: Floats) -> Floats:
     """Return the vector divided by its length."""
     return vector / np.linalg.norm(vector)
+
+
+def runs(where: NDArray[np.bool_]) -> Integers:
+    """Return the first index of each run of True and one past its last, (runs, 2)."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], where.astype(int), [0]]))).reshape(-1, 2)

@@ -71,10 +71,9 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
         alpha = photo.convert("RGBA").getchannel("A") if photo.has_transparency_data else 255
         clear = float(np.mean(np.asarray(alpha) < 255))
         text = f"{clear:.2%} of the photo is transparent; its hidden colours were used"
-        pixels = np.asarray(photo.convert("RGB"))
-        return Decoded(
-            image=pixels, focal_px=focal_px, warnings=(doubt("photo.transparent", text, clear),) if clear else ()
-        )
+        doubts = (doubt("photo.transparent", text, clear),) if clear else ()
+        pixels = np.asarray(photo if photo.mode == "RGB" else photo.convert("RGB"))
+        return Decoded(image=pixels, focal_px=focal_px, warnings=doubts)
 
 
 def take_photo(image: NDArray[np.generic], name: str) -> Decoded:

@@ -16,6 +16,13 @@ def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
 
 
+def blurred_copy(picture: Map, sigma_px: float) -> Map:
+    """Return a blurred copy, smaller for a wide blur to save time."""
+    times = max(1, int(sigma_px / 5))
+    small = max(1, picture.shape[1] // times), max(1, picture.shape[0] // times)
+    return blurred(shrunk(picture, small), sigma_px / times)
+
+
 def continued(picture: Map, valid: NDArray[np.bool_], sigma_px: float) -> Map:
     """Return the Gaussian mean of the valid pixels around each pixel. Far from all valid pixels, it is their median."""
     weight = valid.astype(np.float32)
@@ -24,7 +31,7 @@ def continued(picture: Map, valid: NDArray[np.bool_], sigma_px: float) -> Map:
     return np.asarray(mean, dtype=np.float32)
 
 
-def shrunk(picture: Map, size_px: tuple[int, int]) -> Map:
+def shrunk(picture: Map | NDArray[np.uint8], size_px: tuple[int, int]) -> Map:
     """Scale down to a width and height; each new pixel is the mean of the pixels that it covers."""
     return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), dtype=np.float32)
 

@@ -26,6 +26,7 @@ from digitise.geometry.polyline import (
     cross,
     nearest_side,
     resampled,
+    runs,
     signed_area,
     smoothed,
     to_left,
@@ -189,7 +190,7 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
     order = np.roll(np.arange(len(rim_mm)), -int(beyond_mm.argmin()))
     rim_mm, beside, s_mm = rim_mm[order], beyond_mm[order] > 0, arc_length(path_mm)
     at_rim_mm, main, arms = s_mm[nearest[order]], np.ones(len(rim_mm), dtype=bool), list[Floats]()
-    for begin, end in np.flatnonzero(np.diff(np.concatenate([[0], beside, [0]]))).reshape(-1, 2).tolist():
+    for begin, end in runs(beside).tolist():
         room_mm, (first_mm, last_mm) = rim_mm[begin:end], np.sort(at_rim_mm[[begin, end - 1]])
         # A room next to an end belongs to that end.
         if first_mm < width_mm / 2 or last_mm > s_mm[-1] - width_mm / 2:

@@ -2,25 +2,35 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 from scipy.spatial.transform import Rotation
 
+from digitise.robots.programs import CSV, GCODE, TXT, URSCRIPT, InCell, LanguageSettings
 from digitise.robots.pump import Pump
+from digitise.robots.spel import SPEL
 from digitise.settings import OnFace
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
-Format = Literal["txt", "csv", "spel", "gcode", "urscript"]
-FORMATS: tuple[Format, ...] = get_args(Format)
-
-InCell = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate in mm of the robot: no arm reaches ten metres
-Angle = Annotated[float, Field(ge=-360, le=360)]
-SPEL_POINTS = 1000  # Number of points in an Epson controller's point file, P0 to P999
-STEADY = (("spel", "motion", "curve"), ("spel", "dispenser", "output"), ("urscript", "dispenser", "digital"))
+LANGUAGES = {language.name: language for language in (TXT, CSV, SPEL, GCODE, URSCRIPT)}
+"""Every language. Cell files, --format, plans and reports read this table."""
+if TYPE_CHECKING:
+    Format = str
+    AnyFormat = str
+    LanguageTables = Settings
+else:
+    Format, AnyFormat = Literal[tuple(LANGUAGES)], Literal[(*LANGUAGES, "all")]
+    # A table for each language that has settings, under the language's name.
+    LanguageTables = create_model(
+        "LanguageTables",
+        __base__=Settings,
+        **{name: (language.settings | None, None) for name, language in LANGUAGES.items() if language.settings},
+    )
+Table = TypeVar("Table", bound=LanguageSettings)
 THINNEST_MM = 5.0  # Least RMS spread of taught points off their line: below it, an error of 0.2 mm tips the face by 2°
 
 
@@ -84,80 +94,7 @@ class Plunger(Settings):
         return math.pi / 4 * self.diameter_mm**2
 
 
-class Spel(Settings):
-    """Settings of an Epson arm and its SPEL+ program."""
-
-    motion: Literal["curve", "move"] = "curve"
-    """curve: Curve and CVMove, one speed all along the crack; move: Move ... CP from point to point, each with its
-    speed, for paths whose speed or dose changes."""
-    dispenser: Literal["output", "z", "s", "t"]
-    """output: a bit switches a dispenser of constant flow on and off. z, s or t: that axis presses the plunger. With z
-    the arm can no longer lift the nozzle, as in the paper. With s or t, the other one of these added axes is sent to 0.
-    """
-    output_bit: int | None = Field(default=None, ge=0, le=8191)
-    """Number of the bit for dispenser = "output"."""
-    axis_start_mm: InCell | None = None
-    """Coordinate of the axis z, s or t at which the plunger is ready to give sealant."""
-    axis_gives: Literal["+", "-"] = "-"
-    """Direction of the axis, + or -, that presses the plunger. With the paper's z axis it is down."""
-    hand: Literal["right", "left"] = "right"
-    """Posture of the arm. The elbow of a SCARA is on the opposite side."""
-    u_deg: Angle = 0.0
-    """Angle of the tool about the vertical. It is constant along the path, because a nozzle is round."""
-    vw_deg: tuple[Angle, Angle] | None = None
-    """Angles V and W of a six-axis arm with the nozzle down; omit them for a SCARA."""
-    tool: int = Field(default=0, ge=0, le=15)
-    """Number of the tool whose tip is the nozzle's tip; 0 is the bare flange."""
-    local: int = Field(default=0, ge=0, le=15)
-    """Number of the local frame in which robot_mm was read; 0 is the robot's own frame."""
-    first_point: int = Field(default=0, ge=0, lt=SPEL_POINTS)
-    """Number of the first point that the program uses. Points of its robot from this number on are overwritten."""
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
-        if len({self.dispenser == "output", self.output_bit is not None, self.axis_start_mm is None}) > 1:
-            raise ValueError('dispenser = "output" needs output_bit alone, and z, s or t need axis_start_mm alone')
-        if self.motion == "curve" and self.dispenser in ("s", "t"):
-            raise ValueError(
-                f'dispenser = "{self.dispenser}" cannot be combined with motion = "curve", since a Curve has no added '
-                'axis: give motion = "move"'
-            )
-        return self
-
-
-class Gcode(Settings):
-    """Settings of a gantry with an extruder."""
-
-    cold_extrusion: bool = False
-    """Write M302 P1, without which Marlin silently moves no extruder below 170 degrees."""
-
-
-class Urscript(Settings):
-    """Settings of an arm of Universal Robots."""
-
-    blend_mm: float = Field(default=0.4, gt=0.01, le=20)
-    """Radius of the blend at each waypoint. It must be less than half the spacing, which is 1 mm by default. Without a
-    blend the arm would stop at each waypoint."""
-    dispenser: Literal["analog", "digital"]
-    """analog: a standard analog output, proportional to the flow. digital: a standard output that is on or off."""
-    port: int = Field(ge=0, le=7)
-    """Number of the output: analog 0 or 1, digital 0 to 7."""
-    full_flow_mm3_s: float | None = Field(default=None, gt=1e-3, le=1e6)
-    """Flow at the output's full level, for dispenser = "analog"."""
-    tool_turn_deg: Angle = 0.0
-    """Angle of the tool about the nozzle, measured from the robot's x axis. It keeps a camera or a cable at the tool's
-    side clear."""
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
-        if (self.dispenser == "analog") != (self.full_flow_mm3_s is not None):
-            raise ValueError('full_flow_mm3_s and dispenser = "analog" go together: give both or neither')
-        if self.dispenser == "analog" and self.port > 1:
-            raise ValueError(f"port is {self.port}: give 0 or 1, the standard analog outputs")
-        return self
-
-
-class RobotCell(Settings):
+class RobotCell(LanguageTables):
     """Content of a cell file."""
 
     name: Annotated[str, Field(min_length=1, max_length=80)]
@@ -175,25 +112,36 @@ class RobotCell(Settings):
     pump: Pump | None = None
     """Weighings of the pump. With them, programs request the flow at which the pump gives what the path needs. Default:
     the pump gives what is requested."""
-    spel: Spel | None = None
-    gcode: Gcode | None = None
-    urscript: Urscript | None = None
+
+    @property
+    def languages(self) -> dict[str, LanguageSettings]:
+        """Tables of languages that the cell has, by the language's name."""
+        tables = {name: getattr(self, name, None) for name in LANGUAGES}
+        return {name: table for name, table in tables.items() if table is not None}
+
+    def table(self, kind: type[Table]) -> Table:
+        """Return the table of a language by its class. Raises ValueError if the cell has none."""
+        return present(next((it for it in self.languages.values() if isinstance(it, kind)), None), kind.__name__)
 
     @property
     def steady_settings(self) -> list[str]:
         """Settings, as written in the file, that keep a program at one speed or one flow."""
-        return [
-            f'{kind}.{name} = "{value}"'
-            for kind, name, value in STEADY
-            if kind in self.formats and getattr(getattr(self, kind), name) == value
-        ]
+        tables = {name: table for name, table in self.languages.items() if name in self.formats}
+        return [f"{name}.{setting}" for name, table in tables.items() for setting in table.steady]
+
+    @property
+    def flow_limits_mm3_s(self) -> list[float]:
+        """Largest flows of the plunger, and of the languages that have one."""
+        flows = [table.largest_flow_mm3_s for table in self.languages.values()]
+        flows += [] if self.plunger is None else [self.plunger.area_mm2 * self.plunger.largest_speed_mm_s]
+        return [flow for flow in flows if flow is not None]
 
     def missing_for(self, kind: Format) -> str | None:
         """Return the table that a format needs and the cell does not have; None if no table is missing."""
-        if kind in ("spel", "gcode", "urscript") and getattr(self, kind) is None:
-            return kind
-        presses = kind == "gcode" or (kind == "spel" and self.spel is not None and self.spel.dispenser != "output")
-        return "plunger" if presses and self.plunger is None else None
+        table = self.languages.get(kind)
+        if table is None:
+            return kind if LANGUAGES[kind].settings else None
+        return "plunger" if table.presses_plunger and self.plunger is None else None
 
     @model_validator(mode="after")
     def _tables_for_formats(self) -> Self:
@@ -201,6 +149,15 @@ class RobotCell(Settings):
             if (table := self.missing_for(kind)) is not None:
                 raise ValueError(f'formats has "{kind}", but there is no [{table}] table: add it, or remove "{kind}"')
         return self
+
+
+class ProgramOptions(Settings):
+    """Choice of the programs to write: options of 'sealtwin robot', keywords of ``write_robot_program``."""
+
+    formats: tuple[AnyFormat, ...] = ()
+    """Formats to write; all: each format that has a table in the cell. Default: the cell's formats."""
+    allow_automatic: bool = False
+    """Accept a crack that was found automatically; check it first."""
 
 
 @dataclass(frozen=True)

@@ -1,25 +1,21 @@
 """The nozzle's path in the robot's frame, checked against the limits of its cell; its tables, and text for programs."""
 
-import re
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from operator import attrgetter
 
 import numpy as np
 
-from digitise.robots.cell import RobotCell, RobotFrame, fit_frame
+from digitise.robots.cell import LANGUAGES, RobotCell, RobotFrame, fit_frame
+from digitise.robots.programs import EVEN
 from digitise.robots.pump import PumpTable
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Trajectory
 
 ROUNDING = 1e-6  # Rounding of trajectory.csv, which has six decimals
-EVEN = 1e-4  # Relative range of a speed or flow that counts as one, after that rounding
 MUCH_GROWTH = 2.0  # Growth of a touch error that gives a warning: 0.2 mm, a good touch by hand, becomes more than 0.4
 
 Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sentence for that case
-NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")  # Signs with a meaning to some controller: GRBL executes ?, ! and ~
-LONGEST = 120
 
 
 @dataclass(frozen=True)
@@ -129,9 +125,12 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
     warnings, hold_s = _warnings(trajectory, frame, cell), 0.0
     if pump is not None:
         hold_s = float(np.interp(trajectory.flow_mm3_s[trajectory.giving.start], pump.given_mm3_s, pump.delay_s))
-        if hold_s > 0 and cell.spel is not None and cell.spel.dispenser != "output":
-            delay = f"a SPEL+ program whose axis presses the plunger cannot wait for the pump's delay of {hold_s:.2g} s"
-            warnings = (*warnings, f"{delay}; digitise with a path.lead_in_mm, and start the plunger by hand")
+        warnings += tuple(
+            f"a {LANGUAGES[name].title} program whose axis presses the plunger cannot wait for the pump's delay of "
+            f"{hold_s:.2g} s; digitise with a path.lead_in_mm, and start the plunger by hand"
+            for name, table in cell.languages.items()
+            if hold_s > 0 and not table.waits_for_pump
+        )
         placed = replace(placed, flow_mm3_s=pump.asked_for(trajectory.flow_mm3_s))
         warnings = (*warnings, *pump.warnings)
     path = RobotPath(placed, frame, cell, cell_file, warnings, trajectory.dispensed_mm3, hold_s, pump is not None)
@@ -207,8 +206,3 @@ def _warnings(trajectory: Trajectory, frame: RobotFrame, cell: RobotCell) -> tup
             f"path.lead_in_mm or path.ramp_mm of at least {needed_mm:.1f}"
         )
     return tuple(warnings)
-
-
-def comments(mark: str, lines: Iterable[str]) -> list[str]:
-    """Return each line as a comment of letters, digits and signs without meaning to any controller."""
-    return [f"{mark} {NOT_PLAIN.sub('_', line)[:LONGEST]}".rstrip() for line in lines]

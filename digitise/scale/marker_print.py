@@ -1,13 +1,15 @@
 """Draw a frame of markers to print, cut out and lay level with a sample's face, and its table for the trial file."""
 
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from pydantic import Field
 
 from digitise.scale.marker_scale import RULER_MM, black_modules
-from digitise.settings import Dictionary, Marker, MarkerBoard
+from digitise.settings import Dictionary, FaceSide, Marker, MarkerBoard
 from sealtwin.core.errors import InputError
+from sealtwin.core.settings import Settings
 
 if TYPE_CHECKING:
     from fpdf import FPDF
@@ -29,6 +31,21 @@ INSTRUCTIONS = (
     "Cut out the opening, and lay the frame level with the cracked face, with this text upright in the photo.",
     "Each mm above or below the face changes every length by 1 mm / distance to the camera: 0.33 % at 300 mm.",
 )
+
+
+class MarkerFrame(Settings):
+    """A frame of markers to print: options of 'sealtwin markers'."""
+
+    face_mm: tuple[FaceSide, FaceSide]
+    """Size of the sample's face, which is the opening of the frame."""
+    size_mm: float = Field(default=16.0, ge=5, le=200)
+    """Outer edge of a marker's black square."""
+    dictionary: Dictionary = "4x4_50"
+    """Dictionary of the markers: cells across and number of markers, or an AprilTag family."""
+    count: Literal["4", "8"] = "8"
+    """4: at the corners of the face; 8: also in the middle of its sides."""
+    paper: Literal["a4", "a3", "letter"] = "a4"
+    """Size of the paper, portrait or landscape."""
 
 
 def frame_pdf(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> bytes:

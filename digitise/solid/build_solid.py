@@ -29,6 +29,12 @@ from sealtwin.core.solid_figures import ClosingDepth, EndOfCrack, SolidFigures, 
 
 JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
 LEAST_CLOSED = 0.02  # Share of a crack with meeting funnel walls that gives a warning: at closed tips they always meet
+MOST_APART = 0.08  # Largest difference of the cavity from its sections, as a share; 31 drawn cracks have 0.05 at most
+BENDS = (
+    "The cavity has {:.2f} times the volume of its sections along the crack: the crack bends so sharply for its width "
+    "and tilt that parts of it meet, or that the ground beyond an end takes part of it. Look at crack.stl, and reduce "
+    'wall_angle_deg or choose tilt = "vertical".'
+)
 TABLE_SHORT_MM = 2.0  # Length of crack beyond its table of depths without a warning: ends are uncertain by as much
 ATTEMPTS = 6
 LEAST_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's: less means that the crack leaves the sample
@@ -73,7 +79,8 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     dam_mm3 = dam_area.area() * (shape.dam_height_mm - bottom_mm)
     cavity_mm3 = footprint.block.area() * -bottom_mm + dam_mm3 - mesh_volume_mm3(vertices_mm, faces)
     mouth_mm, floor_mm = _widths_mm(outline, shape)
-    closing = _closing_depth(outline, shape)
+    closing, ratio = _closing_depth(outline, shape), cavity_mm3 / volume_mm3
+    apart = not outline.branches_kept and abs(ratio - 1) > MOST_APART
     return Solid(
         vertices_mm=vertices_mm,
         faces=faces,
@@ -101,6 +108,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
                 *footprint.warnings,
                 *table_warnings,
                 *_tilt_warnings(outline, shape, closing),
+                *([doubt("solid.parts-meet", BENDS.format(ratio), ratio)] if apart else []),
                 *doubts_of(shape, width_mm=outline.mean_width_mm),
             ),
         ),

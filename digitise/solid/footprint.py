@@ -61,8 +61,7 @@ class CrackEnd:
     @property
     def facing(self) -> Floats:
         """Outward unit vector square to a flat end."""
-        square = to_left(self.across)
-        return square if square @ self.outward > 0 else -square
+        return to_left(self.across) * (-1 if self.number else 1)
 
     @property
     def run_out(self) -> Floats:
@@ -84,8 +83,10 @@ def crack_ends(outline: Outline) -> tuple[CrackEnd, CrackEnd]:
         line_mm = outline.centreline_mm[:: -1 if number else 1]
         outward, near = map(unit, line_mm[0] - at_arc_length(line_mm, arc_length(line_mm), reaches_mm))
         corners_mm = outline.left_wall_mm[-number], outline.right_wall_mm[-number]
+        end = CrackEnd(number, outline.ends[number], *corners_mm, outward)
+        near = end.facing if end.kind == "cut" else near
         # A crack that turns just before its end leaves as it runs there.
-        ends.append(CrackEnd(number, outline.ends[number], *corners_mm, outward if outward @ near > 0.5 else near))
+        ends.append(end if outward @ near > 0.5 else replace(end, outward=near))
     return ends[0], ends[1]
 
 
@@ -176,7 +177,12 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     block = box_region(block_mm)
     ends = tuple(_on_side(end, ring, block_mm, width_mm) if end.kind == "open" else end for end in ends)
     reach_mm = spread_mm + RUN_OUT_MM + width_mm
-    grown_mm = spread_mm * (shape.tilt in ("flare", "undercut")) + CLEAR_MM / 2
+    opens = shape.tilt in ("flare", "undercut")
+    # A funnel's run-out closes from its far end too, and that of a lean moves.
+    least_reach_mm = CLEAR_MM + spread_mm * (not opens)
+    # Farther from an end than this and its width, the tilt moves no part of a straight crack into its stopper.
+    near_mm = max(spread_mm * (1 + opens), 5 * CLEAR_MM)
+    grown_mm = spread_mm * opens + CLEAR_MM / 2
     steps_mm = np.arange(0.0, spread_mm * (shape.tilt == "lean") + CLEAR_MM / 2, CLEAR_MM / 2)
 
     def swept(part: CrossSection) -> CrossSection:
@@ -184,7 +190,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
         moved = [part.translate((float(x), float(y))) for x, y in steps_mm[:, None] * lean]
         return CrossSection.batch_boolean(moved, OpType.Add).offset(grown_mm, JoinType.Square)
 
-    beyond_ends = [_beyond(end, traced, (reach_mm, spread_mm + CLEAR_MM), swept) for end in ends]
+    beyond_ends = [_beyond(end, traced, near_mm, (reach_mm, least_reach_mm), swept) for end in ends]
     crack, cleaning_warnings = cleaned(
         CrossSection.batch_boolean([traced, *(run_out for run_out, _ in beyond_ends)], OpType.Add)
     )
@@ -225,30 +231,41 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
 
 
 def _beyond(
-    end: CrackEnd, traced: CrossSection, reaches_mm: tuple[float, float], swept: Callable[[CrossSection], CrossSection]
+    end: CrackEnd,
+    traced: CrossSection,
+    near_mm: float,
+    reaches_mm: tuple[float, float],
+    swept: Callable[[CrossSection], CrossSection],
 ) -> tuple[CrossSection, CrossSection]:
     """Return the run-out of a flat end, and its stopper: the ground beyond a cut, which fills the tilted run-out.
 
-    Other parts of the crack, ``swept`` by the tilt, are cut out of the stopper. The shorter of the reaches is for those
-    just beyond the end. Raises InputError if the crack touches its own end.
+    Other parts of the crack, ``swept`` by the tilt, are cut out of the stopper, also those farther than ``near_mm``
+    that only the tilt takes there. The shorter of the reaches is for those just beyond the end. Raises InputError if
+    the crack touches its own end.
     """
-    touching_mm2 = 0.0
+    (x, y), touching_mm2, width_mm = end.centre_mm, 0.0, float(np.linalg.norm(end.left_mm - end.right_mm))
     for reach_mm in reaches_mm:
         run_out = _strip(end.right_mm, end.left_mm, reach_mm * end.run_out)
         if end.kind == "open":
             return run_out, CrossSection()
+        oblique = float(np.linalg.norm(end.run_out))
         # The run-out of an oblique cut drifts sideways.
-        side = reach_mm * (1 + float(np.linalg.norm(end.run_out))) * end.across
+        side = reach_mm * (1 + oblique) * end.across
         stopper = _strip(end.right_mm - side, end.left_mm + side, (reaches_mm[0] + reach_mm) * end.facing)
-        filled, parts = swept(run_out), [(part, swept(part)) for part in (traced ^ stopper).decompose()]
-        apart = [(part, room) for part, room in parts if (room ^ filled).is_empty()]
-        touching_mm2 = (traced ^ stopper).area() - sum(part.area() for part, _ in apart)
-        if touching_mm2 <= float(np.sum((end.left_mm - end.right_mm) ** 2)):
-            return run_out, CrossSection.batch_boolean([stopper, *(room for _, room in apart)], OpType.Subtract)
-    x, y = end.centre_mm
+        around = CrossSection.circle(oblique * (near_mm + width_mm)).translate((x, y))
+        behind = _strip(end.right_mm, end.left_mm, -CLEAR_MM * end.facing)
+        near = [part for part in (traced ^ around).decompose() if not (part ^ behind).is_empty()]
+        rest = CrossSection.batch_boolean([traced, stopper, *near], OpType.Subtract)
+        filled = swept(run_out) ^ stopper
+        parts = [(part, swept(part)) for part in (*(traced ^ stopper).decompose(), rest)]
+        apart = [room for _, room in parts if (room ^ filled).is_empty()]
+        if sum(part.area() for part, room in parts if room not in apart) <= width_mm**2:
+            return run_out, CrossSection.batch_boolean([stopper, *apart], OpType.Subtract)
+        touching_mm2 = sum((room ^ filled).area() for _, room in parts)
     raise InputError(
-        f"The crack is cut at ({x:.1f}, {y:.1f}) mm, and {touching_mm2:.1f} mm² of it touch that end from beyond: it "
-        "bends back there. Move the end away from the crack's other parts: in ends_px, or with 'sealtwin trace'."
+        f"The crack is cut at ({x:.1f}, {y:.1f}) mm, and its other parts, with their tilt, take {touching_mm2:.1f} mm² "
+        "of the ground that closes that end: it bends back there. Move the end away from the crack's other parts: in "
+        "ends_px, or with 'sealtwin trace'."
     )
 
 

@@ -39,10 +39,13 @@ class BoxModel:
     white: float = 0.03  # Least share of the noise that is not shared with neighbours: samples are closer than pixels
     outlier: float = 4.0  # Standard deviations at which the ground's noise is cut off, so that one pore does not count
     strictness: float = 0.5  # Share of the misfit that counts: neighbours share grain, and no lens blurs as a Gaussian
-    share: float = 0.95  # Probability of the interval
 
 
 MODEL = BoxModel()
+INTERVAL = 0.025, 0.975  # Probabilities of the ends of an interval
+GROUND = 75  # Percentile of the light across a crack that is the ground's
+HALO_PX = 5.0  # Breadth of a dirty edge
+DIRTY = 0.08  # Least darkness of its outer half over the crack's: clean edges have at most 0.06, on 54 drawn cracks
 DARKNESS = np.linspace(1.0, 0.7, 13)  # Values of the darkness, 1 less the inner light, for which the rest is fitted
 TONES = DISPLAY_GAMMA + MODEL.gamma_sd * np.sqrt(3) * np.array([-1, 0, 1])  # Exponents with that mean and deviation
 TONE_WEIGHTS = np.array([1, 4, 1]) / 6  # Their weights (Gauss-Hermite)
@@ -97,13 +100,22 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
     sds_px = np.array([max(shape.mean_sd_px, 1e-6) for shape in shapes]) / np.sqrt(MODEL.strictness)
     grid_px = np.linspace((means_px - 5 * sds_px).min(), (means_px + 5 * sds_px).max(), 4000)
     below = ndtr((grid_px[:, None] - means_px) / sds_px) @ weight
-    low_px, high_px = np.interp([(1 - MODEL.share) / 2, (1 + MODEL.share) / 2], below, grid_px)
+    low_px, high_px = np.interp(INTERVAL, below, grid_px)
+    mean_px = float(weight @ means_px)
     return BoxFit(
         widths_px=weight @ np.array([shape.widths_px for shape in shapes]),
         offsets_px=weight @ np.array([shape.offsets_px for shape in shapes]),
-        mean_px=float(weight @ means_px),
-        interval_px=(float(low_px), float(high_px)),
+        mean_px=mean_px,
+        interval_px=(float(low_px) - _dirty_px(light, places_px, mean_px), float(high_px)),
     )
+
+
+def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
+    """Return the width that dirty edges may have added to a crack: as much light is missing beside its walls."""
+    dark = 1 - np.median(light / np.percentile(light, GROUND, axis=1, keepdims=True), axis=0)
+    beside_px = np.abs(places_px) - width_px / 2
+    share = dark[(beside_px > HALO_PX / 2) & (beside_px < HALO_PX)].mean() / dark.max()
+    return 2 * HALO_PX * share * (share > DIRTY)
 
 
 def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape, rounds: int) -> _Shape:

@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_closing
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.sample_mask import EDGE_PX
-from digitise.geometry.polyline import depth_inside, extended, resampled, smoothed, unit
+from digitise.geometry.polyline import depth_inside, extended, resampled, runs, smoothed, unit
 from digitise.image.raster import sampled
 from digitise.photo import Photo
 from digitise.walls.ends import PathEnd, Traced, find_tip, judge_end
@@ -24,7 +25,7 @@ from digitise.walls.straightened import (
     sample_step_mm,
     straighten,
 )
-from digitise.walls.wall_profile import Walls, find_walls, runs
+from digitise.walls.wall_profile import Walls, find_walls
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -115,6 +116,8 @@ def trace(
     kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
     width_px = walls.usual_width_mm / photo.mm_per_px
     seen = (walls.clear_step | walls.covered).all(axis=0) & (walls.open_line | walls.covered.any(axis=0))
+    # At a corner or a chip a wall has no step for a few px, which is not worth a word.
+    seen = np.asarray(binary_closing(seen, np.ones(1 + round(width_px / 2 / STATION_PX))), dtype=bool)
     missing = _check_found(photo, strip, seen, span_mm, MOST_MISSING)
     least_px = max(least_px, walls.blur_px / MOST_BLUR)
     if width_px < least_px:

@@ -10,12 +10,12 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
-from digitise.geometry.polyline import left_normals, resampled, smoothed
+from digitise.geometry.polyline import left_normals, resampled, runs, smoothed
 from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING, TooThinError
 from digitise.walls.straightened import patch_around, straighten
-from digitise.walls.wall_profile import cheapest_way, follow, outward, runs, steadied
+from digitise.walls.wall_profile import cheapest_way, follow, outward, steadied
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
@@ -47,7 +47,7 @@ LEAST_CONTRAST = 6.0  # Of lightness
 WORTH_SAYING = 0.05  # Difference between both mean widths, over the width, from which on a warning says so
 LISTED = 4  # Places in a warning
 SURE = 0.05  # Half of the interval of the mean width over it, beyond both widths
-DARKER = 0.2  # Least light between the walls above that of the darkest line there, over the ground's above it
+DARKER = 0.1  # Least light between the walls above that of the darkest line there, over the ground's; cracks have 0.05
 LINE_PX, LINE_ALONG_PX = 3, 15  # Width of that line, and length over which its light is averaged
 LINE_STEP = 0.02  # Cost of its step aside by a px, as a share of the ground's light
 SLIM = 1.7  # Least width between the walls over that of the line
@@ -122,11 +122,8 @@ def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Out
         for begin, end in runs(doubtful[number]):
             rings_mm.append(np.concatenate([near_mm[begin:end], far_mm[begin:end][::-1]]))
             first_mm, last_mm = np.round(s_mm[[begin, end - 1]], 3).tolist()
-            least_mm, most_mm = (
-                round(px * float(each_px[number, begin:end].mean()), 3) for each_px in (inner_px, outer_px)
-            )
-            doubt_mm = least_mm, most_mm
-            stretches.append(WallStretch(first_mm, last_mm, SIDES[number], "edge", doubt_mm, BAND_WHY))
+            least_mm, most_mm = (px * float(each_px[number, begin:end].mean()) for each_px in (inner_px, outer_px))
+            stretches.append(WallStretch(first_mm, last_mm, SIDES[number], "edge", (least_mm, most_mm), BAND_WHY))
     own_mm, sure_mm = outline.width_95_mm or (outline.mean_width_mm,) * 2, SURE * outline.mean_width_mm
     interval_mm = min(own_mm[0], low_mm - sure_mm), max(own_mm[1], high_mm + sure_mm)
     middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
@@ -190,7 +187,7 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
             f"{share:.0%} of the crack is under {limit_px:g} px wide, so that its width and volume are uncertain: "
             f"{places}"
         )
-        if share > MOST_MISSING and most == MOST_MISSING:
+        if share > most == MOST_MISSING:
             refusal = TooThinError if np.percentile(width_px, 75) < FITTED * MIN_WIDTH_PX else InputError
             raise refusal(f"{photo.file}: {fault}; give ends_px of only the wide part, or move the camera closer.")
         if share > most:

@@ -20,7 +20,7 @@ Colour = tuple[int, int, int]
 # RGB. Walls and centreline differ in lightness as well as hue, for colour-blind readers
 LEFT, RIGHT, CENTRE = (0, 222, 160), (60, 170, 255), (250, 235, 60)
 ENDS, INK, PAPER = (255, 90, 20), (24, 24, 24), (255, 255, 255)
-NOZZLE = PAPER
+NOZZLE = (200, 120, 255)
 BEADS = 11.0  # Spacing of beads of the nozzle's path, in thousandths of the picture's longer side
 LONGER_SIDE_PX = 2400  # Longer side of the picture, to which photos are scaled, enlarged by ``MOST_ENLARGED`` at most
 MOST_ENLARGED = 4.0
@@ -156,8 +156,6 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
         (INK, f"{length_mm} mm"),
         (CENTRE, "centreline"),
     ]
-    if outline.path_source == "automatic":
-        lines.insert(0, (None, "found automatically: check that it is right"))
     if outline.width_source != "none":
         lines += [(LEFT, "left wall"), (RIGHT, "right wall"), (ENDS, "rest of the rim")]
     if outline.bands_mm:

@@ -120,19 +120,19 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
     """
     ways, stations, samples = cost.shape
     most = len(price) // 2
-    reached, best = np.full((ways, samples + 2 * most), np.inf), cost[:, 0]
-    steps = np.lib.stride_tricks.sliding_window_view(reached, len(price), axis=1)
-    came_by = np.zeros((stations, ways, samples), dtype=np.intp)
+    # Costs of reaching the samples of each station. Those beside the picture are infinite.
+    reached = np.full((stations, ways, samples + 2 * most), np.inf)
+    options = np.lib.stride_tricks.sliding_window_view(reached, samples, axis=2)
+    reached[0, :, most:-most] = cost[:, 0]
     for station in range(1, stations):
-        reached[:, most:-most] = best
-        options = steps + price
-        came_by[station] = options.argmin(axis=2)
-        best = options.min(axis=2) + cost[:, station]
+        least = (options[station - 1] + price[:, None]).min(axis=1)
+        reached[station, :, most:-most] = least + cost[:, station]
     place = np.empty((ways, stations), dtype=np.int64)
-    place[:, -1] = best.argmin(axis=1)
-    way = np.arange(ways)
+    place[:, -1] = reached[-1, :, most:-most].argmin(axis=1)
     for station in range(stations - 1, 0, -1):
-        place[:, station - 1] = place[:, station] + came_by[station, way, place[:, station]] - most
+        for way, sample in enumerate(place[:, station]):
+            came_by = reached[station - 1, way, sample : sample + len(price)] + price
+            place[way, station - 1] = sample + came_by.argmin() - most
     return place
 
 
@@ -213,11 +213,6 @@ def refined_to_subpixel(
     stepped = np.take_along_axis(away_px, nearest, -1)[..., 0] <= SNAP_PX
     step_px = np.take_along_axis(crossing_px, nearest, -1)[..., 0]
     return np.where(stepped, step_px, place_px), stepped & (outer - inner >= LEAST_STEP * contrast)
-
-
-def runs(where: NDArray[np.bool_]) -> Integers:
-    """Return the first index of each run of True and one past its last, (runs, 2)."""
-    return np.flatnonzero(np.diff(np.concatenate([[0], where.astype(int), [0]]))).reshape(-1, 2)
 
 
 def outward(strip: Strip, values: NDArray) -> NDArray:

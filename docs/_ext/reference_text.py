@@ -14,7 +14,6 @@ from typing import Any, get_args
 import sealtwin
 from digitise.robots.cell import RobotCell
 from sealtwin.cli.app import app
-from sealtwin.cli.options import describe
 from sealtwin.core.settings import Settings, described
 from sealtwin.core.settings_text import allowed, meaning
 from sealtwin.study.study_file import Study
@@ -31,15 +30,18 @@ def commands_text() -> str:
     """Every command with its arguments and options."""
     from typer.main import get_command
 
-    group: Any = get_command(app)
+    groups: Any = get_command(app)
+    commands = {
+        f"{name} {inner}".strip(): command
+        for name, group in groups.commands.items()
+        for inner, command in getattr(group, "commands", {"": group}).items()
+    }
     parts = []
-    for name, command in group.commands.items():
-        describe(command)
+    for name, command in commands.items():
         context = command.make_context(f"sealtwin {name}", [], resilient_parsing=True)
         usage = " ".join(["sealtwin", name, *command.collect_usage_pieces(context)])
-        parts.append(
-            f"{{#command-{name}}}\n## sealtwin {name}\n\n```text\n{usage}\n```\n\n{_help(command.help or '')}\n"
-        )
+        anchor, text = name.replace(" ", "-"), _help(command.help or "")
+        parts.append(f"{{#command-{anchor}}}\n## sealtwin {name}\n\n```text\n{usage}\n```\n\n{text}\n")
         parts.extend(_parameter(parameter, context) for parameter in command.params)
     return "\n".join(parts)
 

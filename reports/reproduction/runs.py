@@ -20,9 +20,10 @@ from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study, watch_runs
 from sealtwin.trial.job import NUMBERS, numbers_up_to
 from sealtwin.trial.trial_file import load_trial
+from validate.figures.chart import pace_of
 from validate.figures.drawing import as_svg
 from validate.figures.levels import draw_histogram
-from validate.figures.map_figures import Fill, draw_cost, draw_fills, pace_of
+from validate.figures.map_page import Fill, draw_cost, draw_fills
 from validate.figures.snapshots import FillScene
 
 FIXTURE = Path(__file__).parents[2] / "fixtures" / "paper-trial"
@@ -144,8 +145,8 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
         "mean_error_mm": comparison.mean_error_mm,
         "worst_error_mm": comparison.worst_error_mm,
         "worst_at_mm": comparison.worst_at_mm,
-        "share_under_1_mm": comparison.share_under_1_mm,
-        "bins_mm": [part.mean_error_mm for part in comparison.error_by_bin],
+        "share_under_1_mm": comparison.errors.share_under_1_mm,
+        "bins_mm": [part.mean_error_mm for part in comparison.distances.by_bin],
         "level_20_to_30_mm": level_mm[(s_mm >= 20) & (s_mm <= 30)].mean(),
         "level_from_40_mm": level_mm[s_mm >= 40].mean(),
     }, float(np.median([r2 for _, _, r2 in lines]))

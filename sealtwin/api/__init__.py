@@ -1,1 +1,119 @@
-"""The functions and classes that ``import sealtwin`` offers. They call the stages."""
+"""The Python interface: errors, records and checked keywords for all of its parts."""
+
+import hashlib
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.facts import Fact
+from sealtwin.core.files import sha256
+from sealtwin.core.progress import Progress, progress_for_stderr, wanted
+from sealtwin.core.records import Origins, Outline, Run, Solid, Trajectory
+from sealtwin.core.settings import Settings, checked
+from sealtwin.core.settings_text import KEYWORDS
+
+__all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
+
+FilePath = str | PathLike[str]
+Points = Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
+"""Points of a photo, or rows of a station and a value, (n, 2)."""
+
+Table = TypeVar("Table", bound=Settings)
+
+
+def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any], **replaced: Any) -> Table:
+    """Return a table of settings made from a function's ``locals()`` and from ``replaced``. None means the default.
+
+    Raises InputError, whose text begins with ``function``, for a value or a keyword that is not allowed.
+    """
+    settings = keywords.get("keywords", {})
+    if unknown := [name for name in settings if name not in KEYWORDS[function]]:
+        allowed = ", ".join(sorted(KEYWORDS[function]))
+        raise InputError(f"{function}: {unknown[0]}: no such keyword; allowed: {allowed}.")
+    values = {**keywords, **settings, **replaced}
+    return checked(kind, Path(function), {name: values.get(name) for name in kind.model_fields})
+
+
+def warn(texts: Iterable[Fact | str]) -> None:
+    """Issue each sentence as a RuntimeWarning at the line that called the public function."""
+    for text in texts:
+        warnings.warn(str(text), RuntimeWarning, stacklevel=3)
+
+
+def origins_of(record: object) -> dict[str, str]:
+    """Return figures and a digest of the crack, the solid and the path that ``record`` is or was made of."""
+    origins = dict[str, str](getattr(record, "made_of", ()))
+    if isinstance(record, Outline):
+        kind, content = "crack", [record.centreline_mm, record.left_wall_mm, record.right_wall_mm]
+    elif isinstance(record, Solid):
+        kind, content = "solid", [record.depth_mm, *vars(record.sections).values()]
+    elif isinstance(record, Trajectory):
+        kind, content = "path", [record.t_s, record.position_mm, record.flow_mm3_s]
+    else:
+        return origins
+    # A run folder has five decimals.
+    numbers = np.concatenate([np.ravel(np.round(part, 5)) for part in content if part is not None]) + 0.0
+    (first, value), *_ = record.main_figures.items()
+    return origins | {kind: f"{first} {value}, digest {sha256_of(numbers)[:8]}"}
+
+
+def of_one_crack(function: str, *records: object) -> Origins:
+    """Return what the records were made of. Raises InputError if two are of different cracks, solids or paths.
+
+    None, and a record that was not made by this interface, differ from no other.
+    """
+    firsts = dict[str, tuple[str, object]]()
+    for record in records:
+        for kind, origin in origins_of(record).items():
+            first, other = firsts.setdefault(kind, (origin, record))
+            if first != origin:
+                raise InputError(
+                    f"{function}: {record} is of the {kind} with {origin}, but {other} is of that with {first}. Make "
+                    "both of the same: in a notebook, run the cells between again."
+                )
+    return tuple((kind, origin) for kind, (origin, _) in firsts.items())
+
+
+def shown_progress(progress: bool | None) -> Progress:
+    """Return progress for stderr; silent if ``progress`` is False, or if it is None and nobody looks."""
+    return progress_for_stderr(quiet=not wanted(progress))
+
+
+def require_kinds(function: str, **values: tuple[object, type]) -> None:
+    """Raise InputError, naming the argument, if a value is not of its class."""
+    for name, (value, kind) in values.items():
+        if not isinstance(value, kind):
+            raise InputError(f"{function}: {name} is a {type(value).__name__}; give a {kind.__name__}.")
+
+
+def path_or_none(given: FilePath | None) -> Path | None:
+    return None if given is None else Path(given)
+
+
+def file_of(given: FilePath, name: str) -> Path:
+    """Return the file that an argument gives. Raises InputError with the argument's ``name`` if it does not exist."""
+    if not isinstance(given, str | PathLike):
+        raise InputError(f"{name}: expected a file's path or a NumPy array, found {type(given).__name__}.")
+    path = Path(given)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; {name} must be an existing file.")
+    return path
+
+
+def sha256_of(content: Path | NDArray[Any]) -> str:
+    """Return the hash of the bytes of a file or an array."""
+    if isinstance(content, Path):
+        return sha256(content)
+    return hashlib.sha256(np.ascontiguousarray(content).tobytes()).hexdigest()
+
+
+def content_of(record: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass by name, to build a record of a subclass. The values are not copied."""
+    return {field.name: getattr(record, field.name) for field in fields(record)}

@@ -5,31 +5,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import InstanceOf
 
+from sealtwin.api import FilePath, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.api.runs import SimulatedLevel
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import FilePath, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind, Outline, Profile, Sections, Shown, Solid
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
 from validate.result import Comparison
 from validate.settings import (
-    Datum,
-    Decimal,
     Gate,
-    Quantity,
     Readings,
     Role,
-    Rounding,
-    Separator,
     Uncertainty,
-    Unit,
 )
 
 if TYPE_CHECKING:
@@ -56,32 +50,16 @@ class LevelReadings(Profile):
     """Hash of the file, or of the array's bytes."""
 
 
-@keywords_of(Readings)
+@keywords_of(Readings, without=("file",))
 def read_readings(
     readings: FilePath | NDArray[np.floating[Any]] | Sequence[Sequence[float]],
     crack: Outline | None = None,
     solid: Solid | None = None,
     *,
-    quantity: Quantity | None = None,
-    unit: Unit | None = None,
-    datum: Datum | None = None,
-    datum_level_mm: float | None = None,
-    sheet: str | None = None,
-    sample: str | None = None,
     columns: Sequence[str] | Mapping[str, Any] | None = None,
-    separator: Separator | None = None,
-    decimal: Decimal | None = None,
-    as_written: Sequence[str] | None = None,
     data: DataKind = "undeclared",
     role: Role = "undeclared",
-    fitted: tuple[str, ...] | None = None,
-    state: Literal["wet", "cured"] | None = None,
-    shrinkage_percent: float | None = None,
-    resolution_mm: float | None = None,
-    rounding: Rounding | None = None,
-    limit_mm: float | None = None,
-    probe_mm: float | None = None,
-    datum_error_mm: float | None = None,
+    **keywords: Any,
 ) -> LevelReadings:
     """Read caliper readings. Missing facts are an error that names the keyword to give; nothing is guessed.
 
@@ -115,6 +93,12 @@ def read_readings(
     -----
     RuntimeWarning
         One warning for each of the result's ``doubts``.
+
+    Examples
+    --------
+    >>> readings = st.read_readings([[10, -2.0, -2.2], [30, -1.0, -1.2], [50, -2.0, -2.2]])
+    >>> readings.level_mm
+    array([-2.1, -1.1, -2.1])
     """
     given = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
@@ -122,7 +106,7 @@ def read_readings(
     from validate.readings.read_readings import read_readings as from_file
     from validate.readings.read_readings import readings_of
 
-    if unknown := [name for name in fitted or () if name not in SETTINGS]:
+    if unknown := [name for name in keywords.get("fitted") or () if name not in SETTINGS]:
         raise InputError(f"read_readings: fitted: {no_such_setting(unknown[0])}.")
     is_file = isinstance(readings, str | PathLike)
     file = file_of(readings, "readings") if isinstance(readings, str | PathLike) else Path("readings")
@@ -140,10 +124,13 @@ def read_readings(
             grid, digest = _named_rows(readings, names)
             profile = readings_of(grid, settings, *limits_mm)
         else:
-            if useless := [name for name in OF_A_FILE if given[name] not in (None, "mm")]:
+            if useless := [name for name in OF_A_FILE if keywords.get(name) not in (None, "mm")]:
                 raise InputError(f"read_readings: {useless[0]} describes a file, but an array has no format. Omit it.")
             table = _as_numbers(readings)
-            names = ["s_mm", *(f"{quantity or 'level'}_{count}_mm" for count in range(1, table.shape[1]))]
+            names = [
+                "s_mm",
+                *(f"{keywords.get('quantity') or 'level'}_{count}_mm" for count in range(1, table.shape[1])),
+            ]
             profile, digest = readings_of(_named_rows(table, names)[0], settings, *limits_mm), sha256_of(table)
     except SheetFaults as fault:
         raise InputError("\n".join(doubt.in_words("python") for doubt in fault.doubts)) from None
@@ -239,6 +226,15 @@ def compare(
     ------
     InputError
         The curves do not overlap, a value is out of bounds, or the readings contradict a declared error.
+
+    Examples
+    --------
+    ``crack``, ``solid`` and ``level`` are those of ``fill_fast``, and ``readings`` those of ``read_readings``.
+
+    >>> result = st.compare(level, readings, crack, solid)
+    >>> low_mm, high_mm = result.interval_95_mm
+    >>> bool(low_mm < result.mean_error_mm < high_mm)
+    True
     """
     from validate.compare import compare, error_uncertainty
     from validate.metrics.baselines import flat_levels
@@ -313,6 +309,13 @@ def plot_levels(
     ------
     InputError
         There is nothing to draw.
+
+    Examples
+    --------
+    ``level``, ``readings`` and ``result`` are those of ``compare``.
+
+    >>> figure = st.plot_levels(level, readings, result)
+    >>> figure.savefig("levels.svg")
     """
     if level is None and readings is None:
         raise InputError("plot_levels: there is nothing to draw; give level, readings or both.")

@@ -4,23 +4,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from digitise.robots.cell import ProgramOptions
+from sealtwin.api import FilePath, of_one_crack, require_kinds, settings_from
 from sealtwin.api.levels import LevelComparison, LevelReadings
 from sealtwin.api.runs import PlannedPath, SimulatedLevel
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import FilePath, of_one_crack
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
-from sealtwin.core.settings import checked
+from sealtwin.core.settings_text import keywords_of
 from sealtwin.trial.job import NUMBERS, OVERLAY, STRAIGHT
-
-if TYPE_CHECKING:
-    from digitise.robots.cell import Format, RobotCell
 
 
 def write_report(
@@ -56,6 +54,14 @@ def write_report(
     InputError
         ``result`` compares another level than that of ``run``; ``path`` is not from ``plan_path``, or ``crack`` not
         from ``trace_crack`` or ``import_mesh``; or the folder is a run folder, whose report 'sealtwin validate' writes.
+
+    Examples
+    --------
+    ``crack``, ``solid``, ``path``, ``level`` and ``result`` are those of ``fill_fast`` and ``compare``.
+
+    >>> page = st.write_report("report", crack, solid, path, level, result)
+    >>> page.name
+    'report.html'
     """
     from digitise.trajectory import with_path
     from digitise.walls.overlay import draw_overlay, straight_view
@@ -63,12 +69,10 @@ def write_report(
     from validate.compare import assess
     from validate.report.write_report import REPORT
     from validate.report.write_report import write_report as write_pages
-    from validate.report_input import Evidence, ReadingsSheet, provenance
+    from validate.result import Evidence, ReadingsSheet, provenance
 
     run = run.run if isinstance(run, SimulatedLevel) else run
-    for argument, value, kind in (("crack", crack, CrackOutline), ("path", path, PlannedPath), ("run", run, Run)):
-        if not isinstance(value, kind):
-            raise InputError(f"write_report: {argument} is a {type(value).__name__}; give a {kind.__name__}.")
+    require_kinds("write_report", crack=(crack, CrackOutline), path=(path, PlannedPath), run=(run, Run))
     compared = [] if result is None else [result.level, result.readings]
     of_one_crack("write_report", crack, solid, path, run, *compared)
     target = Path(folder)
@@ -111,15 +115,16 @@ def write_report(
     return target / REPORT[0]
 
 
+@keywords_of(ProgramOptions)
 def write_robot_program(
     folder: FilePath,
     crack: Outline,
     path: Trajectory,
     cell: FilePath | Mapping[str, Any],
     *,
-    formats: "Sequence[Format] | None" = None,
+    formats: Sequence[str] | None = None,
     name: str = "",
-    allow_automatic: bool = False,
+    allow_automatic: bool | None = None,
 ) -> list[Path]:
     """Write a nozzle path as robot programs, in the robot's frame and checked against its cell's limits.
 
@@ -132,12 +137,8 @@ def write_robot_program(
     cell
         A cell file, or its content as a mapping: taught points, limits, languages. ``sealtwin robot --example FILE``
         writes one to start from.
-    formats
-        Any of "txt", "csv", "spel", "gcode", "urscript"; default: those that the cell lists.
     name
         Name of the trial in the head of each program.
-    allow_automatic
-        True allows a crack that was found automatically. Check the crack first.
 
     Returns
     -------
@@ -149,38 +150,28 @@ def write_robot_program(
     InputError
         The cell has a fault or no table for a format, the path exceeds one of the cell's limits, or the crack was found
         automatically and is not confirmed.
+
+    Examples
+    --------
+    ``crack`` and ``path`` are those of ``plan_path``. 'sealtwin robot --example cell.toml' writes a cell file.
+
+    >>> files = st.write_robot_program("robot", crack, path, "cell.toml", formats=["csv"])
+    >>> [file.name for file in files]
+    ['path.csv', 'robot.json']
     """
-    from digitise.robots.cell import FORMATS
-    from sealtwin.trial.robot_files import REPORT, pump_of, write_programs
+    options = settings_from(ProgramOptions, "write_robot_program", locals())
+    from sealtwin.trial.robot_files import REPORT, CellFile, require_confirmed, write_programs
 
     of_one_crack("write_robot_program", crack, path)
-    if crack.path_source == "automatic" and not allow_automatic:
-        raise InputError(
-            "write_robot_program: the crack was found automatically and is not confirmed. Give ends_px to trace_crack; "
-            "or check the crack and give allow_automatic=True."
-        )
-    robot_cell, cell_name, inputs = _cell(cell)
-    pump = pump_of(robot_cell, Path() if isinstance(cell, Mapping) else Path(cell).parent)
-    if unknown := [kind for kind in formats or () if kind not in FORMATS]:
-        raise InputError(f"write_robot_program: formats has {unknown[0]!r}; allowed are {', '.join(FORMATS)}.")
+    require_confirmed("write_robot_program", crack, options)
     origin = {
         "trial": name or "not named",
         "run": "from Python",
         "path_source": crack.path_source,
-        "inputs": inputs,
+        "inputs": {},
         "edited_by_hand": [],
     }
     target = Path(folder)
-    report, _ = write_programs(target, path, robot_cell, cell_name, formats or (), origin, pump=pump)
+    read = CellFile.read(cell if isinstance(cell, Mapping) else Path(cell))
+    report, _ = write_programs(target, path, read, options, origin)
     return [*(target / file for file in report["files"]), target / REPORT]
-
-
-def _cell(given: "FilePath | Mapping[str, Any]") -> "tuple[RobotCell, str, dict[str, str]]":
-    """Return the cell, its name for messages, and the hash of its file by file name. A mapping has no hash."""
-    from digitise.robots.cell import RobotCell
-    from sealtwin.trial.robot_files import read_cell
-
-    if isinstance(given, Mapping):
-        return checked(RobotCell, Path("cell"), given), "cell", {}
-    file = Path(given)
-    return read_cell(file), file.name, {file.name: files.sha256(file)}

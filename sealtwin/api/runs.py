@@ -1,15 +1,13 @@
 """The nozzle's path over a crack, the fluid run along it, and the level after the run."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any
 
 from digitise.settings import NozzlePath
-from sealtwin.api.shared import content_of, of_one_crack, settings_from, warn
+from sealtwin.api import content_of, of_one_crack, require_kinds, settings_from, shown_progress, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
-from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import Origins, Outline, Profile, Run, Sample, Solid, Trajectory
 from sealtwin.core.settings import checked, doubts_of
 from sealtwin.core.settings_text import keywords_of
@@ -36,23 +34,11 @@ class PlannedPath(Trajectory):
         return doubts_of(self.settings)
 
 
-@keywords_of(NozzlePath)
+@keywords_of(NozzlePath, without=("weighed", "plan"))
 def plan_path(
     crack: Outline,
     solid: Solid,
-    *,
-    speed_mm_s: float | None = None,
-    volume_ml: float | Literal["cavity"] | None = None,
-    fill: float | None = None,
-    flow: Literal["constant", "cross_section"] | None = None,
-    trim_mm: float | Sequence[float] | None = None,
-    reverse: bool | None = None,
-    ramp_mm: float | None = None,
-    lead_in_mm: float | None = None,
-    lead_out_mm: float | None = None,
-    spacing_mm: float | None = None,
-    nozzle_height_mm: float | None = None,
-    smoothing_mm: float | None = None,
+    **keywords: Any,
 ) -> PlannedPath:
     """Plan the nozzle's path, speed and flow. Keywords are settings of [path] in a trial file.
 
@@ -70,6 +56,14 @@ def plan_path(
     ------
     InputError
         A value is out of bounds, or the crack is too short for trims or ramps.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_polyline([(0, 20), (60, 20)], width_mm=3)
+    >>> solid = st.build_solid(crack, depth_mm=10, tilt="vertical")
+    >>> path = st.plan_path(crack, solid, volume_ml=1.4, speed_mm_s=5, trim_mm=5)
+    >>> round(path.length_mm), round(path.duration_s)
+    (50, 10)
     """
     settings = settings_from(NozzlePath, "plan_path", locals())
     from digitise.trajectory import plan_trajectory
@@ -107,12 +101,11 @@ def inject(
     *,
     solver: Solver | None = None,
     nozzle: Nozzle | None = None,
-    crossfall_deg: float | None = None,
-    gradient_deg: float | None = None,
     seed: int = 0,
     device: str = "cpu",
     threads: int = 1,
     progress: bool | None = None,
+    **keywords: Any,
 ) -> Run:
     """Inject the sealant along the path and let it settle.
 
@@ -150,6 +143,16 @@ def inject(
     -----
     RuntimeWarning
         The model cannot represent this sealant, or the result is unreliable: one warning for each reason.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_polyline([(0, 20), (15, 20)], width_mm=3)
+    >>> solid = st.build_solid(crack, depth_mm=8, tilt="vertical")
+    >>> path = st.plan_path(crack, solid, volume_ml=0.2, speed_mm_s=20, trim_mm=2)
+    >>> paste = st.Fluid(viscosity_pa_s=1, yield_stress_pa=5, freeze_after_s="never")
+    >>> run = st.inject(crack, solid, path, paste, solver=st.Solver(radius_mm=0.45, settle_s=0.2))
+    >>> run.escaped_particles
+    0
     """
     slope = settings_from(SampleSlope, "inject", locals())
     made_of = of_one_crack("inject", crack, solid, path)
@@ -157,16 +160,17 @@ def inject(
     from simulate.injection import ComputeOptions
     from simulate.pour import Pour
     from simulate.run import fill
-    from validate.wording.headline import run_warnings
+    from validate.run_facts import run_warnings
 
     solver = solver or Solver(radius_mm="auto", settle_s=2.0)
     nozzle = nozzle or Nozzle()
-    _require_kinds("inject", (fluid, Fluid), (solver, Solver), (nozzle, Nozzle), seed=seed)
+    _require_seed("inject", seed)
+    require_kinds("inject", fluid=(fluid, Fluid), solver=(solver, Solver), nozzle=(nozzle, Nozzle))
     fluid = fluid.loaded(Path())
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
-    with progress_for_stderr(quiet=not wanted(progress)) as shown:
+    with shown_progress(progress) as shown:
         pour = Pour(Sample(crack, solid, path), (fluid,), solver, nozzle, seed, slope)
         run, _ = fill(pour, ComputeOptions(chosen, threads, shown))
     warn((*run.doubts, *run_warnings(run, run.health.volume_ratio or 0.0)))
@@ -182,8 +186,7 @@ def fill_fast(
     *,
     settle_s: float = 2.0,
     nozzle: Nozzle | None = None,
-    crossfall_deg: float | None = None,
-    gradient_deg: float | None = None,
+    **keywords: Any,
 ) -> SimulatedLevel:
     """Fill the crack by the fast model: a tenth of a second in place of minutes, for loops over parameters.
 
@@ -213,6 +216,15 @@ def fill_fast(
     -----
     RuntimeWarning
         The model is unfit for this crack, path or sealant: one warning for each reason.
+
+    Examples
+    --------
+    ``crack``, ``solid`` and ``path`` are those of ``plan_path``.
+
+    >>> paste = st.Fluid(viscosity_pa_s=1, yield_stress_pa=5, freeze_after_s="never")
+    >>> level = st.fill_fast(crack, solid, path, paste)
+    >>> level.level_mm.shape
+    (301,)
     """
     slope = settings_from(SampleSlope, "fill_fast", locals())
     made_of = of_one_crack("fill_fast", crack, solid, path)
@@ -221,7 +233,7 @@ def fill_fast(
 
     solver = checked(Solver, Path("fill_fast"), {"model": "slot", "radius_mm": "auto", "settle_s": settle_s})
     nozzle = nozzle or Nozzle()
-    _require_kinds("fill_fast", (fluid, Fluid), (nozzle, Nozzle))
+    require_kinds("fill_fast", fluid=(fluid, Fluid), nozzle=(nozzle, Nozzle))
     run, level = pour(Pour(Sample(crack, solid, path), (fluid.loaded(Path()),), solver, nozzle, slope=slope))
     warn((*run.doubts, *run.unfit))
     return _simulated(level, run, made_of)
@@ -234,16 +246,11 @@ def release_block(
     height_mm: float,
     fluid: Fluid,
     *,
-    duration_s: float,
     solver: Solver,
-    onto: Literal["plate", "channel", "open"] | None = None,
-    ahead_mm: float | None = None,
-    every_s: float | None = None,
-    crossfall_deg: float | None = None,
-    gradient_deg: float | None = None,
     seed: int = 0,
     device: str = "cpu",
     progress: bool | None = None,
+    **keywords: Any,
 ) -> BlockRelease:
     """Release a block of fluid behind a gate, as in a dam break, an L-box or a mini-slump. It sticks to all walls.
 
@@ -272,6 +279,13 @@ def release_block(
         A value is out of bounds, the fluid is too stiff for the radius, or the block has too few or too many particles.
     NumericalError
         The fluid reaches the plate's edge, or the computation fails.
+
+    Examples
+    --------
+    >>> fluid = st.Fluid(viscosity_pa_s=1, yield_stress_pa=20, freeze_after_s="never")
+    >>> block = st.release_block(20, 10, 10, fluid, duration_s=0.1, solver=st.Solver(radius_mm=0.8))
+    >>> bool(block.front_mm[-1] > 0)
+    True
     """
     block = settings_from(FluidBlock, "release_block", locals())
     slope = settings_from(SampleSlope, "release_block", locals())
@@ -279,8 +293,9 @@ def release_block(
     from simulate.device import choose_device
     from simulate.injection import ComputeOptions
 
-    _require_kinds("release_block", (fluid, Fluid), (solver, Solver), seed=seed)
-    with progress_for_stderr(quiet=not wanted(progress)) as shown:
+    _require_seed("release_block", seed)
+    require_kinds("release_block", fluid=(fluid, Fluid), solver=(solver, Solver))
+    with shown_progress(progress) as shown:
         options = ComputeOptions(choose_device(device), progress=shown)
         return release(block, fluid.loaded(Path()), solver, options=options, slope=slope, seed=seed)
 
@@ -302,6 +317,14 @@ def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
     ------
     NumericalError
         The position of a particle is not finite.
+
+    Examples
+    --------
+    ``crack``, ``solid`` and ``run`` are those of ``inject``.
+
+    >>> level = st.measure_level(run, crack, solid)
+    >>> level.level_mm.shape
+    (76,)
     """
     from simulate.profile import measure_profile
 
@@ -320,11 +343,6 @@ def _simulated(profile: Profile, run: Run, made_of: Origins) -> SimulatedLevel:
     )
 
 
-def _require_kinds(function: str, *given: tuple[object, type], seed: int = 0) -> None:
-    """Raise InputError if a value is not of its class, or the seed is out of range."""
+def _require_seed(function: str, seed: int) -> None:
     if not 0 <= seed < SEEDS:
         raise InputError(f"{function}: seed = {seed}: must be 0 to {SEEDS - 1}.")
-    for value, kind in given:
-        if not isinstance(value, kind):
-            name = kind.__name__
-            raise InputError(f"{function}: {name.lower()} is a {type(value).__name__}; give sealtwin.{name}(...).")

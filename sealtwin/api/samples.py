@@ -1,17 +1,17 @@
 """A sample: a photo with its scale, the crack traced in it, and the solid; or a mesh instead."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from digitise.drawing.given import GivenDrawing, GivenLine, GivenWalls
 from digitise.photo import Photo
-from digitise.settings import CrackShape, MeshInput, MeshUnit, PhotoInput, Tilt
-from sealtwin.api.shared import FilePath, Points, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
+from digitise.settings import CrackShape, MeshInput, PhotoInput
+from sealtwin.api import FilePath, Points, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import DataKind, Outline, Shown, Solid
 from sealtwin.core.settings import doubts_of
@@ -57,21 +57,21 @@ class CrackOutline(Outline):
     """Hash of the photo or the mesh."""
 
 
-@keywords_of(PhotoInput)
+SCALE = (
+    *("mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px"),
+    *("markers", "lens", "camera_distance_mm", "mask", "data"),
+)
+HINTS = ("ends_px", "via_px", "roi_px", "crack", "edge_fraction", "branches", "width_mm", "path_only")
+"""Settings of [photo] about its scale, and about the crack."""
+
+
+@keywords_of(PhotoInput, only=SCALE)
 def read_photo(
     photo: FilePath | NDArray[np.uint8],
     *,
-    mm_per_px: float | None = None,
-    scale_is: Literal["measured", "assumed"] | None = None,
-    ruler_px: Points | None = None,
-    ruler_mm: float | None = None,
-    face_mm: Sequence[float] | None = None,
-    face_corners_px: Points | None = None,
-    markers: Mapping[str, Any] | None = None,
-    lens: Literal["auto", "none"] | None = None,
-    camera_distance_mm: float | None = None,
     mask: FilePath | NDArray[Any] | None = None,
     data: DataKind = "undeclared",
+    **keywords: Any,
 ) -> SamplePhoto:
     """Read a photo taken from above, with its scale. Give one scale: it is never guessed.
 
@@ -91,17 +91,23 @@ def read_photo(
     ------
     InputError
         The photo cannot be read or is black; no scale is given, or two are; or the markers are not found.
+
+    Examples
+    --------
+    >>> photo = st.read_photo("crack.png", mm_per_px=0.1)
+    >>> photo.size_px
+    (200, 200)
     """
     # Messages name an array by its argument.
     file = Path("photo") if isinstance(photo, np.ndarray) else file_of(photo, "photo")
     # A mask may be an array, so it is read here.
-    keywords = locals()
+    given = locals()
     from digitise.image import decoding
     from digitise.image.painted import read_mask, take_mask
     from digitise.photo import beside_markers, offering_markers, pixels_of, scaled
 
     try:
-        settings = settings_from(PhotoInput, "read_photo", keywords, mask=None)
+        settings = settings_from(PhotoInput, "read_photo", given, mask=None)
     except InputError as fault:
         raise InputError(offering_markers(fault, file)) from None
 
@@ -122,18 +128,11 @@ def read_photo(
     return SamplePhoto(**content_of(replace(scaled_photo, warnings=cautions)), settings=settings, sha256=digest)
 
 
-@keywords_of(PhotoInput)
+@keywords_of(PhotoInput, only=HINTS)
 def trace_crack(
     photo: SamplePhoto,
     ends_px: Points | None = None,
-    *,
-    via_px: Points | None = None,
-    roi_px: Points | None = None,
-    crack: int | None = None,
-    edge_fraction: float | None = None,
-    branches: Literal["drop", "keep"] | None = None,
-    width_mm: float | Points | None = None,
-    path_only: bool | None = None,
+    **keywords: Any,
 ) -> CrackOutline:
     """Trace both walls of a crack to a fraction of a pixel. Keywords are settings of [photo] in a trial file.
 
@@ -154,11 +153,18 @@ def trace_crack(
     ------
     InputError
         A point is outside the photo or not on a crack; there is no crack, or several are possible; it is too short.
+
+    Examples
+    --------
+    >>> photo = st.read_photo("crack.png", mm_per_px=0.1)
+    >>> crack = st.trace_crack(photo, ends_px=[(40, 101), (160, 98)])
+    >>> crack.path_source, crack.width_source
+    ('ends', 'walls')
     """
-    given = {name: value for name, value in locals().items() if value is not None}
     # A mask needs fewer hints; the table checks which.
     painted = None if photo.drawn is None else photo.file
-    settings = settings_from(PhotoInput, "trace_crack", photo.settings.model_dump(), **given, mask=painted)
+    given = {**photo.settings.model_dump(), "keywords": keywords, "mask": painted}
+    settings = settings_from(PhotoInput, "trace_crack", given, **({} if ends_px is None else {"ends_px": ends_px}))
     from digitise.crack_path.find_path import find_path
     from digitise.outline import trace_outline
 
@@ -167,17 +173,11 @@ def trace_crack(
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 
 
-@keywords_of(CrackShape)
+@keywords_of(CrackShape, without=("fill",))
 def build_solid(
     crack: Outline,
     depth_mm: float | Points,
-    *,
-    tilt: Tilt | None = None,
-    wall_angle_deg: float | Sequence[float] | None = None,
-    lean_to: Literal["left", "right"] | None = None,
-    floor_thickness_mm: float | None = None,
-    margin_mm: float | None = None,
-    dam_height_mm: float | None = None,
+    **keywords: Any,
 ) -> Solid:
     """Build the sample as a watertight solid: a block minus the crack's cavity, with dams at open ends.
 
@@ -197,6 +197,13 @@ def build_solid(
     ------
     InputError
         A value is out of bounds; or the outline crosses itself, leaves the block, or has no area.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_polyline([(0, 20), (60, 20)], width_mm=3)
+    >>> solid = st.build_solid(crack, depth_mm=10, tilt="vertical")
+    >>> round(solid.cavity_volume_mm3)
+    1800
     """
     settings = settings_from(CrackShape, "build_solid", locals())
     from digitise.solid.build_solid import build_solid
@@ -205,15 +212,13 @@ def build_solid(
     return replace(build_solid(crack, settings), made_of=of_one_crack("build_solid", crack))
 
 
-@keywords_of(MeshInput)
+@keywords_of(MeshInput, without=("file",))
 def import_mesh(
     mesh: FilePath,
     *,
-    units: MeshUnit,
-    up: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None,
     path: FilePath | None = None,
-    dam_height_mm: float | None = None,
     data: DataKind = "undeclared",
+    **keywords: Any,
 ) -> tuple[CrackOutline, Solid]:
     """Read a modelled or scanned sample, in place of a photo and a depth.
 
@@ -233,14 +238,19 @@ def import_mesh(
     ------
     InputError
         The file cannot be read, is not a block, or does not have exactly one crack.
+
+    Examples
+    --------
+    >>> crack, solid = st.import_mesh("crack.obj", units="mm")
+    >>> round(crack.length_mm), round(solid.depth_mm)
+    (60, 10)
     """
     line = None if path is None else file_of(path, "path")
     settings = settings_from(MeshInput, "import_mesh", locals(), file=file_of(mesh, "mesh"), path=line)
     from digitise.mesh_import.import_mesh import import_sample
 
     sample = import_sample(settings, Path())
-    digest = sha256_of(settings.file)
-    crack = CrackOutline(**content_of(sample.outline), photo=sample.photo, data=settings.data, sha256=digest)
+    crack = _without_trace(sample.outline, sample.photo, settings.data, settings.file)
     return crack, replace(sample.solid, made_of=of_one_crack("import_mesh", crack))
 
 
@@ -268,13 +278,19 @@ def crack_from_polyline(
     ------
     InputError
         A value is out of bounds; the line is shorter than three widths, or outside the face; or the walls cross.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_polyline([(0, 20), (30, 24), (60, 20)], width_mm=[[0, 2.0], [60, 4.0]])
+    >>> round(crack.length_mm, 1)
+    60.5
     """
     settings = settings_from(GivenLine, "crack_from_polyline", locals())
     from digitise.drawing.given_lines import outline_of_line
 
     line_mm = np.array(settings.points_mm)
     outline, photo = outline_of_line(line_mm, settings.widths_mm, settings.box_mm, "crack_from_polyline")
-    return _drawn(outline, photo, settings.data, np.concatenate([line_mm, settings.widths_mm]))
+    return _without_trace(outline, photo, settings.data, np.concatenate([line_mm, settings.widths_mm]))
 
 
 @keywords_of(GivenWalls)
@@ -302,13 +318,19 @@ def crack_from_walls(
     ------
     InputError
         A value is out of bounds; the walls cross or are exchanged; or they bound no crack with two ends.
+
+    Examples
+    --------
+    >>> crack = st.crack_from_walls([(0, 22), (60, 22)], [(0, 18), (60, 18)])
+    >>> round(crack.mean_width_mm, 1)
+    4.0
     """
     settings = settings_from(GivenWalls, "crack_from_walls", locals())
     from digitise.drawing.given_lines import outline_between
 
     walls_mm = np.array(settings.left_mm), np.array(settings.right_mm)
     outline, photo = outline_between(*walls_mm, settings.box_mm, "crack_from_walls")
-    return _drawn(outline, photo, settings.data, np.concatenate(walls_mm))
+    return _without_trace(outline, photo, settings.data, np.concatenate(walls_mm))
 
 
 @keywords_of(GivenDrawing)
@@ -316,12 +338,8 @@ def import_dxf(
     drawing: FilePath,
     depth_mm: float,
     *,
-    outline: str | None = None,
-    walls: tuple[str, str] | None = None,
-    line: str | None = None,
-    width_mm: float | None = None,
-    units: Literal["mm", "cm", "m", "inch", "foot"] | None = None,
     data: DataKind = "undeclared",
+    **keywords: Any,
 ) -> tuple[CrackOutline, Solid]:
     """Read a crack that was drawn in CAD, seen from above. Its walls are upright and its floor is level.
 
@@ -340,6 +358,12 @@ def import_dxf(
     ------
     InputError
         The file cannot be read, a layer is missing or has other lines, or the lines bound no crack.
+
+    Examples
+    --------
+    >>> crack, solid = st.import_dxf("crack.dxf", depth_mm=10, line="MIDDLE", width_mm=3)
+    >>> round(crack.length_mm)
+    60
     """
     file = file_of(drawing, "drawing")
     given = settings_from(GivenDrawing, "import_dxf", locals())
@@ -348,17 +372,14 @@ def import_dxf(
     from digitise.solid.build_solid import build_solid
 
     drawn = open_drawing(file, given.units)
-    along = None if given.line is None or given.width_mm is None else (given.line, given.width_mm)
     try:
-        outlined, photo = drawn_crack(drawn, outline=given.outline, walls=given.walls, line=along)
+        outlined, photo = drawn_crack(drawn, **given.layers)
         solid = build_solid(outlined, CrackShape(depth_mm=given.depth_mm, tilt="vertical"))
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
-    warnings = (*outlined.warnings, *drawn.notes)
-    content = content_of(replace(outlined, warnings=warnings))
-    crack = CrackOutline(**content, photo=photo, data=data, sha256=sha256_of(file))
+    crack = _without_trace(replace(outlined, warnings=(*outlined.warnings, *drawn.notes)), photo, data, file)
     return crack, replace(solid, made_of=of_one_crack("import_dxf", crack))
 
 
-def _drawn(outline: Outline, photo: Photo, data: DataKind, given: NDArray[Any]) -> CrackOutline:
+def _without_trace(outline: Outline, photo: Photo, data: DataKind, given: Path | NDArray[Any]) -> CrackOutline:
     return CrackOutline(**content_of(outline), photo=photo, data=data, sha256=sha256_of(given))

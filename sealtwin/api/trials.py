@@ -1,26 +1,23 @@
-"""Runs of a whole trial from Python, sweeps and calibrations of its settings, and maps of a sweep."""
+"""A trial from Python: its run, a plan for it, and a plan for the rest of its pour."""
 
-import json
-import subprocess
-import sys
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from sealtwin.api.shared import FilePath, WarnedProgress, of_one_crack, path_or_none, warn
+from sealtwin.api import FilePath, Points, of_one_crack, path_or_none, settings_from, shown_progress, warn
 from sealtwin.core import record_files
-from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from sealtwin.core.files import read_table
-from sealtwin.core.progress import progress_for_stderr, wanted
-from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid, Trajectory
-from sealtwin.core.settings import as_json, checked
+from sealtwin.core.progress import wanted
+from sealtwin.core.records import Floats, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.core.settings import checked
+from sealtwin.core.settings_text import keywords_of
+from sealtwin.plan import PlanOptions
 from validate.result import TrialResult
 
 if TYPE_CHECKING:
@@ -143,6 +140,12 @@ def run_trial(
         The model cannot represent this sealant, or the result is unreliable: one warning for each reason, as in
         ``fluid.warnings``. The photo or the readings are in doubt, or a file was edited; with ``progress`` these are
         printed on stderr instead.
+
+    Examples
+    --------
+    >>> trial = st.run_trial("trial.toml", out="run")
+    >>> trial.redone
+    ('digitise', 'simulate', 'validate')
     """
     from sealtwin.study.pipeline import run_trial
     from sealtwin.trial.job import STAGES
@@ -161,268 +164,155 @@ def run_trial(
         content = settings.model_dump(mode="json", exclude_none=True)
         settings = checked(Trial, Path("run_trial"), {**content, "seeds": seeds})
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
-    warned = WarnedProgress()
-    with progress_for_stderr(quiet=False) if wanted(progress) else warned as shown:
+    with shown_progress(progress) as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads)
-    warn(dict.fromkeys([*warned.sentences, *texts(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
+    said = [] if wanted(progress) else [warning.text for warning in shown.warned]
+    warn(dict.fromkeys([*said, *texts(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 
 
 @dataclass(frozen=True)
-class SweepResult:
-    """A sweep's folder: what ``sweep`` returns."""
+class FlowPlan:
+    """A plan: what ``plan_flow`` and ``plan_rest`` return.
+
+    ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3); each row is valid until the time of
+    the next. ``s_mm`` and ``level_mm``, (m,), are the level after the pour. ``half_width_mm`` is the half-width of the
+    level's 95 % band; it is None if the plan has only one seed, or none.
+    """
 
     folder: Path
-    rows: tuple[dict[str, Any], ...]
-    """One row for each run, in the order of the grid: the settings that vary, its state, its figures, and the reason if
-    it failed. The file runs.csv has the same rows."""
-    best: dict[str, Any] | None
-    """Number, settings and mean error in mm of the run nearest to the readings; None if there are no readings."""
-
-    @property
-    def failed(self) -> tuple[dict[str, Any], ...]:
-        """Rows of failed runs, each with its reason."""
-        return tuple(row for row in self.rows if row["state"] == "failed")
-
-    def column(self, name: str) -> Floats:
-        """Return a column of numbers, (runs,); NaN for missing values. Raises InputError for an unknown name."""
-        if name not in self.rows[0]:
-            raise InputError(f"column: there is no column {name!r}; the columns are {', '.join(self.rows[0])}.")
-        return np.array([np.nan if row[name] is None else row[name] for row in self.rows], dtype=float)
+    t_s: Floats
+    position_mm: Floats
+    speed_mm_s: Floats
+    flow_mm3_s: Floats
+    s_mm: Floats
+    level_mm: Floats
+    half_width_mm: Floats | None
+    verified: bool
+    """True if in particle runs the plan was better than both baselines."""
+    content: dict[str, Any]
+    """Content of plan.json or rest.json: under_mm3, over_mm3, baselines, rounds, chances, flow_factor."""
 
 
-def sweep(
+@keywords_of(PlanOptions)
+def plan_flow(
     trial: FilePath,
-    grid: Mapping[str, Sequence[Any]],
     *,
     out: FilePath | None = None,
-    fixed: Mapping[str, Any] | None = None,
-    name: str | None = None,
-    device: str = "cpu",
-    jobs: int | None = None,
-    accurate: bool = False,
+    device: str = "auto",
     progress: bool | None = None,
-) -> SweepResult:
-    """Run a trial once for each combination of the given settings.
-
-    Finished runs are kept: after an interruption, repeat the same call to continue. ``sealtwin sweep`` does the work in
-    its own process, because worker processes would otherwise run the calling script again.
+    **keywords: Any,
+) -> FlowPlan:
+    """Plan flow and speed along a crack, as ``sealtwin plan`` does.
 
     Parameters
     ----------
     trial
-        The trial file to start from.
-    grid
-        Values of each setting by its dotted name, for example ``{"fluid.U": [1, 10, 100]}``; the first setting varies
-        slowest.
+        A trial file with a path, and a sealant that does not age.
     out
-        The sweep's folder; default: reports/<name>. Its study.toml runs the same sweep on the command line.
-    fixed
-        Settings of all runs that replace the trial's, for example ``{"solver.radius_mm": 0.6}``.
-    name
-        Name of the study; default: <folder of the trial file>-<name of the trial file>-sweep.
-    device, jobs
-        Device of the fluid runs, as in ``run_trial``, and number of processes; default: one for each core, or one on a
-        GPU.
-    accurate
-        True computes with the trial's solver settings; otherwise the runs are drafts (solver.preset), unless ``grid``
-        or ``fixed`` sets another setting of the solver than model and settle_s.
+        The plan's folder; by default reports/NAME-plan.
+    device
+        Device of the particle runs.
     progress
         Show progress on stderr; default: if stderr is a terminal, or in a notebook.
 
     Returns
     -------
-    SweepResult
-        A row for each run; a failed run does not stop the others.
+    FlowPlan
+        The plan that was best in particle runs.
 
     Raises
     ------
     InputError
-        A run has an invalid setting (all are checked before the first run), or the folder is that of another sweep.
-
-    Warns
-    -----
-    RuntimeWarning
-        The model cannot represent the sealant of a run, or results are unreliable: one warning for each reason, with
-        the number of runs.
-    """
-    import tomlkit
-
-    from sealtwin.study.study_file import Study
-
-    file = Path(trial).resolve()
-    content = {"name": name or f"{file.parent.name}-{file.stem}-sweep", "trial": str(file), "grid": grid}
-    if fixed:
-        content["fixed"] = fixed
-    # Checked here already, so that messages name this function.
-    settings = checked(Study, Path("sweep"), content)
-    target = Path(out) if out is not None else Path("reports", settings.folder_name)
-    with tempfile.TemporaryDirectory(prefix="sealtwin-") as temporary:
-        study = Path(temporary, "study.toml")
-        study.write_text(tomlkit.dumps(json.loads(json.dumps(content, default=as_json))), encoding="utf-8")
-        answer = _command(["sweep", study, *_accurate(accurate)], target, device, jobs, progress)
-    warn(answer["fluid_warnings"])
-    return SweepResult(target, tuple(answer["runs"]), answer["best"])
-
-
-@dataclass(frozen=True)
-class CalibrationResult:
-    """A calibration's folder: what ``calibrate`` returns."""
-
-    folder: Path
-    content: dict[str, Any]
-    """Content of calibration.json: finding, gates, combinations, roles and predictions of the trials."""
-    posterior: dict[str, Floats]
-    """500 draws of each free setting, (500,), by dotted name; empty if no setting reproduces the readings."""
-
-    @property
-    def identified(self) -> dict[str, bool]:
-        """True for each setting whose 90 % interval is at most half as wide as before the calibration."""
-        return {one["setting"]: one["identified"] for one in self.content["free"] if isinstance(one, dict)}
-
-
-def calibrate(
-    trials: FilePath | Sequence[FilePath],
-    free: Mapping[str, tuple[float, float]],
-    *,
-    hold_out: Sequence[FilePath] = (),
-    budget: int = 40,
-    out: FilePath | None = None,
-    device: str = "cpu",
-    jobs: int | None = None,
-    accurate: bool = False,
-    progress: bool | None = None,
-) -> CalibrationResult:
-    """Determine settings from the readings of one trial or several, and predict others.
-
-    Finished runs are kept, as in ``sweep``; ``sealtwin calibrate`` does the work in its own process.
-
-    Parameters
-    ----------
-    trials
-        Trial files whose readings have the role "calibrated-on".
-    free
-        Range of each unknown setting, by dotted name: ``{"fluid.yield_stress_pa": (3, 60)}``.
-    hold_out
-        Trial files to predict and compare, with readings of the role "held-out".
-    budget
-        Runs of each trial, 40 or more.
-    out
-        The calibration's folder; default: reports/<trial>-calibrated.
-    device, jobs, accurate, progress
-        As in ``sweep``.
-
-    Returns
-    -------
-    CalibrationResult
-        Posterior, which settings it determines, and the predictions. There is no posterior if no setting reproduces the
-        readings.
-
-    Raises
-    ------
-    InputError
-        A trial, a setting or a role cannot be used.
+        Trial, cell or posterior cannot be used, or no plan is possible within the limits.
     NumericalError
-        Over a quarter of the runs failed or have a volume error over 5 %.
+        A particle run failed.
 
     Warns
     -----
     RuntimeWarning
-        The model cannot represent the sealant of a run, or results are unreliable: one warning for each reason.
+        The model cannot represent this sealant, or results are unreliable: one warning for each reason.
+
+    Examples
+    --------
+    >>> plan = st.plan_flow("planned.toml", out="plan", knots=3, verify=1, seeds=1, device="cpu")
+    >>> len(plan.t_s) == len(plan.flow_mm3_s)
+    True
     """
-    files = [trials] if isinstance(trials, str | PathLike) else list(trials)
-    ranges = [f"--free={name}={low:.12g}:{high:.12g}" for name, (low, high) in free.items()]
-    others = [f"--hold-out={Path(file)}" for file in hold_out]
-    content = _command(
-        ["calibrate", *files, f"--budget={budget}", *ranges, *others, *_accurate(accurate)], out, device, jobs, progress
-    )
-    warn(content["fluid_warnings"])
-    folder = Path(content["page"]).parent
-    posterior = {}
-    if content["possible"]:
-        names = [one["setting"] for one in content["free"]]
-        draws = read_table(folder / "posterior.csv", names, finite=True)
-        posterior = dict(zip(names, draws.T, strict=True))
-    return CalibrationResult(folder, content, posterior)
+    options = settings_from(PlanOptions, "plan_flow", locals())
+    from sealtwin.plan.make_plan import TABLE, make_plan
+    from simulate.device import choose_device
+
+    shown = shown_progress(progress)
+    made = make_plan(Path(trial), path_or_none(out), options, shown, device=choose_device(device))
+    warn(made.content["fluid_warnings"])
+    return _flow_plan(made.content, TABLE)
 
 
-def write_map(
-    swept: SweepResult | FilePath,
+@keywords_of(PlanOptions, without=("posterior", "verify", "seeds", "accurate"))
+def plan_rest(
+    trial: FilePath,
+    levels: FilePath | Points,
     *,
     out: FilePath | None = None,
-    readings: FilePath | None = None,
-    data: DataKind | None = None,
-    any_volume: bool = False,
-    fills: bool = False,
-    device: str = "cpu",
     progress: bool | None = None,
-) -> Path:
-    """Draw a sweep of two settings as a page: levels, map of the error, influences, cost.
+    **keywords: Any,
+) -> FlowPlan:
+    """Plan the rest of a paused pour from the levels so far, as ``sealtwin plan --from`` does.
+
+    The fast model estimates how much of the requested sealant is in the crack, and takes the pump to go on alike. The
+    rest begins at the first place that would stay low.
 
     Parameters
     ----------
-    swept
-        The sweep, or its folder. It needs at least four finished runs whose volume error is 5 % at most.
+    trial
+        The trial file of the pour, mostly trial.toml in a plan's folder.
+    levels
+        Rows of s and the measured level in mm, (n, 2), or a CSV of s_mm and level_mm: from the beginning of the pour up
+        to the nozzle. Levels below the face are negative.
     out
-        Folder for the page; default: map/ in the sweep's folder.
-    readings, data
-        A sheet of readings other than the trial's, and its origin.
-    any_volume
-        True includes runs whose volume error is over 5 %.
-    fills, device, progress
-        ``fills=True`` draws how about nine runs fill; those whose fill was not kept are computed again on ``device``.
-        ``progress`` as in ``run_trial``.
+        Folder of the rest; by default reports/NAME-rest.
+    progress
+        As in ``plan_flow``.
 
     Returns
     -------
-    Path
-        The page, map.html; its figures are in the same folder as SVG and CSV.
+    FlowPlan
+        The rest of the path, and the level at its end by the fast model, which the measured levels have corrected.
 
     Raises
     ------
     InputError
-        The sweep cannot be mapped, or the readings cannot be read.
+        Trial, cell or levels cannot be used.
 
-    Warns
-    -----
-    RuntimeWarning
-        Another version of digitise or simulate computed the runs, the model cannot represent the sealant of a run, or
-        results are unreliable.
+    Examples
+    --------
+    >>> rest = st.plan_rest("planned.toml", [(1, -2.0), (4, -2.1)], out="rest", knots=3)
+    >>> rest.verified
+    False
     """
-    from sealtwin.study.study_map import PAGE, map_study
+    options = settings_from(PlanOptions, "plan_rest", locals())
+    from sealtwin.plan.rest import TABLE, plan_rest
 
-    folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
-    target, caliper = path_or_none(out), path_or_none(readings)
-    shown = progress_for_stderr(quiet=not wanted(progress))
-    mapped = map_study(folder, target, caliper, data, device if fills else None, shown, any_volume=any_volume)
-    warn([*mapped.content["other_versions"], *mapped.content["fluid_warnings"]])
-    return mapped.folder / PAGE
+    shown = shown_progress(progress)
+    made = plan_rest(Path(trial), levels, path_or_none(out), options, shown)
+    return _flow_plan(made.content, TABLE)
 
 
-def _accurate(accurate: bool) -> list[str]:
-    return ["--accurate"] if accurate else []
-
-
-def _command(
-    words: Sequence[FilePath], out: FilePath | None, device: str, jobs: int | None, progress: bool | None
-) -> dict[str, Any]:
-    """Run a command of sealtwin with this interpreter; return its JSON output.
-
-    Raises the kind of SealtwinError that its exit code means.
-    """
-    # -P: folders named 'validate' or 'simulate' in the current folder must not be imported.
-    line = [sys.executable, "-P", "-m", "sealtwin", *map(str, words), "--device", device, "--json"]
-    line += [] if out is None else ["--out", str(out)]
-    line += [] if jobs is None else ["--jobs", str(jobs)]
-    shows = wanted(progress)
-    line += [] if shows else ["--quiet"]
-    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=None if shows else subprocess.PIPE, check=False)
-    try:
-        answer = json.loads(done.stdout)
-    except ValueError:
-        errors = (done.stderr or b"").decode(errors="replace")
-        raise RuntimeError(f"'sealtwin {words[0]}' ended with code {done.returncode}.\n{errors}") from None
-    if "error" not in answer:
-        return answer
-    kinds: dict[int, type[SealtwinError]] = {InputError.exit_code: InputError, NumericalError.exit_code: NumericalError}
-    raise kinds.get(answer["exit_code"], SealtwinError)(answer["error"])
+def _flow_plan(content: dict[str, Any], table: str) -> FlowPlan:
+    folder = Path(content["folder"])
+    path = read_table(folder / table, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
+    level = read_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS)
+    half_width_mm = np.asarray(level[:, 3] - level[:, 1])
+    return FlowPlan(
+        folder=folder,
+        t_s=path[:, 0],
+        position_mm=path[:, 1:4],
+        speed_mm_s=path[:, 4],
+        flow_mm3_s=path[:, 5],
+        s_mm=level[:, 0],
+        level_mm=level[:, 1],
+        half_width_mm=None if np.isnan(half_width_mm).any() else half_width_mm,
+        verified=content["verified"],
+        content=content,
+    )

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from sealtwin.calibration import LEAST_BUDGET, MOST_FREE, CalibrationOptions
 from sealtwin.calibration.search import (
     CONFIRM,
     DRAWS,
@@ -25,7 +26,7 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
-from sealtwin.material.paste import material_text
+from sealtwin.material import material_text
 from sealtwin.study.runner import StudyOptions
 from sealtwin.trial.job import NUMBERS, shown
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced, sets_resolution
@@ -33,15 +34,13 @@ from simulate.material_file import Material
 from validate.calibration.free import Free, Marginal
 from validate.calibration.posterior import SMOOTH_ERRORS_MM
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
-from validate.figures.calibration_sheet import calibration_sheet
-from validate.figures.figure_sheet import write_sheet_of_figures
+from validate.figures.calibration_page import calibration_page
+from validate.figures.page import write_page
 from validate.units import counted
 
 LIBRARY = "library"  # Folder of the runs of all trials, in a study folder for each trial
 PREDICTING = 12  # Draws of the posterior that are run in a held-out trial
-MOST_FREE = 6  # Forty runs cannot resolve more free settings
 OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables of one pour; other trials have their own
-LEAST_BUDGET = 40
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
 STRESS, INDEX = "fluid.yield_stress_pa", "fluid.flow_index"
 THICKNESS = ("fluid.viscosity_pa_s", "fluid.consistency_pa_s_n", "fluid.U")
@@ -55,38 +54,33 @@ NOT_FOR = (
 
 def calibrate(
     trials: Sequence[Path],
-    ranges: Mapping[str, tuple[float, float]],
+    options: CalibrationOptions,
     out: Path | None,
-    options: StudyOptions,
+    how: StudyOptions,
     progress: Progress,
-    *,
-    held_out: Sequence[Path] = (),
-    budget: int = LEAST_BUDGET,
-    date: day | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Fit settings to the readings of trials; write material, posterior, record and page. Return the --json object.
 
-    ``ranges`` has the lower and upper end of each free setting by dotted name. The default of ``out`` is
-    reports/<trial>-calibrated. ``settings`` by dotted name replace those of all trial files. Finished runs are not
-    computed again: if the process is killed, the same call continues and writes the same files.
+    The default of ``out`` is reports/<trial>-calibrated. ``settings`` by dotted name replace those of all trial files.
+    Finished runs are not computed again: if the process is killed, the same call continues and writes the same files.
 
     Raises:
         InputError: A trial, a setting or a role cannot be used, or the folder has other files.
         NumericalError: More than a quarter of the runs are unusable.
         BusyError: Another process uses the folder.
     """
-    frees = _checked(trials, ranges, held_out, settings)
-    if sets_resolution((*ranges, *(settings or {}))):
-        options = replace(options, drafts=False)
+    held_out, budget = options.hold_out, options.budget
+    frees = _checked(trials, options.free, held_out, settings)
+    if sets_resolution((*options.free, *(settings or {}))):
+        how = replace(how, drafts=False)
     folder = out or Path("reports", f"{load_trial(trials[0], settings).folder_name}-calibrated")
     require_folder(folder)
     if folder.is_dir() and not (folder / LIBRARY).is_dir():
         refuse_foreign(folder, "calibration")
     with holding(folder), progress:
         twins, others = (
-            [Twin(file, folder / LIBRARY, options, progress, settings) for file in group]
-            for group in (trials, held_out)
+            [Twin(file, folder / LIBRARY, how, progress, settings) for file in group] for group in (trials, held_out)
         )
         _require_different([*twins, *others])
         frees = [Free(free.name, free.low, free.high, _measured(free, twins)) for free in frees]
@@ -101,7 +95,7 @@ def calibrate(
             launches |= {twin: [PREDICTING] for twin in others}
             # A launch begins when all runs of the one before are done. The last of each trial is accurate.
             return sum(
-                twin.work_s(accurate=number == len(counts)) * ceil(count / max(1, options.jobs))
+                twin.work_s(accurate=number == len(counts)) * ceil(count / max(1, how.jobs))
                 for twin, counts in launches.items()
                 for number, count in enumerate(counts, start=1)
             )
@@ -128,8 +122,8 @@ def calibrate(
                 predictions.append(_prediction(twin, "calibrated", *predicted_by_emulator(emulator, evidence, draws)))
             predictions += [_predicted(result, draws, twin) for twin in others]
         calibrated = _summary(result, twins, others, predictions)
-        content = _written(folder, result, calibrated, twins, others, date or day.today())
-        content["files"] += write_sheet_of_figures(folder, PAGE, calibration_sheet(calibrated))
+        content = _written(folder, result, calibrated, twins, others, options.date or day.today())
+        content["files"] += write_page(folder / PAGE, calibration_page(calibrated))
         files.write_json(folder / RECORD, content)
         return content
 

@@ -17,7 +17,15 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
-from sealtwin.cli.options import describe, flag, option, parameter, parameters, settings_of
+from sealtwin.cli.options import (
+    everyday_parameters,
+    flag,
+    model_parameters,
+    option,
+    parameter,
+    read_model,
+    settings_of,
+)
 from sealtwin.core.errors import SealtwinError, naming
 
 if TYPE_CHECKING:
@@ -37,7 +45,7 @@ VERBOSE = flag("--verbose", "Also print the figures and sentences that the short
 
 @dataclass(frozen=True)
 class Answer:
-    content: dict[str, Any]  # Printed with --json
+    content: dict[str, Any]  # Printed with --json, after the version of its form
     lines: Sequence[str]  # Printed without --json
     exit_code: int = 0
 
@@ -59,11 +67,12 @@ class Command:
 
     def warn(self, text: str) -> None:
         """Print a warning, even with --quiet."""
-        print(text, file=sys.stderr)
+        print(f"note: {text}", file=sys.stderr)
 
     def reply(self, answer: Answer) -> None:
         """Print the result; end the command if its exit code is not 0."""
-        text = json.dumps(answer.content, ensure_ascii=False) if self.as_json else "\n".join(answer.lines)
+        content = {"version": 1, **answer.content}
+        text = json.dumps(content, ensure_ascii=False) if self.as_json else "\n".join(answer.lines)
         with naming(Path("standard output")):
             print(text, file=self.stdout, flush=True)
         if answer.exit_code:
@@ -80,6 +89,15 @@ class Command:
         # "python -m" by the signal instead of the exit code, even if it was handled. Another exec() clears the flag.
         exec("")
         self.fail(f"interrupted; {message}", INTERRUPTED)
+
+    def device_and_jobs(self, jobs: int | None) -> tuple[str, int]:
+        """Return the device of a study's runs, which is printed, and the number of processes."""
+        from sealtwin.core.cluster import cores
+        from simulate.device import choose_device, describe_device
+
+        device = choose_device(self.device)
+        self.say(f"Device: {describe_device(device)}")
+        return device, jobs or (cores() if device == "cpu" else 1)
 
     def progress(self) -> "Progress":
         from sealtwin.core.progress import QuietProgress, progress_for_stderr
@@ -101,15 +119,34 @@ class Commands(TyperGroup):
 
 
 class CheckedCommand(TyperCommand):
-    """Command that refuses an option that is given twice.
+    """Command that refuses an option that is given twice: Click would silently use the last value.
 
-    Click would silently use the last value. Options that take a list may be repeated. Help of options that are settings
-    is read only when it is shown.
+    Options that take a list may be repeated. Options of settings are made when they are first needed, since settings
+    load pydantic, and reach the command's function together, as the parameter in whose place they are.
     """
 
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        describe(self)
-        super().format_help(ctx, formatter)
+    @property
+    def params(self) -> list[Any]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        sources, self._sources = self._sources, {}
+        for name, source in sources.items():
+            made = _with_signature(lambda **_: None, source())
+            alone = typer.Typer(add_completion=False)
+            alone.command()(made)
+            options = typer.main.get_command(alone).params
+            place = [each.name for each in self._params].index(name)
+            self._params[place : place + 1] = options
+            self._parts[name] = [each.name for each in options]
+        return self._params
+
+    @params.setter
+    def params(self, params: list[Any]) -> None:  # pyright: ignore[reportIncompatibleVariableOverride]
+        self._params, self._parts = list(params), dict[str, list[Any]]()
+        self._sources = vars(self.callback)["sources"]
+
+    def invoke(self, ctx: Any) -> Any:
+        for name, options in self._parts.items():
+            ctx.params[name] = {each: ctx.params.pop(each) for each in options}
+        return super().invoke(ctx)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         _, _, given = self.make_parser(ctx).parse_args(args=list(args))
@@ -123,6 +160,7 @@ class CheckedCommand(TyperCommand):
 def answers(
     *names: str,
     needs: Sequence[str] = (),
+    model: str = "",
     device: bool = False,
     verbose: bool = False,
     quiet: bool = True,
@@ -130,38 +168,44 @@ def answers(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Turn a function of a ``Command`` into a command: add options for output and device, turn faults into exit codes.
 
-    The function's parameter ``settings`` becomes --set and the everyday options in ``names``. Options in ``needs`` are
-    required.
+    The function's parameter ``settings`` becomes --set and the everyday options in ``names``, of which those in
+    ``needs`` are required. Its parameter ``options`` becomes an option for each field of the settings ``model``,
+    "module:Class".
     """
     ends = [("device", str, DEVICE, "auto")] if device else []
     ends += [("as_json", bool, JSON, False)] if as_json else []
     ends += [("quiet", bool, QUIET, False)] if quiet else []
     ends += [("verbose", bool, VERBOSE, False)] if verbose else []
+    sources = {"settings": lambda: everyday_parameters(names, needs), "options": lambda: model_parameters(model)}
 
     def decorated(function: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(function)
         def command(**given: Any) -> None:
             answer = Command(**{name: given.pop(name) for name, *_ in ends})
             with ending(answer):
-                if "set" in given:
-                    options = {name: given.pop(name) for name in names}
-                    given["settings"] = settings_of(options, given.pop("set") or ())
+                if (everyday := given.get("settings")) is not None:
+                    given["settings"] = settings_of(everyday, everyday.pop("set") or ())
+                if model:
+                    given["options"] = read_model(model, given["options"])
                 function(answer, **given)
 
-        own = list(inspect.signature(function).parameters.values())[1:]
-        shown = [*itertools.chain(*(_shown(one, names, needs) for one in own)), *itertools.starmap(parameter, ends)]
-        command.__signature__ = inspect.Signature(shown)  # pyright: ignore[reportAttributeAccessIssue]
-        command.__annotations__ = {one.name: one.annotation for one in shown}
-        return command
+        own = [
+            parameter(each.name, str | None, typer.Option(), None)
+            if each.name in sources
+            else each.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+            for each in [*inspect.signature(function).parameters.values()][1:]
+        ]
+        vars(command)["sources"] = {each.name: sources[each.name] for each in own if each.name in sources}
+        return _with_signature(command, [*own, *itertools.starmap(parameter, ends)])
 
     return decorated
 
 
-def _shown(own: inspect.Parameter, names: Sequence[str], needs: Sequence[str]) -> Iterable[inspect.Parameter]:
-    """Return the options that a function's own parameter becomes."""
-    if own.name == "settings":
-        return parameters(names, needs)
-    return [own.replace(kind=inspect.Parameter.KEYWORD_ONLY)]
+def _with_signature(function: Callable[..., None], parameters: Iterable[inspect.Parameter]) -> Callable[..., None]:
+    signature = inspect.Signature([*parameters])
+    function.__signature__ = signature  # pyright: ignore[reportFunctionMemberAccess]
+    function.__annotations__ = {each.name: each.annotation for each in signature.parameters.values()}
+    return function
 
 
 @contextmanager

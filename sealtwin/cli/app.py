@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, lab, material, photo_tools, planning, samples, studies, trials
+from sealtwin.cli import doctor, lab, material, samples, studies, trials
 from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, take_any_name
 
 app = typer.Typer(
@@ -31,7 +31,7 @@ for command in (
     trials.demo,
     trials.quick,
     trials.run,
-    photo_tools.trace,
+    samples.trace,
     samples.digitise,
     samples.import_mesh,
     samples.import_dxf,
@@ -46,13 +46,13 @@ for command in (
     studies.calibrate,
     trials.robot,
     samples.export,
-    photo_tools.markers,
-    material.material,
-    planning.plan,
+    samples.markers,
+    studies.plan,
     trials.init,
     doctor.doctor,
 ):
     app.command(cls=CheckedCommand)(command)
+app.add_typer(material.methods)
 
 
 @app.callback(invoke_without_command=True)

@@ -22,7 +22,7 @@ def doctor(command: Command) -> None:
         except Exception as fault:  # Any exception is a failed self-test, and is printed.
             checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
             healthy = False
-    content = {"version": 1, "versions": versions(), "stage_numbers": NUMBERS, "checks": checks, "healthy": healthy}
+    content = {"versions": versions(), "stage_numbers": NUMBERS, "checks": checks, "healthy": healthy}
     facts = {**versions(), **checks}
     facts["sealtwin"] += f", stage numbers {number_words(NUMBERS)}"
     lines = [f"{name:<24} {fact}" for name, fact in facts.items()]

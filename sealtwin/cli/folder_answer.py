@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.cli.answer import BAD_INPUT, BUG, GATE_FAILED, SOME_FAILED, Answer
-from sealtwin.cli.trial_answer import SAY_ORIGIN
-from sealtwin.core.doubts import CONFIRMS
 from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import (
     RUN,
@@ -18,14 +16,14 @@ from sealtwin.lab.catalogue import (
     progress_of,
     read_run,
 )
-from sealtwin.lab.files import TRIAL, plain
+from sealtwin.lab.files import PAIRING, TRIAL, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.run_samples import SampleRun
-from sealtwin.lab.sample import PAIRING, LabSample
+from sealtwin.lab.sample import LabSample
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
 from validate.readings.grid import letters, listed
-from validate.readings.names import sample_key
+from validate.readings.words import sample_key
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
@@ -46,7 +44,8 @@ def batch_answer(batch: Batch) -> Answer:
     if proposals := sum(row.path_source == "automatic" for row in batch.done):
         lines.append(f"{proposals} cracks were found automatically: check these proposals.")
     if undeclared := sum(row.data == "undeclared" for row in batch.done):
-        lines.append(f"{counted(undeclared, 'photo')} of undeclared origin; photo{SAY_ORIGIN}")
+        origins = "photo.data declares it (measured, reconstructed, synthetic)"
+        lines.append(f"{counted(undeclared, 'photo')} of undeclared origin; {origins}.")
     lines += [f"failed: {row.fault}" for row in batch.failed]
     return Answer(batch.content(), lines, batch.exit_code)
 
@@ -132,7 +131,7 @@ def show_answer(lab: Path, sample: str) -> Answer:
         raise InputError(f"{lab}: has no sample {sample!r:.80}. List its samples with 'sealtwin lab list {lab}'.")
     rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
     lines = [line for record in reversed(records) for line in _revision(lab, record)]
-    lines += [f"{_begin(fault.sentence)}{fault.sentence}" for fault in faults]
+    lines += [f"{_begin(fault)}{fault.sentence}" for fault in faults]
     return _lab_answer(lab, rows, faults, lines)
 
 
@@ -181,20 +180,17 @@ def _pairing_row(sample: LabSample) -> list[str]:
     ]
 
 
-def _begin(sentence: str) -> str:
+def _begin(fault: CatalogueFault) -> str:
     """Return the words that begin the line of a fault: "in doubt" if the readings can be confirmed, else "failed"."""
-    return "in doubt: " if f"{CONFIRMS} = " in sentence else "failed: "
+    return "in doubt: " if fault.can_be_confirmed else "failed: "
 
 
 def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
     """Merge equal faults of several samples, such as a fault of lab.toml, into one line."""
-    names = dict[str, dict[str, None]]()
+    names = dict[tuple[str, str], dict[str, None]]()
     for fault in faults:
-        names.setdefault(fault.sentence, {})[fault.name] = None
-    return [
-        f"{begins or _begin(sentence)}{'' if sentence.partition(':')[0] in of else f'{listed([*of])}: '}{sentence}"
-        for sentence, of in names.items()
-    ]
+        names.setdefault((begins or _begin(fault), fault.sentence), {})[fault.name] = None
+    return [f"{begin}{listed([*of])}: {sentence}" for (begin, sentence), of in names.items()]
 
 
 def _understood(sample: LabSample) -> list[str]:

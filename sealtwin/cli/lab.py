@@ -76,7 +76,7 @@ def lab(
         command.reply(_run(command, folder, jobs))
     elif out is not None:
         rows = export(folder, out)
-        command.reply(Answer({"version": 1, "file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
+        command.reply(Answer({"file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
     elif sample is not None:
         command.reply(show_answer(folder, sample))
     else:
@@ -85,13 +85,9 @@ def lab(
 
 def _run(command: Command, folder: Path, jobs: int | None) -> Answer:
     from sealtwin.cli.folder_answer import samples_answer
-    from sealtwin.core.cluster import cores
     from sealtwin.lab.run_samples import run_samples
     from sealtwin.study.runner import StudyOptions
-    from simulate.device import choose_device, describe_device
 
-    device = choose_device(command.device)
-    command.say(f"Device: {describe_device(device)}")
-    how = StudyOptions(device, jobs or (cores() if device == "cpu" else 1))
+    options = StudyOptions(*command.device_and_jobs(jobs))
     with command.progress() as progress:
-        return samples_answer(folder, run_samples(folder, how, progress))
+        return samples_answer(folder, run_samples(folder, options, progress))

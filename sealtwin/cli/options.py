@@ -1,16 +1,25 @@
-"""Options of the command line: numbers with a decimal point or comma, everyday settings, and --set."""
+"""Options of the command line: those of a settings model, everyday settings of a trial, --set, and single numbers.
+
+An option of a command is a field of the command's model: to add one, add the field with its docstring and bounds. A
+value that is more than one number, text or file has its form in ``FORMS``.
+"""
 
 import inspect
 import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from sealtwin.core.errors import InputError, present
+
+if TYPE_CHECKING:
+    from sealtwin.core.settings import Settings
 
 Given = dict[str, Any]
 """Settings of a trial by dotted name. They replace those of the trial's file."""
@@ -42,6 +51,9 @@ Out = Annotated[File, option("Run folder; default: reports/<trial name> under th
 
 WRITTEN = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
 """A number as people write it: float() would also accept 1_0, nan and digits of other scripts."""
+BETWEEN = re.compile("[x:,]")
+"""Sign between the parts of a form."""
+SENTENCE = re.compile(r"(?<=\.)\s+(?=[A-Z])")
 THOUSANDS = re.compile(r"[+-]?[1-9]\d*,\d{3}", re.ASCII)
 
 
@@ -58,48 +70,41 @@ def read_number(text: str, *, comma: bool = True) -> float:
     return value
 
 
-def number_option(help: str, low: float | None = None, high: float | None = None) -> Any:
-    """Describe an option with one number, from ``low`` to ``high`` if they are given."""
-    return typer.Option(help=help, metavar=_metavar("NUMBER", low, high), parser=_reader(float, low, high))
+def number_option(help: str, low: float = -math.inf, high: float = math.inf, kind: type[float] = float) -> Any:
+    """Describe an option with one number from ``low`` to ``high``."""
+
+    def read(given: Any) -> float:
+        try:
+            # A default is a number already.
+            value = read_number(given) if isinstance(given, str) else given
+            if kind is int and value != int(value):
+                raise ValueError("expected a whole number")
+            if not low <= value <= high:
+                raise ValueError(f"expected {low:g} to {high:g}")
+        except ValueError as fault:
+            raise typer.BadParameter(f"{given}: {fault}") from None
+        return kind(value)
+
+    word = "COUNT" if kind is int else "NUMBER"
+    return typer.Option(help=help, metavar=word if high == math.inf else f"{word}, {low:g} to {high:g}", parser=read)
 
 
 def count_option(help: str, low: int, high: int) -> Any:
     """Describe an option with a whole number from ``low`` to ``high``."""
-    return typer.Option(help=help, metavar=_metavar("COUNT", low, high), parser=_reader(int, low, high))
+    return number_option(help, low, high, int)
 
 
-def _metavar(word: str, low: float | None, high: float | None) -> str:
-    return word if low is None else f"{word}, {low} to {high}"
-
-
-def _reader(kind: type[int] | type[float], low: float | None, high: float | None) -> Callable[[Any], float]:
-    def read(given: Any) -> float:
-        # A default is a number already.
-        try:
-            value = read_number(given) if isinstance(given, str) else given
-        except ValueError as fault:
-            raise typer.BadParameter(f"{given}: {fault}") from None
-        if kind is int and value != int(value):
-            raise typer.BadParameter(f"{given}: expected a whole number")
-        if not (-math.inf if low is None else low) <= value <= (math.inf if high is None else high):
-            raise typer.BadParameter(f"{given}: expected {_metavar('', low, high).lstrip(', ')}")
-        return kind(value)
-
-    return read
-
-
-def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
-    """Read two numbers. Raises typer.BadParameter, naming the option."""
+def read_numbers(text: str, form: str, option: str) -> Any:
+    """Return a number, or as many as a form has parts, as in "AxB". Raises typer.BadParameter, naming the option."""
+    sign = BETWEEN.search(form)
+    parts = text.split(sign[0]) if sign else [text]
     try:
-        first, second = (read_number(part, comma=separator != ",") for part in text.split(separator))
-    except ValueError:
-        raise typer.BadParameter(f"{option} {text}: expected two numbers, as in 12{separator}340") from None
-    return first, second
-
-
-def points(text: str | Sequence[str], option: str) -> list[tuple[float, float]]:
-    """Read ``"x,y x,y"`` in pixels. Raises typer.BadParameter, naming the option."""
-    return [two_numbers(pair, ",", option) for pair in (text.split() if isinstance(text, str) else text)]
+        numbers = [read_number(part, comma=not sign or sign[0] != ",") for part in parts]
+        if len(numbers) != 1 + len(BETWEEN.findall(form)):
+            raise ValueError("a part is missing, or there are too many")
+    except ValueError as fault:
+        raise typer.BadParameter(f"{option} {text:.80}: {f'expected {form}; ' if form else ''}{fault}") from None
+    return numbers if sign else numbers[0]
 
 
 LONGEST_MM = 10_000.0  # Limit on s, as in a trial
@@ -112,14 +117,17 @@ def along(text: str, option: str) -> float | list[list[float]]:
     """
     path, column = Path(text), option.strip("-").replace("-", "_")
     if path.suffix.lower() not in {".csv", ".txt"}:
-        return _number(text, option, f"millimetres, or a CSV with the columns s_mm and {column}")
+        try:
+            return read_number(text)
+        except ValueError as fault:
+            expected = f"expected millimetres, or a CSV with the columns s_mm and {column}"
+            raise typer.BadParameter(f"{option} {text}: {expected}; {fault}") from None
     from digitise.settings import DEEPEST_MM, MOST_STATIONS
     from validate.readings.files import read_grid
-    from validate.readings.names import unit_of
-    from validate.readings.numbers import number
+    from validate.readings.words import number, unit_of
 
     grid = read_grid(path)
-    head = [cell.text for cell in next(iter(grid.rows.values()), ())]
+    head = grid.texts(next(iter(grid.rows), 0))
     if missing := [name for name in ("s_mm", column) if head.count(name) != 1]:
         raise InputError(f"{path}: no column {missing[0]}, or several; its first row must name s_mm and {column}.")
     # In a file with commas between columns, a comma in a number is ambiguous.
@@ -131,7 +139,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
         if s_mm is None or value_mm is None or not (0 <= s_mm <= LONGEST_MM and 0 < value_mm <= DEEPEST_MM):
             limits = f"0 to {LONGEST_MM:g} and above 0 to {DEEPEST_MM:g} mm are allowed"
             raise InputError(f"{path}, row {line}: s_mm and {column} = {texts!r:.80}; {limits}.")
-        if any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line]):
+        if any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line].values()):
             raise InputError(f"{path}, row {line}: has a unit beside numbers that must be in mm; convert them.")
         if rows and s_mm <= rows[-1][0]:
             place = f"{path}, row {line}: s_mm = {s_mm:g} follows {rows[-1][0]:g}"
@@ -142,7 +150,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
     return rows
 
 
-def board(path: str, _: str = "") -> dict[str, Any]:
+def board(path: str, _: str) -> dict[str, Any]:
     """Return the table [photo.markers] of a TOML file that 'sealtwin markers' wrote.
 
     Raises InputError if it is missing.
@@ -160,50 +168,115 @@ def board(path: str, _: str = "") -> dict[str, Any]:
     return read.photo.markers.model_dump(mode="json")
 
 
-def _number(text: str, option: str, expected: str = "a number") -> float:
-    try:
-        return read_number(text)
-    except ValueError as fault:
-        raise typer.BadParameter(f"{option} {text}: expected {expected}; {fault}") from None
+@dataclass(frozen=True)
+class FieldOption:
+    """An option of a field of settings, which has its help, its bounds and its default.
+
+    ``form`` says how its text is written. A form in quotes is one text of several parts, a form with blanks is several
+    texts, and an option whose form ends in "..." may be repeated.
+    """
+
+    root: "type[Settings]"
+    key: str  # Dotted name of the field in ``root``
+    form: str = ""  # Default: one number, word or file, as the field has it
+    read: Callable[[Any, str], Any] | None = None  # Reads the text by the option's name
+
+    def takes(self, *kinds: Any) -> bool:
+        from sealtwin.core.settings import takes
+
+        return takes(self.root, self.key, *kinds)
+
+    def parameter(self, name: str, needed: bool, *, brief: bool) -> inspect.Parameter:
+        """Return the parameter of a command. ``brief``: its help is one sentence and the name of the setting."""
+        from sealtwin.core.settings import choices, described, table_of
+        from sealtwin.core.settings_text import allowed
+
+        table, key = present(table_of(self.root, self.key.split(".")), self.key), self.key.rpartition(".")[2]
+        field, text = table.model_fields[key], described(table)[key]
+        numeric = self.takes(int, float)
+        names, details = choices(self.root, self.key), [self.key] if brief else []
+        if brief:
+            text = SENTENCE.split(text)[0]
+        else:
+            details += [allowed(field)] if numeric and not self.form else []
+            details += [", ".join(names)] if names and self.form else []
+            is_shown = isinstance(field.default, float | int | str) and not self.takes(bool)
+            details += [f"default: {field.default}"] if is_shown else []
+        text += f" ({'; '.join(details)})" if details else ""
+        texts = 1 if self.form.startswith("'") else len(self.form.split())
+        several: Any = tuple[(str,) * texts] if texts > 1 else str
+        kind = bool if self.takes(bool) else list[str] if texts > 1 and self.form.endswith("...") else several
+        word = "NUMBER" if self.takes(float) else "COUNT" if numeric else "FILE" if self.takes(Path) else "TEXT"
+        metavar = None if kind is bool else self.form or "|".join(names) or word
+        # Square brackets would be read as markup.
+        shown = typer.Option(spelt(name), metavar=metavar, help=" ".join(text.translate({91: 40, 93: 41}).split()))
+        default = inspect.Parameter.empty if needed else False if kind is bool else None
+        return parameter(name, kind if needed or kind is bool else kind | None, shown, default)
+
+    def value(self, name: str, given: Any) -> Any:
+        """Return the value that an option gives. Raises typer.BadParameter, naming the option."""
+        if self.read is not None or isinstance(given, bool):
+            return given if self.read is None else self.read(given, spelt(name))
+        form = self.form.strip("'").split()[0] if self.form else ""
+        if isinstance(given, str) and not self.form.startswith("'"):
+            return self._part(form, given, name)
+        values = [self._part(form, text, name) for text in (given.split() if isinstance(given, str) else given)]
+        if not self.takes(dict):
+            return values
+        if twice := [key for number, (key, _) in enumerate(values) if key in dict(values[:number])]:
+            raise typer.BadParameter(f"{spelt(name)} {twice[0]} is given twice; give it once")
+        return dict(values)
+
+    def _part(self, form: str, text: str, name: str) -> Any:
+        """Return a text, a number or several; of a form with an equals sign, what is left and what is right of it."""
+        if "=" in form:
+            left, _, right = text.partition("=")
+            try:
+                if left:
+                    return left, self._part(form.partition("=")[2], right, name)
+            except typer.BadParameter:
+                pass
+            raise typer.BadParameter(f"{spelt(name)} {text:.80}: expected {form}")
+        if not self.takes(int, float):
+            return text.split(",") if "," in form else text
+        numbers = read_numbers(text, form, spelt(name))
+        if self.takes(float):
+            return numbers
+        whole = [int(number) if number == int(number) else number for number in (numbers if form else [numbers])]
+        return whole if form else whole[0]
 
 
-def _count(text: str, option: str) -> int:
-    value = _number(text, option, "a whole number")
-    if value != int(value):
-        raise typer.BadParameter(f"{option} {text}: expected a whole number")
-    return int(value)
-
-
-def _size(text: str, option: str) -> list[float]:
-    return list(two_numbers(text, "x", option))
-
-
-class Everyday(NamedTuple):
-    """An option of the command line that gives one setting of a trial."""
-
-    key: str  # Dotted name of its setting; the setting's docstring is the help
-    metavar: str | None  # None: the values that the setting allows
-    read: Callable[[Any, str], Any] = lambda text, _: text  # Reads the text; the option's name is for messages
-    kind: Any = str | None
-
-
-OPTIONS = {
-    "depth_mm": Everyday("crack.depth_mm", "MM|CSV", along),
-    "mm_per_px": Everyday("photo.mm_per_px", "NUMBER", _number),
-    "face_mm": Everyday("photo.face_mm", "WxH", _size),
-    "markers": Everyday("photo.markers", "TOML", board),
-    "ends": Everyday("photo.ends_px", "X,Y X,Y", points, tuple[str, str] | None),
-    "via": Everyday("photo.via_px", "'X,Y ...'", points),
-    "roi": Everyday("photo.roi_px", "'X,Y ...'", points),
-    # Relative to the current folder; in a trial file it is relative to that file.
-    "mask": Everyday("photo.mask", "PICTURE", lambda text, _: Path(text).absolute()),
-    "width_mm": Everyday("photo.width_mm", "MM|CSV", along),
-    "units": Everyday("mesh.units", None),
-    "preset": Everyday("solver.preset", None),
-    "seed": Everyday("seed", "COUNT", _count),
-    "seeds": Everyday("seeds", "COUNT", _count),
+FORMS = {
+    "cone_mm": "AxBxH",
+    "face_mm": "WxH",
+    "start_mm": "X,Y",
+    "shear_rates": "LOW:HIGH",
+    "rows": "FIRST:LAST",
+    "date": "YYYY-MM-DD",
+    "free": "SETTING=LOW:HIGH ...",
+    "hold_out": "TRIAL ...",
+    "outline": "LAYER",
+    "walls": "LAYER LAYER",
+    "line": "LAYER",
+    "formats": "A,B",
 }
-"""Everyday options by the name of their parameter."""
+"""Forms of options by the field's name, for values that are more than one number, word or file."""
+EVERYDAY: dict[str, tuple[Any, ...]] = {
+    "depth_mm": ("crack.depth_mm", "MM|CSV", along),
+    "mm_per_px": ("photo.mm_per_px",),
+    "face_mm": ("photo.face_mm", "WxH"),
+    "markers": ("photo.markers", "TOML", board),
+    "ends": ("photo.ends_px", "X,Y X,Y"),
+    "via": ("photo.via_px", "'X,Y ...'"),
+    "roi": ("photo.roi_px", "'X,Y ...'"),
+    "mask": ("photo.mask", "PICTURE"),
+    "width_mm": ("photo.width_mm", "MM|CSV", along),
+    "units": ("mesh.units",),
+    "preset": ("solver.preset",),
+    "seed": ("seed",),
+    "seeds": ("seeds",),
+}
+"""Everyday options by the name of their parameter: the setting of a trial, the form, and a reader of their own."""
 PHOTO = ("depth_mm", "mm_per_px", "face_mm", "markers", "ends", "via", "roi", "mask", "width_mm")
 FLUID = ("preset", "seed", "seeds")
 SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)
@@ -215,13 +288,17 @@ SET = typer.Option(
 )
 
 
-def parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.Parameter]:
-    """Yield the parameters of everyday options and of --set. Those in ``needs`` have no default."""
+def everyday_parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.Parameter]:
+    """Yield the parameters of everyday options and of --set. Those in ``needs`` are required."""
     for name in names:
-        option, needed = OPTIONS[name], name in needs
-        shown = typer.Option(spelt(name), metavar=option.metavar, help=option.key)
-        yield parameter(name, str if needed else option.kind, shown, inspect.Parameter.empty if needed else None)
+        yield _everyday(name).parameter(name, name in needs, brief=True)
     yield parameter("set", list[str] | None, SET, None)
+
+
+def model_parameters(model: str) -> Iterator[inspect.Parameter]:
+    """Yield a parameter for each field of a settings model, "module:Class"."""
+    for name, field in model_of(model).model_fields.items():
+        yield FieldOption(model_of(model), name, FORMS.get(name, "")).parameter(name, field.is_required(), brief=False)
 
 
 def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Parameter:
@@ -230,14 +307,30 @@ def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Paramet
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
+def read_model(model: str, options: Mapping[str, Any]) -> Any:
+    """Return a settings model read from its options. Raises typer.BadParameter, naming the option."""
+    from sealtwin.core.settings import checked
+
+    # Absent options stay unset, so that a model can tell them from its defaults.
+    given, kind = {name: text for name, text in options.items() if text not in (None, False)}, model_of(model)
+    values = {name: FieldOption(kind, name, FORMS.get(name, "")).value(name, text) for name, text in given.items()}
+    try:
+        return checked(kind, Path("options"), values, lambda key: spelt(key.partition(".")[0]) if key else "options")
+    except InputError as fault:
+        raise typer.BadParameter(f"{fault}") from None
+
+
 def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
     """Return settings by dotted name, read from everyday options and from texts "table.key=value".
 
     ``options`` has their values by parameter. Names of files become absolute. Raises typer.BadParameter for unreadable
     texts and for a setting that is given twice, and InputError for a file that cannot be used.
     """
-    given = {name: text for name, text in options.items() if text is not None}
-    settings = {OPTIONS[name].key: OPTIONS[name].read(text, spelt(name)) for name, text in given.items()}
+    settings: Given = {}
+    for name, text in options.items():
+        if text is not None:
+            key = EVERYDAY[name][0]
+            settings[key] = _with_whole_names(key, _everyday(name).value(name, text))
     for text in others:
         key, value = _setting(text)
         if twice := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
@@ -246,22 +339,24 @@ def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
     return settings
 
 
-def describe(command: Any) -> None:
-    """Fill in the help of a command's everyday options: first sentence of the setting's docstring, and its name."""
-    for shown in command.params:
-        if shown.name in OPTIONS and shown.help == OPTIONS[shown.name].key:
-            text, values = _described(shown.help)
-            shown.help = f"{text} ({shown.help})"
-            shown.metavar = shown.metavar or values
+def model_of(name: str) -> "type[Settings]":
+    """Return a settings model, "module:Class". It is imported here, since --help of all commands loads none."""
+    module, _, kind = name.partition(":")
+    return getattr(import_module(module), kind)
+
+
+def _everyday(name: str) -> FieldOption:
+    return FieldOption(model_of("sealtwin.trial.trial_file:Trial"), *EVERYDAY[name])
 
 
 def spelt(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
+    """Return the name of the option of a parameter."""
+    return "--format" if name == "formats" else f"--{name.replace('_', '-')}"
 
 
 def _setting(text: str) -> tuple[str, Any]:
     """Read table.key=value. Raises typer.BadParameter."""
-    from sealtwin.core.settings import table_of, takes_list
+    from sealtwin.core.settings import table_of, takes
     from sealtwin.trial.trial_file import Trial
 
     if not (parts := SETTING.fullmatch(text)):
@@ -272,7 +367,7 @@ def _setting(text: str) -> tuple[str, Any]:
         raise typer.BadParameter(
             f"--set {text:.80}: {key} is a table; give its settings one by one, in the form {key}.KEY=VALUE"
         )
-    if "," in value and WRITTEN.fullmatch(value) and takes_list(Trial, key):
+    if "," in value and WRITTEN.fullmatch(value) and takes(Trial, key, tuple):
         raise typer.BadParameter(
             f"--set {text:.80}: the comma is ambiguous: give {value.replace(',', '.')} or [{value}]"
         )
@@ -301,16 +396,3 @@ def _value(text: str) -> Any:
         return read_number(text)
     except ValueError:
         return text
-
-
-def _described(name: str) -> tuple[str, str | None]:
-    """Return the first sentence of a setting's docstring, and its allowed values if it is a choice."""
-    from sealtwin.core.settings import described, table_of
-    from sealtwin.trial.trial_file import Trial
-
-    *_, key = parts = name.split(".")
-    table = present(table_of(Trial, parts), name)
-    values = getattr(table.model_fields[key].annotation, "__args__", ())
-    # Square brackets would be read as markup.
-    sentence = re.split(r"(?<=\.)\s+(?=[A-Z])", described(table)[key])[0].translate({91: 40, 93: 41})
-    return " ".join(sentence.split()), "|".join(values) if all(isinstance(one, str) for one in values) else None

@@ -1,20 +1,32 @@
-"""Commands that turn photos, a mesh or a drawing into a solid and a nozzle path, and that export traced cracks."""
+"""Commands for photos and samples: a frame to print, tracing, solid and nozzle path, and export of traced cracks."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from sealtwin.cli.answer import Answer, Command, answers
-from sealtwin.cli.options import PHOTO, Given, Number, Out, Text, argument, count_option, number_option, option
+from sealtwin.cli.options import (
+    PHOTO,
+    File,
+    Given,
+    Number,
+    Out,
+    argument,
+    count_option,
+    flag,
+    number_option,
+    option,
+)
 from sealtwin.cli.trial_answer import run_trial
 from sealtwin.core.errors import InputError, ShapeError, ShapeKind
 
-LEAST_MM, MOST_MM = 0.1, 500.0
-"""Limits of a drawn crack's depth and width, equal to those of [crack] depth_mm."""
+if TYPE_CHECKING:
+    from digitise.drawing.given import GivenDrawing
+    from digitise.scale.marker_print import MarkerFrame
+
 NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
     "Draw a rectangle around the crack, or draw none: the block then extends 12 mm beyond the crack.",
@@ -121,7 +133,7 @@ def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
         raise InputError(f"{folder / 'outline.json'}: nothing explains the crack at s = {s_mm:g} mm: {why}.")
     rows = {side: {"away_mm": round(away_mm, 3), **asdict(stretch)} for side, (away_mm, stretch) in walls.items()}
     lines = [f"{away_mm:.2f} mm from the centreline, {stretch.sentence}" for away_mm, stretch in walls.values()]
-    command.reply(Answer({"version": 1, "s_mm": s_mm, "walls": rows}, lines))
+    command.reply(Answer({"s_mm": s_mm, "walls": rows}, lines))
 
 
 @answers()
@@ -154,27 +166,16 @@ def export(
     written = export_runs(folders, [kind for kind in KINDS if kind in kinds], out)
     names = [shown(path) for path in written]
     others = other_versions(*map(look_into, folders), stage="digitise")
-    command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
+    command.reply(Answer({"files": names, "other_versions": others}, [*others, *names]))
 
 
-@answers(verbose=True)
+@answers(model="digitise.drawing.given:GivenDrawing", verbose=True)
 def import_dxf(
     command: Command,
     drawing: Annotated[Path, argument("DRAWING", "A DXF of the crack seen from above.")],
-    depth_mm: Annotated[float, number_option("Depth of the crack; its floor is level.")],
+    options: "GivenDrawing",
     out: Annotated[Path, option("Folder for the mesh, trial.toml and run/.", "DIR")],
     settings: Given,
-    outline: Annotated[Text, option("Layer with the crack's edge as a closed line; default: OUTLINE.", "LAYER")] = None,
-    walls: Annotated[
-        tuple[str, str] | None,
-        option("Two layers, each with one wall as an open line.", "LAYER LAYER"),
-    ] = None,
-    line: Annotated[Text, option("Layer with the crack's middle as an open line; needs --width-mm.", "LAYER")] = None,
-    width_mm: Annotated[Number, number_option("Width of the crack along that line.")] = None,
-    units: Annotated[
-        Literal["mm", "cm", "m", "inch", "foot"] | None,
-        option("Unit of the drawing, which replaces the file's own; required if the file has none."),
-    ] = None,
 ) -> None:
     """Turn a crack drawn in CAD into a solid with upright walls and a nozzle path.
 
@@ -183,24 +184,16 @@ def import_dxf(
 
     Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
     """
-    if (line is None) != (width_mm is None):
-        raise typer.BadParameter("give both --line and --width-mm or neither: a line has no width of its own")
-    if sum(given is not None for given in (outline, walls, line)) > 1:
-        raise typer.BadParameter("give only one of --outline, --walls and --line")
-    if walls is not None and walls[0].upper() == walls[1].upper():
-        raise typer.BadParameter(f"--walls {walls[0]} {walls[1]}: give two different layers, one for each wall")
-    for name, value in (("--depth-mm", depth_mm), ("--width-mm", width_mm)):
-        if value is not None and not LEAST_MM < value <= MOST_MM:
-            raise typer.BadParameter(f"{name} {value:g}: expected more than {LEAST_MM:g}, at most {MOST_MM:g}")
     from sealtwin.trial.quick_trial import write_drawn_trial
 
-    drawn = None if line is None or width_mm is None else (line, width_mm)
-    shown_by = {"outline": outline, "walls": walls, "line": drawn}
-    with _of_a_drawing(drawing):
-        trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, settings)
+    try:
+        trial, notes = write_drawn_trial(drawing, out, options, settings)
         for note in notes:
-            command.warn(f"note: {note}")
+            command.warn(note.text)
         run_trial(command, trial, out / "run", ("digitise",))
+    except ShapeError as fault:
+        wrong, remedy = IN_A_DRAWING.get(fault.kind, ("", "Check --units and the layers."))
+        raise InputError(f"{drawing}: {wrong or fault.wrong} {remedy}") from None
 
 
 def require_depth(given: dict[str, Any]) -> None:
@@ -222,11 +215,85 @@ def _is_of_one_photo(name: str) -> bool:
     )
 
 
-@contextmanager
-def _of_a_drawing(drawing: Path) -> Iterator[None]:
-    """Replace a ShapeError by a message that names the drawing and what to draw or give instead."""
+@answers(model="digitise.scale.marker_print:MarkerFrame")
+def markers(
+    command: Command,
+    options: "MarkerFrame",
+    out: Annotated[Path, option("File of the page to print, .pdf.", "FILE")],
+    toml: Annotated[File, option("Also write the table for the trial file here.", "FILE")] = None,
+) -> None:
+    """Write a frame of markers to print, cut out and lay level with the face. Prints its table for the trial file.
+
+    Example: sealtwin markers --face-mm 160x40 --out frame.pdf
+    """
+    if out.suffix.lower() != ".pdf":
+        raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf")
+    from digitise.scale.marker_print import board_around, board_toml, frame_pdf
+    from sealtwin.core.files import write_unless_other
+
+    if toml is not None and toml.resolve() == out.resolve():
+        raise typer.BadParameter(f"--toml {toml} is the same file as --out; give another name")
+    face = options.face_mm
+    board = board_around(face, options.size_mm, options.dictionary, int(options.count))
+    page, table = frame_pdf(face, board, options.paper), board_toml(face, board)
+    written = {out: page} if toml is None else {out: page, toml: table.encode()}
+    # The hint below could otherwise be read as a question for a file name.
+    write_unless_other(written)
+    command.say(f"{out}: print it at 100 %, and measure its ruler.")
+    if toml is not None:
+        command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face[0]:g}x{face[1]:g} --depth-mm ...")
+    elif not command.as_json:
+        command.say("For the trial file:")
+    content = {"file": out.as_posix(), "face_mm": face, "markers": board.model_dump()}
+    command.reply(Answer(content, table.splitlines()))
+
+
+@answers()
+def trace(
+    command: Command,
+    target: Annotated[
+        Path,
+        argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without a trial, or a folder with trials or photos."),
+    ],
+    settings: Given,
+    port: Annotated[int | None, count_option("Port of the page; default: any free port.", 1024, 65535)] = None,
+    no_browser: Annotated[bool, flag("--no-browser", "Print the page's address and do not open a browser.")] = False,
+) -> None:
+    """Click a crack's ends on its photo, check and correct its walls, and save.
+
+    Opens a page in your browser that only this machine can reach; the command ends when you save or quit there.
+    In a trial, only the hints for its photo, the depth and walls of the crack, and the settings of --set change; for a
+    photo, a new trial is written into its folder. With a folder, the page shows one photo after another.
+    """
+    import webbrowser
+
+    from digitise.trace_page.page import TracePage
+    from sealtwin.trial.trace_sheets import sheet_of, sheets_in
+
+    sheets = sheets_in(target, settings) if target.is_dir() else [sheet_of(target, settings)]
     try:
-        yield
-    except ShapeError as fault:
-        wrong, remedy = IN_A_DRAWING.get(fault.kind, ("", "Check --units and the layers."))
-        raise InputError(f"{drawing}: {wrong or fault.wrong} {remedy}") from None
+        page = TracePage(sheets, port or 0)
+    except OSError as fault:
+        raise InputError(f"--port {port}: {fault.strerror}. Give another port, or omit --port.") from None
+    with page, page.doorway() as door:
+        # Printed with --quiet too: there is no other way to find the page.
+        typer.echo(f"Trace page: {page.url}", err=True)
+        command.say(
+            "If no page appears, open that address. The command ends when you save or quit there, or with Ctrl-C."
+        )
+        if not no_browser and not webbrowser.open(door):
+            command.say("No browser could be opened; open that address yourself.")
+        try:
+            page.wait()
+        except KeyboardInterrupt:
+            command.interrupted("saved photos remain saved." if page.saved else "nothing was saved.")
+    summaries = [one["summary"] for one in page.saved] or ["Nothing was saved."]
+    listed = [{"file": one["file"], "changed": one["changed"]} for one in page.saved]
+    if len(sheets) > 1:
+        open_ = [photo["name"] for photo in page.photos if not photo["done"]]
+        rest = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
+        command.reply(Answer({"saved": listed, "not_traced": open_}, [*summaries, rest]))
+        return
+    saved = listed[0] if listed else {"file": None, "changed": []}
+    content = {"saved": saved["file"], "changed": saved["changed"]}
+    command.reply(Answer(content, [*summaries, *(f"Next: {one['next']}" for one in page.saved)]))

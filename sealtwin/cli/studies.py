@@ -1,20 +1,20 @@
 """Commands that compute a trial many times, and that compare runs: compare, map, sweep, calibrate."""
 
-from datetime import date as day
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command, answers
-from sealtwin.cli.material import day_of
-from sealtwin.cli.options import Accurate, File, Given, Text, argument, count_option, flag, option, read_number
+from sealtwin.cli.options import Accurate, File, Given, Text, argument, count_option, flag, option
 
 if TYPE_CHECKING:
+    from sealtwin.calibration import CalibrationOptions
+    from sealtwin.plan import PlanOptions
     from sealtwin.study.study_map import Mapped
-    from validate.figures.figure_sheet import FigureSheet
+    from validate.figures.page import Page
 
-LEAST_BUDGET = 40  # As in sealtwin.calibration, which --help must not load
+BY_PARTICLES = {"posterior", "verify", "seeds", "accurate"}  # Options of a plan that its rest does not have
 MOST_NAMED = 8  # Failed runs in the text of an answer; the table has all
 
 
@@ -39,8 +39,8 @@ def compare(
         raise typer.BadParameter("give two run folders or more")
     from sealtwin.study.run_comparison import compare_runs
 
-    content, sheet = compare_runs(folders, out, all_settings=all_settings)
-    command.reply(Answer(content, compared_lines(content, sheet)))
+    content, page = compare_runs(folders, out, all_settings=all_settings)
+    command.reply(Answer(content, compared_lines(content, page)))
 
 
 @answers(device=True)
@@ -80,6 +80,7 @@ def map(
     command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
+Jobs = Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)]
 LAUNCH = 256  # Runs in one launch on a GPU: of the paper's size they use 2 GB of its memory, 6 if nothing freezes
 
 
@@ -96,7 +97,7 @@ def sweep(
     *,
     settings: Given,
     out: Annotated[File, option("The sweep's folder; default: reports/<study name>.", "DIR")] = None,
-    jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
+    jobs: Jobs = None,
     batch: Annotated[
         int | None,
         count_option(
@@ -138,7 +139,7 @@ def sweep(
         from sealtwin.trial.starter_files import write_example_study
 
         write_example_study(example)
-        command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
+        command.reply(Answer({"file": example.as_posix()}, [str(example)]))
         return
     if not targets:
         raise typer.BadParameter("give a study; --example FILE writes one to start from")
@@ -153,16 +154,11 @@ def sweep(
         return
     if len(targets) != 1:
         raise typer.BadParameter(f"{len(targets)} studies are given; give one")
-    from sealtwin.core.cluster import cores
-    from simulate.device import choose_device, describe_device
-
-    chosen = choose_device(command.device)
-    command.say(f"Device: {describe_device(chosen)}")
-    on_cpu = chosen == "cpu"
+    device, count = command.device_and_jobs(jobs)
     options = StudyOptions(
-        device=chosen,
-        jobs=jobs or (cores() if on_cpu else 1),
-        batch=batch or (1 if on_cpu else LAUNCH),
+        device=device,
+        jobs=count,
+        batch=batch or (1 if device == "cpu" else LAUNCH),
         keep_runs=keep_runs,
         retry=retry,
         dry_run=dry_run,
@@ -173,28 +169,14 @@ def sweep(
     command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
 
 
-@answers(device=True)
+@answers(model="sealtwin.calibration:CalibrationOptions", device=True)
 def calibrate(
     command: Command,
     trials: Annotated[list[Path], argument("TRIAL ...", 'Trial files whose readings have the role "calibrated-on".')],
-    free: Annotated[
-        list[str],
-        option(
-            "An unknown setting, with its range; may be repeated, up to 6. A measured setting has its value and "
-            "uncertainty in the trial as prior; for any other, all values in the range are equally likely.",
-            "SETTING=LOW:HIGH",
-        ),
-    ],
+    options: "CalibrationOptions",
     settings: Given,
-    hold_out: Annotated[
-        list[Path] | None, option('A trial to predict and compare, with the role "held-out"; may be repeated.', "TRIAL")
-    ] = None,
-    budget: Annotated[
-        int, count_option("Runs of each trial; fewer would make the intervals too narrow.", LEAST_BUDGET, 400)
-    ] = LEAST_BUDGET,
     out: Annotated[File, option("Folder for the calibration; default: reports/<trial name>-calibrated.", "DIR")] = None,
-    date: Annotated[Text, option("Day of the calibration; default: today.", "YYYY-MM-DD")] = None,
-    jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
+    jobs: Jobs = None,
     accurate: Accurate = False,
 ) -> None:
     """Determine settings from the readings of trials, as a posterior, and predict other trials.
@@ -208,49 +190,68 @@ def calibrate(
     --hold-out other.toml
     """
     from sealtwin.calibration.calibrate import calibrate as find
-    from sealtwin.core.cluster import cores
     from sealtwin.study.runner import StudyOptions
-    from simulate.device import choose_device, describe_device
 
-    ranges = _ranges(free)
-    if twice := sorted(ranges.keys() & settings.keys()):
+    if twice := sorted(options.free.keys() & settings.keys()):
         raise typer.BadParameter(f"{twice[0]} is given by both --set and --free; give one of them")
-    chosen = choose_device(command.device)
-    command.say(f"Device: {describe_device(chosen)}")
-    count = jobs or (cores() if chosen == "cpu" else 1)
+    device, count = command.device_and_jobs(jobs)
     # A worker process takes seconds to start, in each round.
-    how = StudyOptions(device=chosen, jobs=0 if count == 1 else count, drafts=not accurate)
-    when = day.today() if date is None else day_of(date)
-    content = find(
-        trials,
-        ranges,
-        out,
-        how,
-        command.progress(),
-        held_out=hold_out or [],
-        budget=budget,
-        date=when,
-        settings=settings,
-    )
+    how = StudyOptions(device=device, jobs=0 if count == 1 else count, drafts=not accurate)
+    content = find(trials, options, out, how, command.progress(), settings)
     command.reply(Answer(content, calibrated_lines(content), 0 if content["possible"] else GATE_FAILED))
 
 
-def _ranges(given: list[str]) -> dict[str, tuple[float, float]]:
-    """Read SETTING=LOW:HIGH. Raises typer.BadParameter."""
-    ranges: dict[str, tuple[float, float]] = {}
-    for text in given:
-        name, _, limits = text.partition("=")
-        low, colon, high = limits.partition(":")
-        try:
-            if not (name and colon):
-                raise ValueError("expected SETTING=LOW:HIGH, as in fluid.yield_stress_pa=3:60")
-            ends = read_number(low, comma=False), read_number(high, comma=False)
-        except ValueError as fault:
-            raise typer.BadParameter(f"--free {text:.80}: {fault}") from None
-        if name in ranges:
-            raise typer.BadParameter(f"--free {name} is given twice; give it once")
-        ranges[name] = ends
-    return ranges
+@answers(model="sealtwin.plan:PlanOptions", device=True)
+def plan(
+    command: Command,
+    trial: Annotated[
+        Path, argument("TRIAL", "A trial.toml with a path and with a sealant whose properties do not change with age.")
+    ],
+    settings: Given,
+    options: "PlanOptions",
+    levels: Annotated[
+        File,
+        option(
+            "Plan the rest of a paused pour of TRIAL, by the fast model alone, from measured levels: a CSV of s_mm and "
+            "level_mm (negative below the face), from the beginning of the pour up to the nozzle.",
+            "CSV",
+            "--from",
+        ),
+    ] = None,
+    out: Annotated[
+        File, option("The plan's folder; default: reports/<trial name>-plan, or -rest with --from.", "DIR")
+    ] = None,
+    jobs: Annotated[int, count_option("Processes for particle runs.", 1, 512)] = 1,
+) -> None:
+    """Plan flow and speed along a crack, so that it is full and nothing overspills.
+
+    Searches with the fast model, checks the plan with particles, corrects the fast model by the difference, and
+    searches again. The runs are drafts, as those of a sweep, except the last two, which correct the plan and give its
+    level. After an interruption, repeat the command to continue.
+
+    Example: sealtwin plan trial.toml --cell cell.toml
+
+    With --from, the path of TRIAL is the one that is poured, mostly that of a plan.
+
+    Example: sealtwin plan reports/crack-plan/trial.toml --from levels.csv
+    """
+    if levels is not None:
+        from sealtwin.plan.rest import plan_rest
+
+        if jobs != 1 or options.model_fields_set & BY_PARTICLES:
+            raise typer.BadParameter("--from takes no --posterior, --verify, --seeds, --jobs or --accurate")
+        result = plan_rest(trial, levels, out, options, command.progress(), settings=settings)
+        command.reply(Answer(result.content, [*result.sentences, f"Path: {result.content['folder']}/rest.csv"]))
+        return
+    from sealtwin.plan.make_plan import make_plan
+    from sealtwin.trial.trial_file import sets_resolution
+    from simulate.device import choose_device
+
+    options = options.model_copy(update={"accurate": options.accurate or sets_resolution(settings)})
+    device = choose_device(command.device)
+    result = make_plan(trial, out, options, command.progress(), device=device, jobs=jobs, settings=settings)
+    files = f"Plan: {result.content['folder']}/plan.csv, and trial.toml to run it. Page: plan.html"
+    command.reply(Answer(result.content, [*result.sentences, files]))
 
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:
@@ -293,7 +294,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     """Return the lines that describe a map."""
     chart, best = mapped.chart, mapped.chart.best
     return [
-        *mapped.sheet.cautions,
+        *mapped.page.cautions,
         f"{chart.name}: {len(chart.runs)} runs compared with {chart.readings.source}.",
         f"Nearest to the readings: run {best.number} ({chart.said(best)}), {best.mean_error_mm:.2f} mm on average.",
         chart.beside_baselines,
@@ -303,19 +304,19 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     ]
 
 
-def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
+def compared_lines(content: dict[str, Any], page: "Page") -> list[str]:
     """Return the lines that describe a comparison of runs."""
-    from validate.figures.side_by_side import setting_words
+    from validate.units import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     for name, values in content["differing"].items():
         lines.append(f"{name}: {'; '.join(setting_words(value) for value in values)}")
     lines += [content["not_listed"]] if content["not_listed"] else []
-    return [*sheet.cautions, sheet.finding, *lines, f"Page: {content['page']}"]
+    return [*page.cautions, page.finding, *lines, f"Page: {content['page']}"]
 
 
 def _settings_text(settings: dict[str, Any]) -> str:
-    from validate.figures.side_by_side import setting_words
+    from validate.units import setting_words
 
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())
 

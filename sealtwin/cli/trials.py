@@ -12,6 +12,7 @@ from sealtwin.cli.samples import require_depth
 from sealtwin.cli.trial_answer import resume, run_trial
 
 if TYPE_CHECKING:
+    from digitise.robots.cell import ProgramOptions
     from sealtwin.trial.job import StageName
 
 ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
@@ -41,33 +42,22 @@ def film(
     with command.progress() as progress:
         frames, lasts_s = make_film(folder, path, progress)
     others = other_versions(look_into(folder), stage="simulate")
-    content = {"version": 1, "film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
+    content = {"film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
     lines = [*others, f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]
     command.reply(Answer({**content, "other_versions": others}, lines))
 
 
-@answers()
+@answers(model="digitise.robots.cell:ProgramOptions")
 def robot(
     command: Command,
     folder: Annotated[File, argument("RUN", "A digitised run folder.")] = None,
     cell: Annotated[File, option("The robot's cell file: taught points, limits, languages.", "FILE")] = None,
-    formats: Annotated[
-        str | None,
-        option(
-            "txt, csv, spel, gcode or urscript; all: each format that has a table in the cell. Default: the cell's "
-            "formats.",
-            "A,B|all",
-            "--format",
-        ),
-    ] = None,
+    *,
+    options: "ProgramOptions",
     out: Annotated[File, option("Folder for the files; default: robot/ in the run folder.", "DIR")] = None,
-    allow_automatic: Annotated[
-        bool,
-        flag("--allow-automatic", "Accept a crack that was found automatically; check it first."),
-    ] = False,
     example: Annotated[File, option("Write a commented cell file to start from.", "FILE")] = None,
 ) -> None:
-    """Write a run's nozzle path for a robot: txt, CSV, Epson SPEL+, G-code, URScript.
+    """Write a run's nozzle path as tables and programs for a robot.
 
     Example: sealtwin robot reports/paper-trial --cell cell.toml --format spel
     """
@@ -77,23 +67,19 @@ def robot(
         from sealtwin.trial.starter_files import write_example_cell
 
         write_example_cell(example)
-        command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
+        command.reply(Answer({"file": example.as_posix()}, [str(example)]))
         return
     if folder is None or cell is None:
         raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
-    from digitise.robots.cell import FORMATS
     from sealtwin.core.run_folder import open_folder
     from sealtwin.trial.robot_files import REPORT, write_robot_files
 
-    names = [] if formats is None else formats.split(",")
-    if unknown := [name for name in names if name not in (*FORMATS, "all")]:
-        raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(FORMATS)} and all")
     with open_folder(folder, create=False) as run:
-        report = write_robot_files(run, cell, names, out, allow_automatic=allow_automatic)
+        report = write_robot_files(run, cell, options, out)
     for name in report["kept"]:
         command.warn(f"a robot file was edited since it was written; your version is kept as {name}.")
     for warning in report["warnings"]:
-        command.warn(f"note: {warning}")
+        command.warn(warning)
     frame = report["frame"]
     lines = [
         *report["other_versions"],
@@ -184,23 +170,23 @@ def demo(
 
 
 def _compare_dam_breaks(command: Command, folder: Path) -> None:
-    from sealtwin.study.measured_blocks import SHOWN, computed_mm, course_of, dam_breaks, fluid_of, measured_sheet
+    from sealtwin.study.measured_blocks import SHOWN, computed_mm, course_of, dam_breaks, fluid_of, measured_page
     from sealtwin.trial.job import shown
     from simulate.device import choose_device
-    from validate.figures.figure_sheet import write_sheet_of_figures
+    from validate.figures.page import write_page
 
     device, courses = choose_device(command.device), {}
     for case in dam_breaks([SHOWN]):
         with command.progress() as progress:
             courses[case] = course_of(case, fluid_of(SHOWN), device=device, progress=progress)
-    sheet, page = measured_sheet(courses), folder / "measured.html"
-    write_sheet_of_figures(folder, page.name, sheet)
+    page, path = measured_page(courses), folder / "measured.html"
+    write_page(path, page)
     fronts = [
         {**vars(case), "computed_mm": computed_mm(course)[-1], "measured_mm": case.measured_mm[-1]}
         for case, course in courses.items()
     ]
-    lines = [*(f"{name}: {figures}" for name, figures in sheet.key_figures), f"Page: {shown(page)}"]
-    command.reply(Answer({"version": 1, "fronts": fronts, "page": shown(page)}, lines))
+    lines = [*(f"{name}: {figures}" for name, figures in page.key_figures), f"Page: {shown(path)}"]
+    command.reply(Answer({"fronts": fronts, "page": shown(path)}, lines))
 
 
 @answers(*FLUID, device=True, verbose=True)

@@ -3,7 +3,8 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from pathlib import PurePath
+from typing import Any, Literal, NamedTuple
 
 Reader = Literal["trial", "pairing", "python"]
 """Place in which the answer is written: a trial file or lab.toml, pairing.csv, or an argument of a function."""
@@ -12,12 +13,23 @@ COLUMNS = "columns."  # Settings of [readings.columns]
 UNKNOWN = "..."  # In place of a value that only the user knows
 
 
+class Location(NamedTuple):
+    """A file, and the part of it that is meant."""
+
+    file: PurePath
+    part: str = ""  # Worksheet, row or cell; empty for the whole file
+
+    def named(self, file: str = "") -> str:
+        """Return the location in words, with the reader's name of the file. Default: its path."""
+        return ", ".join(filter(None, (file or f"{self.file}", self.part)))
+
+
 @dataclass(frozen=True)
 class Doubt:
     """Something that is open, or that may be a mistake. Without ``as_written`` among its answers it is a fault."""
 
     kind: str  # "unit", "sign slip", "remark", ...
-    where: str  # File, worksheet and cell
+    where: Location
     finding: str  # A sentence
     remedy: str = ""  # What to do to the file or in the settings, as a sentence without names of settings
     answers: Mapping[str, Any] = field(default_factory=dict[str, Any])
@@ -27,27 +39,43 @@ class Doubt:
     stops: bool = False  # True if it may change all that is read, such as another unit
 
     @property
+    def can_be_confirmed(self) -> bool:
+        return CONFIRMS in self.answers
+
+    @property
     def is_open(self) -> bool:
         """True if it must be settled before anything is read: nothing confirms it, or it may change all readings."""
-        return CONFIRMS not in self.answers or self.stops
+        return self.stops or not self.can_be_confirmed
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of pairing.csv in which the answers are written."""
         return tuple(_column(key) for key in self.answers)
 
-    def in_words(self, reader: Reader = "trial") -> str:
-        """Return the doubt and its answers in the words of the place where they are written."""
+    def in_words(self, reader: Reader = "trial", file: str = "") -> str:
+        """Return the doubt and its answers in the words of the place where they are written.
+
+        ``file`` is the reader's name of the file. Default: its path.
+        """
         others = {key: value for key, value in self.answers.items() if key != CONFIRMS}
-        sentences = [f"{self.where}: {self.finding}", self.remedy]
+        sentences = [f"{self.where.named(file)}: {self.finding}", self.remedy]
         if others:
             sentences.append(f"Give {' and '.join(_setting(key, value, reader) for key, value in others.items())}.")
-        if CONFIRMS in self.answers:
+        if self.can_be_confirmed:
             sentences.append(f"If it is right as written, give {_setting(CONFIRMS, self.answers[CONFIRMS], reader)}.")
         return " ".join(filter(None, sentences))
 
     def __str__(self) -> str:
         return self.in_words()
+
+
+class Mean(NamedTuple):
+    """Mean of a quantity that a sheet has beside its readings."""
+
+    quantity: str
+    value: float
+    unit: str  # Empty if the sheet has none
+    numbers: int  # How many it is the mean of
 
 
 @dataclass(frozen=True)
@@ -58,6 +86,7 @@ class ReadSheet:
     rows: tuple[tuple[int, tuple[str, ...]], ...]  # Number and texts of the first rows
     read: frozenset[tuple[int, int]]  # Cells that are read as places and readings: row from 1, column from 0
     header: frozenset[int] = frozenset()  # Rows of the header
+    means: tuple[Mean, ...] = ()  # Means of other quantities, such as the temperature
 
 
 def _column(key: str) -> str:

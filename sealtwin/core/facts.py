@@ -6,9 +6,7 @@ sentence as it is, and choose facts by their keys.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
-
-from pydantic import ConfigDict, with_config
+from typing import ClassVar, Literal
 
 Kind = Literal["figure", "finding", "doubt", "assumption", "remedy"]
 """Kind of a fact.
@@ -24,27 +22,31 @@ plain: to be read with the result; caution: to be read before it; fault: there i
 """
 
 
-@with_config(ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
 class Fact:
     """A statement about a result, in parts and as a sentence."""
+
+    # Set without pydantic, which takes a tenth of a second to import.
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     key: str
     """Subject, with dots, such as "walls.band"; the same for all values."""
     text: str
     """The sentence, with its numbers and units."""
-    value: int | float | str | None = None
+    value: float | int | str | None = None
     """Main number or name in the sentence; None if there is none."""
     unit: str = ""
     """Unit of a number; empty for a pure number or a name."""
     kind: Kind = "finding"
+    """figure, finding, doubt, assumption or remedy."""
     level: Level = "plain"
+    """plain; caution: to be read before the result; fault: there is no valid result."""
 
     def __str__(self) -> str:
         return self.text
 
 
-def doubt(key: str, text: str, value: float | str | None = None, unit: str = "") -> Fact:
+def doubt(key: str, text: str, value: float | int | str | None = None, unit: str = "") -> Fact:
     """Return a doubt, to be read before the result."""
     return Fact(key, text, value, unit, "doubt", "caution")
 

@@ -4,10 +4,23 @@ import sys
 import time
 from collections import deque
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 LINE_EVERY_S = 10.0  # Time between plain lines in a log
 TENTH = 0.1  # Share of the work after which the remaining time is estimated
+
+
+Level = Literal["note", "warning", "fault"]
+
+
+class Warned(NamedTuple):
+    """A warning about a result."""
+
+    level: Level
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.level}: {self.text}"
 
 
 class Pace:
@@ -61,13 +74,13 @@ class Progress(AbstractContextManager["Progress"]):
     def note(self, text: str) -> None:
         """Show a line to the user at once."""
 
-    warned: tuple[str, ...] = ()
+    warned: tuple[Warned, ...] = ()
     """Warnings until now."""
 
-    def warn(self, text: str) -> None:
+    def warn(self, text: str, level: Level = "note") -> None:
         """Show a warning about a result, even if notes are not shown."""
-        self.warned = (*self.warned, text)
-        self.note(text)
+        self.warned = (*self.warned, Warned(level, text))
+        self.note(f"{self.warned[-1]}")
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -105,9 +118,9 @@ class _Timed(Progress):
 class QuietProgress(Progress):
     """Progress that shows warnings only, for a command with --quiet. The Python interface uses ``warnings``."""
 
-    def warn(self, text: str) -> None:
-        super().warn(text)
-        print(text, file=sys.stderr, flush=True)
+    def warn(self, text: str, level: Level = "note") -> None:
+        super().warn(text, level)
+        print(self.warned[-1], file=sys.stderr, flush=True)
 
 
 class PlainProgress(_Timed):

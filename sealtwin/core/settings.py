@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_origin
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -134,6 +134,14 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
         raise InputError(f"{path}: not valid TOML: {fault}.") from None
 
 
+class SettingsFaults(InputError):  # noqa: N818  It is all that is wrong with settings, not one error.
+    """Settings that are not allowed."""
+
+    def __init__(self, text: str, faults: Sequence[tuple[str, str]] = ()) -> None:
+        super().__init__(text)
+        self.faults = faults  # Dotted key, and the fault as a sentence
+
+
 def checked(
     kind: type[Table], path: Path, content: Mapping[str, Any], origin: Callable[[str], str] | None = None
 ) -> Table:
@@ -155,7 +163,8 @@ def checked(
         return kind.model_validate_json(text)
     except ValidationError as fault:
         named = origin or (lambda _: str(path))
-        raise InputError("\n".join(_sentences(kind, named, fault.errors()))) from None
+        faults = _faults(kind, fault.errors())
+        raise SettingsFaults("\n".join(f"{named(key)}: {text}" for key, text in faults), faults) from None
 
 
 def as_json(value: Any) -> Any:
@@ -167,8 +176,11 @@ def as_json(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else str(value)
 
 
-def _sentences(kind: type[Settings], named: Callable[[str], str], errors: list[ErrorDetails]) -> list[str]:
-    """Return one sentence for each place in the file. Branches of a union report the same value; these are merged."""
+def _faults(kind: type[Settings], errors: list[ErrorDetails]) -> list[tuple[str, str]]:
+    """Return the key and a sentence for each place in the file.
+
+    Branches of a union report the same value; these are merged.
+    """
     places: dict[str, list[ErrorDetails]] = {}
     for error in errors:
         # pydantic adds the branch of a union to the place of an error.
@@ -177,9 +189,9 @@ def _sentences(kind: type[Settings], named: Callable[[str], str], errors: list[E
             parts.pop()
         places.setdefault(".".join(map(str, parts)), []).append(error)
     first = list(places.items())[:MOST_FAULTS]
-    sentences = [f"{named(where)}: {_fault(kind, where, faults)}" for where, faults in first]
+    sentences = [(where, _fault(kind, where, faults)) for where, faults in first]
     more = len(places) - len(sentences)
-    return [*sentences, f"{named('')}: and {more} more faults."] if more else sentences
+    return [*sentences, ("", f"and {more} more faults.")] if more else sentences
 
 
 def _fault(kind: type[Settings], where: str, errors: list[ErrorDetails]) -> str:
@@ -229,9 +241,16 @@ def names_file(kind: type[Settings], name: str) -> bool:
     return _has(annotation, Path) or (inner is not None and "file" in inner.model_fields)
 
 
-def takes_list(kind: type[Settings], name: str) -> bool:
-    """Return True if the setting of this dotted name may be a list."""
-    return _has(_annotation_of(kind, name), tuple)
+def takes(kind: type[Settings], name: str, *parts: type) -> bool:
+    """Return True if the setting of this dotted name may be, or contain, a value of these types; a list is a tuple."""
+    return any(_has(_annotation_of(kind, name), part) for part in parts)
+
+
+def choices(kind: type[Settings], name: str) -> list[str]:
+    """Return the texts that the setting of this dotted name allows; none if it is not a choice."""
+    parts = [part for part in get_args(_annotation_of(kind, name)) if part is not type(None)]
+    texts = parts if not parts or isinstance(parts[0], str) else get_args(parts[0])
+    return [text for text in texts if isinstance(text, str)]
 
 
 def _annotation_of(kind: type[Settings], name: str) -> Any:

@@ -127,11 +127,15 @@ def _entry(kind: Table, name: str, default: Any = None) -> str:
     return f"{name} : {traits}\n{indent(fill(described(kind).get(name, ''), WIDTH), '    ')}"
 
 
-def keywords_of(*kinds: Table) -> Callable[[Function], Function]:
-    """Document those arguments of a function that are settings, with the docstrings of their fields.
+KEYWORDS: dict[str, frozenset[str]] = {}
+"""Settings that a function takes as keywords, by the function's name."""
 
-    Their defaults, None in the code, are replaced in help() by the defaults of the fields. An argument that the
-    docstring describes keeps that text.
+
+def keywords_of(*kinds: Table, only: Sequence[str] = (), without: Sequence[str] = ()) -> Callable[[Function], Function]:
+    """Let a function with ``**keywords`` take settings. help() shows the docstrings and defaults of their fields.
+
+    ``only`` names the settings, or ``without`` those that the function does not take. An argument that the function
+    has itself may be a setting too; one that the docstring describes keeps that text.
     """
 
     def documented(function: Function) -> Function:
@@ -140,17 +144,20 @@ def keywords_of(*kinds: Table) -> Callable[[Function], Function]:
             inspect.cleandoc(function.__doc__ or "").split("\n\nReturns\n"),
         )
         written = {name for line in head.splitlines() for name in line.split(", ")}
-        parameters, entries = [], []
-        for name, parameter in signature.parameters.items():
-            kind = next((kind for kind in kinds if name in kind.model_fields), None)
-            if kind is not None:
-                if name not in written:
-                    entries.append(_entry(kind, name, parameter.default))
-                if not kind.model_fields[name].is_required():
-                    parameter = parameter.replace(default=kind.model_fields[name].default)
-            parameters.append(parameter)
+        fields = {name: (kind, field) for kind in kinds for name, field in kind.model_fields.items()}
+        fields = {name: fields[name] for name in only or fields if name not in without}
+        KEYWORDS[function.__name__] = frozenset(fields)
+        parameters = {name: one for name, one in signature.parameters.items() if one.kind is not one.VAR_KEYWORD}
+        entries = [
+            _entry(kind, name, parameters[name].default if name in parameters else None)
+            for name, (kind, _) in fields.items()
+            if name not in written
+        ]
+        for name, (_, field) in fields.items():
+            parameter = parameters.get(name, inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY))
+            parameters[name] = parameter if field.is_required() else parameter.replace(default=field.default)
         function.__doc__ = "\n\nReturns\n".join(["\n".join([head, *entries]), rest])
-        vars(function)["__signature__"] = signature.replace(parameters=parameters)
+        vars(function)["__signature__"] = signature.replace(parameters=[*parameters.values()])
         return function
 
     return documented

@@ -10,7 +10,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_record
 from sealtwin.lab.files import KeptFile, Placed
-from validate.readings.names import sample_key
+from validate.readings.words import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
 CATALOGUE = "catalogue.json"
@@ -51,6 +51,7 @@ class Record:
 class CatalogueFault:
     name: str  # Name of the sample, or of a file that belongs to none
     sentence: str
+    can_be_confirmed: bool = False  # True for a doubt about readings
 
 
 @dataclass(frozen=True)

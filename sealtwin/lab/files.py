@@ -1,6 +1,6 @@
-"""Photos, sheets and notes in a lab's folder, with the sample and the role that their names give.
+"""Photos, sheets and notes in a lab's folder, with the sample and the role that their names or pairing.csv give.
 
-Links are not followed, and no file is opened.
+Links are not followed, and no file of the folder is opened.
 """
 
 import os
@@ -13,8 +13,10 @@ from typing import Literal, get_args
 
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
-from validate.readings.names import sample_key
-from validate.readings.numbers import WORDS, plain_letters
+from sealtwin.core.files import as_text_cell, sheet_text
+from validate.readings.files import table_of
+from validate.readings.words import WORDS, plain_letters, sample_key
+from validate.settings import Columns, Declared
 
 Role = Literal["photo", "mask", "readings", "fill", "note", "ignore"]
 """Role of a file. A "fill" is the CSV of a liquid weighed into the crack."""
@@ -27,6 +29,21 @@ NAMED_FILES: Mapping[Role, str] = {
     "fill": "crack.fill.file",
 }
 """Settings of a trial that name a file, by the file's role."""
+PAIRING = "pairing.csv"
+SETTING = {
+    **{name: f"readings.columns.{name}" for name in Columns.model_fields},
+    **{name: f"readings.{name}" for name in Declared.model_fields if name not in ("columns", "quantity", "sample")},
+    "sign": "readings.quantity",
+    "crack": "photo.crack",
+}
+"""Settings of a trial by the column of the pairing file that answers them."""
+SETTINGS = "settings"  # Column of the pairing file for other settings of the trial
+ANSWERS = (*SETTING, SETTINGS)
+"""Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
+file has those that are needed; a user may add any of them."""
+NAMES = ("file", "role", "sample")
+COLUMNS = (*NAMES, *ANSWERS, "question")
+PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a file a row is about
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
 TEXT_SUFFIXES = {".txt", ".md"}
@@ -169,3 +186,66 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[LeftOut]]:
 def plain(text: str) -> str:
     """Return ``text`` on one line, with "?" for characters that move a terminal's cursor or reverse the writing."""
     return "".join("?" if unicodedata.category(letter) in CONTROLS else letter for letter in text)
+
+
+def rows_of(placed: Placed) -> list[tuple[PurePath, FilePlace]]:
+    """Return the rows of the pairing file, sorted by sample, role and file."""
+    rows = [(file, place) for file, places in placed.items() for place in places]
+    return sorted(rows, key=lambda row: (row[1].key, ROLES.index(row[1].role), row[0]))
+
+
+def pairing_text(placed: Placed, questions: Mapping[tuple[PurePath, str], Sequence[str]], asked: set[str]) -> str:
+    """Return the text of the pairing file: a row for each file and sample, sorted by sample.
+
+    ``questions`` are by file and key of the sample, ``asked`` the columns for their answers.
+    """
+    rows = [
+        {
+            "file": file.as_posix(),
+            "role": place.role,
+            "sample": place.sample,
+            "question": " ".join(questions.get((file, place.key), ())),
+            **place.answers,
+        }
+        for file, place in rows_of(placed)
+    ]
+    used = {*NAMES, "question"}.union(asked, *rows)
+    columns = [name for name in COLUMNS if name in used]
+    return sheet_text(columns, [[row.get(name, "") for name in columns] for row in rows])
+
+
+def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
+    """Return the user's decisions: the rows of a pairing file that differ from what the names of the files give.
+
+    The file may be as any spreadsheet program saves it. Raises InputError with every fault: an unknown column, a file
+    that does not exist or is not read, rows of a file that are not of different parts, a role that is not possible.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
+    faults = list[str]()
+    by_name = {file.as_posix(): file for file in named}
+    decisions: Placed = {}
+    for line, texts in table_of(path)[1]:
+        # Without the mark that stops a spreadsheet from calculating a cell.
+        bare = ((name, text[as_text_cell(text[1:]) == text :]) for name, text in texts)
+        where, cells = f"{path}, line {line}", {name: text for name, text in bare if text}
+        faults += [
+            f"{where}: {cells[name]!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
+            for name in cells.keys() - {*COLUMNS}
+        ]
+        written, role = cells.get("file", ""), cells.get("role", "")
+        if (file := by_name.get(written)) is None:
+            faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")
+        elif role not in (possible := (*roles_of(file), "ignore")):
+            faults.append(f"{where}: {file} cannot be {role!r:.40}; write one of {', '.join(possible)}.")
+        else:
+            answers = {name: cells[name] for name in ANSWERS if name in cells}
+            sample = as_label(cells.get("sample", named[file].sample))
+            decisions.setdefault(file, []).append(FilePlace(sample, ROLES[ROLES.index(role)], answers))
+    for file, places in decisions.items():
+        parts = {"".join(place.answers.get(name, "") for name in PART).upper() for place in places} - {""}
+        if len(parts) < len(places) != 1:
+            faults.append(f"{path}: {file} has several rows; keep one, or give each its own range, sheet or levels.")
+    if faults:
+        raise InputError("\n".join(faults))
+    return {file: places for file, places in decisions.items() if places != [named[file]]}

@@ -4,11 +4,11 @@ import hashlib
 import os
 import shutil
 import traceback
-from collections.abc import Mapping
+from collections import defaultdict
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, as_text, naming
@@ -16,16 +16,14 @@ from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record
-from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files
-from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults, read_settings_table
-from sealtwin.lab.pairing import pair, pairing_text, read_decisions
-from sealtwin.lab.sample import PAIRING, Fate, LabSample, gather, prepare, read_sheets
+from sealtwin.lab.files import PAIRING, TRIAL, LeftOut, Placed, find_files, pairing_text, read_decisions
+from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults
+from sealtwin.lab.sample import Fate, LabSample, gather, pair, prepare, read_sheets
 from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.study.pipeline import check_run
 from sealtwin.study.study_folder import PROFILE
 from sealtwin.trial.job import start_job
 from sealtwin.trial.trial_file import Trial, folder_name, load_trial, trial_text
-from validate.readings.grid import listed
 from validate.units import counted
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"  # Folder in which a new trial is written first; no user has this name
@@ -46,9 +44,12 @@ class Ingested:
     @property
     def faults(self) -> list[CatalogueFault]:
         """Faults of samples, of files without a sample, and of files that are lost."""
-        faults = [(sample.name, question) for sample in self.samples for question in sample.questions]
-        faults += [(each.file, f"{each.file}: {each.reason}") for each in self.left_out if each.lost]
-        return [CatalogueFault(*fault) for fault in faults]
+        faults = [
+            CatalogueFault(sample.name, sentence, question.can_be_confirmed)
+            for sample in self.samples
+            for sentence, question in sample.questions.items()
+        ]
+        return faults + [CatalogueFault(each.file, each.reason) for each in self.left_out if each.lost]
 
 
 def ingest(
@@ -62,12 +63,12 @@ def ingest(
     pairing file if it was edited. The catalogue stores them for ``folder``. The trials are traced and checked by
     ``jobs`` processes; 0 leaves that out.
 
-    Raises InputError if the folder, its lab.toml, a table of settings or the pairing cannot be used.
+    Raises InputError if the folder, its lab.toml or the pairing cannot be used.
     """
     _require_usable(folder, lab)
     folder = folder.resolve()
     named, left_out = find_files(folder)
-    defaults = read_defaults(folder / DEFAULTS)
+    defaults = read_defaults(folder)
     way = os.path.relpath(folder, lab.resolve())
     # Without the path of the folder; it does not change if folder and lab are moved together.
     source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
@@ -81,13 +82,13 @@ def ingest(
             decisions = earlier.decisions if earlier else {}
         catalogue.content.pairing = digest
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
-        samples, of_tables = _paired(folder, placed, left_out)
+        samples = pair(folder, placed, [each.file for each in left_out if each.lost])
         ingested = Ingested(lab, source, dry_run, samples, left_out, placed, decisions)
         if not samples and not ingested.faults:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {counted(len(samples), 'sample')}", len(samples))
         for done, sample in enumerate(samples, start=1):
-            _take_in(ingested, catalogue, sample, defaults, of_tables.get(sample.key, Note()), progress)
+            _take_in(ingested, catalogue, sample, defaults, progress)
             progress.advance(done, sample.name)
         if not dry_run:
             _save(ingested, catalogue)
@@ -111,23 +112,6 @@ def _require_usable(folder: Path, lab: Path) -> None:
         refuse_foreign(lab, "ingest", sorted(path.name for path in shown if not (path / RECORD).is_file()))
 
 
-def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[LabSample], Mapping[str, Note]]:
-    """Return the samples, the files without a photo, and the settings in tables by sample."""
-    photos = {place.key for places in placed.values() for place in places if place.role == "photo"}
-    lost = [each.file for each in left_out if each.lost]
-    rest, of_tables = dict(placed), dict[str, Note]()
-    for file, (first, *_) in placed.items():
-        if first.role not in ("readings", "note") or first.key in photos or file.suffix.lower() not in TABLE_SUFFIXES:
-            continue
-        if keys := read_settings_table(folder / file, of_tables):
-            del rest[file]
-            placed[file] = [replace(first, role="note")]
-            if lacking := listed(sorted(keys - photos)):
-                reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
-                left_out.append(LeftOut(f"{file}", reason, lost=True))
-    return pair(folder, rest, lost), of_tables
-
-
 def _save(ingested: Ingested, catalogue: Catalogue) -> None:
     """Write the catalogue, and the pairing file with each question in the row of the file that it is about.
 
@@ -135,7 +119,13 @@ def _save(ingested: Ingested, catalogue: Catalogue) -> None:
     """
     path = catalogue.lab / PAIRING
     if _pairing_sha256(catalogue.lab) == catalogue.content.pairing:
-        files.write_text(path, pairing_text(ingested.placed, ingested.samples))
+        questions = defaultdict[tuple[PurePath, str], list[str]](list)
+        for sample in ingested.samples:
+            for sentence, question in sample.questions.items():
+                for file in question.rows:
+                    questions[file, sample.key].append(sentence)
+        asked = set[str]().union(*(sample.columns for sample in ingested.samples))
+        files.write_text(path, pairing_text(ingested.placed, questions, asked))
         catalogue.content.pairing = files.sha256(path)
     catalogue.save(ingested.source, ingested.decisions, ingested.faults)
 
@@ -145,29 +135,28 @@ def _pairing_sha256(lab: Path) -> str:
     return files.sha256(lab / PAIRING) if (lab / PAIRING).is_file() else ""
 
 
-def _take_in(
-    ingested: Ingested, catalogue: Catalogue, sample: LabSample, defaults: Note, own: Note, progress: Progress
-) -> None:
+def _take_in(ingested: Ingested, catalogue: Catalogue, sample: LabSample, defaults: Note, progress: Progress) -> None:
     """Read the files of a sample and write its trial.
 
     Its errors become its questions and stop no other sample; a failure of the lab's own disk is raised.
     """
     try:
-        gather(sample, defaults, own)
+        gather(sample, defaults)
         prepare(sample)
         if sample.trial is not None:
             keep(ingested, catalogue, sample, sample.trial)
     except InputError as fault:
         sample.refuse(fault)
     except OSError as fault:
-        if not Path(fault.filename or "").is_relative_to(sample.folder):
+        path = Path(fault.filename or "")
+        if not path.is_relative_to(sample.folder):
             raise
-        sample.ask(f"{fault.filename}: {fault.strerror}. Make it readable.")
+        sample.fault(f"{fault.strerror}. Make it readable.", file=path.relative_to(sample.folder))
     except Exception as fault:
         # A bug in one sample must not stop the others; the command ends with code 1.
         progress.note(traceback.format_exc())
         sample.fate, sample.questions = "bug", {}
-        sample.ask(f"{sample.name}: {type(fault).__name__}: {fault}. A bug: please report it.")
+        sample.fault(f"{type(fault).__name__}: {fault}. A bug: please report it.")
 
 
 def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Trial) -> None:
@@ -184,8 +173,8 @@ def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Tri
         photos = {raw.sha256 for raw in (*sample.raw, *latest.files) if raw.role == "photo"}
         if len(photos) > 1 and latest.source != ingested.source:
             raise InputError(
-                f"{sample.files['photo'][0]}: a sample {latest.name} with another photo came from {latest.source}; "
-                "give this one another name in the pairing file."
+                f"a sample {latest.name} with another photo came from {latest.source}; give this one another name in "
+                "the pairing file."
             )
         name, revision, home = latest.folder, latest.revision, lab / latest.folder
         written = {TRIAL: latest.trial_sha256} | {file.kept_as: file.sha256 for file in latest.files}
@@ -201,8 +190,7 @@ def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Tri
     if fate != "unchanged" and not ingested.dry_run:
         if name != (latest and latest.folder) and (lab / name).exists():
             raise InputError(
-                f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name in "
-                "the pairing file."
+                f"the folder {lab / name} exists already; give this sample another name in the pairing file."
             )
         sample.record = _write(ingested, sample, trial, name, revision)
     sample.fate = "failed" if sample.questions else fate
@@ -236,7 +224,7 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
     for raw in sample.raw:
         content = read_bytes(sample.folder / raw.original)
         if hashlib.sha256(content).hexdigest() != raw.sha256:
-            raise InputError(f"{raw.original}: the file changed during the ingest. Repeat the command.")
+            raise InputError(f"{raw.original} changed during the ingest. Repeat the command.")
         files.write_if_new(folder / raw.kept_as, content)
     files.write_text(folder / TRIAL, text)
     files.write_json(folder / RECORD, asdict(record))
@@ -272,13 +260,14 @@ def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
 def _omitted(sample: LabSample) -> dict[str, None]:
     """Return what is left out of a trial to trace it: readings that cannot be read, a fill in undescribed walls."""
     omitted = {"readings", "gate"} if sample.dialect is None else set[str]()
-    return dict.fromkeys(omitted | {"crack.fill"} if sample.stand_ins.keys() & {DEPTH, "crack.tilt"} else omitted)
+    is_open = sample.is_in_question("fill") or sample.stand_ins.keys() & {DEPTH, "crack.tilt"}
+    return dict.fromkeys(omitted | {"crack.fill"} if is_open else omitted)
 
 
 def _check(sample: LabSample, row: BatchRow) -> None:
     """Ask about the faults that prevent the run of the traced trial, and doubts about its readings."""
     if row.status != "ok":
-        sample.ask(row.reason)
+        sample.fault(row.reason)
         return
     if sample.dialect is None:
         read_sheets(sample, row.length_mm)

@@ -1,4 +1,4 @@
-"""Notes: settings that no photo shows, as keys of a trial, in TOML, in lines of a text or in a table of samples."""
+"""Notes: settings that no photo shows, as keys of a trial, in TOML or in lines of a text."""
 
 import re
 import tomllib
@@ -6,19 +6,18 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
-from sealtwin.core.errors import InputError, as_text, naming
+from sealtwin.core.doubts import Doubt, Location
+from sealtwin.core.errors import InputError, naming
 from sealtwin.core.plain_files import opened
 from sealtwin.core.settings import dotted_names, read_toml
-from sealtwin.lab.files import NOTE_SUFFIX, plain
+from sealtwin.lab.files import DEFAULTS, NOTE_SUFFIX, PAIRING, SETTING, SETTINGS, plain
 from sealtwin.trial.trial_file import Trial
-from validate.readings.files import table_of
 from validate.readings.grid import quoted
-from validate.readings.names import sample_key
-from validate.readings.numbers import is_ambiguous, number
-from validate.settings import SIGNS, Columns, Declared
+from validate.readings.words import is_ambiguous, number, sample_key
+from validate.settings import SIGNS
 
 DATE, OPERATOR = "date", "operator"
 OWN = ("name", DATE, OPERATOR)
@@ -26,7 +25,6 @@ OWN = ("name", DATE, OPERATOR)
 ORIGINS = ("photo.data", "readings.data")
 """Settings that the key data of a note stands for: the origin of photo and readings."""
 OF_READINGS = ("readings.", "gate.")  # Prefixes of keys that only samples with readings need
-COLUMNS = "readings.columns"  # Table inside another table
 SCALE, DEPTH = "photo.mm_per_px", "crack.depth_mm"
 ALTERNATIVES = (
     (
@@ -45,8 +43,6 @@ NOT_READ = (
     "is not read, since not each of its lines is key = value with a key of a trial. Write its settings into its row, "
     "such as settings = crack.depth_mm = 9.0; if it has readings, set its role to readings; if neither, to ignore."
 )
-SAMPLE = "sample"  # Column of a table of settings
-SETTINGS = "settings"  # Column of the pairing file for settings of the trial
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
 LONGEST = 200
@@ -59,29 +55,21 @@ class Note:
     """Settings in notes by dotted key, the files that give them, and the faults of the notes."""
 
     values: dict[str, Any] = field(default_factory=dict)
-    origins: dict[str, str] = field(default_factory=dict)
-    faults: list[str] = field(default_factory=list)
+    origins: dict[str, Location] = field(default_factory=dict)
+    faults: list[Doubt] = field(default_factory=list)
 
     def over(self, defaults: "Note", without: tuple[str, ...] = ()) -> "Note":
         """Return this note, with ``defaults`` for settings that it does not give.
 
         Defaults whose keys begin with one of ``without`` are left out.
         """
-        given = self.values.keys()
-        dropped = {
-            key
-            for ways in ALTERNATIVES
-            if any(way & given for way in ways)
-            for way in ways
-            if not way & given
-            for key in way
-        }
-        taken = {
-            key: value for key, value in defaults.values.items() if not (key in dropped or key.startswith(without))
-        }
-        return Note(taken | self.values, defaults.origins | self.origins, [*defaults.faults, *self.faults])
+        replaced = [ways for ways in ALTERNATIVES if any(way & self.values.keys() for way in ways)]
+        dropped = {key for ways in replaced for way in ways if not way & self.values.keys() for key in way}
+        values = {key: value for key, value in defaults.values.items() if not key.startswith(without)}
+        values = {key: value for key, value in values.items() if key not in dropped} | self.values
+        return Note(values, defaults.origins | self.origins, [*defaults.faults, *self.faults])
 
-    def take_tables(self, content: Mapping[str, Any], where: str) -> None:
+    def take_tables(self, content: Mapping[str, Any], where: Location) -> None:
         """Add the settings of TOML tables, and a fault for each key that no trial has."""
         for key, value in content.items():
             if isinstance(value, dict) and key not in known_keys():
@@ -89,7 +77,7 @@ class Note:
             else:
                 self.take(key, value, where)
 
-    def take(self, key: str, value: Any, where: str) -> None:
+    def take(self, key: str, value: Any, where: Location) -> None:
         """Add a setting by its dotted key. One that another file gives is a fault."""
         if key in (DATE, OPERATOR):
             value = plain(f"{value}"[:LONGEST])
@@ -98,30 +86,30 @@ class Note:
             if each not in known_keys():
                 fault = KEYS
             elif origin != where:
-                fault = f"also given in {origin}; keep one of the two."
+                fault = f"also given in {origin.named()}; keep one of the two."
             elif key == DATE and not ISO_DATE.match(value):
                 fault = "is not a date; write 2026-12-31."
             if fault:
-                self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
+                self.faults.append(Doubt("note", where, f"{key} = {quoted(f'{value}')}: {fault}"))
             else:
                 self.values[each], self.origins[each] = value, where
 
 
-def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) -> None:
+def read_note(folder: Path, file: PurePath, sample: str, note: Note, *, answered: bool = False) -> None:
     """Add to ``note`` the settings of a TOML file, or of a text if each of its lines is ``key = value`` of a known key.
 
     Another file is a fault if it may have settings, that is a known key, a number that is not in the key of its
     ``sample``, or letters that are not UTF-8, unless its row has been ``answered``.
     """
-    where = as_text(path)
+    path, where = folder / file, Location(file)
     try:
         if path.suffix.lower() == NOTE_SUFFIX:
             note.take_tables(read_toml(path, name="note", starter=STARTER), where)
             return
-        with naming(path), opened(path) as file:
-            content = file.read(LARGEST_READ_BYTES)
+        with naming(path), opened(path) as opened_file:
+            content = opened_file.read(LARGEST_READ_BYTES)
     except InputError as fault:
-        note.faults += str(fault).splitlines()
+        note.faults.append(Doubt("note", where, f"{fault}"))
         return
     text = content.decode("utf-8-sig", errors="replace")
     is_cut = "\ufffd" in text or len(content) == LARGEST_READ_BYTES  # The mark stands for letters that are not UTF-8
@@ -134,44 +122,20 @@ def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) ->
                 return
     words = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
     if not answered and (is_cut or any(sample_key(word) != sample for word in words)):
-        note.faults.append(f"{where}: {NOT_READ}")
+        note.faults.append(Doubt("note", where, NOT_READ))
 
 
-def read_defaults(path: Path) -> Note:
+def read_defaults(folder: Path) -> Note:
     """Read lab.toml, if there is one. Raises InputError with all its faults, since each would affect every sample."""
-    note = Note()
-    if path.is_file() and not path.is_symlink():
-        read_note(path, "", note)
+    note, file = Note(), PurePath(DEFAULTS)
+    if (folder / file).is_file() and not (folder / file).is_symlink():
+        read_note(folder, file, "", note)
     if OF_ONE in note.values:
-        note.faults.append(f"{path}: {OF_ONE} applies to one sample only; move it into that sample's note.")
+        finding = f"{OF_ONE} applies to one sample only; move it into that sample's note."
+        note.faults.append(Doubt("note", Location(file), finding))
     if note.faults:
-        raise InputError("\n".join(note.faults))
+        raise InputError("\n".join(map(str, note.faults)))
     return note
-
-
-def read_settings_table(path: Path, notes: dict[str, Note]) -> set[str]:
-    """Add to ``notes``, by the key of the sample, the settings of a table with a row for each sample.
-
-    Its first row has "sample" and dotted keys of a trial. Returns the keys of its samples; none for another table.
-    Raises InputError with the faults of such a table.
-    """
-    try:
-        head, rows = table_of(path) if not path.is_symlink() else ((), [])
-    except InputError:
-        return set()  # Reported when it is read as a sheet.
-    if SAMPLE not in head or not any("." in key for key in known_keys() & {*head}):
-        return set()
-    named = set[str]()
-    for row, texts in rows:
-        cells = {key: text for key, text in texts if text}
-        name = sample_key(cells.pop(SAMPLE, "")) or f"row {row}"
-        named.add(name)
-        note = notes.setdefault(name, Note())
-        for key, text in cells.items():
-            note.take(key, value_of(text), f"{path}, row {row}")
-    if faults := [fault for name in sorted(named) for fault in notes[name].faults]:
-        raise InputError("\n".join(faults))
-    return named
 
 
 def value_of(text: str) -> Any:
@@ -195,21 +159,11 @@ READ_AS = {
 """Functions that read a value in a column of the pairing file. Other texts are values as they are."""
 LISTS = ("levels", "places", "skip", "as_written")
 """Columns with several values. A unit of places is a single one."""
-SETTING = {
-    **{name: f"{COLUMNS}.{name}" for name in Columns.model_fields},
-    **{name: f"readings.{name}" for name in Declared.model_fields if name not in ("columns", "quantity", "sample")},
-    "sign": "readings.quantity",
-    "crack": "photo.crack",
-}
-"""Settings of a trial by the column of the pairing file that answers them."""
-ANSWERS = (*SETTING, SETTINGS)
-"""Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
-file has those that are needed; a user may add any of them."""
 
 
-def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
-    """Return the settings in the answers of a row. Its column of settings is TOML, separated by semicolons."""
-    note = Note()
+def note_of_answers(answers: Mapping[str, str], file: PurePath) -> Note:
+    """Return the settings in the answers of a file's row. Its column of settings is TOML, separated by semicolons."""
+    note, where = Note(), Location(file, f"row in {PAIRING}")
     for name, text in ((name, answers[name]) for name in SETTING if name in answers):
         read, parts = READ_AS.get(name, str), re.split(r"(?:[\s;]|,(?!\d))+", text)
         is_list = name in LISTS and (name != "places" or len(parts) > 1)
@@ -218,12 +172,12 @@ def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
         note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
     except (ValueError, RecursionError) as fault:
         example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
-        note.faults.append(f"{where}: settings = {quoted(answers[SETTINGS])}: {fault}. Write for example {example}.")
+        finding = f"settings = {quoted(answers[SETTINGS])}: {fault}. Write for example {example}."
+        note.faults.append(Doubt("note", where, finding))
     return note
 
 
 @cache
 def known_keys() -> frozenset[str]:
     """Return the dotted names of all settings that a note may give."""
-    of_columns = (f"{COLUMNS}.{name}" for name in Columns.model_fields)
-    return frozenset([DATE, OPERATOR, *dotted_names(Trial), *of_columns]) - {COLUMNS}
+    return frozenset([DATE, OPERATOR, *dotted_names(Trial), *SETTING.values()]) - {"readings.columns"}

@@ -20,7 +20,7 @@ from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.job import STAGES
 from sealtwin.trial.simulate_stage import PROGRESS
 from sealtwin.trial.trial_file import load_trial
-from validate.readings.names import sample_key
+from validate.readings.words import sample_key
 
 REPORT_S = 4.0  # Time to compare a run and to draw its report, on one core
 
@@ -96,7 +96,7 @@ def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
             mean_error_mm=comparison and comparison.mean_error_mm,
             passed=comparison and comparison.passed,
             report=finished.result.report,
-            warnings=tuple(text.removeprefix("note: ") for text in progress.warned),
+            warnings=tuple(warning.text for warning in progress.warned),
         )
     return [replace(result, wall_s=time.monotonic() - began)]
 

@@ -1,39 +1,38 @@
-"""A sample of a lab's folder during an ingest: its files and settings, its trial, and the questions about it."""
+"""The samples of a lab's folder during an ingest: their files, settings and trials, and their questions."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
 from digitise.settings import LARGEST_FILE_BYTES, NO_SCALE
 from sealtwin.core import files
-from sealtwin.core.doubts import Doubt
+from sealtwin.core.doubts import Doubt, Location, ReadSheet
 from sealtwin.core.errors import InputError
-from sealtwin.core.settings import checked
+from sealtwin.core.settings import SettingsFaults, checked
 from sealtwin.lab.catalogue import Record
-from sealtwin.lab.files import DEFAULTS, NAMED_FILES, KeptFile, Role
-from sealtwin.lab.notes import (
-    ALTERNATIVES,
+from sealtwin.lab.files import (
     ANSWERS,
-    DEPTH,
-    OF_READINGS,
-    OWN,
-    SCALE,
+    DEFAULTS,
+    NAMED_FILES,
+    PAIRING,
     SETTINGS,
-    Note,
-    note_of_answers,
-    read_note,
+    TABLES,
+    KeptFile,
+    Placed,
+    Role,
+    rows_of,
 )
+from sealtwin.lab.notes import ALTERNATIVES, DEPTH, OF_READINGS, OWN, SCALE, Note, note_of_answers, read_note
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.trial_file import Trial, names_in, with_settings
-from validate.readings.grid import ReadSheet, SheetFaults
-from validate.readings.names import sample_key
+from validate.readings.grid import SheetFaults, listed
 from validate.readings.read_readings import read_readings
+from validate.readings.words import sample_key
 from validate.settings import Declared
 
-PAIRING = "pairing.csv"
 Fate = Literal["new", "revised", "unchanged", "failed", "bug"]
 """State of a sample's trial after an ingest; "failed" if its files raise questions."""
 ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
@@ -68,6 +67,23 @@ NEEDED = {
 }
 """Required settings that no photo shows: role of the file that requires it, value with which the rest is checked, and
 what to write."""
+SHEET_ALONE = (
+    "Write its sample into the column sample; if it has several, add a row of this file for each, with its own range, "
+    "sheet or levels; if it has none, set the role to ignore."
+)
+NOTE_ALONE = (
+    "Write its sample into the column sample, and settings that are not lines key = value into the column settings; if "
+    "it has readings, set its role to readings; if it has no sample, to ignore."
+)
+ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
+
+
+@dataclass(frozen=True)
+class SampleQuestion:
+    """A question in the rows of its files in the pairing file."""
+
+    rows: frozenset[PurePath]
+    can_be_confirmed: bool
 
 
 @dataclass
@@ -79,7 +95,7 @@ class LabSample:
     files: dict[Role, list[PurePath]] = field(default_factory=dict)
     """Files by role. Several of one role but notes are in question. An empty list of readings waits for a sheet."""
     answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
-    questions: dict[str, set[PurePath]] = field(default_factory=dict)  # Files in whose rows each sentence is
+    questions: dict[str, SampleQuestion] = field(default_factory=dict)  # By sentence
     columns: set[str] = field(default_factory=set)  # Of the pairing file, for the answers
     fate: Fate = "failed"
     raw: list[KeptFile] = field(default_factory=list)
@@ -101,32 +117,41 @@ class LabSample:
         files = self.files.get(role, [])
         return files[0] if len(files) == 1 else None
 
-    def ask(self, *about: Doubt | str) -> None:
-        """Add questions, each to the rows of the files that it begins with, else to that of the photo."""
-        every = [each for files in self.files.values() for each in files]
-        for one in about:
-            sentence, columns = (one, (SETTINGS,)) if isinstance(one, str) else (one.in_words("pairing"), one.columns)
-            for raw in self.raw:
-                sentence = sentence.replace(f"{self.trial_folder / raw.kept_as}", raw.original)
-            sentence = sentence.replace(f"{self.folder}/", "")
-            named = sentence.partition(": ")[0].split(", ")
-            rows = {each for each in every if f"{each}" in named} or {every[0]}
-            self.questions[sentence] = rows
-            self.columns |= {column if column in ANSWERS else SETTINGS for column in columns}
+    def ask(self, *doubts: Doubt, rows: Iterable[PurePath] = ()) -> None:
+        """Add questions, each to the row of the file that it is about, else to that of the photo; or to ``rows``."""
+        files = [file for files in self.files.values() for file in files]
+        paths = {self.folder / file: file for file in files}
+        paths |= {self.trial_folder / raw.kept_as: PurePath(raw.original) for raw in self.raw}
+        for doubt in doubts:
+            file = paths.get(Path(doubt.where.file), doubt.where.file)
+            of_doubt = frozenset(rows) or frozenset([file if file in files else files[0]])
+            self.questions[doubt.in_words("pairing", f"{file}")] = SampleQuestion(of_doubt, doubt.can_be_confirmed)
+            self.columns |= {column if column in ANSWERS else SETTINGS for column in doubt.columns or (SETTINGS,)}
 
-    def refuse(self, fault: InputError) -> None:
-        """Add the questions of an error: those of a sheet, or a sentence of any other one each."""
-        if isinstance(fault, SheetFaults):
-            self.understood = fault.understood or self.understood
-            self.ask(*fault.doubts)
-        else:
-            self.ask(*str(fault).splitlines())
+    def fault(self, finding: str, remedy: str = "", file: PurePath | None = None) -> None:
+        """Ask about a fault of a file. Default: of the photo, or the first file without one."""
+        file = file or next(file for files in self.files.values() for file in files)
+        self.ask(Doubt("fault", Location(file), finding, remedy))
+
+    def refuse(self, fault: InputError, file: PurePath | None = None) -> None:
+        """Add the questions of an error: those of a sheet, those of settings, or one about a file."""
+        match fault:
+            case SheetFaults():
+                self.understood = fault.understood or self.understood
+                self.ask(*fault.doubts)
+            case SettingsFaults():
+                self.ask(*(Doubt("setting", _origin_of(self, key), sentence) for key, sentence in fault.faults))
+            case _:
+                self.fault(f"{fault}", file=file)
+
+    def is_in_question(self, role: Role) -> bool:
+        """Return True if a question is about the file of a role."""
+        return any(self.file(role) in question.rows for question in self.questions.values())
 
     @property
     def sheet_in_question(self) -> ReadSheet | None:
         """The sheet of readings as it was understood, if a question is about it."""
-        is_asked = any(self.file("readings") in rows for rows in self.questions.values())
-        return self.understood if is_asked else None
+        return self.understood if self.is_in_question("readings") else None
 
     @property
     def said(self) -> Mapping[str, Any]:
@@ -134,29 +159,64 @@ class LabSample:
         return json.loads(json.dumps(self.note.values, default=str))
 
 
-def gather(sample: LabSample, defaults: Note, own: Note) -> None:
+def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
+    """Return the samples, sorted by name, and behind them the files without a photo. Ignored files are omitted.
+
+    ``lost`` names files that cannot be read. While a sheet has no photo, or one of these may be a sheet, photos without
+    a sheet are held back.
+    """
+    samples = dict[str, LabSample]()
+    for file, place in rows_of(placed):
+        if place.role != "ignore":
+            sample = samples.setdefault(place.key, LabSample(folder, place.sample))
+            sample.files.setdefault(place.role, []).append(file)
+            sample.answers[place.role, file] = place.answers
+    order = sorted(samples.values(), key=lambda sample: "photo" not in sample.files)
+    lacking = [sample for sample in order if "photo" in sample.files and "readings" not in sample.files]
+    without = listed([f"{sample.files['photo'][0]}" for sample in lacking]) or "none"
+    waiting = [*lost]
+    for sample in order:
+        for role, of_role in sample.files.items():
+            if "photo" not in sample.files:
+                remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
+                for file in of_role:
+                    sample.fault(f"no photo is called {sample.name!r}.", remedy, file)
+                waiting += map(str, of_role if role in TABLES else ())
+            elif len(of_role) > 1 and role != "note":
+                where = Location(of_role[0], listed([*map(str, of_role[1:])]))
+                doubt = Doubt("files", where, f"{len(of_role)} files are its {role}.", ONE_OF_SEVERAL)
+                sample.ask(doubt, rows=of_role)
+    for sample in lacking if waiting else ():
+        sample.files["readings"] = []
+        finding = f"{listed(waiting)} may be the sheet of a photo that has none, so these photos wait."
+        sample.ask(Doubt("files", Location(PurePath(PAIRING)), finding))
+    return order
+
+
+def gather(sample: LabSample, defaults: Note) -> None:
     """Read a sample's notes and hash its files; does not read photos and sheets.
 
-    ``defaults`` are settings of all samples, ``own`` those of this one in tables of the folder.
+    ``defaults`` are settings of all samples.
     """
+    note = Note()
     for role, every in sample.files.items():
         for count, file in enumerate(every):
             path, limit = sample.folder / file, LARGEST_FILE_BYTES if role in ("photo", "mask") else LARGEST_SHEET_BYTES
             if path.is_symlink() or not path.is_file():
-                sample.ask(f"{path}: not a plain file; links are not followed: copy the file itself.")
+                sample.fault("not a plain file; links are not followed: copy the file itself.", file=file)
             elif (size := path.stat().st_size) > limit:
-                sample.ask(f"{path}: {size / 1e6:,.0f} MB; the limit for such a file is {limit / 1e6:,.0f} MB.")
+                sample.fault(f"{size / 1e6:,.0f} MB; the limit for such a file is {limit / 1e6:,.0f} MB.", file=file)
             else:
                 copy = _copy_of(role, file, count)
                 sample.raw.append(KeptFile(role, file.as_posix(), copy, files.sha256(path), size))
                 if role == "note" and "photo" in sample.files:
-                    read_note(path, sample.key, own, answered=SETTINGS in sample.answers[role, file])
+                    read_note(sample.folder, file, sample.key, note, answered=SETTINGS in sample.answers[role, file])
     # The folder's settings of readings, fills and walls may be for other samples.
     others = (ANGLE if "fill" in sample.files else FILL, *(() if "readings" in sample.files else OF_READINGS))
-    sample.note = own.over(defaults, others)
+    sample.note = note.over(defaults, others)
     for (role, file), answers in sample.answers.items():
         if role == "note" or sample.file(role):
-            sample.note = note_of_answers(answers, f"{PAIRING}, {file}").over(sample.note)
+            sample.note = note_of_answers(answers, file).over(sample.note)
     sample.ask(*sample.note.faults)
 
 
@@ -182,51 +242,51 @@ def prepare(sample: LabSample) -> None:
     if any(way & settings.keys() for way in ALTERNATIVES[0]):
         sample.stand_ins.pop(SCALE, None)
     for key in sample.stand_ins:
-        fault = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
-        sample.ask(offering_markers(fault, photo))
-    given = names_in(with_settings({}, settings))
-    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in given)
+        finding = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
+        sample.ask(Doubt("setting", Location(PurePath(DEFAULTS)), offering_markers(finding, photo)))
+    names = names_in(with_settings({}, settings))
+    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in names)
     starter = {key: value for key, value in STARTER.items() if not key.startswith(excluded)} | sample.stand_ins
     content = with_settings(with_settings({}, starter), settings)
     if not sample.files.get("readings"):
         content = {name: value for name, value in content.items() if name not in ("readings", "gate")}
-    if assumed := [f"{key} = {toml_value(starter[key])}" for key in starter if key in names_in(content) - given]:
+    if assumed := [f"{key} = {toml_value(starter[key])}" for key in starter if key in names_in(content) - names]:
         sentence = f"Assumed, since no note of the lab gives it: {', '.join(assumed)}."
         content["note"] = f"{sentence} {settings.get('note', '')}".strip()
         sample.remarks.append(f"{sentence} Write your own values, best into {DEFAULTS}.")
     try:
-        trial = checked(Trial, sample.folder, content, lambda key: _origin_of(sample, key))
+        trial = checked(Trial, sample.folder, content)
     except InputError as fault:
         sample.refuse(fault)
-    else:
-        sample.trial = trial if [raw.role for raw in sample.raw].count("photo") == 1 else None
+        return
+    if trial.crack is not None and trial.crack.fill is not None and (file := sample.file("fill")):
+        try:
+            trial.crack.fill.model_copy(update={"file": Path(file)}).loaded(sample.folder)
+        except InputError as fault:
+            sample.refuse(fault, file)
+    sample.trial = trial if [raw.role for raw in sample.raw].count("photo") == 1 else None
 
 
 def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
     """Read the sheets of readings as a run does, and ask about them. ``length_mm`` is of the crack, None if unknown."""
-    for raw in sample.raw:
-        if raw.role == "readings":
-            _read(sample, PurePath(raw.original), length_mm)
-
-
-def _read(sample: LabSample, file: PurePath, length_mm: float | None) -> None:
-    path, values = sample.folder / file, sample.note.values
-    depth = values.get(DEPTH)
+    depth_mm = sample.note.values.get(DEPTH)
     # Without a photo, the name of the file is in question too.
     name = sample.name if "photo" in sample.files else None
-    given = with_settings({"readings": {"sample": name}}, values)["readings"]
+    settings = with_settings({"readings": {"sample": name}}, sample.note.values)["readings"]
     try:
-        declared = checked(Declared, path, {key: given.get(key) for key in Declared.model_fields})
+        declared = checked(Declared, sample.folder, {key: settings.get(key) for key in Declared.model_fields})
     except InputError:
         return  # A fault of its key. With a wrong answer, all others would be asked about again.
-    try:
-        profile = read_readings(path, declared, length_mm, depth if isinstance(depth, int | float) else None)
-    except InputError as fault:
-        sample.refuse(fault)
-    else:
-        sample.ask(*profile.questions)
-        sample.understood = profile.understood
-        sample.dialect = profile.dialect if sample.file("readings") else None
+    for file in (PurePath(raw.original) for raw in sample.raw if raw.role == "readings"):
+        try:
+            single_mm = depth_mm if isinstance(depth_mm, int | float) else None
+            profile = read_readings(sample.folder / file, declared, length_mm, single_mm)
+        except InputError as fault:
+            sample.refuse(fault, file)
+        else:
+            sample.ask(*profile.questions)
+            sample.understood = profile.understood
+            sample.dialect = profile.dialect if sample.file("readings") else None
 
 
 def _settings_of(sample: LabSample) -> dict[str, Any]:
@@ -237,16 +297,18 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
     for role, key in NAMED_FILES.items():
         file = next(iter(sample.files.get(role, ())), None)
         if key in note.values and PurePath(f"{settings[key]}").name != (file and file.name):
-            sample.ask(
-                f"{note.origins[key]}: {key} = {str(settings[key])!r:.80}, but the sample's {role} is "
-                f"{file or 'no file'}; delete the key, and choose the file in the pairing file."
-            )
+            finding = f"{key} = {str(settings[key])!r:.80}, but the sample's {role} is {file or 'no file'};"
+            remedy = "delete the key, and choose the file in the pairing file."
+            sample.ask(Doubt("setting", note.origins[key], finding, remedy))
         settings[key] = file and _copy_of(role, file)
     return {key: value for key, value in settings.items() if value is not None}
 
 
-def _origin_of(sample: LabSample, key: str) -> str:
-    """Return the places that give a setting or a table's settings, otherwise the path of a note of the sample."""
-    given = sample.note.origins.items()
-    origins = {origin for name, origin in given if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
-    return ", ".join(sorted(origins)) or str(sample.files["photo"][0].with_suffix(".toml"))
+def _origin_of(sample: LabSample, key: str) -> Location:
+    """Return the places that give a setting or a table's settings, otherwise a note of the sample."""
+    notes = sample.note.origins.items()
+    origins = {origin for name, origin in notes if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
+    if not origins:
+        return Location(sample.files["photo"][0].with_suffix(".toml"))
+    first, *others = sorted(origins, key=Location.named)
+    return first._replace(part=", ".join(filter(None, (first.part, *map(Location.named, others)))))

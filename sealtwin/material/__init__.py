@@ -1,1 +1,118 @@
-"""Measure a paste by a cone's spread, a bead or a rheometer, and write a file for trials."""
+"""Measure a paste by a spread, a bead or a flow curve: facts that all methods need, their result, and material.toml."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date as day
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from sealtwin.core.settings import Settings, checked
+from simulate.material_file import Material
+
+EDGE_N_M = 0.005
+"""Coefficient lambda of surface tension for cement pastes (Roussel et al. 2005). Surface tension carries the stress
+lambda R^2 / V, which is subtracted to get the yield stress."""
+EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for an unmeasured paste: the value has one digit
+DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density from a weighed syringe
+MEASURED = "A measured paste, written by 'sealtwin material'. Errors are standard uncertainties."
+CALIBRATED = "A paste determined by the levels of trials, with 'sealtwin calibrate'. Errors are standard uncertainties."
+USE = "In a trial file: [fluid] material = the name of this file; not_for lists what these numbers are not valid for."
+
+
+class PasteSettings(Settings):
+    """Facts about a paste that every method of measuring it needs. Errors are standard uncertainties."""
+
+    data: Literal["measured", "reconstructed", "synthetic"]
+    """Origin of the photo or table."""
+    density_kg_m3: float = Field(ge=100, le=2e4)
+    """Density of the paste, for example from a weighed syringe."""
+    density_error_kg_m3: float | None = Field(default=None, gt=0, le=2e4)
+    """Standard uncertainty of the density; default: 1 % of the density."""
+    date: day | None = None
+    """Day of the measurement; default: today."""
+
+    @property
+    def spread_of_density(self) -> float:
+        """Standard uncertainty of the density in kg/m3: the given one, or ``DENSITY_ERROR`` of the density."""
+        return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
+
+
+class PasteOnPlate(PasteSettings):
+    """A paste that lies on a plate, and the surface tension that carries a part of its stress."""
+
+    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
+    """Coefficient lambda of surface tension. The default is that of cement paste."""
+    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
+    """Standard uncertainty of lambda."""
+
+
+@dataclass(frozen=True)
+class PasteValue:
+    """A value with its standard uncertainty and its 95 % interval."""
+
+    value: float
+    error: float
+    interval: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class MeasuredPaste:
+    """A paste, with further results of its measurement."""
+
+    material: Material
+    figures: dict[str, Any] = field(default_factory=dict)  # For the JSON answer
+    sentences: Sequence[str] = ()
+
+
+def four_digits(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def measured_material(path: Path, paste: PasteSettings, stress_pa: PasteValue, **measured: Any) -> Material:
+    """Return a measured paste. Numbers and intervals in ``measured``, fields of the file, are rounded to four digits.
+
+    Raises InputError, naming ``path``, for a number out of range.
+    """
+    measured |= {
+        "yield_stress_pa": stress_pa.value,
+        "yield_stress_error_pa": stress_pa.error,
+        "yield_stress_95_pa": stress_pa.interval,
+    }
+    for name, value in measured.items():
+        if isinstance(value, float):
+            measured[name] = four_digits(value)
+        elif isinstance(value, tuple) and value and isinstance(value[0], float):
+            measured[name] = [*map(four_digits, value)]
+    facts = {
+        "date": (paste.date or day.today()).isoformat(),
+        "data": paste.data,
+        "density_kg_m3": paste.density_kg_m3,
+        "density_error_kg_m3": paste.spread_of_density,
+    }
+    return checked(Material, path, facts | measured)
+
+
+def by_source(parts_pa: Mapping[str, float]) -> str:
+    """Return a sentence with the contribution of each source to the standard uncertainty of a yield stress."""
+    return (
+        f"standard uncertainty in Pa by source: {', '.join(f'{name} {value:.2g}' for name, value in parts_pa.items())}"
+    )
+
+
+def material_text(material: Material) -> str:
+    import tomlkit
+    from tomlkit.items import Array
+
+    document = tomlkit.document()
+    for line in (MEASURED if material.radius_mm is None else CALIBRATED, USE):
+        document.add(tomlkit.comment(line))
+    content = material.model_dump_json(exclude_none=True, exclude_defaults=True)
+    for key, value in json.loads(content).items():
+        item = tomlkit.item(value)
+        if isinstance(item, Array) and key in ("basis", "not_for"):
+            item.multiline(True)
+        document.add(key, item)
+    return tomlkit.dumps(document)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,8 @@ from digitise.robots.pump import MISTYPED
 from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
+from sealtwin.material import MeasuredPaste, PasteOnPlate, PasteValue, by_source, four_digits, measured_material
 from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED
-from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, PasteValue, by_source, four_digits, measured_material
 from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.spread_law import GRAVITY_M_S2
 
@@ -37,16 +36,19 @@ BEAD_NOT_FOR = (
 
 
 class LaidBead(PasteOnPlate):
-    """A bead as it was laid: mass and density of the paste, and flow and speed in the robot's program."""
+    """A bead as a robot's program laid it: options of 'sealtwin material bead'."""
 
     mass_g: float = Field(gt=0, le=1e5)
+    """Mass of the bead."""
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
+    """Standard uncertainty of the mass."""
     asked_mm3_s: float = Field(ge=1e-3, le=1e6)
-    """Flow in the robot's program."""
+    """Flow in the program that laid the bead."""
     speed_mm_s: float = Field(ge=0.01, le=5000)
-    """Speed of the nozzle."""
+    """Speed of the nozzle that laid the bead."""
     start_mm: tuple[OnFace, OnFace] | None = None
-    """Place at which the nozzle started to move and dispense: x and y from the lower left corner of the opening."""
+    """Start of the nozzle's path, in mm from the lower left corner of the frame's opening, to measure the pump's delay.
+    """
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,7 @@ def footprint_of(bead: BeadOutline) -> PasteArea:
     return PasteArea((ends[1:] + ends[:-1]) / 2, area, bead.edge_mm, middle_area, piece_mm)
 
 
-def material_of_bead(photo: PhotoInput, laid: LaidBead, day: date, note: Callable[[str], None]) -> MeasuredPaste:
+def material_of_bead(photo: PhotoInput, laid: LaidBead, warn: Callable[[str], None]) -> MeasuredPaste:
     """Measure a bead in a photo, and return the paste and the pump's flow. Raises InputError if it shows neither."""
     if (start := laid.start_mm) is not None and photo.face_mm is not None:
         for name, place, side in zip("xy", start, photo.face_mm, strict=True):
@@ -178,12 +180,10 @@ def material_of_bead(photo: PhotoInput, laid: LaidBead, day: date, note: Callabl
                 )
     bead = measure_bead(photo, Path())
     for warning in bead.warnings:
-        note(f"note: {warning}")
+        warn(warning.text)
     estimate = identify(laid, bead)
     material = measured_material(
         photo.file,
-        photo.data,
-        day,
         laid,
         estimate.stress_pa,
         method="bead on a plate, closed form with stretching by its whole outline, surface tension's term subtracted",

@@ -1,16 +1,16 @@
 """A paste by a rheometer's flow curve: Herschel and Bulkley's law, or Bingham's line, at the shear rates of a fill."""
 
-from datetime import date
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, Self
 
 import numpy as np
+from pydantic import Field, field_validator, model_validator
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
-from sealtwin.core.records import DataKind, Floats, Integers
+from sealtwin.core.records import Floats, Integers
+from sealtwin.material import MeasuredPaste, PasteSettings, four_digits, measured_material
 from sealtwin.material.flow_law import FlowLaw, fit_flow_law
-from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, four_digits, measured_material
 
 RATE, STRESS = "shear_rate_per_s", "stress_pa"  # Columns of the file
 MOST_ROWS = 10_000
@@ -30,6 +30,8 @@ MOST_ALIKE = 0.8  # Share of these changes with one sign from which they are sys
 WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress is interpolated, in logarithms
 MOST_MISS = 0.1  # Largest RMS of the misfit over the stress: rheometers repeat to a few percent
 MISSES = 3.0  # RMS misfits by which a row may be off, beside the yield stress's interval: one of 400 is by chance
+Rate = Annotated[float, Field(gt=0, le=1e9)]
+Row = Annotated[int, Field(ge=1, le=MOST_ROWS + 1)]
 INDEX = (0.2, 2.0)  # Range of fluid.flow_index
 BY_HAND = "by hand in [fluid], and note how they were found"
 NOT_FOR = (
@@ -41,46 +43,61 @@ NOT_FOR = (
 )
 
 
-class Pour(NamedTuple):
-    """A pour, which shears the sealant in the nozzle and in the crack. Default: the paper's nozzle, flow and crack."""
+class FlowCurve(PasteSettings):
+    """A flow curve's paste and the fill that it is measured for: options of 'sealtwin material rheometer'.
 
-    nozzle_mm: float = 2.4
-    flow_mm3_s: float = 160.0
-    width_mm: float = 3.1
+    The defaults of nozzle, flow and width are the paper's, whose shear rates are 1 to 100 /s.
+    """
+
+    nozzle_mm: float = Field(default=2.4, ge=0.01, le=100)
+    """Inner diameter of the nozzle, for the shear rates."""
+    flow_mm3_s: float = Field(default=160.0, ge=1e-3, le=1e6)
+    """Flow of the fill."""
+    width_mm: float = Field(default=3.1, ge=0.01, le=1000)
+    """Width of the crack."""
+    shear_rates: tuple[Rate, Rate] | None = None
+    """Smallest and largest shear rate in 1/s that the fit uses; default: those of nozzle, flow and crack."""
+    rows: tuple[Row, Row] | None = None
+    """First and last row that are used, of one sweep among several; row 1 is the header."""
+
+    @field_validator("shear_rates", "rows")
+    @classmethod
+    def _in_order(cls, ends: tuple[float, float] | None) -> tuple[float, float] | None:
+        if ends is not None and not ends[0] < ends[1]:
+            raise ValueError(f"{ends[0]:g} to {ends[1]:g}: give a smaller and a larger number")
+        return ends
+
+    @model_validator(mode="after")
+    def _shear_rates_once(self) -> Self:
+        if self.shear_rates and (others := self.model_fields_set & {"nozzle_mm", "flow_mm3_s", "width_mm"}):
+            raise ValueError(f"shear_rates and {' and '.join(sorted(others))} are both given: give one of them")
+        if self.spread_of_density > self.density_kg_m3 / 2:
+            raise ValueError(
+                f"density_error_kg_m3 is {self.spread_of_density:g}, more than half of density_kg_m3, "
+                f"{self.density_kg_m3:g}: give the standard uncertainty of the density, or omit it"
+            )
+        return self
 
     @property
     def shear_rates_per_s(self) -> tuple[float, float]:
-        """Smallest and largest shear rate that matter, to one digit; 1 and 100 /s for the default.
+        """Smallest and largest shear rate that matter, to one digit if they follow from the fill.
 
         The largest is at the wall of the nozzle, 32 Q / (pi D^3), or at that of the crack if it is narrow. A stream as
         wide as the crack moves at Q / w^2, and its wall shears at 6 Q / w^3. The smallest is ``SLOWEST`` of that.
         """
+        if self.shear_rates is not None:
+            return self.shear_rates
         crack = 6 * self.flow_mm3_s / self.width_mm**3
         nozzle = 32 * self.flow_mm3_s / (np.pi * self.nozzle_mm**3)
         return float(f"{SLOWEST * crack:.1g}"), float(f"{max(crack, nozzle):.1g}")
 
 
-def material_of_table(
-    path: Path,
-    paste: PasteOnPlate,
-    data: DataKind,
-    day: date,
-    shear_rates_per_s: tuple[float, float] | None = None,
-    rows: tuple[int, int] | None = None,
-) -> MeasuredPaste:
-    """Fit a law to the flow curve in a CSV at ``shear_rates_per_s``; default: those of ``Pour``.
-
-    ``rows`` are the first and last row of the file that count. Raises InputError if neither law fits.
-    """
-    if paste.spread_of_density > paste.density_kg_m3 / 2:
-        raise InputError(
-            f"density_error_kg_m3 is {paste.spread_of_density:g}, more than half of density_kg_m3, "
-            f"{paste.density_kg_m3:g}: give the standard uncertainty of the density, or omit it."
-        )
-    low, high = shear_rates_per_s or Pour().shear_rates_per_s
+def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
+    """Fit a law to the flow curve in a CSV. Raises InputError if neither law fits."""
+    low, high = paste.shear_rates_per_s
     columns = read_columns(path, {RATE: (0, 1e9), STRESS: (-1e9, 1e9)}, (RATE, STRESS), (1, MOST_ROWS))
     every, stress, file_rows = (np.array(columns[name]) for name in (RATE, STRESS, "row"))
-    first, last = rows or (0, MOST_ROWS + 1)
+    first, last = paste.rows or (0, MOST_ROWS + 1)
     kept = (file_rows >= first) & (file_rows <= last)
     if not kept.any():
         raise InputError(f"{path}: no row has a number from {first} to {last}; row 1 is the header.")
@@ -96,23 +113,16 @@ def material_of_table(
     k, n, bingham = law.consistency_pa_s_n, law.flow_index, law.is_bingham
     name, includes = ("Bingham's line", "includes") if bingham else ("Herschel and Bulkley's law", "excludes")
     n_95 = [*map(four_digits, n.interval)]
-    thick = {
-        "consistency_pa_s_n": four_digits(k.value),
-        "consistency_95_pa_s_n": [*map(four_digits, k.interval)],
-        "flow_index": four_digits(n.value),
-        "viscosity_error_percent": four_digits(law.viscosity_percent),
-    }
+    thick = {"consistency_pa_s_n": k.value, "consistency_95_pa_s_n": k.interval, "flow_index": n.value}
     doubts = _left_out(law, *at_rest)
     material = measured_material(
         path,
-        data,
-        day,
         paste,
         law.yield_stress_pa,
-        (k.value, law.viscosity_percent) if bingham else None,
         method=f"rheometer's flow curve, {name} by least squares of relative differences",
-        flow_index_95=n_95,
-        shear_rates_per_s=[*map(four_digits, (rate.min(), rate.max()))],
+        viscosity_error_percent=law.viscosity_percent,
+        flow_index_95=n.interval,
+        shear_rates_per_s=(rate.min(), rate.max()),
         basis=(
             f"{len(rate)} of {len(used)} rows, {rate.min():g} to {rate.max():g} /s, within the shear rates of the "
             f"fill, {low:g} to {high:g} /s",
@@ -123,7 +133,7 @@ def material_of_table(
         ),
         not_for=NOT_FOR,
         doubts=doubts,
-        **({} if bingham else thick),
+        **({"viscosity_pa_s": k.value} if bingham else thick),
     )
     figures = {
         "free_flow_index": four_digits(law.free_index),

@@ -2,18 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
+from typing import Annotated, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator, model_validator
 
 from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
-from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, PasteValue, by_source, measured_material
-from simulate.spread_law import HIGHEST, Cone, flat_stress_pa, heap_height_mm, stretched_stress_pa
+from sealtwin.material import MeasuredPaste, PasteOnPlate, PasteValue, by_source, measured_material
+from simulate.spread_law import HIGHEST, flat_stress_pa, heap_height_mm, stretched_stress_pa
 
 DRAWS, SEED = 4000, 16
 CONE_ERROR_MM = 0.1  # Standard uncertainty of each size of a cone, by caliper
@@ -27,23 +27,31 @@ NOT_FOR = (
 )
 
 
+ConeSize = Annotated[float, Field(ge=0.5, le=1000)]
+
+
 class Heap(PasteOnPlate):
-    """Amount, density and initial shape of a paste that spreads."""
+    """Amount, density and initial shape of a paste that spreads: options of 'sealtwin material spread'."""
 
+    cone_mm: tuple[ConeSize, ConeSize, ConeSize] | None = None
+    """The cone's inner diameters below and above, and its height: 38x19x57 for Kantro's mini-cone."""
     mass_g: float | None = Field(default=None, gt=0, le=1e5)
+    """Mass of the paste on the plate; default: the mass of the full cone."""
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
-    cone_mm: tuple[float, float, float] | None = None  # Inner diameters below and above, and height
+    """Standard uncertainty of the mass."""
 
+    @field_validator("cone_mm")
+    @classmethod
+    def _wider_below(cls, cone_mm: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
+        if cone_mm is not None and cone_mm[1] > cone_mm[0]:
+            raise ValueError(f"the larger end of the cone is below, so {cone_mm[1]:g} comes before {cone_mm[0]:g}")
+        return cone_mm
 
-@dataclass(frozen=True)
-class Draws:
-    """Random draws of the inputs of the yield stress, (DRAWS,) each."""
-
-    volume_mm3: Floats
-    radius_mm: Floats
-    density_kg_m3: Floats
-    edge_n_m: Floats
-    law: Floats  # Standard normal
+    @model_validator(mode="after")
+    def _has_an_amount(self) -> Self:
+        if self.mass_g is None and self.cone_mm is None:
+            raise ValueError("a spread needs the amount of paste: give mass_g, or cone_mm if the cone was full")
+        return self
 
 
 @dataclass(frozen=True)
@@ -58,86 +66,59 @@ class PasteEstimate(PasteValue):
 
 def estimate(heap: Heap, spread: SpreadBlob) -> PasteEstimate:
     """Return the yield stress that a spread shows. Raises InputError if the spread does not determine it."""
-    middle, drawn, by_source = _draws(heap, spread)
-    closed_pa = _closed(middle)
-    height = float(heap_height_mm(closed_pa, middle.radius_mm, middle.density_kg_m3)[0]) / spread.radius_mm
+    random = np.random.default_rng(SEED)
+    noise = {name: random.standard_normal(DRAWS) for name in ("density", "radius", "surface tension", "law", "mass")}
+    sizes = random.standard_normal((3, DRAWS))
+
+    def computed(*sources: str) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return stress, stress with the part of surface tension, flat formula and volume, with errors of sources."""
+        off = {name: values * (name in sources) for name, values in noise.items()}
+        density = heap.density_kg_m3 + heap.spread_of_density * off["density"]
+        if heap.mass_g is not None:
+            volume = 1e6 * (heap.mass_g + heap.mass_error_g * off["mass"]) / density
+        else:
+            cone_mm = np.array(present(heap.cone_mm, "cone_mm"))[:, None]
+            a, b, c = cone_mm + CONE_ERROR_MM * sizes * ("mass" in sources)
+            volume = np.pi / 12 * c * (a * a + a * b + b * b)
+        radius = spread.radius_mm + spread.radius_error_mm * off["radius"]
+        edge = np.maximum(heap.edge_n_m + heap.edge_error_n_m * off["surface tension"], 0.0)
+        if (np.minimum(volume, np.minimum(radius, density)) <= 0).any():
+            raise InputError("the uncertainty of mass, density or spread is as large as its value: measure it better.")
+        flat = flat_stress_pa(volume, radius, density)
+        closed = stretched_stress_pa(volume, radius, density)
+        closed += FORMULA * off["law"] * (flat - closed)
+        # Surface tension carries lambda R^2 / V of the stress.
+        return closed - edge * (1e-3 * radius) ** 2 / (1e-9 * volume), closed, flat, volume
+
+    drawn = computed(*noise)[0]
+    exact = computed()
+    stress, _, flat, volume = (float(values[0]) for values in exact)
+    height = float(heap_height_mm(exact[1], spread.radius_mm, heap.density_kg_m3)[0]) / spread.radius_mm
     if height > HIGHEST:
         raise InputError(
             f"the heap's height is {height:.2f} times its radius; the closed form is valid up to {HIGHEST:g}: spread "
             "more paste, or use a rheometer."
         )
-    values = _closed(drawn) - _surface_pa(drawn)
-    stress = float((closed_pa - _surface_pa(middle))[0])
     if not stress > 0:
         raise InputError(
             f"the paste spread to {2 * spread.radius_mm:.0f} mm, as far as water would against surface tension: this "
             "shows no yield stress. Check mass and density, or take a thicker paste."
         )
-    low, high = (float(end) for end in np.quantile(values, (0.025, 0.975)))
-    parts = {name: float((_closed(of) - _surface_pa(of)).std()) for name, of in by_source.items()}
-    return PasteEstimate(
-        stress,
-        (high - low) / 4,
-        (max(0.0, min(low, stress)), max(high, stress)),
-        float(flat_stress_pa(middle.volume_mm3, middle.radius_mm, middle.density_kg_m3)[0]),
-        height,
-        float(middle.volume_mm3[0]),
-        parts,
-    )
+    low, high = np.quantile(drawn, (0.025, 0.975)).tolist()
+    parts = {name: float(computed(name)[0].std()) for name in noise}
+    interval = max(0.0, min(low, stress)), max(high, stress)
+    return PasteEstimate(stress, (high - low) / 4, interval, flat, height, volume, parts)
 
 
-def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draws]]:
-    """Return the inputs without errors, draws with all errors, and for each source draws with only its error."""
-    random = np.random.default_rng(SEED)
-    noise = {name: random.standard_normal(DRAWS) for name in ("density", "radius", "surface tension", "law", "mass")}
-    sizes = random.standard_normal((3, DRAWS))
-
-    def made(*sources: str) -> Draws:
-        def of(name: str) -> Floats:
-            return noise[name] if name in sources else np.zeros(DRAWS)
-
-        density = heap.density_kg_m3 + heap.spread_of_density * of("density")
-        if heap.mass_g is not None:
-            volume = 1e6 * (heap.mass_g + heap.mass_error_g * of("mass")) / density
-        elif heap.cone_mm is None:
-            raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm if the cone was full.")
-        else:
-            a, b, c = (size + CONE_ERROR_MM * off for size, off in zip(heap.cone_mm, sizes, strict=True))
-            full = np.pi / 12 * c * (a * a + a * b + b * b)
-            volume = full if "mass" in sources else np.full(DRAWS, Cone(*heap.cone_mm).volume_mm3)
-        radius = spread.radius_mm + spread.radius_error_mm * of("radius")
-        edge = heap.edge_n_m + heap.edge_error_n_m * of("surface tension")
-        if (np.minimum(volume, np.minimum(radius, density)) <= 0).any():
-            raise InputError("the uncertainty of mass, density or spread is as large as its value: measure it better.")
-        return Draws(volume, radius, density, np.maximum(edge, 0.0), of("law"))
-
-    nothing = made()
-    middle = Draws(*(values[:1] for values in vars(nothing).values()))
-    return middle, made(*noise), {name: made(name) for name in noise}
-
-
-def _surface_pa(of: Draws) -> Floats:
-    """Return lambda R^2 / V, the part of the stress that surface tension carries."""
-    return of.edge_n_m * (1e-3 * of.radius_mm) ** 2 / (1e-9 * of.volume_mm3)
-
-
-def _closed(of: Draws) -> Floats:
-    stress = stretched_stress_pa(of.volume_mm3, of.radius_mm, of.density_kg_m3)
-    flat = flat_stress_pa(of.volume_mm3, of.radius_mm, of.density_kg_m3)
-    return stress + FORMULA * of.law * (flat - stress)
-
-
-def material_of(photo: PhotoInput, heap: Heap, day: date, note: Callable[[str], None]) -> MeasuredPaste:
+def material_of(photo: PhotoInput, heap: Heap, warn: Callable[[str], None]) -> MeasuredPaste:
     """Measure a spread in a photo and return the paste. Raises InputError if the photo does not determine it."""
     spread = measure_spread(photo, Path())
     for warning in spread.warnings:
-        note(f"note: {warning}")
+        warn(warning.text)
     stress = estimate(heap, spread)
     small, large = spread.diameters_mm
     material = measured_material(
         photo.file,
-        photo.data,
-        day,
         heap,
         stress,
         method="spread, closed form with stretching, surface tension's term subtracted",

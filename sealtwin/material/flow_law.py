@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sealtwin.core.records import Floats
-from sealtwin.material.paste import PasteValue
+from sealtwin.material import PasteValue
 
 TORQUE = 0.03  # Relative standard uncertainty of the stress that is common to all rows: calibration, edge, fill
 GAP = 0.02  # Relative standard uncertainty of the shear rate that is common to all rows: 20 um in a gap of 1 mm
@@ -99,14 +99,9 @@ class _Curve:
         near = int(squares.argmin())
         ends = GRID[max(0, near - 1)], GRID[min(len(GRID) - 1, near + 1)]
         n = minimize_scalar(
-            lambda one: float(self.at(np.array([one]), stress, thick)[0][0]),
-            bounds=ends,
-            method="bounded",
-            options={"xatol": 1e-6},
+            lambda one: self.fixed(one, stress, thick).squares, bounds=ends, method="bounded", options={"xatol": 1e-6}
         ).x
-        return self.fixed(
-            float(n if self.at(np.array([n]), stress, thick)[0][0] < squares[near] else GRID[near]), stress, thick
-        )
+        return min(self.fixed(float(GRID[near]), stress, thick), self.fixed(float(n), stress, thick))
 
     def fixed(self, n: float, stress: float | None = None, thick: Callable[[Floats], Floats] | None = None) -> _Best:
         squares, stresses, thicks = self.at(np.array([n]), stress, thick)

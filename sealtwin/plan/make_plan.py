@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from digitise.planned_path import COLUMNS, PathTable, planned_path
-from digitise.robots.cell import RobotCell
+from digitise.robots.cell import ProgramOptions, RobotCell
 from digitise.robots.pump import PumpTable
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
@@ -20,12 +20,13 @@ from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.settings import checked
+from sealtwin.plan import PlanOptions
 from sealtwin.plan import search as searching
 from sealtwin.plan.search import Case, Goal, Knots, discrepancy, limits_of, require_possible, target_of
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
-from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
+from sealtwin.trial.robot_files import CellFile, write_programs
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text
 from simulate.slot.sections import Trapezoids
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
@@ -33,45 +34,20 @@ from validate.uncertainty.computed import Z_95, further_run_mm2, require_differe
 REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
 VERIFICATION, SAMPLE = "verification", "sample"
 SEARCHED, JUDGED = 4, 24  # Number of draws of a posterior for a search, and for counting chances
-RESERVE_MM = 0.25
-"""Depth by which a plan aims lower than asked. A plan that fills the crack to its face has more over the face than
-constant flow if it gets ``MORE_FLOW`` and ``LESS_STRESS``, since the troughs of constant flow take some of it up.
-Unless it is 0, corrections by particles only lower the flow."""
 MORE_FLOW, LESS_STRESS = 1.10, 0.85
 SEARCH_S = 3.0  # Time of a search on one draw, on one core of the machine in docs/accuracy.md
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Limits of volume and level above the face whose chances are counted
 
 
-@dataclass(frozen=True)
-class Options:
-    knots: int = 8
-    rounds: int = 3  # Particle runs of plans; each plan is searched with the level of the one before
-    seeds: int = 3  # Runs of the best plan, with a seed each, for its band
-    drafts: bool = True  # All runs are drafts, except one more of the best plan, which gives its level
-    margin_mm: float = 0.0  # Depth below the face of the level that the plan aims at
-    flow_max_mm3_s: float | None = None
-    keep_speed: bool = False
-    reserve_mm: float = RESERVE_MM  # Further depth, for a pump that gives more and a paste that is softer
-
-    def launches(self, jobs: int, rounds: int = 0) -> list[bool]:
-        """Return whether each launch of particle runs after ``rounds`` rounds is of drafts, for the time left."""
-        seeds = -(-(self.seeds - 1) // max(1, jobs))
-        return [*[self.drafts] * (self.rounds - rounds + seeds), *[False] * self.accurate_runs]
-
-    def target_mm2(self, sections: Trapezoids) -> Floats:
-        """Return the area to fill in each section. Raises InputError if the plan aims below a floor."""
-        aims_mm, shallowest_mm = self.margin_mm + self.reserve_mm, float(sections.depth_mm.min())
-        if aims_mm >= shallowest_mm:
-            raise InputError(
-                f"--margin-mm {self.margin_mm:g} and --reserve-mm {self.reserve_mm:g}: the crack is only "
-                f"{shallowest_mm:.3g} mm deep in places; aim less than that below the face."
-            )
-        return target_of(sections, aims_mm)
-
-    @property
-    def accurate_runs(self) -> int:
-        """Accurate runs at the end of a search by drafts: of the best plan, and of the plan corrected by this run."""
-        return 2 * self.drafts
+def aim_of(options: PlanOptions, sections: Trapezoids) -> Floats:
+    """Return the area to fill in each section. Raises InputError if the plan aims below a floor."""
+    aims_mm, shallowest_mm = options.margin_mm + options.reserve_mm, float(sections.depth_mm.min())
+    if aims_mm >= shallowest_mm:
+        raise InputError(
+            f"--margin-mm {options.margin_mm:g} and --reserve-mm {options.reserve_mm:g}: the crack is only "
+            f"{shallowest_mm:.3g} mm deep in places; aim less than that below the face."
+        )
+    return target_of(sections, aims_mm)
 
 
 @dataclass(frozen=True)
@@ -89,9 +65,7 @@ class PlanInputs:
     file: Path
     given: Trial  # As in the file
     trial: Trial  # With the files that it names, and without readings
-    cell_file: Path | None
-    cell: RobotCell | None
-    pump: PumpTable | None
+    cell: CellFile | None
 
     @classmethod
     def read(cls, file: Path, settings: Mapping[str, Any] | None, cell_file: Path | None) -> "PlanInputs":
@@ -99,14 +73,13 @@ class PlanInputs:
         given = load_trial(file, settings)
         require_sample(given, file.parent)
         trial = require_plannable(given.loaded(file.parent), str(file))
-        cell = None if cell_file is None else read_cell(cell_file)
-        pump = None if cell is None or cell_file is None else pump_of(cell, cell_file.parent)
-        if cell is not None and (steady := cell.steady_settings):
+        cell = None if cell_file is None else CellFile.read(cell_file)
+        if cell is not None and (steady := cell.settings.steady_settings):
             raise InputError(
                 f"{cell_file}: {' and '.join(steady)}: such a program has only one speed or one flow, but a plan "
                 "varies both. Change this setting, or remove the format from formats."
             )
-        return cls(file, given, trial, cell_file, cell, pump)
+        return cls(file, given, trial, cell)
 
     @contextmanager
     def digitised(self, folder: Path, progress: Progress) -> Iterator[Sample]:
@@ -128,18 +101,21 @@ class PlanInputs:
 
     def write_programs(self, folder: Path, table: str, sample: Sample, trajectory: Trajectory) -> dict[str, Any]:
         """Write the robot's programs for a path. Return their names for JSON, or an empty dict without a cell."""
-        if self.cell is None or self.cell_file is None:
+        if self.cell is None:
             return {}
         origin = {
             "trial": self.trial.name,
             "run": folder.resolve().name,
             "path_source": sample.outline.path_source,
-            "inputs": {path.name: files.sha256(path) for path in (folder / table, self.cell_file)},
+            "inputs": {table: files.sha256(folder / table)},
             "edited_by_hand": [],
         }
-        cell = self.cell, self.cell_file.name
-        report, *_ = write_programs(folder / "robot", trajectory, *cell, (), origin, None, self.pump)
+        report, _ = write_programs(folder / "robot", trajectory, self.cell, ProgramOptions(), origin)
         return {"robot": sorted(report["files"])}
+
+    @property
+    def limits_by(self) -> tuple[RobotCell | None, PumpTable | None]:
+        return (None, None) if self.cell is None else (self.cell.settings, self.cell.pump)
 
 
 def case_of(sample: Sample, trial: Trial) -> Case:
@@ -152,7 +128,7 @@ def case_of(sample: Sample, trial: Trial) -> Case:
 
 def plan_on(
     verifier: Verifier,
-    options: Options,
+    options: PlanOptions,
     draws: Sequence[Trial],
     limits_by: Any = None,
     where: Path = Path("trial.toml"),
@@ -162,7 +138,7 @@ def plan_on(
     ``draws`` are trials with settings drawn from a posterior; the plan is for the trial itself if there are none.
     Raises InputError if no plan is possible, NumericalError if a particle run fails.
     """
-    sample, trial, progress = verifier.sample, verifier.trial, verifier.progress
+    sample, trial, progress, drafts = verifier.sample, verifier.trial, verifier.progress, not options.accurate
     cell, pump = limits_by or (None, None)
     own = sample.trajectory
     knots = Knots(own, options.knots)
@@ -172,7 +148,7 @@ def plan_on(
     few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
     sections = nominal.fill(own).sections
     filled = float(target_of(sections, options.margin_mm).sum() / sections.full_mm2.sum())
-    target_mm2 = options.target_mm2(sections)
+    target_mm2 = aim_of(options, sections)
     unfilled_mm3 = float((sections.full_mm2 - target_mm2).sum()) * sections.step_mm
     require_possible(limits, target_mm2, sections.s_mm, own, where)
 
@@ -188,14 +164,14 @@ def plan_on(
     def later_s(rounds: int, searches: int) -> float:
         """Return the time by the model of what follows ``rounds`` particle runs and ``searches``."""
         launches = options.launches(verifier.jobs, rounds)
-        return verifier.model_s(launches) + (options.rounds + options.drafts - searches) * len(few) * SEARCH_S
+        return verifier.model_s(launches) + (options.verify + drafts - searches) * len(few) * SEARCH_S
 
-    whole_s = verifier.model_s([options.drafts]) + later_s(0, 0)
+    whole_s = verifier.model_s([drafts]) + later_s(0, 0)
     progress.note(
-        f"Two baselines, {options.rounds} rounds and {options.seeds} seeds: about "
+        f"Two baselines, {options.verify} rounds and {options.seeds} seeds: about "
         f"{in_words(verifier.corrected_s(whole_s))} in all, from a model; the first runs will correct it."
     )
-    levels = verifier.levels("Baselines by particles", of_baselines, drafts=options.drafts, later_s=later_s(0, 0))
+    levels = verifier.levels("Baselines by particles", of_baselines, drafts=drafts, later_s=later_s(0, 0))
     baselines = [
         Round(name, path, level, missed(level.s_mm, level.level_mm))
         for (name, path), level in zip(paths.items(), levels, strict=True)
@@ -228,9 +204,9 @@ def plan_on(
         bed = nominal.fill(plan_trajectory(sample.outline, path))
         return Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
 
-    for number in range(1, options.rounds + 1):
+    for number in range(1, options.verify + 1):
         rest_s = later_s(number - 1, number), later_s(number, number)
-        plan = searched(f"round {number}", goal, plan, drafts=options.drafts, rest_s=rest_s)
+        plan = searched(f"round {number}", goal, plan, drafts=drafts, rest_s=rest_s)
         plans.append(plan)
         goal = goal_after(rounds[-1].path, rounds[-1].level)
     best = min([*rounds, *baselines], key=lambda one: one.misfit.cost_mm3)
@@ -240,7 +216,7 @@ def plan_on(
     levels = [best.level]
     if seeds:
         last_s = verifier.model_s([False] * options.accurate_runs)
-        levels += verifier.levels("The plan with other seeds", seeds, drafts=options.drafts, later_s=last_s)
+        levels += verifier.levels("The plan with other seeds", seeds, drafts=drafts, later_s=last_s)
     s_mm = best.level.s_mm
     levels_mm = np.array([level.level_at_mm(s_mm) for level in levels])
     names = [f"with seed = {trial.seed + number}" for number in range(len(levels))]
@@ -248,7 +224,7 @@ def plan_on(
     misfits = tuple(missed(s_mm, level_mm) for level_mm in levels_mm)
     level_mm, it, runs = levels_mm.mean(axis=0), mean_of(misfits), len(levels)
     of_draft, off_draft_mm = None, np.zeros(len(s_mm))
-    if options.drafts:
+    if drafts:
         one_s, of_draft, corrected = verifier.model_s([False]), best.misfit, list[Round]()
         (level,) = verifier.levels("Accurate run of the plan", [(best.name, best.path, trial.seed)], later_s=one_s)
         judged = missed(level.s_mm, level.level_mm)
@@ -303,7 +279,7 @@ def plan_on(
         misfits=misfits,
         chances=chances,
         with_more=with_more,
-        drafts=options.drafts,
+        drafts=drafts,
         of_draft=of_draft,
         unfilled_mm3=unfilled_mm3,
     )
@@ -335,13 +311,11 @@ def read_draws(path: Path, trial: Trial) -> list[Trial]:
 def make_plan(
     file: Path,
     out: Path | None,
-    options: Options,
+    options: PlanOptions,
     progress: Progress,
     *,
     device: str = "cpu",
     jobs: int = 1,
-    cell_file: Path | None = None,
-    posterior: Path | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> MadePlan:
     """Plan a trial in a folder of its own, by default reports/NAME-plan.
@@ -350,15 +324,15 @@ def make_plan(
     search, which takes seconds, but not the finished particle runs. Raises InputError if the trial, the cell or the
     posterior cannot be used, and NumericalError if a run fails.
     """
-    inputs = PlanInputs.read(file, settings, cell_file)
+    inputs = PlanInputs.read(file, settings, options.cell)
     given, trial = inputs.given, inputs.trial
     if trial.path.plan is not None:
         raise InputError(f"{file}: path.plan is already a plan. Remove it, and give path.speed_mm_s for a new plan.")
-    draws = [] if posterior is None else read_draws(posterior, trial)
+    draws = [] if options.posterior is None else read_draws(options.posterior, trial)
     folder = out or Path("reports", f"{given.folder_name}-plan")
     with inputs.digitised(folder, progress) as sample:
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
-        planned = plan_on(verifier, options, draws, (inputs.cell, inputs.pump), file)
+        planned = plan_on(verifier, options, draws, inputs.limits_by, file)
         from sealtwin.plan.pages import plan_cautions, plan_finding, write_plan_page
 
         warned = verifier.fluid_warnings

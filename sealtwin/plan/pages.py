@@ -3,20 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from sealtwin.plan.verify import Planned
-from validate.figures.figure_sheet import (
-    FigureSheet,
-    FigureTable,
-    Numbers,
-    Plot,
-    SheetSection,
-    wide_axes,
-    write_sheet_of_figures,
-)
-from validate.figures.theme import ALONG, MEASURED, MUTED, SIMULATED, label_axes
+from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section, write_page
+from validate.figures.theme import ALONG, LEVEL, MEASURED, MUTED, SIMULATED, draw_curve, label_axes, themed, wide_axes
 from validate.units import counted
 
 AGREES_MM = 0.4  # Mean difference of prediction and particles above which the page mentions it
@@ -25,59 +16,52 @@ BASELINES = {"constant flow": "--", "flow by local area": ":"}
 
 def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Sequence[str]) -> None:
     draft = ", draft" if planned.drafts else ""
-    judged = [("the plan, accurate" if planned.drafts else "the plan, mean of its seeds", planned.misfit)]
-    judged += [(f"{one.name}{draft}", one.misfit) for one in (*planned.baselines, *planned.rounds)]
-    figures = [[of, it.under_mm3, it.over_mm3, it.total_mm3, it.highest_mm] for of, it in judged]
-    head = ("path", "under (mm3)", "over (mm3)", "total (mm3)", "highest (mm)")
-    table = FigureTable(
-        title="Judged by particles",
-        head=head,
-        rows=[[of, *(f"{value:.0f}" for value in volumes), f"{high:+.2f}"] for of, *volumes, high in figures],
-        name="judged",
-        numbers=Numbers(head, figures),
+    by, others = "accurate" if draft else "mean of its seeds", [*planned.baselines, *planned.rounds]
+    columns = [
+        FigureColumn("path", [f"the plan, {by}", *(f"{other.name}{draft}" for other in others)]),
+        FigureColumn("under (mm3)", "under_mm3", "{:.0f}".format),
+        FigureColumn("over (mm3)", "over_mm3", "{:.0f}".format),
+        FigureColumn("total (mm3)", "total_mm3", "{:.0f}".format),
+        FigureColumn("highest (mm)", "highest_mm", "{:+.2f}".format),
+    ]
+    judged = FigureTable(
+        "Judged by particles", "judged", columns, [planned.misfit, *(other.misfit for other in others)]
     )
-    it, band, chances = planned.trajectory, [], planned.chances or {}
-    columns = ("s_mm", "speed_mm_s", "flow_mm3_s")
-    flow = Numbers(columns, np.column_stack([getattr(it, column) for column in columns]).tolist())
+    it, chances = planned.trajectory, planned.chances or {}
+    key_figures = [
+        ("sealant", f"{it.dispensed_mm3 / 1000:.3g} ml"),
+        ("duration", f"{it.duration_s:.1f} s"),
+        ("aims below the face by", f"{planned.margin_mm + planned.reserve_mm:.2f} mm"),
+    ]
     if (band_mm := planned.band_95_mm) is not None:
-        runs = counted(len(planned.misfits), "draft" if planned.drafts else "run")
-        band = [(f"half-width of the 95 % band of a run, from {runs}", f"{band_mm:.2f} mm")]
-    sheet = FigureSheet(
+        runs = counted(len(planned.misfits), "draft" if draft else "run")
+        key_figures.append((f"half-width of the 95 % band of a run, from {runs}", f"{band_mm:.2f} mm"))
+    key_figures += [
+        (f"draws with {name.replace('_', ' ')}", f"{share * chances['draws']:.0f} of {chances['draws']:.0f}")
+        for name, share in chances.items()
+        if name != "draws"
+    ]
+    caption = "Level by particles along the crack; 0 is the face."
+    flow = {"s_mm": it.s_mm, "speed_mm_s": it.speed_mm_s, "flow_mm3_s": it.flow_mm3_s}
+    page = Page(
         title=f"Plan: {name}",
         lead="Flow and speed along the path, chosen by the fast model and judged by particles. No number is measured.",
         cautions=plan_cautions(planned, fluid_warnings),
         finding=plan_finding(planned),
-        key_figures=[
-            ("sealant", f"{it.dispensed_mm3 / 1000:.3g} ml"),
-            ("duration", f"{it.duration_s:.1f} s"),
-            ("aims below the face by", f"{planned.margin_mm + planned.reserve_mm:.2f} mm"),
-            *band,
-            *(
-                (f"draws with {name.replace('_', ' ')}", f"{share * chances['draws']:.0f} of {chances['draws']:.0f}")
-                for name, share in chances.items()
-                if name != "draws"
-            ),
-        ],
-        parts=[
-            SheetSection(
-                "Level",
-                [],
-                [
-                    Plot("levels", "Level by particles along the crack; 0 is the face.", lambda: _plan_levels(planned)),
-                    table,
-                ],
-            ),
-            SheetSection("Path", [], [Plot("flow", "Flow and speed of the plan.", lambda: _flow(planned), flow)]),
+        key_figures=key_figures,
+        sections=[
+            Section("Level", [Plot("levels", caption, lambda: _draw_levels(planned)), judged]),
+            Section("Path", [Plot("flow", "Flow and speed of the plan.", lambda: _draw_flow(planned), flow)]),
         ],
     )
-    write_sheet_of_figures(path.parent, path.name, sheet)
+    write_page(path, page)
 
 
 def plan_finding(planned: Planned) -> str:
-    it, better = planned.misfit, min(planned.baselines, key=lambda one: one.misfit.total_mm3)
+    it, better = planned.misfit, min(planned.baselines, key=lambda baseline: baseline.misfit.total_mm3)
     low = "; ".join(
-        f"from {one['from_mm']:.0f} to {one['to_mm']:.0f} mm the level is {one['mean_mm']:.1f} mm too low on average"
-        for one in planned.low_stretches
+        f"from {part['from_mm']:.0f} to {part['to_mm']:.0f} mm the level is {part['mean_mm']:.1f} mm too low on average"
+        for part in planned.low_stretches
     )
     drafts = ""
     if (draft := planned.of_draft) is not None:
@@ -123,25 +107,23 @@ def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
     return cautions
 
 
-def _plan_levels(planned: Planned) -> Figure:
-    figure, axes = wide_axes(3.2, face=True)
-    if (half_mm := planned.half_width_mm) is not None:
-        ends_mm = planned.level_mm - half_mm, planned.level_mm + half_mm
-        axes.fill_between(planned.s_mm, *ends_mm, color=SIMULATED, alpha=0.2, linewidth=0, label="95 % band")
-    axes.plot(planned.s_mm, planned.level_mm, color=SIMULATED, label="the plan")
-    for one in planned.baselines:
-        axes.plot(one.level.s_mm, one.level.level_mm, BASELINES[one.name], color=MUTED, label=one.name)
+@themed()
+def _draw_levels(planned: Planned) -> Figure:
+    _, axes = wide_axes(3.2, face=True)
+    plan = {"color": SIMULATED, "label": "the plan"}
+    draw_curve(axes, planned.s_mm, planned.level_mm, "-", planned.half_width_mm, 0.2, "95 % band", **plan)
+    for baseline in planned.baselines:
+        level, style = baseline.level, BASELINES[baseline.name]
+        draw_curve(axes, level.s_mm, level.level_mm, style, color=MUTED, label=baseline.name)
     axes.legend(fontsize=8, ncols=4)
-    label_axes(axes, ALONG, "level from the face (mm)", "")
-    return figure
+    return label_axes(axes, ALONG, LEVEL, "")
 
 
-def _flow(planned: Planned) -> Figure:
-    figure, axes = wide_axes(2.6)
-    it = planned.trajectory
+@themed()
+def _draw_flow(planned: Planned) -> Figure:
+    _, axes = wide_axes(2.6)
+    it, speed = planned.trajectory, axes.twinx()
     axes.stairs(it.flow_mm3_s[:-1], it.s_mm, color=SIMULATED, baseline=None)
-    label_axes(axes, ALONG, "flow (mm3/s)", "")
-    other = axes.twinx()
-    other.stairs(it.speed_mm_s[:-1], it.s_mm, color=MEASURED, baseline=None, linestyle="--")
-    other.set_ylabel("speed (mm/s), dashed")
-    return figure
+    speed.stairs(it.speed_mm_s[:-1], it.s_mm, color=MEASURED, baseline=None, linestyle="--")
+    speed.set_ylabel("speed (mm/s), dashed")
+    return label_axes(axes, ALONG, "flow (mm3/s)", "")

@@ -15,7 +15,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Trajectory
-from sealtwin.plan.make_plan import MadePlan, Options, PlanInputs, case_of, write_tables
+from sealtwin.plan import PlanOptions
+from sealtwin.plan.make_plan import MadePlan, PlanInputs, aim_of, case_of, write_tables
 from sealtwin.plan.search import Case, Goal, Knots, Limits, areas_of, discrepancy, limits_of, search
 from sealtwin.plan.verify import Misfit, misfit
 from sealtwin.trial.job import shown
@@ -73,7 +74,7 @@ def read_levels(levels: Any) -> Floats:
 
 
 def rest_of(
-    case: Case, path: Trajectory, levels: Floats, limits: Limits, options: Options, where: str = "levels"
+    case: Case, path: Trajectory, levels: Floats, limits: Limits, options: PlanOptions, where: str = "levels"
 ) -> Rest:
     """Plan what follows the part of ``path`` up to the last of the stations with ``levels``.
 
@@ -92,7 +93,7 @@ def rest_of(
     poured = _until(path, float(np.interp(onward * reached_mm, np.maximum.accumulate(way_mm), path.t_s[part])))
     factor, bed, seen_mm = _flow_factor(case, poured, s_mm, level_mm, where)
     it, apart_mm2 = bed.sections, discrepancy(bed, bed.sections.s_mm, seen_mm)
-    target_mm2 = options.target_mm2(it)
+    target_mm2 = aim_of(options, it)
 
     def level_of(filled: Filled) -> Floats:
         return it.bottom_mm + it.height_mm(np.maximum(filled.read_mm2 + apart_mm2, 0.0))
@@ -163,10 +164,9 @@ def plan_rest(
     file: Path,
     levels: Any,
     out: Path | None,
-    options: Options,
+    options: PlanOptions,
     progress: Progress,
     *,
-    cell_file: Path | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> MadePlan:
     """Plan the rest of a trial's pour in a folder, by default reports/NAME-rest.
@@ -174,13 +174,13 @@ def plan_rest(
     ``levels`` is a CSV of s_mm and level_mm, or rows of both. Raises InputError if the trial, the cell or the levels
     cannot be used.
     """
-    rows, inputs = read_levels(levels), PlanInputs.read(file, settings, cell_file)
+    rows, inputs = read_levels(levels), PlanInputs.read(file, settings, options.cell)
     where = str(levels) if isinstance(levels, str | PathLike) else "levels"
     folder = out or Path("reports", f"{inputs.given.folder_name}-rest")
     with inputs.digitised(folder, progress) as sample:
         solid = sample.solid
         path = plan_trajectory(sample.outline, inputs.trial.path, solid.cavity_volume_mm3, solid.sections)
-        limits = limits_of(path, inputs.cell, inputs.pump, options.flow_max_mm3_s, options.keep_speed)
+        limits = limits_of(path, *inputs.limits_by, options.flow_max_mm3_s, options.keep_speed)
         rest = rest_of(case_of(replace(sample, trajectory=path), inputs.trial), path, rows, limits, options, where)
         write_tables(folder, TABLE, rest.trajectory, rest.s_mm, rest.level_mm, np.nan)
         content = {

@@ -124,10 +124,7 @@ def limits_of(
     most = [LARGEST_MM3_S if flow_max_mm3_s is None else flow_max_mm3_s]
     if cell is not None:
         fastest = max(slowest, min(fastest, cell.motion.largest_speed_mm_s))
-        if cell.plunger is not None:
-            most.append(cell.plunger.area_mm2 * cell.plunger.largest_speed_mm_s)
-        if cell.urscript is not None and cell.urscript.full_flow_mm3_s is not None:
-            most.append(cell.urscript.full_flow_mm3_s)
+        most += cell.flow_limits_mm3_s
     if pump is None:
         return Limits((SMALLEST_SHARE * float(trajectory.flow_mm3_s.max()), min(most)), (slowest, fastest))
     least, largest = pump.range_mm3_s

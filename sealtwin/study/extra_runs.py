@@ -48,6 +48,7 @@ from sealtwin.trial.job import DIGITISED, SEEDS, Job, clear, made_by, numbers_up
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import OF_SEEDS, SEED_RUNS, SPREAD, UNCERTAINTY, varied_settings
 from validate.result import SeedRuns
+from validate.run_facts import facts_of_runs, fluid_warnings
 from validate.uncertainty.computed import (
     RUNS,
     Z_95,
@@ -60,8 +61,6 @@ from validate.uncertainty.computed import (
     require_different,
     two_level_design,
 )
-from validate.wording.headline import fluid_warnings
-from validate.wording.of_runs import facts_of_runs
 
 RATIO = 1.3
 """Ratio of neighbouring particle sizes. It is the least that Celik et al. 2008 recommend: a finer run already takes
@@ -351,7 +350,7 @@ def compute_variants(
     require_done(folder, plan.runs, f"there is no result for {why}")
     if finer := [words_of(run.settings) for run in plan.runs if run.figures and run.figures.health.finer]:
         progress.warn(
-            f"note: {len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
+            f"{len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
             f"({finer[0]}). They may differ from the others by more than by the seed: give the trial a number of "
             "solver.substeps with which none fails."
         )

@@ -1,36 +1,35 @@
 """Dam breaks that others filmed, their fronts computed by particles, and the page of 'sealtwin demo --measured'.
 
-Facts and sources are in measured.toml. Importing this loads Matplotlib.
+Facts and sources are in measured.toml.
 """
 
 import csv
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import date
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from sealtwin.core.plain_files import read_text
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
-from sealtwin.material.by_rheometer import material_of_table
-from sealtwin.material.paste import PasteOnPlate
+from sealtwin.material.by_rheometer import FlowCurve, material_of_table
 from sealtwin.trial.starter_files import shipped_measured
 from simulate.block import FluidBlock
 from simulate.block_release import release
 from simulate.injection import ComputeOptions
 from simulate.settings import Fluid, Solver
-from validate.figures.figure_sheet import FigureSheet, FigureTable, Plot, SheetSection, wide_axes
-from validate.figures.theme import MEASURED, SIMULATED, label_axes, themed
+from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section
+from validate.figures.theme import MEASURED, SIMULATED, label_axes, themed, wide_axes
 from validate.units import counted
 
-STYLES = (("-", "o"), ("--", "s"))  # Line and marker of each dam break in the figure
-HEAD = ("fluid", "block", "computed (mm)", "measured (mm)", "computed over measured", "run")
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 SHOWN = "okonomiyaki"  # Material of 'sealtwin demo --measured'
+STYLES = (("-", "o"), ("--", "s"))  # Line and marker of each dam break in the figure
 Course = tuple[Floats, Floats]
 """Times in s from the moment at which the gate is gone, and fronts in mm."""
 
@@ -92,9 +91,8 @@ def fluid_of(material: str) -> Fluid:
     facts = content()["materials"][material]
     fluid = {key: value for key, value in facts.items() if key != "curve"}
     if "curve" in facts:
-        paste = PasteOnPlate(density_kg_m3=facts["density_kg_m3"])
-        curve = shipped_measured() / facts["curve"]
-        fitted = material_of_table(curve, paste, "measured", date(2023, 1, 1)).material
+        paste = FlowCurve(density_kg_m3=facts["density_kg_m3"], data="measured")
+        fitted = material_of_table(shipped_measured() / facts["curve"], paste).material
         thickness = fitted.thickness
         if thickness is None:
             raise ValueError(f"{material}: its curve gives no viscosity")
@@ -134,40 +132,43 @@ def computed_mm(course: Course, shift: float | None = None) -> Floats:
     return np.interp((np.arange(9) + ahead) * content()["clock"]["outline_s"], t_s, front_mm)
 
 
-def measured_sheet(courses: Mapping[DamBreak, Course]) -> FigureSheet:
-    """Return the page on the two dam breaks of ``courses``. Its table has kept fronts of the other cases."""
+def measured_page(courses: Mapping[DamBreak, Course]) -> Page:
+    """Return the page on the dam breaks of ``courses``. Its table has kept fronts of the other cases."""
     step_s, least_mm = content()["clock"]["outline_s"], content()["boxes"]["least_front_mm"]
-    shift_s = content()["calibrated"]["shift_outlines"] * step_s
-    by_step_mm = {dam_break_of(row): (row["front_mm"], row["half_step_front_mm"]) for row in table("computed.csv")}
-    by_step_mm = {case: fronts_mm for case, fronts_mm in by_step_mm.items() if case.measured_mm[-1] > least_mm}
-    fronts_mm = {case: both_mm[0] for case, both_mm in by_step_mm.items()}
+    shift_ms = f"{1000 * content()['calibrated']['shift_outlines'] * step_s:.0f} ms"
+    kept = {dam_break_of(row): row for row in table("computed.csv")}
+    kept = {case: row for case, row in kept.items() if case.measured_mm[-1] > least_mm}
+    fronts_mm = {case: row["front_mm"] for case, row in kept.items()}
     fronts_mm |= {case: float(computed_mm(course)[-1]) for case, course in courses.items()}
-    ratios = {case: mm / case.measured_mm[-1] for case, mm in fronts_mm.items()}
-    logs = [np.log(np.divide(both_mm, case.measured_mm[-1])) for case, both_mm in by_step_mm.items()]
-    bias, half_step_bias = np.exp(np.mean(logs, axis=0))
-    rows = [
-        [
-            *(case.material, case.size, f"{mm:.1f}", f"{case.measured_mm[-1]:.1f}", f"{ratios[case]:.2f}"),
-            "now" if case in courses else "kept",
-        ]
-        for case, mm in fronts_mm.items()
-    ]
+    seen_mm = np.array([case.measured_mm[-1] for case in fronts_mm])
+    ratios = np.array([*fronts_mm.values()]) / seen_mm
+    bias, half_step_bias = (
+        np.exp(np.mean([np.log(row[step] / case.measured_mm[-1]) for case, row in kept.items()]))
+        for step in ("front_mm", "half_step_front_mm")
+    )
     fluid, after = fluid_of(SHOWN), f"after {8 * step_s:.2f} s"
-    differences = " and ".join(f"{100 * (ratios[case] - 1):+.0f} %" for case in courses)
-    gaps_mm = np.array([computed_mm(course) - case.measured_mm for case, course in courses.items()])[:, 1:]
-    largest = np.argmax(np.abs(gaps_mm).max(axis=0))
+    differences = [f"{100 * (r - 1):+.0f} %" for case, r in zip(fronts_mm, ratios, strict=True) if case in courses]
+    gaps_mm = np.abs([computed_mm(course) - case.measured_mm for case, course in courses.items()])[:, 1:]
     caption = (
         "Lines are computed fronts, markers measured ones. Time is that of the films; the computed gate is gone "
-        f"{1000 * shift_s:.0f} ms before its 0. The largest difference is {np.abs(gaps_mm).max():.1f} mm, at "
-        f"{(largest + 1) * step_s:.2f} s."
+        f"{shift_ms} before its 0. The largest difference is {gaps_mm.max():.1f} mm, at "
+        f"{(gaps_mm.max(axis=0).argmax() + 1) * step_s:.2f} s."
     )
-    return FigureSheet(
+    columns = [
+        FigureColumn("fluid", "material"),
+        FigureColumn("block", "size"),
+        FigureColumn("computed (mm)", [*fronts_mm.values()], "{:.1f}".format),
+        FigureColumn("measured (mm)", seen_mm, "{:.1f}".format),
+        FigureColumn("computed over measured", ratios, "{:.2f}".format),
+        FigureColumn("run", ["now" if case in courses else "kept" for case in fronts_mm]),
+    ]
+    return Page(
         title="Two dam breaks that others measured",
         lead=f"Two blocks of {SHOWN} sauce flow onto a plate. Their fronts are computed from its flow curve: yield "
         f"stress {fluid.yield_stress_pa:.3g} Pa, K {fluid.consistency_pa_s_n:.3g} Pa s^n, n {fluid.flow_index:.3g}.",
         cautions=["Nothing here is a crack: these flows test the fluid solver, not a fill."],
-        finding=f"The computed fronts differ by {differences} from the measured ones {after}. One clock shift of "
-        f"{1000 * shift_s:.0f} ms is fitted to the films, the same in all cases, and nothing else.",
+        finding=f"The computed fronts differ by {' and '.join(differences)} from the measured ones {after}. One clock "
+        f"shift of {shift_ms} is fitted to the films, the same in all cases, and nothing else.",
         key_figures=[
             (
                 f"front of the block of {case.size}",
@@ -175,26 +176,25 @@ def measured_sheet(courses: Mapping[DamBreak, Course]) -> FigureSheet:
             )
             for case in courses
         ],
-        parts=[
-            SheetSection("Fronts over time", [], [Plot("fronts", caption, lambda: _draw(courses, step_s, shift_s))]),
-            SheetSection(
-                f"All {counted(len(rows), 'case')} with a flow curve and fronts over {least_mm:g} mm",
+        sections=[
+            Section("Fronts over time", [Plot("fronts", caption, lambda: _draw(courses))]),
+            Section(
+                f"All {counted(len(fronts_mm), 'case')} with a flow curve and fronts over {least_mm:g} mm",
                 [
                     "This command computed the fronts of runs marked 'now'. Those marked 'kept' are results of "
-                    "'python -m benchmarks.measured_numerics', computed in the same way."
+                    "'python -m benchmarks.measured_numerics', computed in the same way.",
+                    FigureTable(f"Fronts {after}", "cases", columns, [*fronts_mm]),
                 ],
-                [FigureTable(f"Fronts {after}", HEAD, rows, "cases")],
             ),
-            SheetSection(
+            Section(
                 "Effect of the step",
                 [
                     f"The bias, which is the geometric mean of computed over measured fronts of these cases, is "
                     f"{bias:.2f} with the default time step and {half_step_bias:.2f} with half of it (kept results). "
                     "The fronts are not converged in the step."
                 ],
-                [],
             ),
-            SheetSection("Sources", [_source_words(**source) for source in content()["sources"].values()], []),
+            Section("Sources", [_source_words(**source) for source in content()["sources"].values()]),
         ],
     )
 
@@ -204,11 +204,12 @@ def _source_words(repository: str, licence: str, paper: str = "") -> str:
 
 
 @themed()
-def _draw(courses: Mapping[DamBreak, Course], step_s: float, shift_s: float) -> Figure:
+def _draw(courses: Mapping[DamBreak, Course]) -> "Figure":
+    """Draw the fronts over the time of the films."""
     _, axes = wide_axes(3.8)
+    step_s, shift = content()["clock"]["outline_s"], content()["calibrated"]["shift_outlines"]
     for (case, (t_s, front_mm)), (line, marker) in zip(courses.items(), STYLES, strict=True):
-        axes.plot(t_s - shift_s, front_mm, line, color=SIMULATED, label=f"{case.size}, computed")
-        axes.plot(
-            step_s * np.arange(1, 9), case.measured_mm[1:], marker, color=MEASURED, label=f"{case.size}, measured"
-        )
+        axes.plot(t_s - shift * step_s, front_mm, line, color=SIMULATED, label=f"{case.size}, computed")
+        seen_s, label = step_s * np.arange(1, 9), f"{case.size}, measured"
+        axes.plot(seen_s, case.measured_mm[1:], marker, color=MEASURED, label=label)
     return label_axes(axes, "time (s)", "front from the gate (mm)", "Front of each block", 4)

@@ -194,7 +194,7 @@ def _sample(folder: Path, trial: Trial) -> SampleFigures:
 
 
 def _fluid(job: Job) -> FluidFigures:
-    from validate.wording.headline import run_warnings
+    from validate.run_facts import run_warnings
 
     run, bed = record_files.read_simulation(job.path), record_files.read_run(job.path)
     counts = ("particles", "escaped_particles", "spilled_particles")

@@ -26,12 +26,10 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import read_level, readings_of
-from validate.figures.compare_sheet import MOST, compare_sheet
-from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
-from validate.figures.side_by_side import Side, differing, first_with_readings, replicate_words
+from validate.figures.compare_page import MOST, Side, compare_page, differing, first_with_readings, replicate_words
+from validate.figures.page import Page, write_page
 from validate.result import COMPARISON, Comparison, read_comparison
-from validate.wording.headline import run_warnings
-from validate.wording.of_runs import facts_of_runs
+from validate.run_facts import facts_of_runs, run_warnings
 
 PAGE, CONTENT = "compare.html", "compare.json"
 LISTED = (
@@ -48,9 +46,7 @@ OF_A_COMPARISON = ("readings", "uncertainty")  # Tables of a trial that change c
 WITHOUT_EFFECT = ("gate.", "uncertainty.")  # Tables of a trial that change neither a level nor its error
 
 
-def compare_runs(
-    folders: Sequence[Path], out: Path, *, all_settings: bool = False
-) -> tuple[dict[str, Any], FigureSheet]:
+def compare_runs(folders: Sequence[Path], out: Path, *, all_settings: bool = False) -> tuple[dict[str, Any], Page]:
     """Write compare.html, compare.json and figures/ into ``out``; return the content of compare.json, and the page.
 
     The page has settings that change neither a level nor its error only if ``all_settings`` is True.
@@ -77,12 +73,12 @@ def compare_runs(
         for of_side in (lambda side: side.fluid_warnings, _unused)
     )
     rows = differing(sides, all_settings=all_settings)
-    sheet = compare_sheet(sides, [*others, *warned, *unused], rows)
-    written = write_sheet_of_figures(out, PAGE, sheet)
+    page = compare_page(sides, [*others, *warned, *unused], rows)
+    written = write_page(out / PAGE, page)
     content = {
         "version": 1,
         "page": shown(out / PAGE),
-        "finding": sheet.finding,
+        "finding": page.finding,
         "runs": [
             {
                 "number": index + 1,
@@ -106,11 +102,15 @@ def compare_runs(
         "files": [CONTENT, *written],
     }
     files.write_json(out / CONTENT, content)
-    return content, sheet
+    return content, page
 
 
 def _listed(comparison: Comparison | None) -> dict[str, Any]:
-    return dict.fromkeys(LISTED) if comparison is None else comparison.model_dump(mode="json", include=set(LISTED))
+    if comparison is None:
+        return dict.fromkeys(LISTED)
+    content = comparison.model_dump(mode="json", include=set(LISTED))
+    figures = {**vars(comparison.errors), "beats_flat_level": comparison.beats_flat_level, **content}
+    return {name: figures[name] for name in LISTED}
 
 
 def _finished(folder: Path) -> Job:

@@ -48,8 +48,8 @@ from sealtwin.study.study_folder import (
 )
 from sealtwin.trial.job import DIGITISED, own_numbers, shown, stage_settings
 from sealtwin.trial.trial_file import Trial
+from validate.run_facts import facts_of_runs
 from validate.settings import Readings
-from validate.wording.of_runs import facts_of_runs
 
 SHOWN_EVERY_S = 2.0  # Time between two looks at the progress of runs
 MOST_NUMBERS = 8  # Most coefficients of a baseline curve; a sweep of more settings is compared with that curve
@@ -156,7 +156,7 @@ def bring_up_to_date(
     if announced and (expected.runs or options.dry_run):
         progress.note(f"{announced} {expected.sentence}")
     for doubt in doubts if expected.runs else ():
-        progress.warn(f"note: {doubt.text}")
+        progress.warn(doubt.text)
     require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
     if options.scheduler is None and options.device:
         require_memory(expected, free_bytes(options.device), options.device, options.batch)
@@ -396,7 +396,7 @@ def _seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> lis
 
 def _figures(run: Run) -> dict[str, Any]:
     """Return the figures of a run. Raises NumericalError if a particle went through a wall."""
-    from validate.wording.headline import fluid_warnings
+    from validate.run_facts import fluid_warnings
 
     if run.escaped_particles:
         raise NumericalError(
@@ -419,9 +419,10 @@ def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
 
     crack, role = (sample.outline, sample.solid), trial.readings.role
     comparison = compare(profile, sample.readings, *crack, role=role, photo_data=trial.shown_by.data)
-    stretch_mm = comparison.covered_from_mm, comparison.covered_to_mm
+    stretch_mm = comparison.basis.covered_from_mm, comparison.basis.covered_to_mm
     curves = best_curves(sample.readings, *stretch_mm, range(1, MOST_NUMBERS + 1))
-    return {**{name: getattr(comparison, name) for name in RunErrors.model_fields}, "baselines": curves}
+    figures = vars(comparison.errors) | {"stations_compared": comparison.basis.stations_compared, "baselines": curves}
+    return {name: figures[name] for name in RunErrors.model_fields}
 
 
 def _failure(fault: Exception, wall_s: float) -> Outcome:

@@ -23,7 +23,7 @@ from sealtwin.trial.job import NUMBERS, StageName, numbers_up_to, shown
 from sealtwin.trial.trial_file import Trial
 from validate.comparison import Baseline
 from validate.metrics.verdict import kept_volume
-from validate.wording.of_runs import facts_of_runs
+from validate.run_facts import facts_of_runs
 
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
 FILL = "fill.npz"  # How a run filled its crack, for the pictures of a map

@@ -12,7 +12,7 @@ import numpy as np
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores, run_tasks
 from sealtwin.core.errors import InputError, NumericalError, present
-from sealtwin.core.facts import texts
+from sealtwin.core.facts import Fact, texts
 from sealtwin.core.plain_files import opened
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Profile
@@ -41,16 +41,16 @@ from validate.figures.chart import (
     Chart,
     Excluded,
     Finished,
+    Watched,
     as_near_as_the_best,
     axes_of,
     chosen_few,
     first_of_each_pair,
     hold,
-    scatter_of_runs,
 )
-from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
-from validate.figures.map_figures import Fill, Watched
-from validate.figures.map_sheet import map_sheet
+from validate.figures.map_page import Fill, map_page
+from validate.figures.page import Page as StudyPage
+from validate.figures.page import write_page
 from validate.figures.snapshots import FillScene
 from validate.settings import Readings
 
@@ -71,7 +71,7 @@ class Mapped:
 
     content: dict[str, Any]  # The --json object, and map.json
     chart: Chart
-    sheet: FigureSheet
+    page: StudyPage
     folder: Path  # Folder of the page
 
 
@@ -123,11 +123,11 @@ def map_study(
     target = out or folder / MAP
     # The map itself compares the levels, so the number of validate does not count.
     others = other_versions(folder, plan, "simulate")
-    sheet = map_sheet(chart, fills, others)
-    written = write_sheet_of_figures(target, PAGE, sheet)
+    page = map_page(chart, fills, others)
+    written = write_page(target / PAGE, page)
     content = {**_content(chart, plan, target, written), "other_versions": others}
     files.write_json(target / CONTENT, content)
-    return Mapped(content, chart, sheet, target)
+    return Mapped(content, chart, page, target)
 
 
 def watch_runs(
@@ -224,7 +224,6 @@ def chart_of(
     fast = all(run.fast for run in done)
     compared = [hold(finished_run(folder, run), readings, axes) for run in done]
     runs, replicates = first_of_each_pair(compared, f"{folder}", fast=fast)
-    scatter_mm = scatter_of_runs(runs, axes)
     as_near = tuple(run is min(runs, key=lambda each: each.mean_error_mm) for run in runs)
     outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
     budget = budget_of(readings, settings, trial.uncertainty, Mouth.of(outline, solid, trial.given_fluid.density_kg_m3))
@@ -238,7 +237,6 @@ def chart_of(
         excluded=tuple(_excluded(run) for run in plan.runs if run.number not in numbers),
         readings=readings,
         band_mm=budget.profile_band_mm,
-        scatter_mm=scatter_mm,
         as_near=as_near,
         replicates=replicates,
         unused=texts(budget.unused),
@@ -252,7 +250,7 @@ def _excluded(run: StudyRun) -> Excluded:
     if run.state == "done" and run.figures is not None:
         reason = UNFIT if run.figures.unfit else VOLUME_OFF
         return Excluded(run.number, run.settings, reason, run.figures.volume_ratio)
-    return Excluded(run.number, run.settings, run.reason or NOT_DONE)
+    return Excluded(run.number, run.settings, Fact("failed", run.reason or NOT_DONE))
 
 
 def finished_run(folder: Path, run: StudyRun) -> Finished:
@@ -329,12 +327,11 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
         "baselines": [asdict(one) for one in chart.baselines],
         "against_baselines": chart.beside_baselines,
-        "scatter_of_runs_mm": round(chart.scatter_mm, 4),
         "scatter_of_replicates_mm": scatter_mm and round(scatter_mm, 4),
         "screening": chart.screening,
         "unused": chart.unused,
         "fluid_warnings": chart.fluid_warnings,
-        "excluded": [vars(each) for each in chart.excluded],
+        "excluded": [{**vars(run), "reason": run.reason.text} for run in chart.excluded],
         "runs": rows,
         "files": [CONTENT, *written],
     }

@@ -21,7 +21,7 @@ from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_f
 from sealtwin.trial.job import DIGITISED, numbers_up_to, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.trial_file import drafted, load_trial, refuse_seeds, replaced, sets_resolution
 from validate.metrics.verdict import kept_volume
-from validate.wording.headline import DRAFTED_MM
+from validate.run_facts import DRAFTED_MM
 
 BUG, SOME_FAILED = 1, 6
 DRAFTS = f"levels are within {DRAFTED_MM:g} mm of accurate ones at nine of ten places. --accurate computes these."

@@ -67,8 +67,7 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
             f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' writes "
             "frames, and computes the fluid run again."
         )
-    from validate.figures.film import write_film
-    from validate.figures.snapshots import FillScene
+    from validate.figures.snapshots import FillScene, write_film
 
     outline, solid = record_files.read_outline(folder), record_files.read_solid(folder)
     run = record_files.read_simulation(folder)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from digitise.drawing.given import GivenDrawing
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
 from sealtwin.core.files import write_text, write_unless_other
@@ -115,31 +116,32 @@ def fast_answer(trial: Trial, sample: Sample) -> str:
     unfit = f" It is UNFIT for this case, so wait for the particles: {run.unfit[0]}" if run.unfit else ""
     return (
         f"By the fast model, for screening: level {level_mm.mean():.2f} mm on average, {level_mm.min():.2f} to "
-        f"{level_mm.max():.2f} mm; {volumes['underfill_mm3']:.0f} mm3 are missing below the face and "
-        f"{volumes['overfill_mm3']:.0f} mm3 are above it.{unfit}"
+        f"{level_mm.max():.2f} mm; {volumes.underfill_mm3:.0f} mm3 are missing below the face and "
+        f"{volumes.overfill_mm3:.0f} mm3 are above it.{unfit}"
     )
 
 
 def write_drawn_trial(
-    drawing: Path, folder: Path, depth_mm: float, units: Any, shown_by: dict[str, Any], settings: Mapping[str, Any]
+    drawing: Path, folder: Path, crack: GivenDrawing, settings: Mapping[str, Any]
 ) -> tuple[Path, list[Fact]]:
     """Write the mesh of a drawn crack, its centreline if it is drawn, and a trial; return the trial file and notes.
 
-    ``shown_by`` has the layers for ``drawn_crack``, and ``settings`` has settings of the trial by dotted name. Raises
-    InputError if the drawing cannot be used, or if a file of the same name exists with another content.
+    ``settings`` has settings of the trial by dotted name. Raises InputError if the drawing cannot be used, or if a file
+    of the same name exists with another content.
     """
     from digitise.drawing.drawn_crack import drawn_crack, sample_obj
     from digitise.drawing.read_dxf import open_drawing
     from digitise.settings import CrackShape
 
     require_folder(folder)
-    drawn = open_drawing(drawing, units)
-    outline, _ = drawn_crack(drawn, **shown_by)
+    drawn = open_drawing(drawing, crack.units)
+    depth_mm = crack.depth_mm
+    outline, _ = drawn_crack(drawn, **crack.layers)
     doubts = doubts_of(CrackShape(depth_mm=depth_mm), width_mm=outline.mean_width_mm)
     notes = [*drawn.notes, *doubts]
-    mesh = {"file": MESH, "data": "undeclared", "units": "mm"}
+    mesh = {"file": MESH, "data": crack.data, "units": "mm"}
     contents = {folder / MESH: sample_obj(outline, depth_mm)}
-    if shown_by["line"] is not None:
+    if crack.line is not None:
         rows = "".join(f"{x:.6f},{y:.6f}\n" for x, y in outline.centreline_mm)
         contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()
         mesh["path"] = LINE

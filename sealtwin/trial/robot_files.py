@@ -1,21 +1,20 @@
 """Write robot files of a run's nozzle path. The path must be confirmed and within the limits of the cell."""
 
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from digitise.robots.cell import FORMATS, Format, RobotCell
-from digitise.robots.programs import PROGRAMS
+from digitise.robots.cell import LANGUAGES, ProgramOptions, RobotCell
 from digitise.robots.pump import PumpTable, read_pump
 from digitise.robots.robot_path import RobotPath, place_path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Trajectory
+from sealtwin.core.records import Outline, Trajectory
 from sealtwin.core.run_folder import RunFolder, require_folder
-from sealtwin.core.settings import read_settings
+from sealtwin.core.settings import checked, read_settings
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.trial.job import other_versions, require_digitised, shown
 from sealtwin.trial.trial_file import load_trial
@@ -24,14 +23,37 @@ REPORT = "robot.json"
 USES = ("outline.json", "trajectory.csv")
 
 
-def write_robot_files(
-    folder: RunFolder, cell_file: Path, formats: Sequence[str], out: Path | None, *, allow_automatic: bool
-) -> dict[str, Any]:
-    """Write the path in each of ``formats`` (default: those of the cell) into ``out`` (default: robot/ of the run).
+@dataclass(frozen=True)
+class CellFile:
+    """A robot's cell as it was read, with the table of its pump."""
 
-    "all" means every format for which the cell has tables. All files are computed before the first is written. Returns
-    the content of robot.json, with its folder, the names of edited files that were renamed, and sentences if other
-    stage numbers computed the path.
+    settings: RobotCell
+    name: str  # Of the file, for messages
+    pump: PumpTable | None
+    inputs: Mapping[str, str]  # Hashes of its files by their names
+
+    @classmethod
+    def read(cls, given: Path | Mapping[str, Any]) -> "CellFile":
+        """Read a cell file, or the content of one, whose pump's file is then relative to the current folder.
+
+        Raises InputError, as ``read_settings`` does, and if the weighings of the pump cannot be used.
+        """
+        if isinstance(given, Path):
+            starter = "'sealtwin robot --example cell.toml' writes one to start from"
+            settings = read_settings(RobotCell, given, name="cell file", starter=starter)
+            name, folder, paths = given.name, given.parent, [given]
+        else:
+            settings, name, folder, paths = checked(RobotCell, Path("cell"), given), "cell", Path(), []
+        paths += [] if settings.pump is None else [folder / settings.pump.file]
+        pump = None if settings.pump is None else read_pump(settings.pump, folder)
+        return cls(settings, name, pump, {path.name: files.sha256(path) for path in paths})
+
+
+def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOptions, out: Path | None) -> dict[str, Any]:
+    """Write the path in each format into ``out`` (default: robot/ of the run).
+
+    All files are computed before the first is written. Returns the content of robot.json, with its folder, the names
+    of edited files that were renamed, and sentences if other stage numbers computed the path.
 
     Raises InputError if the run is not digitised, its path is automatic and not confirmed, the cell file has a fault,
     or the path exceeds a limit of the cell.
@@ -39,17 +61,9 @@ def write_robot_files(
     began = time.monotonic()
     require_digitised(folder)
     outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
-    if outline.path_source == "automatic" and not allow_automatic:
-        raise InputError(
-            f"{folder.path}: the crack was found automatically, but a robot file requires a confirmed crack. Look "
-            "at overlay.png. Then give the crack's ends or its number in the trial file (ends_px, crack) and digitise "
-            "again, or give --allow-automatic."
-        )
-    cell = read_cell(cell_file)
-    pump = pump_of(cell, cell_file.parent)
-    given = [cell_file] if cell.pump is None else [cell_file, cell_file.parent / cell.pump.file]
+    require_confirmed(str(folder.path), outline, options)
+    cell = CellFile.read(cell_file)
     inputs = {name: files.sha256(folder.path / name) for name in USES}
-    inputs |= {path.name: files.sha256(path) for path in given}
     origin = {
         "trial": load_trial(folder.path / "trial.toml").name,
         "run": folder.path.resolve().name,
@@ -58,52 +72,48 @@ def write_robot_files(
         "edited_by_hand": sorted(set(folder.edited("digitise")) & set(USES)),
     }
     target = out or folder.path / "robot"
-    report, renamed = write_programs(
-        target, trajectory, cell, cell_file.name, formats, origin, folder if out is None else None, pump
-    )
+    report, renamed = write_programs(target, trajectory, cell, options, origin, folder if out is None else None)
     if out is None:
-        settings = {"formats": kinds_of(cell, cell_file.name, formats), "allow_automatic": allow_automatic}
+        settings = {"formats": kinds_of(cell, options), "allow_automatic": options.allow_automatic}
+        inputs = report["inputs"]
         outputs = [f"robot/{name}" for name in (*report["files"], REPORT)]
         wall_time_s, numbers = time.monotonic() - began, folder.numbers_of("digitise")
-        facts = {"numbers": numbers, "given": [one.name for one in given]}
+        facts = {"numbers": numbers, "given": [*cell.inputs]}
         folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
     others = other_versions(folder, stage="digitise")
     return {**report, "folder": shown(target), "kept": renamed, "other_versions": others}
 
 
-def read_cell(path: Path) -> RobotCell:
-    """Read a robot's cell file. Raises InputError as ``read_settings`` does."""
-    starter = "'sealtwin robot --example cell.toml' writes one to start from"
-    return read_settings(RobotCell, path, name="cell file", starter=starter)
-
-
-def pump_of(cell: RobotCell, folder: Path) -> PumpTable | None:
-    """Read the weighings of a cell's pump, or return None if the cell has none. Raises InputError if unusable."""
-    return None if cell.pump is None else read_pump(cell.pump, folder)
+def require_confirmed(where: str, outline: Outline, options: ProgramOptions) -> None:
+    """Raise InputError, naming ``where``, if the crack was found automatically and the options do not accept that."""
+    if outline.path_source == "automatic" and not options.allow_automatic:
+        raise InputError(
+            f"{where}: the crack was found automatically, but a robot file requires a confirmed crack. Look at "
+            "overlay.png. Then give the crack's ends or its number (photo.ends_px, photo.crack) and trace it again, or "
+            "give --allow-automatic (in Python, allow_automatic=True)."
+        )
 
 
 def write_programs(
     target: Path,
     trajectory: Trajectory,
-    cell: RobotCell,
-    cell_name: str,
-    formats: Sequence[str],
+    cell: CellFile,
+    options: ProgramOptions,
     origin: Mapping[str, Any],
     run: RunFolder | None = None,
-    pump: PumpTable | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Write a path's files and robot.json; return the content of robot.json, and the new names of edited files.
 
     ``origin`` has trial, run, path_source, inputs and edited_by_hand, for the head of each program. ``run`` is the run
     folder if it contains ``target``. Without ``run``, raises InputError if ``target`` has files of another origin.
     """
-    kinds = kinds_of(cell, cell_name, formats)
-    path = place_path(trajectory, cell, cell_name, pump)
-    report = _report(path, origin)
-    if pump is not None:
-        report["pump"] = _pump(path, trajectory, pump)
+    kinds = kinds_of(cell, options)
+    path = place_path(trajectory, cell.settings, cell.name, cell.pump)
+    report = _report(path, {**origin, "inputs": {**origin["inputs"], **cell.inputs}})
+    if cell.pump is not None:
+        report["pump"] = _pump(path, trajectory, cell.pump)
     path = replace(path, head=_head(report))
-    texts = {name: text(path) for name, text in map(PROGRAMS.__getitem__, kinds)}
+    texts = {LANGUAGES[kind].file: LANGUAGES[kind].text(path) for kind in kinds}
     renamed = _clear_own(target, texts) if run is None else run.clear("robot")
     for name, text in texts.items():
         files.write_text(target / name, text)
@@ -112,18 +122,16 @@ def write_programs(
     return report, renamed
 
 
-def kinds_of(cell: RobotCell, cell_name: str, formats: Sequence[str]) -> list[Format]:
+def kinds_of(cell: CellFile, options: ProgramOptions) -> list[str]:
     """Return the formats to write. Raises InputError if the cell lacks the table of one that is requested."""
-    wanted: list[Format] = []
-    for kind in FORMATS:
-        table = cell.missing_for(kind)
-        if kind in (formats or cell.formats) and table is not None:
+    formats = options.formats or cell.settings.formats
+    missing = {kind: cell.settings.missing_for(kind) for kind in LANGUAGES}
+    for kind, table in missing.items():
+        if kind in formats and table is not None:
             raise InputError(
-                f"{cell_name}: no [{table}] table, which format {kind} needs; 'sealtwin robot --example FILE' has one."
+                f"{cell.name}: no [{table}] table, which format {kind} needs; 'sealtwin robot --example FILE' has one."
             )
-        if table is None and (kind in (formats or cell.formats) or "all" in formats):
-            wanted.append(kind)
-    return wanted
+    return [kind for kind, table in missing.items() if table is None and (kind in formats or "all" in formats)]
 
 
 def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
@@ -134,7 +142,7 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
         **origin,
         "cell": path.cell.name,
         "confirmed": origin["path_source"] != "automatic",
-        "units": "mm, s, degrees; URScript m and rad",
+        "units": "; ".join(["mm, s, degrees", *(f"{it.title} {it.units}" for it in LANGUAGES.values() if it.units)]),
         "length_mm": trajectory.length_mm,
         "duration_s": trajectory.duration_s,
         "waypoints": len(trajectory.t_s),
@@ -194,7 +202,7 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
     if (target / REPORT).is_file():
         with files.understood(target / REPORT):
             listed = files.read_json(target / REPORT)["files"]
-            written = {name: listed[name] for name, _ in PROGRAMS.values() if name in listed}
+            written = {it.file: listed[it.file] for it in LANGUAGES.values() if it.file in listed}
     for name in (*texts, *written):
         path = target / name
         if path.is_file() and written.get(name) != files.sha256(path):

@@ -37,7 +37,7 @@ def bring_up_to_date(job: Job) -> bool:
         (job.path / CHECKPOINT).unlink(missing_ok=True)
         return False
     if not device and trial.output.frames_every_s is not None:
-        job.progress.warn("note: the fast model has no particles, and writes no frames.")
+        job.progress.warn("the fast model has no particles, and writes no frames.")
     began = time.monotonic()
 
     from simulate.injection import ComputeOptions

@@ -16,7 +16,7 @@ from sealtwin.core.records import Outline, Sample, Solid
 from sealtwin.core.settings import Settings, checked, dotted_names, read_toml
 from simulate.material_file import Material
 from simulate.pour import Pour
-from simulate.settings import REPLACED_BY_CURVE, Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import Fluid, Nozzle, SampleSlope, Solver, excluded_by
 from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
@@ -290,7 +290,7 @@ IN_PLACE_OF = {
     "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _SHEARED, _CURVES),
     "fluid.consistency_pa_s_n": (("fluid.U", "fluid.D_cm"), ("fluid.viscosity_pa_s",), _CURVES),
     "path.volume_ml": (("path.weighed",), ("path.fill",)),
-    "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
+    "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in excluded_by("curve"))),
 }
 """Groups of settings that a given setting removes from the trial. A group is removed if the trial has its first one."""
 

@@ -27,13 +27,12 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
-from validate.report_input import ReadingsSheet, provenance
-from validate.result import COMPARISON, PREDICTION, SeedRuns
+from validate.result import COMPARISON, PREDICTION, ReadingsSheet, SeedRuns, provenance
 
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
-REPORT_FORM = 9  # Version of comparison.json and report.json; files of another version are written anew
+REPORT_FORM = 10  # Version of comparison.json and report.json; files of another version are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
 SEED_RUNS = "seeds.json"
@@ -76,10 +75,9 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.compare import assess
     from validate.metrics.volumes import balance_profile, gained_level_mm
     from validate.report.write_report import REPORT, write_report
-    from validate.report_input import Evidence
-    from validate.uncertainty.bed_ends import BedEnds
+    from validate.result import Evidence
     from validate.uncertainty.meniscus import Mouth
-    from validate.uncertainty.validation import predict
+    from validate.uncertainty.validation import BedEnds, predict
 
     outline, solid = _crack(job)
     run, (profile, seeds) = record_files.read_run(job.path), read_level(job)
@@ -221,7 +219,7 @@ def _read_crack(folder: Path, _: tuple[str, ...]) -> tuple[Outline, Solid]:
 def note_doubts(job: Job, readings: Profile) -> None:
     """Warn of each doubt about the readings."""
     for doubt in readings.doubts:
-        job.progress.warn(f"warning: {doubt}")
+        job.progress.warn(doubt, "warning")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:

@@ -1,5 +1,6 @@
 """Sort points into cells for the neighbour search: those of the fluid in each substep, those of the walls once."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,9 +28,12 @@ def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: 
     """
     lists = Neighbours()
     lists.room, lists.lanes = int(packed), lanes
-    lists.lacking = wp.zeros(1, dtype=int, device=device)
-    for name in ("fluid_at", "fluid_count", "wall_at", "wall_count"):
-        setattr(lists, name, wp.zeros(rows, dtype=int, device=device))
+    zeros = partial(wp.zeros, dtype=int, device=device)
+    lists.lacking = zeros(1)
+    lists.fluid_at = zeros(rows)
+    lists.fluid_count = zeros(rows)
+    lists.wall_at = zeros(rows)
+    lists.wall_count = zeros(rows)
     lists.wall_particle = wall_particle
     make_room(lists, ENTRIES * int(BLOCK) // 16)
     return lists

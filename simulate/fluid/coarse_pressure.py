@@ -5,6 +5,7 @@ iterations. Here every iteration also solves for the smooth part of all multipli
 """
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -54,24 +55,41 @@ class CoarsePressure:
         arc, reach = map_arc_length(centreline, low[:2], high[:2], support, device)
         self.nodes = nodes = _lattice(reach, floor, high[2], SPACING * support, device)
         count = state.runs * nodes.per_run
-        nodes.sums = wp.zeros((count, int(device_code.SUMS)), dtype=wp.int64, device=device)
-        nodes.excess = wp.zeros(count, dtype=wp.int64, device=device)
-        nodes.matrix = wp.zeros((count, int(device_code.WEIGHT)), dtype=float, device=device)
-        for name in ("right", "change", "total"):
-            setattr(nodes, name, wp.zeros(count, dtype=float, device=device))
+        zeros = partial(wp.zeros, device=device)
+        nodes.sums = zeros((count, int(device_code.SUMS)), wp.int64)
+        nodes.excess = zeros(count, wp.int64)
+        nodes.matrix = zeros((count, int(device_code.WEIGHT)))
+        nodes.right = zeros(count)
+        nodes.change = zeros(count)
+        nodes.total = zeros(count)
         self.rows = coarse = device_code.CoarseRows()
-        types = {"node": int, "part": wp.vec2, "along": wp.vec2, "slope": wp.vec4}
-        for name in (*types, "old", "multiplier", "yielding", "compression"):
-            setattr(coarse, name, wp.zeros(rows, dtype=types.get(name, float), device=device))
+        coarse.node = zeros(rows, int)
+        coarse.part = zeros(rows, wp.vec2)
+        coarse.along = zeros(rows, wp.vec2)
+        coarse.slope = zeros(rows, wp.vec4)
+        coarse.old = zeros(rows)
+        coarse.multiplier = zeros(rows)
+        coarse.yielding = zeros(rows)
+        coarse.compression = zeros(rows)
 
         lanes = 1 if device == "cpu" else LANES
         self._locate = launcher.bind(device_code.locate, state.particles, arc, nodes, coarse)
         # Launched in one piece: two threads of a CPU must not add to the same node.
         self._sum_matrix = launcher.bind_whole(device_code.sum_matrix, rows, state.particles, nodes, coarse)
         self._sum_excess = launcher.bind_whole(device_code.sum_excess, rows, state.particles, nodes, coarse)
-        constants = (lanes, SWEEPS, OVERSHOOT, LEAST_WEIGHT, AT_ONCE)
         self._solve_first, self._solve_again = (
-            launcher.bind_whole(device_code.solve, state.runs, nodes, summed, *constants, lanes=LANES)
+            launcher.bind_whole(
+                device_code.solve,
+                state.runs,
+                nodes,
+                summed,
+                lanes,
+                SWEEPS,
+                OVERSHOOT,
+                LEAST_WEIGHT,
+                AT_ONCE,
+                lanes=LANES,
+            )
             for summed in (True, False)
         )
         self._change_multipliers = [

@@ -41,8 +41,14 @@ class FaultChecks:
     def __init__(self, state: State, launcher: Launcher, barrier: Barrier, unsolved: wp.array, support: float) -> None:
         """``unsolved`` is 1 for each run whose viscosity was not solved."""
         self._state, self._unsolved = state, unsolved
-        limits = (FASTEST_CM_S, DENSEST, support, barrier.clearance)
-        self.look = launcher.bind(pressure.inspect, state.particles, *limits, barrier.grid)
+        self.look = launcher.bind(
+            pressure.inspect,
+            state.particles,
+            FASTEST_CM_S,
+            DENSEST,
+            support,
+            barrier.grid,
+        )
         """Check the movers. Its argument is the number of their rows."""
 
     def found(self) -> dict[int, RunFault]:

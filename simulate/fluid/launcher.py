@@ -1,4 +1,7 @@
-"""Launches of kernels with fixed arguments, over rows that several threads share."""
+"""Launches of kernels with fixed arguments, over rows that several threads share, and recordings of launches.
+
+A GPU replays whole frames; one thread of a CPU replays parts of a substep.
+"""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -11,9 +14,11 @@ import warp as wp
 from simulate.kernels.status import Span
 
 _Answer = SimpleQueue[BaseException | None]
-_Tasks = SimpleQueue[tuple[Sequence[Any], _Answer] | None]
+_Tasks = SimpleQueue[tuple[Any, _Answer] | None]
 BLOCK = 64  # Threads of a GPU's block: with 256 the rows of one run occupy only ten of its processors
 LEAST_SLICE = 3000  # Least rows of a slice: handing a smaller one to a thread takes longer than computing it
+ROWS_ALIKE = 128  # Recordings are made for multiples of so many rows: empty rows cost less than more recordings
+MOST_RECORDED = 8000  # Rows above which a CPU replays nothing: launches then take less than 2 % of a substep
 
 
 class Launcher:
@@ -26,7 +31,7 @@ class Launcher:
     def __init__(self, device: str, threads: int = 1, lanes: int = 1) -> None:
         """``lanes`` is the number of a GPU's threads per row, for kernels with ``shared`` rows."""
         self.device, self._threads, self.lanes = device, threads, lanes
-        self._helpers = [_Helper() for _ in range(threads - 1)]
+        self.helpers = [_Helper() for _ in range(threads - 1)]
         self.kernels = 0  # Number of launches so far, without the scans of Warp's own library
 
     def bind(self, kernel: Any, *inputs: object, shared: bool = False, lanes: int = 1) -> "RowLaunch":
@@ -76,31 +81,6 @@ class Launcher:
 
         return launch
 
-    def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0, block: int = 1) -> None:
-        """Launch kernels over the same rows, one after the other in each slice. Slices do not wait for each other.
-
-        A kernel must not read what another one writes in other rows. ``each`` is the work for a row, relative to a
-        particle's. Slices are whole blocks of ``block`` rows.
-        """
-        if not rows:
-            return
-        self.kernels += len(launches)
-        if not self._helpers:
-            for launch in launches:
-                launch.cut(0, 0, rows).launch()
-            return
-        slices = min(self._threads, max(1, int(rows * each) // LEAST_SLICE))
-        with ExitStack() as busy:
-            for part in reversed(range(slices)):
-                begin = rows * part // slices // block * block
-                end = rows * (part + 1) // slices // block * block if part + 1 < slices else rows
-                commands = [launch.cut(part, begin, end) for launch in launches]
-                if part:
-                    self._helpers[part - 1].begin(commands)
-                    busy.callback(self._helpers[part - 1].finish)
-                else:
-                    _launch_all(commands)
-
     def _record(
         self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], width: int | None = None
     ) -> Any:
@@ -118,8 +98,24 @@ class RowLaunch:
         self._inputs = inputs
 
     def __call__(self, rows: int, each: float = 1.0, block: int = 1) -> None:
-        """Launch over the rows from 0 to ``rows``. ``each`` and ``block`` are those of ``Launcher.launch``."""
-        self._launcher.launch(rows, self, each=each, block=block)
+        """Launch over the rows from 0 to ``rows``, in a slice for each thread that do not wait for each other.
+
+        The kernel must not read what it writes in other rows. ``each`` is the work for a row, relative to a particle's.
+        Slices are whole blocks of ``block`` rows.
+        """
+        if not rows:
+            return
+        self._launcher.kernels += 1
+        slices = min(len(self.commands), max(1, int(rows * each) // LEAST_SLICE))
+        if slices == 1:
+            self.cut(0, 0, rows).launch()
+            return
+        ends = [*(rows * part // slices // block * block for part in range(slices)), rows]
+        with ExitStack() as busy:
+            for part, helper in reversed(list(enumerate(self._launcher.helpers[: slices - 1], start=1))):
+                helper.begin(self.cut(part, *ends[part : part + 2]))
+                busy.callback(helper.finish)
+            self.cut(0, *ends[:2]).launch()
 
     def cut(self, part: int, begin: int, end: int) -> Any:
         """Return the command of a part, for the rows from ``begin`` to ``end``."""
@@ -135,6 +131,51 @@ class RowLaunch:
         return command
 
 
+class Recordings:
+    """The recordings of a solver. A recording has the addresses of arrays, which must not be replaced."""
+
+    def __init__(self, device: str) -> None:
+        self._device = device
+        self._frame: Any = None
+        self._parts: dict[int, Any] = {}  # By the number of rows
+        self.replays_parts = False
+        """Set to True if parts of a substep may be replayed: all kernels must have been loaded."""
+
+    @property
+    def has_frame(self) -> bool:
+        return self._frame is not None
+
+    def record_frame(self, compute: Callable[[], object]) -> None:
+        self._frame = self._record(compute)
+
+    def replay_frame(self) -> None:
+        wp.capture_launch(self._frame)
+
+    def launch(self, rows: int, room: int, *parts: Callable[[int], None]) -> None:
+        """Launch the parts of a substep in order, over ``rows`` of at most ``room``. A recording launches all at once.
+
+        It has up to ``ROWS_ALIKE`` more rows; those without a mover end immediately.
+        """
+        if not self.replays_parts or rows > MOST_RECORDED:
+            for part in parts:
+                part(rows)
+            return
+        alike = min(-(-rows // ROWS_ALIKE) * ROWS_ALIKE, room)
+        if alike not in self._parts:
+            self._parts[alike] = self._record(lambda: [part(alike) for part in parts])
+        wp.capture_launch(self._parts[alike])
+
+    def forget_parts(self) -> None:
+        """Forget recordings of parts, since an array is replaced."""
+        self._parts.clear()
+
+    def _record(self, compute: Callable[[], object]) -> Any:
+        # Modules must not be loaded during a recording, least of all those for CPUs; all are loaded before.
+        with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
+            compute()
+        return capture.graph
+
+
 class _Helper:
     """A thread that launches commands, and ends with the launcher.
 
@@ -146,10 +187,10 @@ class _Helper:
         self._answer: _Answer = SimpleQueue()
         Thread(target=_help, args=(self._tasks,), daemon=True).start()
 
-    def begin(self, commands: Sequence[Any]) -> None:
-        """Pass commands to the thread. Their answer has a new queue: after Ctrl-C the old one may not be empty."""
+    def begin(self, command: Any) -> None:
+        """Pass a command to the thread. Its answer has a new queue: after Ctrl-C the old one may not be empty."""
         self._answer = SimpleQueue()
-        self._tasks.put((commands, self._answer))
+        self._tasks.put((command, self._answer))
 
     def finish(self) -> None:
         """Wait for the launches. Raises the exception of a launch, if any."""
@@ -162,15 +203,10 @@ class _Helper:
 
 def _help(tasks: _Tasks) -> None:
     while (task := tasks.get()) is not None:
-        commands, answer = task
+        command, answer = task
         try:
-            _launch_all(commands)
+            command.launch()
         except BaseException as fault:  # All kinds, because the caller waits for an answer
             answer.put(fault)
         else:
             answer.put(None)
-
-
-def _launch_all(commands: Sequence[Any]) -> None:
-    for command in commands:
-        command.launch()

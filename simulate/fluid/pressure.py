@@ -53,37 +53,64 @@ class Pressure:
         launcher: Launcher,
         *,
         smoothing: Any,
-        as_solved: Sequence[bool],
+        moves_after_viscosity: Sequence[bool],
         scheme: Scheme,
         iterations: Sequence[Iterations],
         coarse: CoarsePressure | None,
     ) -> None:
-        """Bind the kernels. ``iterations`` and ``as_solved`` have an item for each run.
+        """Bind the kernels. ``iterations`` and ``moves_after_viscosity`` have an item for each run.
 
-        ``as_solved`` is True for a run whose particles move after viscosity.
+        ``moves_after_viscosity`` is True for a run whose particles move after viscosity.
         """
         self.smoothing, self.coarse = smoothing, coarse
         carried, numbers = zip(*iterations, strict=True)
         self._carries, self._most = any(carried), max(numbers)
-        self.effort = effort = pressure.Effort()
-        effort.carried = wp.array(np.array(carried), dtype=float, device=state.device)
-        effort.iterations = wp.array(np.array(numbers), dtype=int, device=state.device)
-        effort.as_solved = wp.array([float(way) for way in as_solved], dtype=float, device=state.device)
-        effort.correction = wp.zeros(len(lists.fluid_count), dtype=wp.vec3, device=state.device)
-        around = (state.particles, lists, smoothing)
+        self.iteration_state = iteration_state = pressure.IterationState()
+        iteration_state.carried = wp.array(np.array(carried), dtype=float, device=state.device)
+        iteration_state.iterations = wp.array(np.array(numbers), dtype=int, device=state.device)
+        iteration_state.moves_after_viscosity = wp.array(
+            [float(way) for way in moves_after_viscosity], dtype=float, device=state.device
+        )
+        iteration_state.correction = wp.zeros(len(lists.fluid_count), dtype=wp.vec3, device=state.device)
         if coarse:
-            self.measure_terms = launcher.bind(pairs.measure_terms, *around, coarse.rows, shared=True)
+            self.measure_terms = launcher.bind(
+                pairs.measure_terms,
+                state.particles,
+                lists,
+                smoothing,
+                coarse.rows,
+                shared=True,
+            )
             """Measure densities and volumes; the coarse level computes the multipliers."""
-        limits = (LONGEST_CORRECTION * smoothing.support, scheme.frozen_answer)
-        walls = (barrier.clearance, barrier.grid)
-        self._densities = [
-            launcher.bind(pairs.measure_density, *around, effort, number, shared=True) for number in range(self._most)
-        ]
-        self._corrections, self._shifts = {}, {}
+        self._densities, self._corrections, self._shifts = {}, {}, {}
         for iteration in (CARRIED_OVER, *range(self._most)):
-            part = (effort, iteration)
-            self._corrections[iteration] = launcher.bind(pairs.correct, *around, *limits, *part, shared=True)
-            self._shifts[iteration] = launcher.bind(pressure.shift, state.particles, *part, *walls)
+            self._densities[iteration] = launcher.bind(
+                pairs.measure_density,
+                state.particles,
+                lists,
+                smoothing,
+                iteration_state,
+                iteration,
+                shared=True,
+            )
+            self._corrections[iteration] = launcher.bind(
+                pairs.correct,
+                state.particles,
+                lists,
+                smoothing,
+                LONGEST_CORRECTION * smoothing.support,
+                scheme.frozen_answer,
+                iteration_state,
+                iteration,
+                shared=True,
+            )
+            self._shifts[iteration] = launcher.bind(
+                pressure.shift,
+                state.particles,
+                iteration_state,
+                iteration,
+                barrier.grid,
+            )
 
     def solve(self, rows: int) -> None:
         """Compute all iterations of a substep."""

@@ -1,7 +1,7 @@
-"""One substep in the order of the paper's Algorithm 1: predict, find neighbours, project, update velocity."""
+"""The substep of the paper's Algorithm 1 (``FluidSolver.step``), and the frames that it is part of."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,14 +12,15 @@ from sealtwin.core.records import Floats, Integers
 from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_lists
 from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.fault_checks import FaultChecks
-from simulate.fluid.launcher import Launcher
+from simulate.fluid.launcher import Launcher, Recordings
 from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
-from simulate.kernels import movers, neighbours, pressure, sleep, status
+from simulate.kernels import movers, neighbours, pressure, status
 from simulate.kernels.lanes import WARP
 from simulate.kernels.pair_kernels import pair_kernels
-from simulate.settings import COARSENESS, LEVEL, Solver, particle_volume
+from simulate.settings import LEVEL, Solver, particle_volume
+from simulate.setup.resolution import RESOLUTIONS
 from simulate.setup.rheology import Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
@@ -41,11 +42,9 @@ RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a partic
 RENUMBERED = 50_000
 """Smallest number of a run's particles that are renumbered by cells. Smaller arrays fit a processor's cache."""
 RENUMBER_EVERY = 32  # Frames; with 16 a frame takes as long, with 256 a tenth longer
-ROWS_ALIKE = 128  # Recordings are made for multiples of so many rows: empty rows cost less than more recordings
 MOST_SHARED = 30_000
 """Largest number of rows that have a GPU's warp each. With more rows, a row has one thread. On an H200 a frame of
 24,750 rows takes 8.9 ms by warps and 9.7 ms by threads, a frame of 49,500 rows 15.2 ms and 13.0 ms."""
-MOST_RECORDED = 8000  # Rows above which a CPU replays nothing: launches then take less than 2 % of a substep
 
 
 class Domain(NamedTuple):
@@ -62,7 +61,7 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
     """
     few, many = (
         max(1, math.ceil(frame_s / math.sqrt(fall * 4 * settings.size_mm / 10 / GRAVITY_CM_S2)))
-        for fall in (COARSENESS[settings.preset].fall, COARSENESS[settings.preset].fall_alone)
+        for fall in (RESOLUTIONS[settings.preset].fall, RESOLUTIONS[settings.preset].fall_alone)
     )
     if settings.substeps is not None:
         if settings.substeps < many and settings.pressure == "two-level":
@@ -78,7 +77,7 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
 def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: int) -> Iterations:
     """Return the user's pressure iterations of a substep, or the fewest that the fluid allows."""
     alone = settings.scheme.iterations
-    if not (settings.carries_pressure and fluid.moves_as_solved):
+    if not (settings.carries_pressure and fluid.moves_after_viscosity):
         return Iterations(0.0, alone)
     iterations = iterations_of(fluid.damping(4 * settings.size_mm / 10, frame_s, substeps), alone)
     return iterations if settings.iterations is None else iterations._replace(number=alone)
@@ -122,35 +121,23 @@ class FluidSolver:
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
-        self.gravity = wp.vec3(*(GRAVITY_CM_S2 * part for part in down))
         self.scheme, self.substeps, self.step_s = settings.scheme, substeps, frame_s / substeps
         self._frame_s = frame_s
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
-        wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1, lanes_for(rows, device))
-        wall_particles = walls.position_and_share
         native = device == "cpu" if native is None else native
-        self.movers = MoversList(state, launcher)
-        self.lists = neighbour_lists(rows, wall_particles, device, packed=native, lanes=launcher.lanes)
-        shared = (state, self.lists)
         kernels = pair_kernels(native)
+        self.movers = MoversList(state, launcher)
+        self.lists = neighbour_lists(rows, walls.position_and_share, device, packed=native, lanes=launcher.lanes)
         self.sleeps = any(fluid.yields for fluid in fluids) and settings.sleep
-        as_solved = [fluid.moves_as_solved for fluid in fluids]
-        self._any_as_solved = any(as_solved)
-        self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
+        self.needs_shear_rate = any(fluid.depends_on_shear or fluid.by_age is not None for fluid in fluids)
         """True if the viscosity of particles depends on their shear rate or age. It is then computed in each substep.
         """
+        self.iterations = [iterations_for(settings, fluid, frame_s, substeps) for fluid in fluids]
+        """Iterations of each run's pressure."""
+        self._moves_after_viscosity = any(fluid.moves_after_viscosity for fluid in fluids)
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
-        self.viscosity = Viscosity(
-            *shared,
-            self.paste,
-            kernels.viscosity,
-            launcher,
-            support=support,
-            mass=self.mass,
-            frame_s=frame_s,
-        )
         coarse: CoarsePressure | None = None
         if settings.pressure == "two-level":
             coarse = CoarsePressure(
@@ -160,82 +147,164 @@ class FluidSolver:
                 domain.low,
                 domain.high,
                 # Wall particles are a radius below the floor.
-                floor=float(wall_particles.numpy()[:, 2].min()) + radius,
+                floor=float(walls.position_and_share.numpy()[:, 2].min()) + radius,
                 rows=rows,
                 support=support,
                 iterations=self.scheme.iterations,
             )
-        self.iterations = [iterations_for(settings, fluid, frame_s, substeps) for fluid in fluids]
-        """Iterations of each run's pressure."""
-        smoothing = smoothing_of(support, self.mass, wall_mass(radius), settings.relaxation)
+        wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self.pressure = Pressure(
-            *shared,
+            state,
+            self.lists,
             barrier,
             kernels.pressure,
             launcher,
-            smoothing=smoothing,
-            as_solved=as_solved,
+            smoothing=smoothing_of(support, self.mass, wall_mass(radius), settings.relaxation),
+            moves_after_viscosity=[fluid.moves_after_viscosity for fluid in fluids],
             scheme=self.scheme,
             iterations=self.iterations,
             coarse=coarse,
         )
+        self.viscosity = Viscosity(
+            state,
+            self.lists,
+            self.paste,
+            kernels.viscosity,
+            launcher,
+            support=support,
+            mass=self.mass,
+            explicit=settings.viscosity_solve == "explicit",
+            kernel=settings.pair_kernel,
+        )
         self.faults = FaultChecks(state, launcher, barrier, self.viscosity.unsolved, support)
         self._bind_lists(kernels.list_neighbours, domain)
+        self._bind_moves(down)
         self._bind_frame()
-        self._out = state.count
+        self._released = state.count
         # Explicit passes need the host in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
         """True if frames are recorded and replayed. No data then pass to the host in between."""
+        self._recordings = Recordings(device)
+        self._replays_parts = device == "cpu" and threads == 1 and settings.viscosity_solve == "implicit"
         self._renumbers = device == "cpu" and state.particles_per_run >= RENUMBERED
-        self._recorded: Any = None
-        self._one_thread = device == "cpu" and threads == 1
-        self._projections: dict[int, Any] = {}  # Recordings of a CPU by their number of rows
         self.kernels_a_frame = 0  # Launches by the host in the last frame that was not replayed
         self.rows = 0  # Rows of a launch: the present number of movers or, if frames are replayed, the largest number
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
-        state, lists, walls = self.state, self.lists, self.lists.wall_particle
+        state, walls, launcher = self.state, self.lists.wall_particle, self._launcher
         # Particles that come within h during the pressure iterations are listed in the next substep only; kernels
         # vanish at h.
-        box = (domain.low, domain.high, self._support)
-        self.fluid_cells = CellGrid(*box, state.position, state.status, self._launcher, state.runs)
-        here = wp.zeros(len(walls), dtype=int, device=state.device)
-        wall_cells = CellGrid(*box, walls, here, self._launcher)
+        low, high, size = domain.low, domain.high, self._support
+        self.fluid_cells = CellGrid(low, high, size, state.position, state.status, launcher, state.runs)
+        wall_cells = CellGrid(low, high, size, walls, wp.zeros(len(walls), dtype=int, device=state.device), launcher)
         wall_cells.fill(len(walls))
-
-        full = (pressure.NEIGHBOURS_FULL, pressure.WALLS_FULL)
-        self._list = self._launcher.bind(
+        self._list = launcher.bind(
             kernel,
             state.particles,
             self.fluid_cells.cells,
             wall_cells.cells,
-            *full,
-            lists,
+            pressure.NEIGHBOURS_FULL,
+            pressure.WALLS_FULL,
+            self.lists,
             shared=True,
         )
 
+    def _bind_moves(self, down: Sequence[float]) -> None:
+        particles = self.state.particles
+        self.predict: Callable[[int], None] = self._launcher.bind(
+            pressure.predict,
+            particles,
+            self.step_s,
+            self.settings.damping_per_s,
+            wp.vec3(*(GRAVITY_CM_S2 * part for part in down)),
+            self.pressure.iteration_state,
+            self.barrier.grid,
+        )
+        """Move by velocity and gravity, as walls allow (Eq. 4)."""
+        self.update_velocity: Callable[[int], None] = self._launcher.bind(
+            pressure.update_velocity,
+            particles,
+            self.step_s,
+        )
+        self._move_after_viscosity = self._launcher.bind(
+            pressure.move_after_viscosity,
+            particles,
+            self.pressure.iteration_state,
+            self.step_s,
+            self.barrier.grid,
+        )
+
     def _bind_frame(self) -> None:
-        """Bind the other kernels of a frame."""
-        state, lists, launcher, settings = self.state, self.lists, self._launcher, self.settings
-        self._count_frame = launcher.bind_whole(movers.count_frame, 1, state.particles)
-        self._grow_older = launcher.bind(movers.grow_older, state.particles, self.paste)
-        moving, solid = state.particles, (self.barrier.clearance, self.barrier.grid)
-        yielding = (moving, self.paste)
-        falling = (self.step_s, settings.damping_per_s, self.gravity)
-        self._predict = launcher.bind(pressure.predict, moving, *falling, self.pressure.effort, *solid)
-        self._update_velocity = launcher.bind(pressure.update_velocity, moving, self.step_s)
-        solved = (moving, self.pressure.effort, self.step_s, *solid)
-        self._move_as_solved = launcher.bind(pressure.move_as_solved, *solved)
-        limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
-        waking = (WAKING_CM_S, RESTLESS_S, PATIENCE_S - AGAIN_S)
-        system = self.viscosity.system
-        self._wake = launcher.bind(sleep.wake, *yielding, *waking, lists, system)
-        self._fall_asleep = launcher.bind(sleep.fall_asleep, *yielding, system, *limits)
+        """Bind the kernels that are launched once in a frame."""
+        particles, paste, launcher = self.state.particles, self.paste, self._launcher
+        self._count_frame = launcher.bind_whole(movers.count_frame, 1, particles)
+        self._grow_older = launcher.bind(movers.grow_older, particles, paste)
+        self._wake = launcher.bind(
+            movers.wake,
+            particles,
+            paste,
+            WAKING_CM_S,
+            RESTLESS_S,
+            PATIENCE_S - AGAIN_S,
+            self.lists,
+            self.viscosity.system,
+        )
+        self._fall_asleep = launcher.bind(
+            movers.fall_asleep,
+            particles,
+            paste,
+            self.viscosity.system,
+            self._frame_s,
+            PATIENCE_S,
+            QUIET_SHEAR,
+            QUIET_SHEAR * self._support,
+        )
+
+    def step(self, *, measures_shear: bool = True) -> None:
+        """Advance the movers by one substep, in the order of the paper's Algorithm 1.
+
+        Without ``measures_shear`` the shear rates of an earlier substep are used.
+        """
+        self.predict(self.rows)  # Eq. 4
+        self.find_neighbours()
+        if self.needs_shear_rate and measures_shear:
+            self.viscosity.measure_shear(self.rows)
+        # From here on the host decides nothing.
+        self._recordings.launch(
+            self.rows,
+            len(self.lists.fluid_count),
+            self.pressure.solve,  # Eqs 1 to 3
+            self.update_velocity,
+            self.viscosity.solve,  # Eq. 5
+            self.move_after_viscosity,
+        )
+
+    def move_after_viscosity(self, rows: int) -> None:
+        """Replace the move of paste and of fluid in physical units by the velocity after viscosity times the step."""
+        if self._moves_after_viscosity:
+            self._move_after_viscosity(rows)
+
+    def find_neighbours(self) -> None:
+        """List the neighbours among all released particles, also those at rest, and among the walls."""
+        self.fluid_cells.fill(self._released)
+        self.movers.sort(self.fluid_cells.cells.number, self._released)
+        self._list(self.rows, block=int(neighbours.BLOCK))
+        # A GPU's lists always have room, and its recordings cannot wait for the host.
+        while self.lists.room and self.lists.lacking.numpy()[0]:
+            self.make_room(self.lists.room * MORE_ROOM)
+            self._list(self.rows, block=int(neighbours.BLOCK))
+
+    def make_room(self, room: float) -> None:
+        """Give each block of packed lists room for 16 times ``room`` entries. The lists become empty."""
+        if self.lists.room:
+            self._recordings.forget_parts()
+            make_room(self.lists, int(room))
+            self.viscosity.make_room(self.lists)
 
     @property
     def recorded(self) -> bool:
         """True if a frame has been recorded. Later frames are then replayed."""
-        return self._recorded is not None
+        return self._recordings.has_frame
 
     def advance(self, frame: int) -> list[Integers]:
         """Compute a frame: release, freezing, all substeps, fault checks. Return the viscosity's iterations by substep.
@@ -244,38 +313,38 @@ class FluidSolver:
         """
         if self._renumbers and frame % RENUMBER_EVERY == 0:
             self._renumber()
-        if self.replays and self._recorded is None and self.kernels_a_frame:
+        if self.replays and not self.recorded and self.kernels_a_frame:
             # A recording has the addresses of the lists, which can then get no more room.
             self.make_room(MOST_ROOM)
-            # Modules must not be loaded during a recording, least of all those for CPUs; all are loaded before.
-            with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
-                self._run_frame(frame)
-            self._recorded = capture.graph
-        if self._recorded is not None:
-            wp.capture_launch(self._recorded)
-            return []
-        return self._run_frame(frame)
+            self._recordings.record_frame(lambda: self._run_frame(frame))
+        if not self.recorded:
+            return self._run_frame(frame)
+        self._recordings.replay_frame()
+        return []
 
     def _run_frame(self, frame: int) -> list[Integers]:
         before = self._launcher.kernels
         self.begin_frame(frame)
         solves: list[Integers] = []
         if self.rows:
-            by_frame = COARSENESS[self.settings.preset].shear_by_frame
-            shears = (not (by_frame and number) for number in range(self.substeps))
-            solves = [self.step(recorded=self.kernels_a_frame > 0, shears=each) for each in shears]
+            by_frame = RESOLUTIONS[self.settings.preset].shear_by_frame
+            for number in range(self.substeps):
+                self.step(measures_shear=not (by_frame and number))
+                if not self.replays:
+                    solves.append(self.viscosity.iterations())
             self.faults.look(self.rows)
             self.rest()
         self.kernels_a_frame = self._launcher.kernels - before
-        return [] if self.replays else solves
+        self._recordings.replays_parts = self._replays_parts and not self.replays and self.kernels_a_frame > 0
+        return solves
 
     def _renumber(self) -> None:
         """Renumber the released particles by cells, so that neighbours are close in memory.
 
         It must precede the frame's list of movers.
         """
-        self.fluid_cells.fill(self._out)
-        order = self.fluid_cells.cells.number.numpy()[: self._out]
+        self.fluid_cells.fill(self._released)
+        order = self.fluid_cells.cells.number.numpy()[: self._released]
         # Run by run; particles without a cell follow in their old order, so that those not released keep their places.
         self.state.renumber(order[np.argsort(order // self.state.particles_per_run, kind="stable")])
 
@@ -284,9 +353,9 @@ class FluidSolver:
         state = self.state
         # Of one run only the released particles are read; of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
-            self._out = state.released(frame)
+            self._released = state.released(frame)
         self._count_frame()
-        self._grow_older(self._out)
+        self._grow_older(self._released)
         self.find_movers()
 
     def rest(self) -> None:
@@ -296,46 +365,16 @@ class FluidSolver:
             self._fall_asleep(self.rows)
             self.find_movers()
 
-    def step(self, *, recorded: bool = False, shears: bool = True) -> Integers:
-        """Advance the movers by one substep. Return the iterations or passes of the viscosity, by run.
+    def find_movers(self) -> None:
+        self.movers.find(self._released)
+        self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 
-        If frames are replayed, the numbers are not read from the device and are 0. ``recorded`` allows a CPU to replay
-        the launches after the lists: all kernels have been loaded, and the solver's parts have not been replaced.
-        ``shears``: measure the shear rates; otherwise those of an earlier substep are used.
-        """
-        self.predict()
-        self.find_neighbours()
-        if self.measures and shears:
-            self.viscosity.measure_shear(self.rows)
-        if self.settings.viscosity_solve == "explicit":
-            return self._project(self.rows)
-        if recorded and self._one_thread and not self.replays and self.rows <= MOST_RECORDED:
-            self._replay_projection()
-        else:
-            self._project(self.rows)
-        return np.zeros(self.state.runs, dtype=np.int64) if self.replays else self.viscosity.iterations()
-
-    def _project(self, rows: int) -> Integers:
-        """Compute the rest of a substep after the lists. Return the explicit passes by run."""
-        self.pressure.solve(rows)
-        self._update_velocity(rows)
-        passes = 0
-        if self.settings.viscosity_solve == "implicit":
-            self.viscosity.solve_implicit(rows)
-        else:
-            passes = self.viscosity.pass_explicit(rows)
-        if self._any_as_solved:
-            self._move_as_solved(rows)
-        return np.full(self.state.runs, passes)
-
-    def _replay_projection(self) -> None:
-        """Replay some sixty launches of a CPU at once; rows without a mover end immediately."""
-        rows = min(-(-self.rows // ROWS_ALIKE) * ROWS_ALIKE, len(self.lists.fluid_count))
-        if rows not in self._projections:
-            with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
-                self._project(rows)
-            self._projections[rows] = capture.graph
-        wp.capture_launch(self._projections[rows])
+    def count_movers(self) -> int:
+        """Return the present number of movers. The host waits for it. Raises RuntimeError if it exceeds the rows."""
+        moving, room = self.movers.number(), len(self.lists.fluid_count)
+        if moving > room:
+            raise RuntimeError(f"{moving} particles move, but there is room for only {room}.")
+        return moving
 
     def lasting(self) -> dict[str, Any]:
         """Return the arrays that a substep needs from the one before it. Keys are their names in a checkpoint."""
@@ -347,42 +386,8 @@ class FluidSolver:
         # Particles at rest must have none, and an earlier frame's residuals may be at other places.
         self.state.scaled_residual.zero_()
         # The number of released particles is set when a frame begins.
-        self._out = self.state.count
+        self._released = self.state.count
         self.find_movers()
-
-    def find_movers(self) -> None:
-        self.movers.find(self._out)
-        self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
-
-    def count_movers(self) -> int:
-        """Return the present number of movers. The host waits for it. Raises RuntimeError if it exceeds the rows."""
-        moving, room = self.movers.number(), len(self.lists.fluid_count)
-        if moving > room:
-            raise RuntimeError(f"{moving} particles move, but there is room for only {room}.")
-        return moving
-
-    def predict(self) -> None:
-        self._predict(self.rows)
-
-    def find_neighbours(self) -> None:
-        """List the neighbours among all released particles, also those at rest, and among the walls."""
-        self.fluid_cells.fill(self._out)
-        self.movers.sort(self.fluid_cells.cells.number, self._out)
-        self._list(self.rows, block=int(neighbours.BLOCK))
-        # A GPU's lists always have room, and its recordings cannot wait for the host.
-        while self.lists.room and self.lists.lacking.numpy()[0]:
-            self.make_room(self.lists.room * MORE_ROOM)
-            self._list(self.rows, block=int(neighbours.BLOCK))
-
-    def make_room(self, sixteens: float) -> None:
-        """Give each block of packed lists room for 16 times ``sixteens`` entries. The lists become empty."""
-        if self.lists.room:
-            self._projections.clear()
-            make_room(self.lists, int(sixteens))
-            self.viscosity.make_room(self.lists)
-
-    def update_velocity(self) -> None:
-        self._update_velocity(self.rows)
 
     def give_up(self, run: int) -> None:
         """Remove a run for good, together with its particles that are not released yet."""

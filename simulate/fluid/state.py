@@ -1,5 +1,6 @@
 """The particles of one run, or of several at once, on the device. Centimetres and seconds."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -47,34 +48,33 @@ class State:
         self.device, self.runs, self.particles_per_run = device, runs, schedule.particles
         self._released = schedule.released
         self._columns: list[wp.array] = []
-        count = self.count
-        self.position = _padded(np.pad(schedule.position_mm * CM, ((0, 0), (0, 1))), runs, wp.vec4, device)
-        self.velocity = _padded(schedule.velocity_mm_s * CM, runs, wp.vec3, device)
-        self.earlier_velocity = wp.clone(self.velocity)
-        self.scaled_residual = _padded(np.zeros((schedule.particles, 3)), runs, wp.vec3, device)
-        self.density = wp.full(count, 1.0, dtype=float, device=device)
-        self.volume_and_viscosity = _padded(np.zeros((schedule.particles, 2)), runs, wp.vec2, device)
-        self.pressed, self.wall = (wp.zeros(count, dtype=wp.vec4, device=device) for _ in range(2))
-        self.free = wp.full(count, wp.vec4(*NOWHERE_FREE), dtype=wp.vec4, device=device)
-        self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
+        self.particles = particles = device_code.Particles()  # The struct of these arrays that kernels take
+        zeros, full = partial(wp.zeros, device=device), partial(wp.full, device=device)
+        count, per_run = self.count, schedule.particles
+        none, position = np.zeros((per_run, 3)), schedule.position_mm * CM
+        self.position = particles.position = _padded(np.pad(position, ((0, 0), (0, 1))), runs, wp.vec4, device)
+        self.velocity = particles.velocity = _padded(schedule.velocity_mm_s * CM, runs, wp.vec3, device)
+        self.earlier_velocity = particles.earlier_velocity = wp.clone(self.velocity)
+        self.scaled_residual = particles.scaled_residual = _padded(none, runs, wp.vec3, device)
+        self.density = particles.density = full(count, 1.0, float)
+        self.volume_and_viscosity = particles.volume_and_viscosity = _padded(none[:, :2], runs, wp.vec2, device)
+        self.pressed = particles.pressed = zeros(count, wp.vec4)
+        self.wall = particles.wall = zeros(count, wp.vec4)
+        self.free = particles.free = full(count, wp.vec4(*NOWHERE_FREE), wp.vec4)
+        self.status = particles.status = full(count, int(device_code.WAITING), int)
         self.number = wp.array(np.arange(count), dtype=int, device=device)
         """Place of each particle in the order of release, over all runs."""
-        self.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
-        self.quiet_s = wp.zeros(count, dtype=float, device=device)
-        self.fault = self.column(int)
+        self.release_frame = particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), int, device=device)
+        self.quiet_s = particles.quiet_s = zeros(count)
+        self.fault = particles.fault = self.column(int)
         """Faults of each particle so far. Each kind of fault is one bit."""
-        self.frame = wp.full(1, -1, dtype=int, device=device)
-        self.swelling = wp.full(runs, 1.0, dtype=float, device=device)
-        self.particles = device_code.Particles()  # The struct of these arrays that kernels take
-        self.particles.per_run = schedule.particles
-        for name in ("scaled_residual", "frame", "swelling", "fault", *KEPT_AS.values()):
-            if name != "number":
-                setattr(self.particles, name, getattr(self, name))
-        self.particles.moved = self.scaled_residual
-        everywhere = np.tile(schedule.position_mm * CM, (runs, 1))
-        self.particles.previous_position = wp.array(everywhere, dtype=wp.vec3, device=device)
-        self.particles.density_before = self.column(float)
-        self._columns += [self.particles.previous_position, self.scaled_residual, *self.lasting().values()]
+        self.frame = particles.frame = full(1, -1, int)
+        self.swelling = particles.swelling = full(runs, 1.0, float)
+        particles.per_run = per_run
+        particles.moved = self.scaled_residual
+        particles.previous_position = wp.array(np.tile(position, (runs, 1)), dtype=wp.vec3, device=device)
+        particles.density_before = self.column(float)
+        self._columns += [particles.previous_position, self.scaled_residual, *self.lasting().values()]
 
     @property
     def count(self) -> int:
@@ -146,12 +146,12 @@ class MoversList:
         state.particles.first_row = wp.zeros(state.runs + 1, dtype=int, device=device)
         self._order = listing.Order()
         self._order.row = wp.zeros(0 if self._in_order else state.count, dtype=int, device=device)
-        ways = [(state.particles, self._order, by_cell) for by_cell in (0, 1)]
+        by_cell, moving = (0, 1), state.particles
         if self._in_order:
-            self._list = [launcher.bind(listing.list_in_order, *way) for way in ways]
+            self._list = [launcher.bind(listing.list_in_order, moving, self._order, way) for way in by_cell]
         else:
-            self._mark = [launcher.bind_first(listing.mark_movers, *way) for way in ways]
-            self._list_marked = [launcher.bind_first(listing.list_marked, *way) for way in ways]
+            self._mark = [launcher.bind_first(listing.mark_movers, moving, self._order, way) for way in by_cell]
+            self._list_marked = [launcher.bind_first(listing.list_marked, moving, self._order, way) for way in by_cell]
 
     def find(self, count: int) -> None:
         """List the movers among the first ``count`` particles of all runs, in the order of memory."""

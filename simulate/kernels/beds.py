@@ -1,4 +1,4 @@
-"""Device code that measures the beds of all runs at once, without copying particles to the host. Millimetres, mm/s.
+"""Device code that measures beds, those of all runs at once without copying particles. Millimetres, mm/s.
 
 It uses double precision. Sums have a fixed order: over blocks of threads, and over the parts of each run.
 """
@@ -7,13 +7,33 @@ import warp as wp
 
 from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import FROZEN, MOVING, Particles
-from simulate.kernels.vessel import Lines, Liquid, raise_over
 
 LANES = 64  # Threads of a GPU's block: as in most launches, since each width has the whole module compiled
 PARTS = wp.constant(32)
 """Parts of a run that are summed up separately; the host adds the sums. One run alone then fills a quarter of a GPU."""
 
 wp.set_module_options({"enable_backward": False})
+
+
+@wp.struct
+class Lines:
+    """The crossings of the cells' vertical lines with the solid's facets, sorted by cell and then by height."""
+
+    cell_mm: wp.float64
+    low: wp.vec2i  # The first cell along each axis
+    shape: wp.vec2i
+    last: wp.array[int]  # The highest crossing of each cell, or -1
+    cell: wp.array[int]
+    z_mm: wp.array[wp.float64]
+    upward: wp.array[int]  # 1 for a facet that faces up
+
+
+@wp.struct
+class Liquid:
+    """The particles, and the top of the liquid above each crossing."""
+
+    position_mm: wp.array[wp.vec3d]
+    top_mm: wp.array[wp.float64]
 
 
 @wp.struct
@@ -42,6 +62,57 @@ class Beds:
     ceiling_mm: wp.array[wp.float64]  # End of the free stretch above each crossing
     liquid: Liquid
     """The tops of the liquid in a batch of runs, one run after the other."""
+
+
+@wp.func
+def raise_over(
+    liquid: Liquid,  # in, out: top_mm
+    tops: int,
+    here: wp.vec3d,
+    half_mm: wp.float64,
+    reach_mm: wp.float64,
+    lines: Lines,
+):
+    """Raise the liquid to ``half_mm`` above a particle, at upward crossings of the lines of cells within reach.
+
+    Only the stretch of a line at the particle's height is raised. ``tops`` is the place of the first crossing's top.
+    """
+    size = lines.cell_mm
+    reach = int(wp.ceil(reach_mm / size))
+    row = int(wp.floor(here[0] / size))
+    column = int(wp.floor(here[1] / size))
+    for a in range(row - reach, row + reach + 1):
+        if a < lines.low[0] or a >= lines.low[0] + lines.shape[0]:
+            continue
+        along = (wp.float64(a) + wp.float64(0.5)) * size - here[0]
+        for b in range(column - reach, column + reach + 1):
+            if b < lines.low[1] or b >= lines.low[1] + lines.shape[1]:
+                continue
+            across = (wp.float64(b) + wp.float64(0.5)) * size - here[1]
+            if along * along + across * across > reach_mm * reach_mm:
+                continue
+            cell = (a - lines.low[0]) * lines.shape[1] + b - lines.low[1]
+            below = lines.last[cell]
+            while below >= 0:
+                if lines.cell[below] != cell:
+                    below = -1
+                elif lines.z_mm[below] >= here[2]:
+                    below = below - 1
+                else:
+                    break
+            if below >= 0 and lines.upward[below] == 1:
+                wp.atomic_max(liquid.top_mm, tops + below, here[2] + half_mm)
+
+
+@run_kernel
+def raise_surface(
+    liquid: Liquid,  # in, out: top_mm
+    half_mm: wp.float64,
+    reach_mm: wp.float64,
+    lines: Lines,
+):
+    """Raise the liquid above each upward crossing to ``half_mm`` above the highest particle near the cell's line."""
+    raise_over(liquid, 0, liquid.position_mm[wp.tid()], half_mm, reach_mm, lines)
 
 
 @wp.func
@@ -134,7 +205,7 @@ def raise_surfaces(
     first_run: int,
     beds: Beds,  # in, out: the liquid's tops
 ):
-    """Raise the surfaces of a batch of runs to their particles, as ``vessel.raise_surface`` does."""
+    """Raise the surfaces of a batch of runs to their particles, as ``raise_surface`` does."""
     k = wp.tid()
     i = first_run * particles.per_run + k
     if beds.lies[i] == 0:

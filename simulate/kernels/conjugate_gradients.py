@@ -5,6 +5,9 @@ sums up a part of a run, or all its parts. Each thread takes every 64th row (``L
 sums in an order that depends on the block's width only. On a CPU a block has one thread, which takes all rows.
 """
 
+from functools import partial
+from typing import Any
+
 import warp as wp
 
 from simulate.kernels.run_module import run_kernel
@@ -35,7 +38,7 @@ class System:
     """The linear system (I + A) v_new = v of backward Euler on Eq. 5, by row."""
 
     links: wp.array2d[wp.vec3h]
-    """Links of each pair (``pair_sums.couple``), in the slots of the fluid's neighbour lists."""
+    """Links of each pair (``pair_sums.link_pairs_by``), in the slots of the fluid's neighbour lists."""
     drag: wp.array[float]  # By the walls
     restraint: wp.array[float]  # Drag by the walls and by neighbours at rest
     inverse: wp.array[Symmetric]  # Of a particle's own block of I + A
@@ -66,6 +69,38 @@ class Search:
     iterations: wp.array[int]
     more: wp.array[int]  # A single number, 1 if a run needs another iteration
     unsolved: wp.array[int]  # 1 for each run with a search that ended above its goal
+
+
+def new_system(rows: int, at_walls: Any, shear: Any, device: str) -> Any:
+    """Return a system without links. ``at_walls`` and ``shear`` are arrays by particle."""
+    system, zeros = System(), partial(wp.zeros, device=device)
+    system.drag = zeros(rows)
+    system.restraint = zeros(rows)
+    system.inverse = zeros(rows, Symmetric)
+    system.at_walls = at_walls
+    system.shear = shear
+    return system
+
+
+def new_search(rows: int, runs: int, device: str) -> Any:
+    """Return a search of up to ``rows`` rows in all runs."""
+    search, zeros = Search(), partial(wp.zeros, device=device)
+    search.residual = zeros(rows, wp.vec3)
+    search.product = zeros(rows, wp.vec3)
+    search.curvature = zeros(rows)
+    search.direction = zeros(rows, wp.vec3)
+    search.pull = zeros(rows, wp.vec3)
+    search.partial = zeros((runs, int(CHUNKS)), Sums)
+    search.left = zeros((runs, int(CHUNKS)))
+    search.error = zeros(runs)
+    search.length = zeros(runs)
+    search.turn = zeros(runs)
+    search.goal = zeros(runs)
+    search.holds = zeros(runs)
+    search.iterations = zeros(runs, int)
+    search.more = zeros(1, int)
+    search.unsolved = zeros(runs, int)
+    return search
 
 
 @wp.func

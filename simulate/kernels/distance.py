@@ -36,6 +36,7 @@ class Distance:
     """Row of each block's nodes; FAR if it has no nodes, FACE if the face z = 0 is the nearest surface in the block."""
     centre: wp.array[float]
     nodes: wp.array[float]
+    clearance: float  # Least distance of a particle's centre from walls
     rounded: wp.array[int]  # By row: 1 for a block in which the nearest surface is not a plane
     face: wp.vec4
 
@@ -130,21 +131,21 @@ class Landing:
 
 
 @wp.func
-def push_out(solid: Distance, x: wp.vec3, clearance: float):
-    """Move away from walls nearer than ``clearance``.
+def push_out(solid: Distance, x: wp.vec3):
+    """Move away from walls that are nearer than the clearance.
 
     A step is shorter than the present distance, so that it cannot cross a thin wall. In a corner each step moves away
     from the nearest wall.
     """
     here = x
-    enough = 0.999 * clearance
+    enough = 0.999 * solid.clearance
     there = wp.vec4(0.0)
     for turn in range(9):
         # Called in one place only, because a compiler copies the function for each call.
-        there = distance_at(solid, here, 2.0 * clearance)
+        there = distance_at(solid, here, 2.0 * solid.clearance)
         if there[3] >= enough or there[3] <= 0.0 or turn == 8:
             break
-        here += wp.min(clearance - there[3], 0.9 * there[3]) * wp.vec3(there[0], there[1], there[2])
+        here += wp.min(solid.clearance - there[3], 0.9 * there[3]) * wp.vec3(there[0], there[1], there[2])
     return Landing(here, wp.vec3(there[0], there[1], there[2]), there[3])
 
 
@@ -175,7 +176,7 @@ def move(
     i: int,
     start: wp.vec3,
     step: wp.vec3,
-    clearance: float,
+    for_now: bool,
 ) -> wp.vec3:
     """Return the part of ``step`` from ``start`` that walls allow, sliding along them.
 
@@ -183,6 +184,9 @@ def move(
 
     From a start at half the clearance or more, all positions on the way are outside the solid: pieces of the move are
     shorter than that distance, and a piece that would end nearer to a wall is dropped.
+
+    A prediction is ``for_now``: the last move of the substep replaces it. It uses the plane of a wall in wider
+    surroundings, and stores the plane that replaces the walls in the moves between the two.
     """
     squared = wp.length_sq(step)
     # A step that is not finite is returned, so that the fault check finds it: with a step of 0 it would seem at rest.
@@ -192,47 +196,24 @@ def move(
     centre = wp.vec3(ball[0], ball[1], ball[2])
     radius = wp.max(ball[3], 0.0)
     from_centre = wp.length_sq(start - centre)
-    if wp.max(from_centre, wp.length_sq(start + step - centre)) <= radius * radius:
-        return step
+    away = wp.max(from_centre, wp.length_sq(start + step - centre))
     plane = beside[i]
-    if is_plane(plane):
-        slid = slide(plane, start, step, clearance)
-        reach = AS_PLANE * clearance
-        if wp.max(from_centre, wp.length_sq(start + slid - centre)) <= reach * reach:
-            return slid
-    return move_along(solid, free, beside, i, start, step, clearance)
-
-
-@wp.func
-def move_for_now(
-    solid: Distance,
-    free: wp.array[wp.vec4],  # in, out
-    beside: wp.array[wp.vec4],  # in, out
-    i: int,
-    start: wp.vec3,
-    step: wp.vec3,
-    clearance: float,
-) -> wp.vec3:
-    """Return the part of ``step`` that walls allow, for a prediction. The last move of the substep replaces it.
-
-    It stores the plane of a wall nearby, which replaces the walls in the moves between the prediction and the last
-    move.
-    """
-    squared = wp.length_sq(step)
-    if squared == 0.0 or not is_number(squared):
-        return step
-    ball = free[i]
-    centre = wp.vec3(ball[0], ball[1], ball[2])
-    radius = wp.max(ball[3], 0.0)
-    reach = NEARBY * clearance
-    away = wp.max(wp.length_sq(start - centre), wp.length_sq(start + step - centre))
-    plane = beside[i]
-    if away <= reach * reach and plane[0] != ROUNDED:
-        if is_plane(plane):
-            return slide(plane, start, step, clearance)
+    if for_now:
+        reach = NEARBY * solid.clearance
+        if away <= reach * reach and plane[0] != ROUNDED:
+            if is_plane(plane):
+                return slide(plane, start, step, solid.clearance)
+            if away <= radius * radius:
+                return step
+    else:
         if away <= radius * radius:
             return step
-    return move_along(solid, free, beside, i, start, step, clearance)
+        if is_plane(plane):
+            slid = slide(plane, start, step, solid.clearance)
+            near = AS_PLANE * solid.clearance
+            if wp.max(from_centre, wp.length_sq(start + slid - centre)) <= near * near:
+                return slid
+    return move_along(solid, free, beside, i, start, step)
 
 
 @wp.func
@@ -243,22 +224,21 @@ def move_along(
     i: int,
     start: wp.vec3,
     step: wp.vec3,
-    clearance: float,
 ) -> wp.vec3:
     """Return the part of ``step`` that walls allow, after a search for walls.
 
     It is separate from ``move`` because a call copies ``solid``, which few moves need.
     """
     length = wp.length(step)
-    pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
-    piece = step / wp.max(float(pieces), length / (0.45 * clearance))
+    pieces = wp.min(int(length / (0.45 * solid.clearance)) + 1, PIECES)
+    piece = step / wp.max(float(pieces), length / (0.45 * solid.clearance))
     here = Landing(start, wp.vec3(0.0), 0.0)
     # Summed up piece by piece: a difference of two positions has their rounding errors.
     moved = wp.vec3(0.0)
     for _piece in range(pieces):
         ahead = here.position + piece
-        there = push_out(solid, ahead, clearance)
-        if there.distance < 0.5 * clearance:
+        there = push_out(solid, ahead)
+        if there.distance < 0.5 * solid.clearance:
             break
         moved += piece + (there.position - ahead)
         here = there
@@ -267,7 +247,7 @@ def move_along(
     if rounded_at(solid, x):
         n = wp.vec3(ROUNDED)
     # At most the grid's margin around the walls; 0 next to the sample's block, whose sides are not in the grid.
-    radius = wp.where(here.distance < BESIDE, wp.min(here.distance - clearance, clearance), 0.0)
+    radius = wp.where(here.distance < BESIDE, wp.min(here.distance - solid.clearance, solid.clearance), 0.0)
     free[i] = wp.vec4(x[0], x[1], x[2], radius)
     beside[i] = wp.vec4(n[0], n[1], n[2], wp.dot(n, x) - here.distance)
     return moved

@@ -1,12 +1,15 @@
-"""Device code for particles that move: release, freezing by age, and their list in the order of memory or of cells.
+"""Device code for particles that move: release, freezing by age, sleep below the yield stress, and their list.
 
+The list is in the order of memory or of cells.
 A CPU lists them in one pass. A GPU marks the movers, sums up the marks, and lists each mover at the place of its sum.
 """
 
 import warp as wp
 
+from simulate.kernels.conjugate_gradients import System
+from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.run_module import cpu_block, run_kernel
-from simulate.kernels.status import ASLEEP, FROZEN, MOVING, WAITING, Particles, Span, bring_to_rest
+from simulate.kernels.status import ASLEEP, FROZEN, MOVING, WAITING, Particles, Span, bring_to_rest, end_of
 from simulate.kernels.viscosity import Paste
 
 wp.set_module_options({"enable_backward": False})
@@ -44,6 +47,62 @@ def grow_older(points: Span, particles: Particles, paste: Paste):
             particles.status[i] = MOVING
         if age >= paste.frames_to_freeze[i // particles.per_run]:
             particles.status[i] = FROZEN
+            bring_to_rest(particles, i)
+
+
+@run_kernel
+def wake(
+    rows: Span,
+    particles: Particles,
+    paste: Paste,
+    fast: float,
+    restless_s: float,
+    rested_s: float,
+    near: Neighbours,
+    system: System,
+):
+    """Wake the sleeping neighbours of a particle that is fast, or that has flowed for ``restless_s``.
+
+    A woken particle counts as quiet for ``rested_s``, until it flows. Several threads may write to the same neighbour;
+    all of them write the same value.
+    """
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        # Equal for most particles, which do not have a neighbour at rest.
+        if system.restraint[row] == system.drag[row]:
+            continue
+        i = particles.mover[row]
+        if paste.yields[i // particles.per_run] == 0:
+            continue
+        if wp.length(particles.velocity[i]) > fast or particles.quiet_s[i] < -restless_s:
+            for slot in range(near.fluid_count[row]):
+                j = near.fluid[near.fluid_at[row], slot]
+                if particles.status[j] == ASLEEP:
+                    particles.status[j] = MOVING
+                    particles.quiet_s[j] = rested_s
+
+
+@run_kernel
+def fall_asleep(
+    rows: Span,
+    particles: Particles,
+    paste: Paste,
+    system: System,
+    frame_s: float,
+    patience_s: float,
+    slowest_shear: float,
+    slowest: float,
+):
+    """Bring to rest the particles that were quiet for ``patience_s``."""
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
+        if particles.status[i] != MOVING or paste.yields[i // particles.per_run] == 0:
+            continue
+        quiet = wp.min(particles.quiet_s[i], 0.0) - frame_s
+        if system.shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:
+            quiet = wp.max(particles.quiet_s[i], 0.0) + frame_s
+        particles.quiet_s[i] = quiet
+        if quiet >= patience_s:
+            particles.status[i] = ASLEEP
             bring_to_rest(particles, i)
 
 

@@ -1,22 +1,26 @@
 """Device code of the inner loops: sums over a particle's neighbours, on any device. Units are cm and s.
 
-``pair_sums_cpu`` computes the same sums faster on CPUs, many neighbours at a time; tests compare the two. All lists of
-neighbours are in one array, and ``row`` is the part of it that belongs to one list. Entries after the first ``count``
-are padding. If the threads of a warp share a row, each sums up every 32nd entry, and all get the total.
+``pair_sums_cpu`` computes the same sums faster on CPUs, many neighbours at a time; tests compare the two. ``row`` is
+that of a mover in the lists ``near``. If the threads of a warp share a row, each sums up every 32nd entry, and all get
+the total.
 """
+
+from typing import Any
 
 import warp as wp
 
 from simulate.kernels.lanes import lane, lanes, over_lanes
-from simulate.kernels.status import RESTS
+from simulate.kernels.neighbours import Neighbours
+from simulate.kernels.status import RESTS, Particles
 
 wp.set_module_options({"enable_backward": False})
 
-ALONG = wp.constant(37.7)
-"""Weight of a pair in the viscosity, divided by the weight in Eq. 5 for the same viscosity of the fluid.
+FOR_VISCOSITY = {"poly6": 7.54, "gaussian": 1.0}
+"""Factors of the weights of pairs, so that one U is one viscosity of the fluid.
 
-A pair pulls only along its own line, which gives a factor of 5. The ratio of the fourth moments of exp(-u^2) and (1 -
-u^2)^3, u = 0 to 1, makes it 36.2. The rest was fitted to shear waves, because neighbours keep a distance."""
+The ratio of the fourth moments of exp(-u^2) and (1 - u^2)^3, u = 0 to 1, is 7.24. The rest was fitted to shear waves,
+because neighbours keep a distance."""
+ALONG = 5.0  # Weight of a pair that pulls only along its own line, over its weight in Eq. 5 for the same viscosity
 NEAREST_WALL = wp.constant(0.16)
 """Least squared distance of a wall particle in the drag of walls, divided by h^2. Fluid at rest is at 0.22."""
 
@@ -29,9 +33,15 @@ the guess."""
 GradientSums = wp.types.vector(length=15, dtype=wp.float32)
 """Sums of the products xx, yy, zz, xy, yz, zx of the offsets, and of the velocities' differences times the offsets."""
 DragSums = wp.types.vector(length=6, dtype=wp.float32)
-"""Sums over walls: D of Eq. 5, ``stick``, ``distance_weight``, and ``distance_weight`` times the offsets."""
+"""Sums over walls: D of Eq. 5, ``no_slip_weight``, ``distance_weight``, and ``distance_weight`` times the offsets."""
 WallSums = wp.types.vector(length=4, dtype=wp.float32)
 """Sums of the first four of ``DensitySums`` over wall particles, each weighted by its share."""
+
+
+@wp.func
+def between(here: wp.vec4, other: wp.vec4):
+    """Return the offset from ``other``, of two positions with a fourth number."""
+    return wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
 
 
 @wp.func
@@ -47,13 +57,13 @@ def spike(support: float, distance: float):
 
 
 @wp.func
-def sum_density(
-    position: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
-):
+def sum_density(particles: Particles, near: Neighbours, row: int, support: float):
+    here = particles.position[particles.mover[row]]
     sums = DensitySums()
-    for slot in range(lane(), count, lanes()):
-        other = position[listed[row, slot]]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        other = particles.position[near.fluid[window, slot]]
+        offset = between(here, other)
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
         slope = spike(support, wp.sqrt(squared))
@@ -66,18 +76,13 @@ def sum_density(
 
 
 @wp.func
-def sum_walls(
-    wall: wp.array[wp.vec4],  # position and share
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    support: float,
-):
+def sum_walls(particles: Particles, near: Neighbours, row: int, support: float):
+    here = particles.position[particles.mover[row]]
     sums = WallSums()
-    for slot in range(lane(), count, lanes()):
-        other = wall[listed[row, slot]]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+    window = near.wall_at[row]
+    for slot in range(lane(), near.wall_count[row], lanes()):
+        other = near.wall_particle[near.wall[window, slot]]
+        offset = between(here, other)
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
         slope = other[3] * spike(support, wp.sqrt(squared))
@@ -89,20 +94,14 @@ def sum_walls(
 
 
 @wp.func
-def sum_correction(
-    position: wp.array[wp.vec4],  # and multiplier
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    support: float,
-    resting: float,
-):
+def sum_correction(particles: Particles, near: Neighbours, row: int, support: float, resting: float):
     """Sum (lambda_i + lambda_j) (h - r)^2 times the unit offset. For a particle at rest lambda_j is ``resting``."""
+    here = particles.position[particles.mover[row]]
     total = wp.vec3(0.0)
-    for slot in range(lane(), count, lanes()):
-        other = position[listed[row, slot]]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        other = particles.position[near.fluid[window, slot]]
+        offset = between(here, other)
         answer = other[3]
         if answer == RESTS:
             answer = resting
@@ -119,7 +118,7 @@ def gauss(squared: float, support: float):
 
 
 @wp.func
-def stick(squared: float, support: float):
+def no_slip_weight(squared: float, support: float):
     """Return the weight of a wall particle in the no-slip drag of a fluid of viscosity 1, a number times h^3.
 
     One layer of these weights, a radius deep, replaces the pairs that a wall cuts off. It is a fit for fluid whose
@@ -132,7 +131,7 @@ def stick(squared: float, support: float):
 
 @wp.func
 def distance_weight(squared: float, support: float):
-    """Return a weight, a number times h^4, for the product of ``stick`` and the distance from the wall.
+    """Return a weight, a number times h^4, for the product of ``no_slip_weight`` and the distance from the wall.
 
     Both have the same sum over a plane wall.
     """
@@ -142,31 +141,29 @@ def distance_weight(squared: float, support: float):
 
 
 @wp.func
-def near(squared: float, support: float):
+def poly6(squared: float, support: float):
     """Return (1 - r^2/h^2)^3, the weight of a pair in the viscosity."""
     rest = wp.max(1.0 - squared / (support * support), 0.0)
     return rest * rest * rest
 
 
+WEIGHTS = {"poly6": poly6, "gaussian": gauss}
+
+
 @wp.func
-def sum_gradient(
-    position: wp.array[wp.vec4],
-    velocity: wp.array[wp.vec3],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    moves: wp.vec3,
-    support: float,
-):
+def sum_gradient(particles: Particles, near: Neighbours, row: int, support: float):
     """Sum the terms of a linear fit to the velocities around a particle, with the weights of pairs in the viscosity."""
+    i = particles.mover[row]
+    here = particles.position[i]
+    moves = particles.velocity[i]
     sums = GradientSums()
-    for slot in range(lane(), count, lanes()):
-        j = listed[row, slot]
-        other = position[j]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-        apart = moves - velocity[j]
-        weight = near(wp.length_sq(offset), support)
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        j = near.fluid[window, slot]
+        other = particles.position[j]
+        offset = between(here, other)
+        apart = moves - particles.velocity[j]
+        weight = poly6(wp.length_sq(offset), support)
         sums[0] += weight * offset[0] * offset[0]
         sums[1] += weight * offset[1] * offset[1]
         sums[2] += weight * offset[2] * offset[2]
@@ -179,103 +176,108 @@ def sum_gradient(
     return over_lanes(sums)
 
 
+def link_pairs_by(kernel: str) -> Any:
+    """Return ``link_pairs`` with the weight W of a kernel."""
+    weigh, along = WEIGHTS[kernel], ALONG * FOR_VISCOSITY[kernel]
+
+    @wp.func
+    def link_pairs(
+        particles: Particles,
+        near: Neighbours,
+        row: int,
+        support: float,
+        links: wp.array2d[wp.vec3h],  # out
+    ):
+        """Link of each pair: a vector along it, with the root of five times mean volume, W and mean viscosity.
+
+        The matrix is the sum of the links' squares. With links rounded to float16 it is still symmetric and has no
+        negative eigenvalues. Returns the sums of a particle's own block of the matrix, and of its products with two
+        vectors, without rounding.
+        """
+        i = particles.mover[row]
+        here = particles.position[i]
+        own = particles.volume_and_viscosity[i]
+        moves = particles.velocity[i]
+        guessed = particles.scaled_residual[i]
+        sums = CoupleSums()
+        window = near.fluid_at[row]
+        for slot in range(lane(), near.fluid_count[row], lanes()):
+            j = near.fluid[window, slot]
+            other = particles.position[j]
+            offset = between(here, other)
+            squared = wp.length_sq(offset)
+            theirs = particles.volume_and_viscosity[j]
+            mean = 0.5 * (own[1] + theirs[1])
+            weight = 0.5 * wp.static(along) * (own[0] + theirs[0]) * mean * weigh(squared, support)
+            link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
+            links[window, slot] = wp.vec3h(link)
+            sums[0] += link[0] * link[0]
+            sums[1] += link[1] * link[1]
+            sums[2] += link[2] * link[2]
+            sums[3] += link[0] * link[1]
+            sums[4] += link[1] * link[2]
+            sums[5] += link[2] * link[0]
+            if other[3] == RESTS:
+                sums[6] += weight
+            still = wp.dot(moves - particles.velocity[j], link)
+            moved = wp.dot(guessed - particles.scaled_residual[j], link)
+            for axis in range(3):
+                sums[7 + axis] += still * link[axis]
+                sums[10 + axis] += moved * link[axis]
+        return over_lanes(sums)
+
+    return link_pairs
+
+
+def sum_eq5_by(kernel: str) -> Any:
+    """Return ``sum_eq5`` with the weight W of a kernel."""
+    weigh, factor = WEIGHTS[kernel], FOR_VISCOSITY[kernel]
+
+    @wp.func
+    def sum_eq5(
+        particles: Particles,
+        velocity: wp.array[wp.vec3],
+        near: Neighbours,
+        row: int,
+        support: float,
+    ):
+        """Sum U m/rho_j W_v of Eq. 5 times the difference of velocities, and this weight itself.
+
+        Two different viscosities are replaced by their harmonic mean.
+        """
+        i = particles.mover[row]
+        here = particles.position[i]
+        viscosity = particles.volume_and_viscosity[i][1]
+        moves = velocity[i]
+        sums = wp.vec4(0.0)
+        window = near.fluid_at[row]
+        for slot in range(lane(), near.fluid_count[row], lanes()):
+            j = near.fluid[window, slot]
+            other = particles.position[j]
+            offset = between(here, other)
+            theirs = particles.volume_and_viscosity[j]
+            mean = 2.0 * viscosity * theirs[1] / wp.max(viscosity + theirs[1], 1.0e-20)
+            weight = wp.static(factor) * theirs[0] * mean * weigh(wp.length_sq(offset), support)
+            apart = weight * (moves - velocity[j])
+            sums += wp.vec4(apart[0], apart[1], apart[2], weight)
+        return over_lanes(sums)
+
+    return sum_eq5
+
+
 @wp.func
-def couple(
-    position: wp.array[wp.vec4],
-    volume_and_viscosity: wp.array[wp.vec2],
-    velocity: wp.array[wp.vec3],
-    guess: wp.array[wp.vec3],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    own: wp.vec2,
-    moves: wp.vec3,
-    guessed: wp.vec3,
-    support: float,
-    links: wp.array2d[wp.vec3h],  # out
-):
-    """Link of each pair: a vector along it, with the root of five times mean volume, nearness and mean viscosity.
-
-    The matrix is the sum of the links' squares. With links rounded to float16 it is still symmetric and has no negative
-    eigenvalues. Returns the sums of a particle's own block of the matrix, and of its products with two vectors, without
-    rounding.
-    """
-    sums = CoupleSums()
-    for slot in range(lane(), count, lanes()):
-        j = listed[row, slot]
-        other = position[j]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-        squared = wp.length_sq(offset)
-        theirs = volume_and_viscosity[j]
-        mean = 0.5 * (own[1] + theirs[1])
-        weight = 0.5 * ALONG * (own[0] + theirs[0]) * mean * near(squared, support)
-        link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
-        links[row, slot] = wp.vec3h(link)
-        sums[0] += link[0] * link[0]
-        sums[1] += link[1] * link[1]
-        sums[2] += link[2] * link[2]
-        sums[3] += link[0] * link[1]
-        sums[4] += link[1] * link[2]
-        sums[5] += link[2] * link[0]
-        if other[3] == RESTS:
-            sums[6] += weight
-        still = wp.dot(moves - velocity[j], link)
-        moved = wp.dot(guessed - guess[j], link)
-        for axis in range(3):
-            sums[7 + axis] += still * link[axis]
-            sums[10 + axis] += moved * link[axis]
-    return over_lanes(sums)
-
-
-@wp.func
-def sum_printed(
-    position: wp.array[wp.vec4],
-    velocity: wp.array[wp.vec3],
-    volume_and_viscosity: wp.array[wp.vec2],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    moves: wp.vec3,
-    viscosity: float,
-    support: float,
-):
-    """Sum U m/rho_j W_v of Eq. 5 times the difference of velocities, and this weight itself.
-
-    Two different viscosities are replaced by their harmonic mean.
-    """
-    sums = wp.vec4(0.0)
-    for slot in range(lane(), count, lanes()):
-        j = listed[row, slot]
-        other = position[j]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-        theirs = volume_and_viscosity[j]
-        mean = 2.0 * viscosity * theirs[1] / wp.max(viscosity + theirs[1], 1.0e-20)
-        weight = theirs[0] * mean * gauss(wp.length_sq(offset), support)
-        apart = weight * (moves - velocity[j])
-        sums += wp.vec4(apart[0], apart[1], apart[2], weight)
-    return over_lanes(sums)
-
-
-@wp.func
-def sum_drag(
-    wall: wp.array[wp.vec4],  # position and share
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    support: float,
-):
+def sum_drag(particles: Particles, near: Neighbours, row: int, support: float):
     """Sum D of Eq. 5 (share times Gaussian over the wall particles), and the terms of the no-slip drag."""
+    here = particles.position[particles.mover[row]]
     sums = DragSums()
-    for slot in range(lane(), count, lanes()):
-        other = wall[listed[row, slot]]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+    window = near.wall_at[row]
+    for slot in range(lane(), near.wall_count[row], lanes()):
+        other = near.wall_particle[near.wall[window, slot]]
+        offset = between(here, other)
         squared = wp.length_sq(offset)
         far = other[3] * distance_weight(squared, support)
         sums[0] += other[3] * gauss(squared, support)
-        sums[1] += other[3] * stick(squared, support)
+        sums[1] += other[3] * no_slip_weight(squared, support)
         sums[2] += far
         sums[3] += far * offset[0]
         sums[4] += far * offset[1]
@@ -284,17 +286,13 @@ def sum_drag(
 
 
 @wp.func
-def sum_pulled(
-    vector: wp.array[wp.vec3],
-    links: wp.array2d[wp.vec3h],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    own: wp.vec3,
-):
-    """Sum the links times the velocities' difference along them. Particles at rest have velocity 0."""
+def sum_pulled(particles: Particles, near: Neighbours, row: int, links: wp.array2d[wp.vec3h]):
+    """Sum the links times the scaled residuals' difference along them. Particles at rest have one of 0."""
+    vector = particles.scaled_residual
+    own = vector[particles.mover[row]]
     total = wp.vec3(0.0)
-    for slot in range(lane(), count, lanes()):
-        link = wp.vec3(links[row, slot])
-        total += wp.dot(own - vector[listed[row, slot]], link) * link
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        link = wp.vec3(links[window, slot])
+        total += wp.dot(own - vector[near.fluid[window, slot]], link) * link
     return over_lanes(total)

@@ -5,11 +5,23 @@ that packs the neighbours. The dummy point that pads a list is so far away that 
 another order, so that their last bits differ.
 """
 
+from typing import Any
+
 import warp as wp
 
-from simulate.kernels.pair_sums import ALONG, NEAREST_WALL, CoupleSums, DensitySums, DragSums, GradientSums, WallSums
+from simulate.kernels.neighbours import Neighbours
+from simulate.kernels.pair_sums import (
+    ALONG,
+    FOR_VISCOSITY,
+    NEAREST_WALL,
+    CoupleSums,
+    DensitySums,
+    DragSums,
+    GradientSums,
+    WallSums,
+)
 from simulate.kernels.run_module import cpu_block
-from simulate.kernels.status import RESTS
+from simulate.kernels.status import RESTS, Particles
 
 wp.set_module_options({"enable_backward": False})
 
@@ -69,8 +81,15 @@ typedef _Float16 halves __attribute__((vector_size(2 * LANES)));
 #define FADE(u) ({ const floats t = (u) * -0.25f; \\
     floats e = 1.0f + t * (1.0f + t * (0.5f + t * (1/6.0f + t * (1/24.0f + t * (1/120.0f + t * (1/720.0f)))))); \\
     e *= e; e * e; })
-const int* list = (const int*)((const char*)listed.data + (size_t)row * (size_t)listed.strides[0]);
+#define WINDOW(of, kind) \\
+    ((char*)(of).data + (size_t)near.kind##_at.data[row] * (size_t)(of).strides[0])
 const float h2 = support * support;
+"""
+LISTED = """
+const int i = particles.mover.data[row];
+const wp::vec4 here = particles.position.data[i];
+const int* list = (const int*)WINDOW(near.KIND, KIND);
+const int count = near.KIND_count.data[row];
 """
 OFFSETS = """
 for (int s = 0; s < count; s += LANES) {
@@ -85,25 +104,28 @@ SPIKE = """
     // For two particles at one position: large, times offsets of zero.
     floats spike = short_of * short_of * inverse;
 """
-GAUSS = """
-    const floats gauss = d2 < h2 ? FADE(d2 * (1.0f / h2)) : none;
-"""
-NEAR = """
-    const floats left = ABOVE(1.0f - d2 * (1.0f / h2)), near = left * left * left;
-"""
+WEIGHTS = {
+    "poly6": """
+    const floats left = ABOVE(1.0f - d2 * (1.0f / h2)), weigh = left * left * left;
+""",
+    "gaussian": """
+    const floats weigh = d2 < h2 ? FADE(d2 * (1.0f / h2)) : none;
+""",
+}
 
 
-def summed(over: str, sums: str, *terms: str, constants: str = "") -> str:
-    """Return a block that adds ``terms`` to ``sums`` for each listed point of the array ``over``, and returns the sums.
+def summed(kind: str, sums: str, *terms: str, constants: str = "") -> str:
+    """Return a block that adds ``terms`` to ``sums`` for each near particle of a kind, and returns the sums.
 
     ``sums`` are names, or factors times names: a factor multiplies the whole sum.
     """
     pairs = [each.rpartition("*") for each in sums.split()]
     return cpu_block(
-        constants,
         VECTORS,
+        LISTED.replace("KIND", kind),
+        constants,
         f"floats {', '.join(f'{name} = {{}}' for _, _, name in pairs)};",
-        OFFSETS.replace("POSITIONS", over),
+        OFFSETS.replace("POSITIONS", {"fluid": "particles.position", "wall": "near.wall_particle"}[kind]),
         *terms,
         f"}}\nwp::vec_t<{len(pairs)}, wp::float32> sums;\n",
         *(f"sums[{k}] = {by}{times}SUM({name});\n" for k, (by, times, name) in enumerate(pairs)),
@@ -113,7 +135,7 @@ def summed(over: str, sums: str, *terms: str, constants: str = "") -> str:
 
 @wp.func_native(
     summed(
-        "position",
+        "fluid",
         "density gx gy gz squares",
         SPIKE,
         """
@@ -124,9 +146,7 @@ def summed(over: str, sums: str, *terms: str, constants: str = "") -> str:
 """,
     )
 )
-def sum_density(
-    position: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
-) -> DensitySums: ...
+def sum_density(particles: Particles, near: Neighbours, row: int, support: float) -> DensitySums: ...
 
 
 @wp.func_native(
@@ -142,14 +162,12 @@ def sum_density(
 """,
     )
 )
-def sum_walls(
-    wall: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
-) -> WallSums: ...
+def sum_walls(particles: Particles, near: Neighbours, row: int, support: float) -> WallSums: ...
 
 
 @wp.func_native(
     summed(
-        "position",
+        "fluid",
         "x y z",
         SPIKE,
         """
@@ -159,126 +177,99 @@ def sum_walls(
         constants=f"const float RESTS = {float(RESTS)!r}f;",
     )
 )
-def sum_correction(
-    position: wp.array[wp.vec4],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    support: float,
-    resting: float,
-) -> wp.vec3: ...
+def sum_correction(particles: Particles, near: Neighbours, row: int, support: float, resting: float) -> wp.vec3: ...
 
 
 @wp.func_native(
     summed(
-        "position",
+        "fluid",
         "xx yy zz xy yz zx ux uy uz vx vy vz tx ty tz",
-        NEAR,
+        WEIGHTS["poly6"],
         """
-    LOADS(U, V, T, unused, velocity.data, 12, l)
+    LOADS(U, V, T, unused, particles.velocity.data, 12, l)
     U = moves[0] - U; V = moves[1] - V; T = moves[2] - T;
-    const floats wx = near * X, wy = near * Y, wz = near * Z;
+    const floats wx = weigh * X, wy = weigh * Y, wz = weigh * Z;
     xx += wx * X; yy += wy * Y; zz += wz * Z; xy += wx * Y; yz += wy * Z; zx += wz * X;
     ux += U * wx; uy += U * wy; uz += U * wz;
     vx += V * wx; vy += V * wy; vz += V * wz;
     tx += T * wx; ty += T * wy; tz += T * wz;
 """,
+        constants="const wp::vec3 moves = particles.velocity.data[i];",
     )
 )
-def sum_gradient(
-    position: wp.array[wp.vec4],
-    velocity: wp.array[wp.vec3],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    moves: wp.vec3,
-    support: float,
-) -> GradientSums: ...
+def sum_gradient(particles: Particles, near: Neighbours, row: int, support: float) -> GradientSums: ...
 
 
-@wp.func_native(
-    summed(
-        "position",
-        "xx yy zz xy yz zx resting vx vy vz gx gy gz",
-        NEAR,
-        """
-    LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
+LINK = """
+    LOADS(volume, viscosity, next, after, particles.volume_and_viscosity.data, 8, l)
     const floats mean = 0.5f * (own[1] + viscosity);
-    const floats weight = 0.5f * ALONG * (volume + own[0]) * near * mean;
+    const floats weight = 0.5f * ALONG * (volume + own[0]) * weigh * mean;
     const floats root = weight * INVERSE_ROOT(__builtin_elementwise_max(weight * d2, none + 1e-30f));
     X *= root; Y *= root; Z *= root;
     _Float16* at = out + s / 16 * 48 + s % 16;
     PUT(X, at); PUT(Y, at + 16); PUT(Z, at + 32);
     xx += X * X; yy += Y * Y; zz += Z * Z; xy += X * Y; yz += Y * Z; zx += Z * X;
     resting += W == RESTS ? weight : none;
-    LOADS(U, V, T, unused, velocity.data, 12, l)
+    LOADS(U, V, T, unused, particles.velocity.data, 12, l)
     const floats still = (moves[0] - U) * X + (moves[1] - V) * Y + (moves[2] - T) * Z;
     vx += still * X; vy += still * Y; vz += still * Z;
-    LOADS(E, F, G, spare, guess.data, 12, l)
+    LOADS(E, F, G, spare, particles.scaled_residual.data, 12, l)
     const floats moved = (guessed[0] - E) * X + (guessed[1] - F) * Y + (guessed[2] - G) * Z;
     gx += moved * X; gy += moved * Y; gz += moved * Z;
-""",
-        constants=f"""
-const float RESTS = {float(RESTS)!r}f, ALONG = {float(ALONG)!r}f;
-_Float16* out = (_Float16*)((char*)links.data + (size_t)row * (size_t)links.strides[0]);
-""",
-    )
-)
-def couple(
-    position: wp.array[wp.vec4],
-    volume_and_viscosity: wp.array[wp.vec2],
-    velocity: wp.array[wp.vec3],
-    guess: wp.array[wp.vec3],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    own: wp.vec2,
-    moves: wp.vec3,
-    guessed: wp.vec3,
-    support: float,
-    links: wp.array2d[wp.vec3h],
-) -> CoupleSums: ...
+"""
 
 
-@wp.func_native(
-    summed(
-        "position",
-        "x y z total",
-        GAUSS,
-        """
+def link_pairs_by(kernel: str) -> Any:
+    """Return ``link_pairs`` with the weight W of a kernel."""
+    constants = f"""
+const float RESTS = {float(RESTS)!r}f, ALONG = {ALONG * FOR_VISCOSITY[kernel]!r}f;
+_Float16* out = (_Float16*)WINDOW(links, fluid);
+const wp::vec2 own = particles.volume_and_viscosity.data[i];
+const wp::vec3 moves = particles.velocity.data[i], guessed = particles.scaled_residual.data[i];
+"""
+    sums = "xx yy zz xy yz zx resting vx vy vz gx gy gz"
+
+    @wp.func_native(summed("fluid", sums, WEIGHTS[kernel], LINK, constants=constants))
+    def link_pairs(
+        particles: Particles, near: Neighbours, row: int, support: float, links: wp.array2d[wp.vec3h]
+    ) -> CoupleSums: ...
+
+    return link_pairs
+
+
+EQ5 = """
     LOADS(U, V, T, unused, velocity.data, 12, l)
-    LOADS(volume, theirs, next, after, volume_and_viscosity.data, 8, l)
+    LOADS(volume, theirs, next, after, particles.volume_and_viscosity.data, 8, l)
     const floats both = __builtin_elementwise_max(viscosity + theirs, none + 1e-20f);
-    const floats weight = 2.0f * viscosity * volume * theirs * gauss / both;
+    const floats weight = 2.0f * viscosity * volume * theirs * weigh / both;
     x += weight * (moves[0] - U); y += weight * (moves[1] - V); z += weight * (moves[2] - T);
     total += weight;
-""",
+"""
+
+
+def sum_eq5_by(kernel: str) -> Any:
+    """Return ``sum_eq5`` with the weight W of a kernel."""
+    sums = " ".join(f"{FOR_VISCOSITY[kernel]}f*{name}" for name in ("x", "y", "z", "total"))
+
+    constants = (
+        "const wp::vec3 moves = velocity.data[i];const float viscosity = particles.volume_and_viscosity.data[i][1];"
     )
-)
-def sum_printed(
-    position: wp.array[wp.vec4],
-    velocity: wp.array[wp.vec3],
-    volume_and_viscosity: wp.array[wp.vec2],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    here: wp.vec4,
-    moves: wp.vec3,
-    viscosity: float,
-    support: float,
-) -> wp.vec4: ...
+
+    @wp.func_native(summed("fluid", sums, WEIGHTS[kernel], EQ5, constants=constants))
+    def sum_eq5(
+        particles: Particles, velocity: wp.array[wp.vec3], near: Neighbours, row: int, support: float
+    ) -> wp.vec4: ...
+
+    return sum_eq5
 
 
 @wp.func_native(
     summed(
         "wall",
         "drag h3*sticks h4*far h4*x h4*y h4*z",
-        GAUSS,
+        WEIGHTS["gaussian"],
         """
-    drag += W * gauss;
+    drag += W * weigh;
     const floats share = __builtin_elementwise_max(d2 * (1.0f / h2), none + NEAREST_WALL);
     const floats inverse = 1.0f / share, left = W * ABOVE(1.0f - share);
     sticks += left * (1.0f - share) * (0.42132f + (0.15390f * inverse - 0.19697f) * inverse);
@@ -292,21 +283,22 @@ const float h3 = support * support * support, h4 = (support * support) * (suppor
 """,
     )
 )
-def sum_drag(
-    wall: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
-) -> DragSums: ...
+def sum_drag(particles: Particles, near: Neighbours, row: int, support: float) -> DragSums: ...
 
 
 @wp.func_native(
     cpu_block(
         "const float support = 1.0f;",
         VECTORS,
+        LISTED.replace("KIND", "fluid"),
         """
-const _Float16* link = (const _Float16*)((const char*)links.data + (size_t)row * (size_t)links.strides[0]);
+const auto* vector = particles.scaled_residual.data;
+const wp::vec3 own = vector[i];
+const _Float16* link = (const _Float16*)WINDOW(links, fluid);
 floats x = {}, y = {}, z = {};
 for (int s = 0; s < count; s += LANES) {
     const int* l = list + s;
-    LOADS(U, V, T, unused, vector.data, 12, l)
+    LOADS(U, V, T, unused, vector, 12, l)
     const _Float16* at = link + s / 16 * 48 + s % 16;
     const floats X = TAKEN(at), Y = TAKEN(at + 16), Z = TAKEN(at + 32);
     const floats along = (own[0] - U) * X + (own[1] - V) * Y + (own[2] - T) * Z;
@@ -316,11 +308,4 @@ return wp::vec3(SUM(x), SUM(y), SUM(z));
 """,
     )
 )
-def sum_pulled(
-    vector: wp.array[wp.vec3],
-    links: wp.array2d[wp.vec3h],
-    listed: wp.array2d[int],
-    row: int,
-    count: int,
-    own: wp.vec3,
-) -> wp.vec3: ...
+def sum_pulled(particles: Particles, near: Neighbours, row: int, links: wp.array2d[wp.vec3h]) -> wp.vec3: ...

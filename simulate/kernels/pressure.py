@@ -16,7 +16,6 @@ from simulate.kernels.distance import (
     distance_at,
     is_number,
     move,
-    move_for_now,
     near_free,
     slide,
 )
@@ -59,21 +58,21 @@ class Smoothing:
 
 
 @wp.struct
-class Effort:
+class IterationState:
     """Start and number of iterations of the pressure in a substep, by run, and the moves of an iteration, by row."""
 
     carried: wp.array[float]  # Share of the last substep's multipliers
     iterations: wp.array[int]
-    as_solved: wp.array[float]  # 1 for runs that move after viscosity has acted
+    moves_after_viscosity: wp.array[float]  # 1 for runs that move after viscosity has acted
     correction: wp.array[wp.vec3]  # Move by Eq. 3
 
 
 @wp.func
-def takes_part(effort: Effort, run: int, iteration: int) -> bool:
+def takes_part(iteration_state: IterationState, run: int, iteration: int) -> bool:
     """Return True if a run's particles move in an iteration, or by the carried-over pressure."""
     if iteration == CARRIED_OVER:
-        return effort.carried[run] > 0.0
-    return iteration < effort.iterations[run]
+        return iteration_state.carried[run] > 0.0
+    return iteration < iteration_state.iterations[run]
 
 
 @wp.func
@@ -88,8 +87,7 @@ def predict(
     step_s: float,
     damping: float,
     gravity: wp.vec3,
-    effort: Effort,
-    clearance: float,
+    iteration_state: IterationState,
     solid: Distance,
 ):
     """Compute v + (g - eta v) dt and x* = x + v dt, as walls allow (Eq. 4; Algorithm 1, line 2).
@@ -101,11 +99,11 @@ def predict(
         x = xyz(particles.position[i])
         particles.previous_position[i] = x
         v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
-        moved = move_for_now(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
+        moved = move(solid, particles.free, particles.wall, i, x, step_s * v, True)
         there = x + moved
         particles.moved[i] = moved
         pressed = particles.pressed[i]
-        multiplier = effort.carried[i // particles.per_run] * pressed[3]
+        multiplier = iteration_state.carried[i // particles.per_run] * pressed[3]
         particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
         particles.position[i] = wp.vec4(there[0], there[1], there[2], multiplier)
 
@@ -114,38 +112,37 @@ def predict(
 def shift(
     rows: Span,
     particles: Particles,
-    effort: Effort,
+    iteration_state: IterationState,
     iteration: int,
-    clearance: float,
     solid: Distance,
 ):
     """Move by the pressure's correction.
 
     The last iteration of a run moves as walls allow, others as the nearest plane allows. The last move starts at the
-    substep's first position, so that walls stop also what planes did not. Runs that move ``as_solved`` make the last
+    substep's first position, so that walls stop also what planes did not. Runs that move after viscosity make the last
     move later.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         run = i // particles.per_run
-        if not takes_part(effort, run, iteration):
+        if not takes_part(iteration_state, run, iteration):
             continue
         x = particles.position[i]
         if iteration == 0:
             particles.density_before[i] = particles.density[i]
         start = xyz(x)
         moved = particles.moved[i]
-        step = effort.correction[row]
+        step = iteration_state.correction[row]
         wall = particles.wall[i]
-        last = iteration == effort.iterations[run] - 1 and effort.as_solved[run] == 0.0
+        last = iteration == iteration_state.iterations[run] - 1 and iteration_state.moves_after_viscosity[run] == 0.0
         if last:
             start = particles.previous_position[i]
             step += moved
             moved = wp.vec3(0.0)
         if last or wall[0] == ROUNDED:
-            step = move(solid, particles.free, particles.wall, i, start, step, clearance)
+            step = move(solid, particles.free, particles.wall, i, start, step, False)
         else:
-            step = slide(wall, start, step, clearance)
+            step = slide(wall, start, step, solid.clearance)
         there = start + step
         moved += step
         particles.moved[i] = moved
@@ -166,12 +163,11 @@ def update_velocity(rows: Span, particles: Particles, step_s: float):
 
 
 @run_kernel
-def move_as_solved(
+def move_after_viscosity(
     rows: Span,
     particles: Particles,
-    effort: Effort,
+    iteration_state: IterationState,
     step_s: float,
-    clearance: float,
     solid: Distance,
 ):
     """Move to x = x0 + v dt with the velocity after viscosity.
@@ -182,12 +178,12 @@ def move_as_solved(
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
-        if effort.as_solved[i // particles.per_run] == 0.0:
+        if iteration_state.moves_after_viscosity[i // particles.per_run] == 0.0:
             continue
         start, step = particles.previous_position[i], step_s * particles.velocity[i]
         stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
         step += stays * (xyz(particles.position[i]) - start - step)
-        there = start + move(solid, particles.free, particles.wall, i, start, step, clearance)
+        there = start + move(solid, particles.free, particles.wall, i, start, step, False)
         particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 
@@ -198,7 +194,6 @@ def inspect(
     fastest: float,
     densest: float,
     support: float,
-    clearance: float,
     solid: Distance,
 ):
     """Mark particles with a fault, and particles that spilled over the edge or escaped through a wall.
@@ -223,7 +218,7 @@ def inspect(
             over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
             if over > support or (over > 0.0 and x[2] < 0.0):
                 particles.status[i] = SPILLED
-            elif not near_free(particles.free[i], x, clearance) and distance_at(solid, x, 0.0)[3] < 0.0:
+            elif not near_free(particles.free[i], x, solid.clearance) and distance_at(solid, x, 0.0)[3] < 0.0:
                 particles.status[i] = ESCAPED
             if particles.status[i] != MOVING:
                 bring_to_rest(particles, i)
@@ -259,17 +254,15 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
     @wp.func(module=module)
     def constrain(
         kernel: Smoothing,
+        particles: Particles,
         neighbours: Neighbours,
-        position: wp.array[wp.vec4],
-        swelling: float,
         row: int,
-        here: wp.vec4,
     ):
         """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
         h = kernel.support
-        near = neighbours
-        sums = sum_density(position, near.fluid, near.fluid_at[row], near.fluid_count[row], here, h)
-        walls = sum_walls(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, h)
+        swelling = particles.swelling[particles.mover[row] // particles.per_run]
+        sums = sum_density(particles, neighbours, row, h)
+        walls = sum_walls(particles, neighbours, row, h)
         it = Constraint()
         it.by_walls = kernel.wall_density * walls[0]
         it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
@@ -286,7 +279,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         particles: Particles,
         neighbours: Neighbours,
         kernel: Smoothing,
-        effort: Effort,
+        iteration_state: IterationState,
         iteration: int,
     ):
         """Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps). It stays at most 0.
@@ -296,10 +289,10 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             run = i // particles.per_run
-            if not takes_part(effort, run, iteration):
+            if not takes_part(iteration_state, run, iteration):
                 continue
             here = particles.position[i]
-            it = constrain(kernel, neighbours, particles.position, particles.swelling[run], row, here)
+            it = constrain(kernel, particles, neighbours, row)
             if lane() > 0:
                 continue
             particles.density[i] = it.density
@@ -307,7 +300,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             before = particles.pressed[i][3]
             after = wp.min(before - (it.density - 1.0) / (it.squares + kernel.relaxation), 0.0)
             particles.position[i] = wp.vec4(here[0], here[1], here[2], after - before)
-            lasts = wp.where(effort.carried[run] > 0.0, after, 0.0)
+            lasts = wp.where(iteration_state.carried[run] > 0.0, after, 0.0)
             particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], lasts)
 
     @wp.kernel(enable_backward=False, module=two_level)
@@ -325,10 +318,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            here = particles.position[i]
-            it = constrain(
-                kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here
-            )
+            it = constrain(kernel, particles, neighbours, row)
             if lane() > 0:
                 continue
             particles.density[i] = it.density
@@ -347,7 +337,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         kernel: Smoothing,
         longest: float,
         frozen_answer: float,
-        effort: Effort,  # out: correction
+        iteration_state: IterationState,  # out: correction
         iteration: int,
     ):
         """Compute dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
@@ -360,26 +350,17 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             run = i // particles.per_run
-            if not takes_part(effort, run, iteration):
+            if not takes_part(iteration_state, run, iteration):
                 continue
-            here = particles.position[i]
-            own = here[3]
+            own = particles.position[i][3]
             slope = particles.swelling[run] * kernel.slope
             pressed = particles.pressed[i]
             step = own * wp.vec3(pressed[0], pressed[1], pressed[2])
-            step += slope * sum_correction(
-                particles.position,
-                neighbours.fluid,
-                neighbours.fluid_at[row],
-                neighbours.fluid_count[row],
-                here,
-                kernel.support,
-                frozen_answer * own,
-            )
+            step += slope * sum_correction(particles, neighbours, row, kernel.support, frozen_answer * own)
             squared = wp.length_sq(step)
             if squared > longest * longest:
                 step *= longest / wp.sqrt(squared)
             if lane() == 0:
-                effort.correction[row] = step
+                iteration_state.correction[row] = step
 
     return PressureKernels(measure_density, measure_terms, correct)

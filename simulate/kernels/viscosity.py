@@ -5,6 +5,7 @@ equivalent to a viscosity and a yield stress. In the implicit form a pair pulls 
 volumes, which conserves momentum and angular momentum. The explicit passes are Eq. 5 as printed.
 """
 
+from collections.abc import Mapping
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -13,14 +14,16 @@ import warp as wp
 from simulate.kernels.conjugate_gradients import Search, Symmetric, System, is_solved
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.pair_sums import DragSums, GradientSums
+from simulate.kernels.pair_sums import WEIGHTS, DragSums, GradientSums
 from simulate.kernels.status import Particles, Span, end_of
+from simulate.shear_law import Law
 
 wp.set_module_options({"enable_backward": False})
 
+HERSCHEL_BULKLEY = wp.constant(int(Law.HERSCHEL_BULKLEY))
 WALL_MOMENT = wp.constant(0.057)
-"""Weight of a wall in the fit of the shear rate, over h and the weights of ``stick``. It is that of the pairs that the
-wall cuts off."""
+"""Weight of a wall in the fit of the shear rate, over h and the weights of ``no_slip_weight``. It is that of the pairs
+that the wall cuts off."""
 LEAST_MOMENT = wp.constant(6.0e-5)
 """Moment, divided by h^5, below which neighbours do not determine a gradient along a direction. It is a thousandth of a
 liquid's moment."""
@@ -33,12 +36,12 @@ class Paste:
     by_age: wp.array2d[wp.vec2]
     """Weight of pairs without a yield stress, at a shear rate of 1/s, and yield stress over density in cm2/s2. Both are
     by run and age in frames; the last age is used for all later ones."""
-    flow_index: wp.array[float]  # Power of the shear in the stress: 1 for a viscosity independent of shear
+    law: wp.array[int]  # ``Law`` of flow
+    flow_index: wp.array[float]  # n of Herschel and Bulkley's law
     drag: wp.array[float]  # D of Eq. 5 in a substep over h sqrt(pi).
     sticks: wp.array[float]  # 1 for a fluid that sticks to walls by its viscosity, 0 for one with a given D
     wall_share: wp.array[float]  # Stress at a wall over the fluid's own
-    stiffens_by: wp.array[float]  # Yield stress over density that a second of age adds
-    yields_at_most: wp.array[float]
+    yields: wp.array[int]  # 1 for a fluid that has a yield stress at some age
     per_viscosity: float  # Weight of pairs for each cm2/s of viscosity
     slowest_shear: float  # 1/s: below it the viscosity is constant
     frames_to_freeze: wp.array[int]  # Age at which a particle is fixed
@@ -46,23 +49,23 @@ class Paste:
 
 class ViscosityKernels(NamedTuple):
     measure_shear: Any
-    weigh_pairs: Any
+    weigh_pairs: Mapping[str, Any]  # By the kernel W of pairs
     apply_matrix: Any
-    pass_velocity: Any
+    pass_velocity: Mapping[str, Any]  # By the kernel W of pairs
 
 
 @wp.func
-def not_slower(paste: Paste, gamma: float):
-    """Return the shear rate with a smooth lower limit at the slowest one."""
-    return wp.sqrt(gamma * gamma + paste.slowest_shear * paste.slowest_shear)
+def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, shear: float):
+    """Return the viscosity at a shear rate, as a weight of pairs: ``shear_law.apparent_viscosity`` on the device.
 
-
-@wp.func
-def thinning(paste: Paste, run: int, gamma: float):
-    """Return the viscosity at a shear rate, divided by that at 1/s: gamma^(n - 1)."""
-    if paste.flow_index[run] == 1.0:
-        return 1.0
-    return wp.pow(not_slower(paste, gamma), paste.flow_index[run] - 1.0)
+    ``weight`` is that at a shear rate of 1/s without the yield stress, which is over the density.
+    """
+    # The shear rate has a smooth lower limit.
+    gamma = wp.sqrt(shear * shear + paste.slowest_shear * paste.slowest_shear)
+    viscous = weight
+    if paste.law[run] == HERSCHEL_BULKLEY:
+        viscous = weight * wp.pow(gamma, paste.flow_index[run] - 1.0)
+    return viscous + paste.per_viscosity * yield_stress / gamma
 
 
 @wp.func
@@ -84,16 +87,15 @@ def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float,
     return wp.sqrt(0.5 * wp.ddot(rate, rate))
 
 
-def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solved: bool) -> ViscosityKernels:
+def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved: bool) -> ViscosityKernels:
     """Return the kernels of the viscosity that sum over pairs, with the inner loops of ``loops``.
 
-    ``explicit`` is the Warp module of the explicit passes' kernel. With ``skips_solved`` the products of runs that are
-    solved are not computed, which saves time if runs share the threads of a GPU.
+    ``seldom`` is the Warp module of the explicit passes, and of the paper's kernel W. With ``skips_solved`` the
+    products of runs that are solved are not computed, which saves time if runs share the threads of a GPU.
 
     Kernels are defined in a function because Warp binds the functions that a kernel calls when it is defined.
     """
-    sum_gradient, couple, sum_drag = loops.sum_gradient, loops.couple, loops.sum_drag
-    sum_pulled, sum_printed = loops.sum_pulled, loops.sum_printed
+    sum_gradient, sum_drag, sum_pulled = loops.sum_gradient, loops.sum_drag, loops.sum_pulled
 
     @wp.kernel(enable_backward=False, module=module)
     def measure_shear(
@@ -103,94 +105,32 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         support: float,
         paste: Paste,
         fresh_shear: float,
-        frame_s: float,
         system: System,  # out: shear, at_walls
     ):
-        """Measure the shear rate from the last substep's velocities, and Herschel and Bulkley's viscosity at it.
+        """Measure the shear rate from the last substep's velocities, and the viscosity at it.
 
         gamma^2 is the dissipation by a viscosity of 1, in pairs and at walls.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            near = neighbours
             run = i // particles.per_run
             gamma = fresh_shear
             at_wall = fresh_shear
             age = particles.frame[0] - particles.release_frame[i]
             if age > 0:
                 own = particles.velocity[i]
-                here = particles.position[i]
-                walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
-                sums = sum_gradient(
-                    particles.position,
-                    particles.velocity,
-                    near.fluid,
-                    near.fluid_at[row],
-                    near.fluid_count[row],
-                    here,
-                    own,
-                    support,
-                )
+                walls = sum_drag(particles, neighbours, row, support)
+                sums = sum_gradient(particles, neighbours, row, support)
                 gamma = shear_of(sums, walls, own, particles.volume_and_viscosity[i][0], support)
                 at_wall = wp.length(own) * walls[1] / wp.max(walls[2], 1.0e-20)
             if lane() > 0:
                 continue
             system.shear[i] = gamma
             aged = paste.by_age[run, wp.min(age, paste.by_age.shape[1] - 1)]
-            tau = wp.min(aged[1] + paste.stiffens_by[run] * (float(age) * frame_s), paste.yields_at_most[run])
-            thin = aged[0] * thinning(paste, run, gamma)
-            yields = paste.per_viscosity * tau / not_slower(paste, gamma)
-            particles.volume_and_viscosity[i] = wp.vec2(particles.volume_and_viscosity[i][0], thin + yields)
-            thin = paste.sticks[run] * aged[0] * thinning(paste, run, at_wall)
-            thick = thin + paste.per_viscosity * tau / not_slower(paste, at_wall)
-            system.at_walls[i] = paste.wall_share[run] * thick
-
-    @wp.kernel(enable_backward=False, module=module)
-    def weigh_pairs(
-        rows: Span,
-        particles: Particles,
-        neighbours: Neighbours,
-        support: float,
-        paste: Paste,
-        system: System,  # out: links, drag, restraint and inverse
-        search: Search,  # out: residual of the velocity without viscosity, and that of the guess in ``product``
-    ):
-        """Compute the links of pairs, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
-            i = particles.mover[row]
-            near = neighbours
-            here = particles.position[i]
-            own = particles.velocity[i]
-            guess = particles.scaled_residual[i]
-            sums = couple(
-                particles.position,
-                particles.volume_and_viscosity,
-                particles.velocity,
-                particles.scaled_residual,
-                near.fluid,
-                near.fluid_at[row],
-                near.fluid_count[row],
-                here,
-                particles.volume_and_viscosity[i],
-                own,
-                guess,
-                support,
-                system.links,
-            )
-            walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
-            if lane() > 0:
-                continue
-            drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
-            system.drag[row] = drag
-            # A pair pulls along one of three directions.
-            system.restraint[row] = drag + sums[6] / 3.0
-            block = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
-            for axis in range(3):
-                block[axis, axis] += 1.0 + drag
-            it = wp.inverse(block)
-            system.inverse[row] = Symmetric(it[0, 0], it[1, 1], it[2, 2], it[0, 1], it[1, 2], it[2, 0])
-            search.residual[row] = -(wp.vec3(sums[7], sums[8], sums[9]) + drag * own)
-            search.product[row] = own - guess - (wp.vec3(sums[10], sums[11], sums[12]) + drag * guess)
+            bulk = apparent_weight(paste, run, aged[0], aged[1], gamma)
+            particles.volume_and_viscosity[i] = wp.vec2(particles.volume_and_viscosity[i][0], bulk)
+            wall = apparent_weight(paste, run, paste.sticks[run] * aged[0], aged[1], at_wall)
+            system.at_walls[i] = paste.wall_share[run] * wall
 
     @wp.kernel(enable_backward=False, module=module)
     def apply_matrix(
@@ -205,16 +145,65 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
             i = particles.mover[row]
             if wp.static(skips_solved) and is_solved(search, i // particles.per_run):
                 continue
-            near = neighbours
-            vector = particles.scaled_residual
-            pulled = sum_pulled(vector, system.links, near.fluid, near.fluid_at[row], near.fluid_count[row], vector[i])
+            pulled = sum_pulled(particles, neighbours, row, system.links)
             if lane() > 0:
                 continue
-            product = (1.0 + system.drag[row]) * vector[i] + pulled
+            own = particles.scaled_residual[i]
+            product = (1.0 + system.drag[row]) * own + pulled
             search.product[row] = product
-            search.curvature[row] = wp.dot(vector[i], product)
+            search.curvature[row] = wp.dot(own, product)
 
-    @wp.kernel(enable_backward=False, module=explicit)
+    return ViscosityKernels(
+        measure_shear,
+        {kernel: _weigh_pairs(loops, module if kernel == "poly6" else seldom, kernel) for kernel in WEIGHTS},
+        apply_matrix,
+        {kernel: _pass_velocity(loops, seldom, kernel) for kernel in WEIGHTS},
+    )
+
+
+def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
+    """Return the kernel ``weigh_pairs`` with the weight W of pairs ``kernel``."""
+    link_pairs, sum_drag = loops.link_pairs_by(kernel), loops.sum_drag
+
+    @wp.kernel(enable_backward=False, module=module)
+    def weigh_pairs(
+        rows: Span,
+        particles: Particles,
+        neighbours: Neighbours,
+        support: float,
+        paste: Paste,
+        system: System,  # out: links, drag, restraint and inverse
+        search: Search,  # out: residual of the velocity without viscosity, and that of the guess in ``product``
+    ):
+        """Compute the links of pairs, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
+            i = particles.mover[row]
+            own = particles.velocity[i]
+            guess = particles.scaled_residual[i]
+            sums = link_pairs(particles, neighbours, row, support, system.links)
+            walls = sum_drag(particles, neighbours, row, support)
+            if lane() > 0:
+                continue
+            drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
+            system.drag[row] = drag
+            # A pair pulls along one of three directions.
+            system.restraint[row] = drag + sums[6] / 3.0
+            block = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
+            for axis in range(3):
+                block[axis, axis] += 1.0 + drag
+            it = wp.inverse(block)
+            system.inverse[row] = Symmetric(it[0, 0], it[1, 1], it[2, 2], it[0, 1], it[1, 2], it[2, 0])
+            search.residual[row] = -(wp.vec3(sums[7], sums[8], sums[9]) + drag * own)
+            search.product[row] = own - guess - (wp.vec3(sums[10], sums[11], sums[12]) + drag * guess)
+
+    return weigh_pairs
+
+
+def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
+    """Return the kernel ``pass_velocity`` with the weight W of pairs ``kernel``."""
+    sum_eq5, sum_drag = loops.sum_eq5_by(kernel), loops.sum_drag
+
+    @wp.kernel(enable_backward=False, module=module)
     def pass_velocity(
         rows: Span,
         particles: Particles,
@@ -229,22 +218,9 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         """Make one of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            near = neighbours
-            here = particles.position[i]
             own = before[i]
-            pulled = sum_printed(
-                particles.position,
-                before,
-                particles.volume_and_viscosity,
-                near.fluid,
-                near.fluid_at[row],
-                near.fluid_count[row],
-                here,
-                own,
-                particles.volume_and_viscosity[i][1],
-                support,
-            )
-            walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
+            pulled = sum_eq5(particles, before, neighbours, row, support)
+            walls = sum_drag(particles, neighbours, row, support)
             if lane() > 0:
                 continue
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
@@ -252,4 +228,4 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
             system.restraint[row] = drag + pulled[3]
             after[i] = own - (drag * own + wp.vec3(pulled[0], pulled[1], pulled[2])) / passes
 
-    return ViscosityKernels(measure_shear, weigh_pairs, apply_matrix, pass_velocity)
+    return pass_velocity

@@ -9,18 +9,19 @@ import warp as wp
 
 from sealtwin.core.records import Floats
 from simulate.kernels import viscosity as device_code
-from simulate.settings import FINE
+from simulate.setup.resolution import FINE
+from simulate.shear_law import Law, apparent_viscosity
 
-LAW = 0.1185
-"""Factor of nu = LAW U h^4 / dt. It is half the second moment of the weight over h^4, with lengths in cm. Shear waves
-confirmed it to 5 %."""
-RUBS = 0.010
+VISCOSITY_PER_U = 0.1185
+"""Factor of nu = VISCOSITY_PER_U U h^4 / dt. It is half the second moment of the weight over h^4, with lengths in cm.
+Shear waves confirmed it to 5 %."""
+PARTICLE_VISCOSITY = 0.010
 """Viscosity that particles add as they push past each other, divided by R^2 / dt, at the substep of preset accurate. It
 was measured to a factor of two in shear waves of 30 to 300 mm/s and in channels."""
-DAMPS = 33.0
+DAMPING_FACTOR = 33.0
 """Damping of particles packed as a liquid, divided by nu dt / h^2. It is a third of the sum of their weights."""
-SWINGS = 10.0
-"""Shear rate in 1/s in a column of weak paste that oscillates under its own pressure."""
+OSCILLATION_SHEAR_PER_S = 10.0
+"""Shear rate in a column of weak paste that oscillates under its own pressure."""
 CM2_IN_M2 = 1e4
 NEVER = 2**30  # Frames to freeze of sealant that does not freeze
 
@@ -33,15 +34,14 @@ class Rheology(NamedTuple):
     viscosity_pa_s: float = 0.0  # Viscosity of fresh paste at a shear of 1/s, given or equivalent to U
     sticks: bool = False  # True if it sticks to walls by its viscosity; D is then 0
     wall_share: float = 1.0  # Stress at a wall over the fluid's own
+    law: Law = Law.HERSCHEL_BULKLEY
     flow_index: float = 1.0
-    yield_cm2_s2: float = 0.0  # Yield stress of fresh paste
-    stiffening_cm2_s3: float = 0.0
-    yield_most_cm2_s2: float = 0.0
+    yield_cm2_s2: float = 0.0  # Yield stress of paste that does not change with age
     frames_to_freeze: int = NEVER
     physical: bool = False  # True if its viscosity was given in physical units, not as the paper's U
     by_age: Floats | None = None
-    """U and yield stress by age in frames, (n, 2). The last row is valid for all later ages. None if only stiffening
-    changes them."""
+    """U and yield stress by age in frames, (n, 2). The last row is valid for all later ages. None if they are constant.
+    """
 
     @property
     def course(self) -> Floats:
@@ -51,41 +51,43 @@ class Rheology(NamedTuple):
         return np.array([[self.viscous_weight, self.yield_cm2_s2]])
 
     @property
-    def thickens(self) -> bool:
+    def depends_on_shear(self) -> bool:
         """True if the viscosity depends on the shear rate."""
         return self.yields or self.flow_index != 1
 
     @property
     def yields(self) -> bool:
-        return self.yield_most_cm2_s2 > 0
+        """True if the paste has a yield stress at some age."""
+        return bool(self.course[:, 1].any())
 
     @property
-    def moves_as_solved(self) -> bool:
+    def moves_after_viscosity(self) -> bool:
         """True if particles move after viscosity has acted. In the paper's Algorithm 1 they move before it acts."""
         return self.yields or self.physical
+
+    def apparent_cm2_s(self, shear_per_s: float, support: float, frame_s: float, *, yields: bool = True) -> Floats:
+        """Return the kinematic viscosity at a shear rate by age in frames, (n,). ``support`` is h in cm.
+
+        With ``yields`` False the yield stress is left out.
+        """
+        weight, stress = self.course.T
+        viscosity = kinematic_viscosity(1.0, support, frame_s) * weight
+        return np.asarray(
+            apparent_viscosity(self.law, viscosity, stress if yields else 0 * stress, shear_per_s, self.flow_index)
+        )
 
     def damping(self, support: float, frame_s: float, substeps: int) -> float:
         """Share of a particle's speed that viscosity removes in a substep, to first order, among neighbours at rest.
 
-        It is the smallest over all ages, at a shear rate of ``SWINGS``. ``support`` is h in cm.
+        It is the smallest over all ages, at ``OSCILLATION_SHEAR_PER_S``. ``support`` is h in cm.
         """
-        thin, tau = self.course.T
-        kinematic = kinematic_viscosity(1.0, support, frame_s) * SWINGS ** (self.flow_index - 1) * thin + tau / SWINGS
-        return float(DAMPS * kinematic.min() * frame_s / substeps / support**2)
-
-    def reached_cm2_s2(self, age_s: float) -> float:
-        """Return the largest yield stress up to an age, divided by the density."""
-        given = max(float(self.course[:, 1].max()), self.yield_cm2_s2)
-        return max(given, min(self.yield_most_cm2_s2, given + self.stiffening_cm2_s3 * age_s))
-
-    @property
-    def freezes(self) -> bool:
-        return self.frames_to_freeze < NEVER
+        viscosity = self.apparent_cm2_s(OSCILLATION_SHEAR_PER_S, support, frame_s)
+        return float(DAMPING_FACTOR * viscosity.min() * frame_s / substeps / support**2)
 
 
 def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
     """Return the kinematic viscosity, in cm2/s, of Eq. 5 with U = ``weight`` that is applied once in ``step_s``."""
-    return LAW * weight * support**4 / step_s
+    return VISCOSITY_PER_U * weight * support**4 / step_s
 
 
 def dynamic_viscosity(weight: float, density_kg_m3: float, support: float, step_s: float) -> float:
@@ -95,7 +97,7 @@ def dynamic_viscosity(weight: float, density_kg_m3: float, support: float, step_
 
 def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
     """Return U for a kinematic viscosity in cm2/s."""
-    return kinematic * step_s / (LAW * support**4)
+    return kinematic * step_s / (VISCOSITY_PER_U * support**4)
 
 
 def added_viscosity(radius: float, step_s: float) -> float:
@@ -104,7 +106,7 @@ def added_viscosity(radius: float, step_s: float) -> float:
     With substeps shorter than those of preset accurate particles push more often, and add more.
     """
     usual_s = math.sqrt(FINE.fall * 4 * radius / 981.0)
-    return RUBS * radius**2 / step_s * max(1.0, usual_s / step_s) ** 0.75
+    return PARTICLE_VISCOSITY * radius**2 / step_s * max(1.0, usual_s / step_s) ** 0.75
 
 
 def no_slip_weight(kinematic: float, support: float, step_s: float) -> float:
@@ -128,8 +130,8 @@ def paste_on_device(
     # The weight of Eq. 5 is exp(-r^2/h^2) / (h sqrt(pi)); its divisor is part of these constants.
     shape = math.sqrt(math.pi) * support
 
-    def by_run(values: Sequence[float]) -> wp.array:
-        return wp.array(np.array(values), dtype=float, device=device)
+    def by_run(values: Sequence[float], dtype: type = float) -> wp.array:
+        return wp.array(np.array(values), dtype=dtype, device=device)
 
     paste = device_code.Paste()
     ages = max(len(fluid.course) for fluid in fluids)
@@ -140,9 +142,9 @@ def paste_on_device(
     paste.sticks = by_run([float(fluid.sticks) for fluid in fluids])
     paste.wall_share = by_run([fluid.wall_share for fluid in fluids])
     paste.flow_index = by_run([fluid.flow_index for fluid in fluids])
-    paste.stiffens_by = by_run([fluid.stiffening_cm2_s3 for fluid in fluids])
-    paste.yields_at_most = by_run([fluid.yield_most_cm2_s2 for fluid in fluids])
     paste.per_viscosity = viscous_weight(1.0, support, step_s) / shape
     paste.slowest_shear = slowest_shear_per_s
-    paste.frames_to_freeze = wp.array([fluid.frames_to_freeze for fluid in fluids], dtype=int, device=device)
+    paste.law = by_run([fluid.law for fluid in fluids], int)
+    paste.yields = by_run([fluid.yields for fluid in fluids], int)
+    paste.frames_to_freeze = by_run([fluid.frames_to_freeze for fluid in fluids], int)
     return paste

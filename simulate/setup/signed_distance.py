@@ -101,6 +101,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     grid = device_code.Distance()
     grid.corner = wp.vec3(*(low * CM))
     grid.spacing = spacing_mm * CM
+    grid.clearance = surface.clearance
     grid.blocks = wp.vec3i(*map(int, blocks))
     grid.row = wp.array(row, dtype=int, device=device)
     grid.centre = wp.array(centre_mm * CM, dtype=float, device=device)

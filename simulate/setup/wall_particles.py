@@ -61,7 +61,7 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     # The whole cavity, and the part of the face that sealant may cover.
     near = label[points.face] != FaceLabel.TOP
     near[~near] = _near_crack(points.position_mm[~near], outline)
-    deep = points.position_mm[near] - radius_mm * _normals(triangles_mm)[points.face[near]]
+    deep = points.position_mm[near] - radius_mm * points.normal[near]
     # In a thin nose a point a radius deep is near the opposite wall, or outside the solid; such points are dropped.
     inside = barrier.is_inside(deep, 0.9 * radius_mm)
     chosen = _spread(deep[inside], points.lot[near][inside], NEAREST * spacing_mm)
@@ -95,13 +95,6 @@ def calibrated_wall_mass(radius: float) -> float:
 def source_wall_mass(radius: float) -> float:
     """Return psi in the paper's solver, divided by the rest density: 1 / W(0)."""
     return 64 * np.pi * (4 * radius) ** 3 / 315
-
-
-def _normals(triangles_mm: Floats) -> Floats:
-    """Return outward normals, (f, 3). A triangle without area has a normal of length 0."""
-    across = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
-    length = np.linalg.norm(across, axis=1)
-    return across / np.where(length > 0, length, 1.0)[:, None]
 
 
 def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
@@ -147,6 +140,7 @@ def _chosen(points: Floats, apart: float) -> Floats:
 class SurfacePoints:
     position_mm: Floats  # (n, 3)
     face: Integers  # (n,): the triangle of each
+    normal: Floats  # (n, 3): unit normal of that triangle, outward
     lot: NDArray[np.uint64]  # (n,): a random number that depends on the node only
 
 
@@ -155,19 +149,20 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
     normal = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
     length = np.linalg.norm(normal, axis=1)
     face = np.flatnonzero(length > 0)
-    axes = _axes(normal[face] / length[face, None])
+    unit = normal[face] / length[face, None]
+    axes = _axes(unit)
     corner = np.einsum("fck,fak->fca", triangles_mm[face], axes) / spacing_mm - SHIFT
     across = corner[:, :, 0]
     first, last = np.ceil(across.min(axis=1)), np.floor(across.max(axis=1))
     row, which = whole_numbers(first.astype(np.int64), last.astype(np.int64))
     column, line = whole_numbers(*_crossed(corner[which], row))
     node, which = np.column_stack([row[line], column]), which[line]
-    height = np.einsum("fk,fk->f", triangles_mm[face, 0], normal[face] / length[face, None])
+    height = np.einsum("fk,fk->f", triangles_mm[face, 0], unit)
     lot = _lots(node)
     beside = np.column_stack([lot >> np.uint64(40), lot & np.uint64(0xFFFFFF)]) / 2**24 * OFF_NODE
     position_mm = np.einsum("na,nak->nk", (node + SHIFT + beside) * spacing_mm, axes[which])
     position_mm += (height[:, None] * normal[face] / length[face, None])[which]
-    return SurfacePoints(position_mm, face[which], lot)
+    return SurfacePoints(position_mm, face[which], unit[which], lot)
 
 
 def _lots(node: Integers) -> NDArray[np.uint64]:

@@ -19,7 +19,8 @@ from scipy.linalg.lapack import dptsv  # pyright: ignore[reportAttributeAccessIs
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from simulate.settings import LEVEL, SampleSlope
-from simulate.slot.flux import Conduits, HerschelBulkley, conduits
+from simulate.shear_law import PlaneFlow
+from simulate.slot.flux import HerschelBulkley, conduits
 from simulate.slot.sections import Trapezoids, sections_of
 
 CELLS = 60
@@ -238,11 +239,11 @@ class _Bed:
         level_mm = self._sections.bottom_mm + height_mm
         return self._pull - self._weight / self._sections.step_mm * (level_mm[1:] - level_mm[:-1])
 
-    def _flow(self, through: Conduits, height_mm: Floats) -> tuple[Floats, Floats]:
+    def _flow(self, through: PlaneFlow, height_mm: Floats) -> tuple[Floats, Floats]:
         """Return the flow through the faces, positive towards larger s, and its derivative with respect to the push."""
         return through.flow_mm3_s(self._push(height_mm))
 
-    def _faces(self, height_mm: Floats) -> Conduits:
+    def _faces(self, height_mm: Floats) -> PlaneFlow:
         """Return each face as a conduit with the section of its upwind cell, filled to a height."""
         upwind = np.arange(len(height_mm) - 1) + (self._push(height_mm) < 0)
         return conduits(self._paste, self._sections, np.maximum(self.area_mm2, 0.0), height_mm, upwind)

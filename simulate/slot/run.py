@@ -18,6 +18,7 @@ from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import dynamic_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import sized
+from simulate.shear_law import FLOW_BETWEEN_PLATES
 from simulate.slot.fill import CELLS, STEPS, Filled, fill
 from simulate.slot.fitness import FULLEST, Fitness, fitness_of
 from simulate.slot.flux import HerschelBulkley
@@ -137,11 +138,11 @@ def bed_of(
 def paste_of(inputs: Pour) -> HerschelBulkley:
     """Return the sealant in this model. U is replaced by its equivalent viscosity at the trial's radius."""
     fluid, sample = inputs.fluid, inputs.sample
+    refused = 'the fast model, solver.model = "slot", does not have it. Give solver.model = "particles"'
     for key, default in _unread(fluid).items():
-        raise InputError(
-            f'fluid.{key}: the fast model, solver.model = "slot", does not have it. Give solver.model = "particles", '
-            f"or leave fluid.{key} at its default, {default}."
-        )
+        raise InputError(f"fluid.{key}: {refused}, or leave fluid.{key} at its default, {default}.")
+    if fluid.law not in FLOW_BETWEEN_PLATES:
+        raise InputError(f"fluid.{fluid.given_by} gives a law of flow: {refused}.")
     viscosity_pa_s = fluid.fresh.viscosity_pa_s
     if viscosity_pa_s is None and not fluid.yields:
         raise InputError(
@@ -160,9 +161,14 @@ def paste_of(inputs: Pour) -> HerschelBulkley:
         viscosity_pa_s = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * radius_mm * CM, frame_s)
     if viscosity_pa_s == 0:
         raise InputError('solver.model = "slot" needs a viscosity; give fluid.viscosity_pa_s above 0.')
-    index = fluid.flow_index or 1.0
     return HerschelBulkley(
-        fluid.density_kg_m3, fluid.yield_stress_pa, viscosity_pa_s, index, PARTICLES_RUB, fluid.wall_share or 1.0
+        density_kg_m3=fluid.density_kg_m3,
+        yield_stress_pa=fluid.yield_stress_pa,
+        consistency_pa_s_n=viscosity_pa_s,
+        flow_index=fluid.flow_index or 1.0,
+        friction=PARTICLES_RUB,
+        wall_share=fluid.wall_share or 1.0,
+        law=fluid.law,
     )
 
 

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from sealtwin.core.facts import Fact
 from tests.charts import make_chart
 from tests.sides import side
 from validate.figures.chart import Excluded
-from validate.figures.compare_sheet import compare_sheet
-from validate.figures.figure_sheet import write_sheet_of_figures
-from validate.figures.map_sheet import map_sheet
+from validate.figures.compare_page import compare_page
+from validate.figures.map_page import map_page
+from validate.figures.page import write_page
 
 pytestmark = pytest.mark.browser
 
@@ -18,14 +19,14 @@ HOSTILE = "</title></script><script>window.struck = 1</script><img src=x onerror
 
 
 def a_map(folder: Path) -> Path:
-    chart = make_chart((Excluded(36, {HOSTILE: HOSTILE}, HOSTILE),), name=HOSTILE + "W" * 300)
-    write_sheet_of_figures(folder, "map.html", map_sheet(chart, ()))
+    chart = make_chart((Excluded(36, {HOSTILE: HOSTILE}, Fact("failed", HOSTILE)),), name=HOSTILE + "W" * 300)
+    write_page(folder / "map.html", map_page(chart, ()))
     return folder / "map.html"
 
 
 def eight_runs(folder: Path) -> Path:
     sides = [side(HOSTILE + "W" * 60 + str(number), 0.1, lowered_mm=0.1 * number) for number in range(8)]
-    write_sheet_of_figures(folder, "compare.html", compare_sheet(sides))
+    write_page(folder / "compare.html", compare_page(sides))
     return folder / "compare.html"
 
 

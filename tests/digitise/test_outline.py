@@ -157,8 +157,8 @@ def test_a_piece_shorter_than_three_widths_is_refused(tmp_path):
 
 
 def test_doubts_travel_with_the_outline(bent_outline):
-    assert not any("found automatically" in doubt for doubt in bent_outline.warnings)
-    assert sum("beyond the end" in doubt for doubt in bent_outline.warnings) == len(BENT_ENDS)
+    assert not any("found automatically" in doubt.text for doubt in bent_outline.warnings)
+    assert sum("beyond the end" in doubt.text for doubt in bent_outline.warnings) == len(BENT_ENDS)
 
 
 def test_the_photo_s_warnings_travel_with_the_outline(tmp_path):
@@ -166,7 +166,7 @@ def test_the_photo_s_warnings_travel_with_the_outline(tmp_path):
     photo = load_photo(PhotoInput(file=path, data="synthetic", mm_per_px=0.1, scale_is="assumed"), tmp_path)
     outline = trace_outline(photo, find_path(photo, ((40.0, 150.0), (460.0, 140.0))))
     assert outline.scale_source == "given: 0.1 mm/px (assumed)"
-    assert any("assumed" in warning for warning in outline.warnings)
+    assert any("assumed" in warning.text for warning in outline.warnings)
 
 
 def test_a_mean_width_that_is_given_scales_all_widths(paper, paper_photo, paper_outline):

@@ -107,7 +107,7 @@ def test_without_markers_and_ends_the_shadow_around_the_sample_is_not_taken_for_
     outline = trace_outline(photo, path)
     assert outline.mean_width_mm == pytest.approx(3.1, rel=0.02)
     assert outline.length_mm == pytest.approx(80, abs=2)
-    assert any("searched for only inside" in warning for warning in outline.warnings)
+    assert any("searched for only inside" in warning.text for warning in outline.warnings)
 
 
 def test_a_crack_is_not_followed_along_a_straight_edge(tmp_path):

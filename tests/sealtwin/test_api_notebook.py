@@ -4,10 +4,7 @@ import re
 import tempfile
 import warnings
 from pathlib import Path
-from typing import Any
 
-import ezdxf
-import ezdxf.filemanagement
 import numpy as np
 import pytest
 from matplotlib import pyplot
@@ -15,7 +12,6 @@ from matplotlib import pyplot
 import sealtwin as st
 from tests.pages import leave_out_figures, leave_out_pdf
 
-untyped: Any = st  # For arguments that a checker would refuse
 LINE_MM = [(0.0, 20.0), (30.0, 22.0), (60.0, 18.0), (80.0, 20.0)]
 PASTE = st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=6.0)
 
@@ -53,25 +49,6 @@ def test_the_fast_model_says_what_it_cannot_show(crack, solid, path):
     with pytest.warns(RuntimeWarning) as doubts:
         st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=40.0))
     assert any("slope" in str(doubt.message) for doubt in doubts)
-
-
-def test_a_drawing_is_read_as_the_command_reads_it(tmp_path):
-    drawing = ezdxf.filemanagement.new(units=4)
-    drawing.modelspace().add_lwpolyline(LINE_MM, dxfattribs={"layer": "MIDDLE"})
-    drawing.saveas(tmp_path / "crack.dxf")
-    crack, solid = st.import_dxf(tmp_path / "crack.dxf", 16, line="MIDDLE", width_mm=3)
-    length_mm = np.linalg.norm(np.diff(LINE_MM, axis=0), axis=1).sum()
-    assert crack.length_mm == pytest.approx(length_mm, abs=0.1)
-    same = st.build_solid(st.crack_from_polyline(LINE_MM, 3), 16, tilt="vertical")
-    assert solid.cavity_volume_mm3 == pytest.approx(same.cavity_volume_mm3, rel=1e-9)
-    assert solid.cavity_volume_mm3 == pytest.approx(16 * 3 * length_mm, rel=5e-3)
-    assert any("mm (by the drawing)" in warning for warning in crack.warnings)
-    for given, words in (
-        ({"line": "MIDDLE", "width_mm": 3, "outline": "EDGE"}, "only one of outline, walls and line"),
-        ({"line": "OTHER", "width_mm": 3}, "crack.dxf: the layer OTHER has no lines to read"),
-    ):
-        with pytest.raises(st.InputError, match=words):
-            untyped.import_dxf(tmp_path / "crack.dxf", 16, **given)
 
 
 def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid):

@@ -108,7 +108,7 @@ def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
         (("sweep", "study.toml", "--jobs", "1.5"), "1.5: expected a whole number"),
         (("plan", "trial.toml", "--from", "levels.csv", "--seeds", "1"), "--from"),
         (("export", "run", "--format", "mask,dwg", "--out", "x"), "--format dwg"),
-        (("import-dxf", "crack.dxf", "--walls", "A", "a", "--depth-mm", "9", "--out", "x"), "--walls A a"),
+        (("import-dxf", "crack.dxf", "--walls", "A", "a", "--depth-mm", "9", "--out", "x"), "--walls: walls: A a"),
         (("fly",), "fly"),
     ],
 )

@@ -59,7 +59,7 @@ def test_nothing_of_the_users_is_overwritten(tmp_path, option):
     ("arguments", "code", "named"),
     [
         ("--face-mm 300x200", 3, "210 x 297"),
-        ("--face-mm 160", 2, "--face-mm 160: expected two numbers"),
+        ("--face-mm 160", 2, "--face-mm 160: expected WxH"),
         ("--face-mm 160x40 --size-mm 1", 2, "--size-mm"),
         ("--face-mm 160x40 --out frame.png", 2, ".pdf"),
         ("--face-mm 160x40 --toml frame.pdf", 2, "same file"),

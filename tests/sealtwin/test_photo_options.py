@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 import typer
 
-from sealtwin.cli.options import along, two_numbers
+from sealtwin.cli.options import along, read_numbers
 from sealtwin.core.errors import InputError
 
 
 @pytest.mark.parametrize(
     ("read", "texts"),
     [
-        (lambda text: two_numbers(text, ",", "--roi"), ("1,2,3", "a,b", "nan,1", "")),
+        (lambda text: read_numbers(text, "X,Y", "--roi"), ("1,2,3", "a,b", "nan,1", "")),
         (lambda text: along(text, "--roi"), ("deep", "nan", "")),
     ],
     ids=["anything but two finite numbers", "a depth that is no number"],

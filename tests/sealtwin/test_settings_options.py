@@ -7,16 +7,12 @@ from pathlib import Path
 
 import pytest
 import typer
-import typer.main
 
-from sealtwin.cli.app import app
 from sealtwin.cli.options import settings_of
 from tests.pages import leave_out_pages
 from tests.places import FIXTURE
-from tests.programs import sealtwin
+from tests.programs import commands, sealtwin
 from tests.studies import tiny_lab
-
-COMMANDS = typer.main.get_command(app).commands  # pyright: ignore[reportAttributeAccessIssue]
 
 
 @pytest.mark.parametrize(
@@ -40,7 +36,7 @@ def test_a_value_is_read_as_in_toml_or_as_a_bare_word(text, value):
 
 def test_no_help_has_brackets_that_a_terminal_takes_as_markup():
     """Broken on purpose with "needs sealtwin[cluster]", a terminal shows "needs sealtwin"."""
-    helps = [getattr(one, "help", "") or "" for command in COMMANDS.values() for one in (command, *command.params)]
+    helps = [getattr(one, "help", "") or "" for command in commands().values() for one in (command, *command.params)]
     assert len(helps) > 100
     assert [text for text in helps if re.search(r"\[/?[a-zA-Z@#]", text)] == []
 

@@ -8,22 +8,24 @@ import pytest
 
 from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core.errors import present
+from sealtwin.core.facts import doubt, texts
+from sealtwin.core.progress import Warned
 from sealtwin.core.records import Profile
 from sealtwin.core.solid_figures import WeighedCavity
 from tests.evidence import FAST_FILL, SEEDS, make_evidence, slope
 from tests.validate.test_assess import LIFTED, NO_PASSES, SHEET, spread
 from validate.compare import assess
-from validate.comparison import Baseline, StationError
-from validate.report_input import Evidence
-from validate.result import Comparison, FluidFigures, PredictedLevel, SampleFigures, TrialResult
+from validate.comparison import Baseline, Comparison
+from validate.intervals import PredictedLevel, StationError
+from validate.result import Evidence, FluidFigures, SampleFigures, TrialResult
 from validate.settings import Gate, Uncertainty
-from validate.wording.headline import FAST
 
 GATE = Gate(mean_error_mm=1.6)
 FITTED = ("fluid.U", "fluid.D_cm", "crack.tilt", "crack.wall_angle_deg")
-REMARK = (
+REMARK = doubt(
+    "fluid.liquid",
     "fluid.U is 30: at any U, sealant levels like a thin liquid until it freezes; viscous flow needs "
-    "fluid.viscosity_pa_s."
+    "fluid.viscosity_pa_s.",
 )
 SAMPLE: dict[str, Any] = {
     "data": "synthetic",
@@ -57,6 +59,7 @@ WEIGHED = WeighedCavity(
     *((-9.0, -6.0), (100.0, 200.0), (1.0, 2.0), (3.0, 3.0), 3.1, 2.0, 12.0),
     *(((0.1, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.3)), (900.0, 1100.0)),
 )
+UNUSED = doubt("readings.repeatability-unused", "Not used.")
 OF_FAST: dict[str, Any] = dict.fromkeys(("particles", "escaped_particles", "spilled_particles"))
 
 
@@ -92,8 +95,9 @@ def shipped(evidence) -> TrialResult:
     baselines = Baseline("a flat line", 1, 3.69), Baseline("a parabola", 3, 0.59), Baseline("a curve", 4, 0.39)
     uncertainty = present(comparison.uncertainty, "uncertainty")
     uncertainty = uncertainty.model_copy(update={"worst_at_a_station": StationError(5.82, 0.0)})
-    figures = {"mean_error_mm": 1.14, "worst_error_mm": 5.98, "worst_at_mm": 0.6, "baselines": baselines}
-    return result_of(comparison.model_copy(update={**figures, "uncertainty": uncertainty}))
+    errors = replace(comparison.errors, mean_error_mm=1.14, worst_error_mm=5.98, worst_at_mm=0.6)
+    figures = {"errors": errors, "baselines": baselines, "uncertainty": uncertainty}
+    return result_of(comparison.model_copy(update=figures))
 
 
 def test_the_answer_of_the_shipped_trial_is_short(shipped):
@@ -115,16 +119,16 @@ def test_verbose_prints_what_the_short_answer_leaves_out(shipped):
     short, full = (result_lines(shipped, "validate", "3 min", verbose=verbose) for verbose in (False, True))
     assert full[: len(short)] == short
     rest, comparison = "\n".join(full[len(short) :]), shipped.comparison
-    sentences = [*comparison.headline, *comparison.findings, comparison.readings_dialect]
+    sentences = [*texts((*comparison.headline, *comparison.findings)), comparison.readings_dialect]
     figures = ["residual 0.004 mm", "tilted 3.4 degrees", "14,527 particles; volume ratio 0.999; CPU", "crack: ends"]
     assert [text for text in (*sentences, *figures) if text not in rest] == []
 
 
 WARNINGS = (
     REMARK,
-    "This run is a draft.",
-    "Do not use this run: 3 particles went through a wall, which must never happen.",
-    "1 of 3 runs: The bed is compressed.",
+    doubt("method.draft", "This run is a draft."),
+    doubt("fluid.escaped", "Do not use this run: 3 particles went through a wall, which must never happen."),
+    doubt("fluid.compressed", "1 of 3 runs: The bed is compressed."),
 )
 
 
@@ -132,14 +136,15 @@ WARNINGS = (
 def test_each_warning_of_the_fluid_is_a_line_unless_it_was_printed(evidence, last):
     result = result_of(compared(evidence), fluid={"warnings": WARNINGS})
     for printed in ((), WARNINGS[:1], WARNINGS):
-        lines = result_lines(result, last, warned=[f"note: {text}" for text in printed])
-        texts = [line.removeprefix("Warning").strip() for line in lines]
-        assert [texts.count(text) for text in WARNINGS] == [int(text not in printed) for text in WARNINGS]
+        lines = result_lines(result, last, warned=[Warned("note", fact.text) for fact in printed])
+        shown = [line.removeprefix("Warning").strip() for line in lines]
+        assert [shown.count(fact.text) for fact in WARNINGS] == [int(fact not in printed) for fact in WARNINGS]
 
 
 def test_each_reason_why_the_fast_model_is_unfit_is_a_line(evidence):
-    unfit, other = ("A mound.", "It runs over the face."), "The Bond number is 0.9."
-    fast = OF_FAST | {"unfit": unfit, "warnings": (f"{FAST} It is UNFIT for this case:", *unfit, other)}
+    unfit = doubt("unfit.mound", "A mound."), doubt("unfit.over", "It runs over the face.")
+    method, other = doubt("method.fast", "By the fast model."), doubt("fluid.bond", "The Bond number is 0.9.")
+    fast = OF_FAST | {"unfit": unfit, "warnings": (method, *unfit, other)}
     comparison = compared(replace(evidence, run=replace(evidence.run, fast_fill=FAST_FILL)))
     lines = result_lines(result_of(comparison, fluid=fast), "validate", "3 min")
     assert lines[1:5] == [
@@ -152,7 +157,7 @@ def test_each_reason_why_the_fast_model_is_unfit_is_a_line(evidence):
         "The gate of 1.6 mm is not applied.",
         "Report   run/report.html",
     ]
-    within = result_of(comparison, fluid=fast | {"unfit": (), "warnings": (f"{FAST} The case is within.",)})
+    within = result_of(comparison, fluid=fast | {"unfit": (), "warnings": (method,)})
     assert result_lines(within, "validate")[1].startswith("Fluid    fast model, without particles; for screening only")
 
 
@@ -223,7 +228,7 @@ LINES = {
     "contradicted declaration": (
         lambda e: {
             "comparison": (m := compared(e)).model_copy(
-                update={"uncertainty": present(m.uncertainty, "").model_copy(update={"unused": ("Not used.",)})}
+                update={"uncertainty": present(m.uncertainty, "").model_copy(update={"unused": (UNUSED,)})}
             )
         },
         ["Not used."],

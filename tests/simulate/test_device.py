@@ -17,7 +17,7 @@ from simulate.kernels import run_module
 from simulate.kernels.lanes import WARP
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.setup.rheology import Rheology
-from tests.fluids import engine_with, slot
+from tests.fluids import enclosed, engine_with, slot
 from tests.places import ROOT
 
 
@@ -39,8 +39,10 @@ def device_code() -> list[Any]:
     return [module for module in (*by_file, *by_pairs) if module.kernels]
 
 
-def _kernels_of(group: Any) -> tuple[wp.Kernel, ...]:
-    return (group,) if isinstance(group, wp.Kernel) else tuple(group)
+def _kernels_of(group: Any) -> list[wp.Kernel]:
+    if isinstance(group, wp.Kernel):
+        return [group]
+    return [kernel for part in (group.values() if isinstance(group, dict) else group) for kernel in _kernels_of(part)]
 
 
 def test_a_run_launches_the_kernels_of_one_module_which_gets_no_more_of_them(monkeypatch):
@@ -51,8 +53,9 @@ def test_a_run_launches_the_kernels_of_one_module_which_gets_no_more_of_them(mon
         launched.add(kernel.module.name)
         return launch(kernel, *inputs, **options)
 
+    enclosed(*slot(), 0.4)
     monkeypatch.setattr(wp, "launch", noted)
-    engine = engine_with(np.array([[3.0, 0.0, -8.0]]), slot(), fluid=Rheology(30.0, 0.3, yield_most_cm2_s2=50.0))
+    engine = engine_with(np.array([[3.0, 0.0, -8.0]]), slot(), fluid=Rheology(30.0, 0.3, yield_cm2_s2=50.0))
     engine.advance(0)
     assert launched == {run_module.MODULE.name}
     assert set(run_module.MODULE.kernels) == before

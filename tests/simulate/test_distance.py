@@ -104,7 +104,7 @@ def test_no_jump_crosses_a_thin_wall():
     engine = engine_with(start, crack, substeps=4)
     step_mm = np.column_stack([rng.normal(0, 3, 4000), -side * rng.uniform(0, 20, 4000), rng.normal(0, 1, 4000)])
     engine.state.velocity.assign(np.asarray(step_mm * CM / (7.23e-3 / 4), dtype=np.float32))
-    engine.predict()
+    engine.predict(engine.rows)
     end = engine.state.position_mm()
     below = end[:, 2] < 0
     assert below.sum() > 3000
@@ -124,7 +124,7 @@ def test_corners_and_closing_walls_hold_a_falling_particle(tilt, angle_deg):
     for _ in range(4):
         step_mm = rng.normal(0, [3, 3, 1], (2000, 3)) - [0, 0, 8]
         engine.state.velocity.assign(np.asarray(step_mm * CM / (7.23e-3 / 4), dtype=np.float32))
-        engine.predict()
+        engine.predict(engine.rows)
     end = engine.state.position_mm()
     assert build_barrier(solid, outline, RADIUS_MM, "cpu").exact_mm(end).min() > 0.3 * CLEARANCE * RADIUS_MM
     assert np.quantile(end[:, 2], 0.1) < -4
@@ -134,7 +134,7 @@ def test_a_step_that_is_no_number_is_not_taken_for_rest():
     """The run stops for a position that is no number; a particle that hangs in the air would pass for a bed."""
     engine = engine_with(np.array([[3.0, 0.0, -8.0], [3.0, 0.0, -2.0]]), slot())
     engine.state.velocity.assign(np.asarray([[np.nan, 0, 0], [0, 0, 0]], dtype=np.float32))
-    engine.predict()
+    engine.predict(engine.rows)
     moved = np.isfinite(engine.state.position.numpy()[:, :3]).all(axis=1)
     assert moved.tolist() == [False, True]
 
@@ -154,8 +154,8 @@ def test_moves_within_a_free_ball_end_where_walls_would_have_let_them():
     for always in (True, False):
         engine = engine_with(lattice(np.array([0.2, -1.3, -6.0]), np.array([5.8, 1.3, 4.0]), 0.69), slot())
         for _ in range(40):
-            engine.predict()
-            engine.update_velocity()
+            engine.predict(engine.rows)
+            engine.update_velocity(engine.rows)
             if always:
                 engine.state.particles.free.zero_()
         ends.append(engine.state.position_mm())
@@ -171,7 +171,7 @@ def test_a_prediction_leaves_planes_that_were_asked_for_nearby():
     for _ in range(30):
         step_mm = random.normal(0.0, 0.15 * nearby_mm, (engine.state.count, 3))
         engine.state.velocity.assign((step_mm * CM / engine.step_s).astype(np.float32))
-        engine.predict()
+        engine.predict(engine.rows)
         asked_mm = engine.state.free.numpy()[:, :3] / CM
         off_mm.append(np.linalg.norm(engine.state.position_mm() - asked_mm, axis=1))
         assert off_mm[-1].max() < 1.001 * nearby_mm
@@ -186,10 +186,10 @@ def test_pressure_pushes_nothing_into_a_wall():
     barrier = build_barrier(solid, outline, RADIUS_MM, "cpu")
     start_mm, nearest_mm = engine.state.position_mm(), []
     for _ in range(12):
-        engine.predict()
+        engine.predict(engine.rows)
         engine.find_neighbours()
         engine.pressure.solve(engine.rows)
         nearest_mm.append(barrier.exact_mm(engine.state.position_mm()).min())
-        engine.update_velocity()
+        engine.update_velocity(engine.rows)
     assert np.abs(engine.state.position_mm() - start_mm).max() > 5
     assert min(nearest_mm) > 0.8 * CLEARANCE * RADIUS_MM

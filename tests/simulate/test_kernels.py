@@ -109,8 +109,8 @@ def test_free_fall_with_damping_is_the_closed_form():
     """V = g/eta (1 - exp(-eta t)), to the first order of a step of 1.8 ms."""
     engine = engine_with(np.array([[3.0, 0.0, 500.0]]), slot(), damping_per_s=2.0)
     for _ in range(100):
-        engine.predict()
-        engine.update_velocity()
+        engine.predict(engine.rows)
+        engine.update_velocity(engine.rows)
     t = 100 * 7.23e-3 / 4
     assert engine.state.velocity.numpy()[0, 2] == pytest.approx(-981 / 2 * (1 - np.exp(-2 * t)), rel=3e-3)
 
@@ -121,11 +121,11 @@ def test_velocities_are_not_rounded_as_positions_are():
     given = np.array([1e-3, -1e-3, 0.0], dtype=np.float32)
     engine.state.velocity.assign(given[None])
     for _ in range(10):
-        engine.predict()
-        engine.update_velocity()
+        engine.predict(engine.rows)
+        engine.update_velocity(engine.rows)
     assert engine.state.velocity.numpy()[0, :2] == pytest.approx(given[:2], rel=1e-5)
     engine.find_neighbours()
-    engine.predict()
+    engine.predict(engine.rows)
     engine.pressure.solve(engine.rows)
-    engine.update_velocity()
+    engine.update_velocity(engine.rows)
     assert engine.state.velocity.numpy()[0, :2] == pytest.approx(given[:2], rel=1e-5)

@@ -9,6 +9,9 @@ import warp as wp
 from numpy.typing import NDArray
 
 from simulate.kernels import pair_sums, pair_sums_cpu
+from simulate.kernels.neighbours import Neighbours
+from simulate.kernels.pair_sums import WEIGHTS
+from simulate.kernels.status import Particles
 from tests.fluids import engine_with, lattice, listed_fluid, listed_walls, positions_mm, slot
 from tests.kernels import sum_kernel
 
@@ -17,7 +20,7 @@ ROWS, SLOTS, POINTS = 40, 64, 300
 Rows = NDArray[Any]
 
 
-def sums(loops: ModuleType) -> tuple[Rows, Rows]:
+def sums(loops: ModuleType, kernel: str) -> tuple[Rows, Rows]:
     """Of a cloud with neighbours in and beyond reach, two of them in one place; rows of 0 to 40 neighbours."""
     random = np.random.default_rng(3)
     place = np.column_stack([random.uniform(0, 0.25, (POINTS, 3)), random.uniform(-1, 1, POINTS)])
@@ -26,16 +29,21 @@ def sums(loops: ModuleType) -> tuple[Rows, Rows]:
     listed[0, 0] = 7
     # As in a run, nobody stands behind a row's count.
     listed[np.arange(SLOTS) > np.arange(ROWS)[:, None]] = POINTS
-    given = {
-        "place": wp.array(np.vstack([place, [[1e6] * 4] * 2]), dtype=wp.vec4, device="cpu")[:POINTS],
-        "velocity": wp.array(random.normal(0, 10, (POINTS + 2, 3)), dtype=wp.vec3, device="cpu")[:POINTS],
-        "bulk": wp.array(random.uniform(0.5, 3, (POINTS + 2, 2)), dtype=wp.vec2, device="cpu")[:POINTS],
-        "listed": wp.array(listed, dtype=int, device="cpu"),
-        "count": wp.array(np.arange(ROWS) + 1, dtype=int, device="cpu"),
-    }
+    near, particles = Neighbours(), Particles()
+    particles.position = wp.array(np.vstack([place, [[1e6] * 4] * 2]), dtype=wp.vec4, device="cpu")[:POINTS]
+    particles.mover = wp.array(np.arange(ROWS), dtype=int, device="cpu")
+    particles.velocity, particles.scaled_residual = (
+        wp.array(random.normal(0, 10, (POINTS + 2, 3)), dtype=wp.vec3, device="cpu")[:POINTS] for _ in range(2)
+    )
+    bulk = random.uniform(0.5, 3, (POINTS + 2, 2))
+    particles.volume_and_viscosity = wp.array(bulk, dtype=wp.vec2, device="cpu")[:POINTS]
+    near.wall_particle = particles.position
+    near.fluid = near.wall = wp.array(listed, dtype=int, device="cpu")
+    near.fluid_at = near.wall_at = particles.mover
+    near.fluid_count = near.wall_count = wp.array(np.arange(ROWS) + 1, dtype=int, device="cpu")
     links = wp.zeros((ROWS, SLOTS), dtype=wp.vec3h, device="cpu")
     out = wp.zeros((ROWS, 48), dtype=float, device="cpu")
-    wp.launch(sum_kernel(loops), ROWS, inputs=[*given.values(), SUPPORT, links, out], device="cpu")
+    wp.launch(sum_kernel(loops, kernel), ROWS, inputs=[particles, near, SUPPORT, links, out], device="cpu")
     pulls = links.numpy().astype(np.float32)
     if loops is pair_sums_cpu:
         # Sixteen of x, then of y, then of z.
@@ -43,12 +51,13 @@ def sums(loops: ModuleType) -> tuple[Rows, Rows]:
     return out.numpy(), pulls.reshape(ROWS, -1)
 
 
-def test_sixteen_at_a_time_are_the_same_sums():
+@pytest.mark.parametrize("kernel", WEIGHTS)
+def test_sixteen_at_a_time_are_the_same_sums(kernel: str):
     """To float32's rounding of sums in another order: terms are of both signs, so that 1e-5 is of the largest row.
 
     Links, and their sums, are rounded to float16, whose last bit may differ.
     """
-    plain, native = sums(pair_sums), sums(pair_sums_cpu)
+    plain, native = sums(pair_sums, kernel), sums(pair_sums_cpu, kernel)
     pulled = np.arange(plain[0].shape[1])[14:17]
     for ours, theirs in zip(native, plain, strict=True):
         apart = np.abs(ours - theirs).max(axis=0) / (np.abs(theirs).max(axis=0) + 1e-30)
@@ -60,9 +69,9 @@ def test_sixteen_at_a_time_are_the_same_sums():
 
 
 def test_links_make_the_matrix_that_is_summed_up():
-    """Their products with the velocities' differences are the pulls that ``couple`` sums up before it rounds them."""
-    out = sums(pair_sums_cpu)[0]
-    assert np.abs(out[:, 14:17] - out[:, 42:45]).max() < 1e-3 * np.abs(out[:, 42:45]).max()
+    """Their products with the velocities' differences are the pulls that ``link_pairs`` sums before rounding."""
+    out = sums(pair_sums_cpu, "poly6")[0]
+    assert np.abs(out[:, 14:17] - out[:, 45:48]).max() < 1e-3 * np.abs(out[:, 45:48]).max()
 
 
 def test_both_loops_find_the_same_neighbours_in_the_same_order():

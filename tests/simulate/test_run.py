@@ -146,13 +146,10 @@ def test_a_run_is_titled_as_other_stages_are_and_says_remarks_as_it_starts_and_e
 
     class Ear(Progress):
         def __init__(self) -> None:
-            self.titles, self.warnings = [], []
+            self.titles = []
 
         def start(self, title: str, total: int, done: int = 0) -> None:
             self.titles.append(title)
-
-        def warn(self, text: str) -> None:
-            self.warnings.append(text)
 
     exact, ear = signed_distance.Barrier.exact_mm, Ear()
     monkeypatch.setattr(signed_distance.Barrier, "exact_mm", lambda self, points: exact(self, points - LOWER))
@@ -161,10 +158,10 @@ def test_a_run_is_titled_as_other_stages_are_and_says_remarks_as_it_starts_and_e
     run, _ = run_module.fill(Pour(sample, (LIKE_THE_PAPER,), Solver(settle_s=0.2)), ComputeOptions(progress=ear))
     assert ear.titles == ["Simulating"]
     assert run.remarks
-    *remarks, fault = ear.warnings
-    assert remarks == [f"note: {remark}" for remark in run.remarks]
+    *remarks, fault = ear.warned
+    assert remarks == [("note", remark) for remark in run.remarks]
     assert run.escaped_particles > 10
-    assert f"{run.escaped_particles} particles went through a wall" in fault
+    assert (fault.level, fault.text.split()[0]) == ("fault", f"{run.escaped_particles}")
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from simulate.kernels.status import ASLEEP, MOVING, RESTS
 from simulate.setup.rheology import Rheology
 from tests.fluids import FRAME_S, engine_with, slot
 
-PASTE = Rheology(30.0, 0.3, yield_cm2_s2=71.0, yield_most_cm2_s2=71.0)
+PASTE = Rheology(30.0, 0.3, yield_cm2_s2=71.0)
 
 
 @pytest.mark.parametrize(

@@ -46,8 +46,8 @@ def test_a_particle_falls_along_the_plumb_line_by_g_t_squared_over_two():
     start = np.array([[3.0, 0.0, 500.0]])
     engine = engine_with(start, slot(), damping_per_s=0.0, slope=STEEP)
     for _ in range(100):
-        engine.predict()
-        engine.update_velocity()
+        engine.predict(engine.rows)
+        engine.update_velocity(engine.rows)
     t = 100 * FRAME_S / 4
     fallen_mm = positions_mm(engine)[0] - start[0]
     assert fallen_mm == pytest.approx(9810 * t**2 / 2 * np.array(STEEP.down), rel=0.011)

@@ -109,7 +109,7 @@ def _nudged(outline: Outline, nudge: Nudge) -> Outline:
     return outline_between(*lines, outline.ends, outline.face_mm)
 
 
-PASTE = Rheology(10.0, 0.0, sticks=True, flow_index=0.6, yield_cm2_s2=70.0, yield_most_cm2_s2=70.0, physical=True)
+PASTE = Rheology(10.0, 0.0, sticks=True, flow_index=0.6, yield_cm2_s2=70.0, physical=True)
 FLUIDS: dict[str, dict[str, Any]] = {
     "U and D_cm": {"U": 30.0, "D_cm": 0.3},
     "viscosity_pa_s": {"viscosity_pa_s": 1.0},

@@ -37,6 +37,6 @@ def frames(evidence):
 @pytest.fixture(scope="session")
 def health():
     """Of a run in which nothing moved at the end."""
-    columns = {name: np.linspace(0.0, 0.1, 6) for _, curves in PANELS for name in curves}
+    columns = {name: np.linspace(0.0, 0.1, 6) for panel in PANELS for name in panel.curves}
     columns["density_error_mean"] = np.array([0.0, 0.01, 0.02, 0.03, np.nan, np.nan])
     return columns | {"t_s": np.linspace(0.0, 1.0, 6), "escaped": np.zeros(6), "spilled": np.zeros(6)}

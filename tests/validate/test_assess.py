@@ -12,10 +12,10 @@ from sealtwin.core.files import as_json
 from tests.evidence import axes_of, heights, make_evidence, slope
 from validate.compare import assess
 from validate.figures.levels import draw_uncertainty
-from validate.report_input import Evidence
+from validate.report.chapters import uncertainty_tables
+from validate.result import Evidence
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
-from validate.wording.comparison import uncertainty_tables
 
 SHEET = Readings(file=Path("caliper.csv"), data="measured", role="held-out", limit_mm=0.0)
 NO_PASSES = Uncertainty(pass_mm=0.0)
@@ -81,7 +81,7 @@ def test_the_fast_model_is_a_baseline_if_it_fits(evidence):
     """The particles are 0.5 mm too high; a component of the band it is not, which is for the model's own error."""
     both, alone = (all_of(evidence, runs=replace(spread(), fast_mm=fast_mm)) for fast_mm in (slope(S_MM) + 0.2, None))
     assert {one.name: one.mean_error_mm for one in both.baselines}["the fast model"] == pytest.approx(0.2)
-    assert "The fast model (0.20 mm) is nearer" in " ".join(both.headline)
+    assert "The fast model (0.20 mm) is nearer" in both.verdict
     assert [one.name for one in both.baselines if one not in alone.baselines] == ["the fast model"]
     assert both.uncertainty.mean_level == alone.uncertainty.mean_level
 
@@ -95,7 +95,7 @@ def test_only_declared_inputs_count_and_the_others_are_named(evidence, lifted, v
     assert "volume_ml" not in figures["inputs_left_out"]
     assert varied["uncertainty"]["mean_level"]["inputs_mm"] is None
     waiting = metrics(evidence, Uncertainty(speed_mm_s=0.1, volume_ml=0.1), spread(effects=[LIFTED]))["uncertainty"]
-    assert "not assessed" in waiting["sentences"][0]
+    assert "not assessed" in waiting["findings"][0]["text"]
 
 
 def test_the_validation_uncertainty_is_that_of_all_errors_together(lifted):
@@ -111,8 +111,8 @@ def test_a_gate_within_the_interval_is_in_doubt(evidence):
     """The mean error is 0.46 to 0.54 mm. Seen to fail with the interval kept from the judgement."""
     comparison: Any = assess(evidence, SHEET, NO_PASSES, None, Gate(mean_error_mm=0.51))
     assert (comparison.outcome, comparison.passed) == ("undecided", True)
-    assert comparison.findings == comparison.uncertainty.sentences
-    assert "not assessed" in comparison.findings[0]
+    assert comparison.findings == comparison.uncertainty.findings
+    assert "not assessed" in comparison.findings[0].text
 
 
 def test_what_the_runs_left_survives_its_file():

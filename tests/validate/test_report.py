@@ -12,8 +12,8 @@ from pypdf import PdfReader
 from sealtwin.core.errors import InputError
 from tests.evidence import make_evidence
 from tests.pages import leave_out_figures
-from validate.report.report_data import ReportData
 from validate.report.write_report import REPORT, write_report
+from validate.result import ReportData
 from validate.settings import Gate
 
 HOSTILE = "<script>alert(1)</script> $\\frac$ {{ 7*7 }} $x_{1 </svg> \"quoted\" & 'so'"

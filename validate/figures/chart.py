@@ -3,23 +3,23 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
+from sealtwin.core.vtk_files import Frame
 from validate.comparison import Baseline, ErrorFigures
 from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
 from validate.metrics.curve_distances import error_figures, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.uncertainty.computed import require_different
-from validate.units import counted, percent, words
+from validate.units import counted, name_and_unit, percent
 
 DECADES = 100.0  # Least ratio of the largest to the smallest value of a logarithmic axis: two decades
 LEVELS = 16  # Largest number of values of a setting that are drawn as a line each
-NEIGHBOURS = 8  # Number of a run's neighbours on the map: all around it on a grid
-NORMAL_QUARTILE = 0.6745  # Median of |x| of the standard normal distribution
 DRAWS = 2_000  # Number of random sets of readings, from which a share of 2.5 % is known to 0.35 %
 CANNOT_TELL = 0.025
 """A run fits as well as the best one if its error is smaller than the best one's in more than this share of the random
@@ -27,13 +27,16 @@ sets of readings. The share is one tail outside a 95 % interval."""
 FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean errors of a run that fits equally well and of the best run
 REPEATED = "seed"  # Setting in which replicates differ; it is never an axis
 NAMED = 8  # Most runs that a sentence names
-UNFIT = "the fast model is unfit for its settings."
-VOLUME_OFF = "its settled volume differs from the dispensed volume by more than 5 %."
+UNFIT = Fact("unfit", "the fast model is unfit for its settings.")
+VOLUME_OFF = Fact("volume", "its settled volume differs from the dispensed volume by more than 5 %.")
 OF_SEVERAL = {
-    UNFIT: "the fast model is unfit for their settings.",
-    VOLUME_OFF: "their settled volumes differ from the dispensed volumes by more than 5 %.",
+    UNFIT.key: "the fast model is unfit for their settings.",
+    VOLUME_OFF.key: "their settled volumes differ from the dispensed volumes by more than 5 %.",
 }
-"""Reasons in words for several runs."""
+"""Reasons in words for several runs, by key."""
+CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
+STEPS = 12  # Number of equal steps of the number of moving particles
+FEWEST = 3  # Least number of frames in a step, and of steps with a median for a straight line
 LEAST_VALUES, LEAST_RUNS, LEAST_SHARE = 4, 16, 2 / 3
 """Least values of each setting, least runs, and least share of the map between the runs for a surface. On a grid these
 are 4 by 4 runs; 30 random runs enclose about 0.7 of the map. A surface between fewer runs is a guess of its maker."""
@@ -44,26 +47,21 @@ class Axis:
     """A setting that varies among the runs, as an axis of a map."""
 
     setting: str  # Dotted name, for example "fluid.D_cm"
+    name: str  # Name in words without table and unit, for example "D"
+    unit: str  # Empty for a pure number
     values: tuple[float, ...]  # Values among the runs, increasing
 
     @property
     def label(self) -> str:
-        """Name with its unit, for example "D (cm)"."""
-        return words(self.setting.rpartition(".")[2])
-
-    @property
-    def name(self) -> str:
-        """Name without table and unit, for example "D"."""
-        return self.label.partition(" (")[0]
-
-    @property
-    def unit(self) -> str:
-        """Unit; empty for a pure number."""
-        return self.label.partition(" (")[2].removesuffix(")")
+        return f"{self.name} ({self.unit})" if self.unit else self.name
 
     @property
     def logarithmic(self) -> bool:
         return self.values[0] > 0 and self.values[-1] >= DECADES * self.values[0]
+
+    def shows(self, value: Any) -> TypeGuard[float]:
+        """Return True if a setting of any run, also of one that failed, can be drawn on the axis."""
+        return isinstance(value, int | float) and (value > 0 or not self.logarithmic)
 
     def is_graded(self, runs: int) -> bool:
         """Return True if the runs have so few values of the setting that each value can have a line, as on a grid."""
@@ -73,20 +71,11 @@ class Axis:
         """Return the positions of values on the axis: their logarithms if the axis is logarithmic."""
         return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
 
-    def said(self, value: float) -> str:
-        """Return a value for a sentence, for example "D = 0.3 cm"."""
-        return f"{self.name} = {self.rounded(value)} {self.unit}".rstrip()
-
-    def span(self, values: Floats) -> str:
-        """Return the range of values for a sentence, for example "D from 0.03 to 0.3 cm"."""
-        low, high = float(values.min()), float(values.max())
-        if low == high:
-            return self.said(low)
-        return f"{self.name} from {self.rounded(low)} to {self.rounded(high)} {self.unit}".rstrip()
-
-    def rounded(self, value: float) -> str:
-        """Return a value with four digits."""
-        return f"{float(f'{value:.4g}'):g}"
+    def said(self, values: Floats | float) -> str:
+        """Return a value or the range of values for a sentence: "D = 0.3 cm", "D from 0.03 to 0.3 cm"."""
+        # Four digits, and 10000 for 1e+04.
+        low, high = (f"{float(f'{value:.4g}'):g}" for value in (np.min(values), np.max(values)))
+        return f"{self.name} {f'= {low}' if low == high else f'from {low} to {high}'} {self.unit}".rstrip()
 
 
 def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
@@ -102,7 +91,10 @@ def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
     for name in varying:
         if odd := [value for value in values[name] if isinstance(value, bool) or not isinstance(value, int | float)]:
             raise InputError(f"{name} = {odd[0]!r:.40} is not a number; draw a map of numbers only.")
-    across, up = (Axis(name, tuple(sorted({float(value) for value in values[name]}))) for name in varying)
+    across, up = (
+        Axis(name, *name_and_unit(name.rpartition(".")[2]), tuple(sorted({float(value) for value in values[name]})))
+        for name in varying
+    )
     points = np.column_stack([axis.spaced(np.array(values[axis.setting], float)) for axis in (across, up)])
     reach = np.ptp(points, axis=0)
     if np.linalg.matrix_rank((points - points.mean(axis=0)) / reach, tol=1e-6) < 2:
@@ -128,14 +120,14 @@ class Excluded:
 
     number: int
     settings: Mapping[str, Any]
-    reason: str
+    reason: Fact
     volume_ratio: float | None = None  # Volume of the settled sealant over the dispensed volume; None without a result
 
     @property
     def words(self) -> str:
         """Reason for this run alone, with the error of its volume if that is the reason."""
-        if self.reason != VOLUME_OFF or self.volume_ratio is None:
-            return self.reason
+        if self.reason.key != VOLUME_OFF.key or self.volume_ratio is None:
+            return self.reason.text
         too = "large" if self.volume_ratio > 1 else "small"
         return f"its volume is {percent(abs(self.volume_ratio - 1), 1)} too {too}."
 
@@ -176,27 +168,15 @@ def first_of_each_pair(
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
         pairs.setdefault(run.at, []).append(run)
-    repeated = [alike for alike in pairs.values() if len(alike) > 1]
-    errors_mm = [np.array([run.mean_error_mm for run in alike]) for alike in repeated]
-    replicates = None
-    if freedom := sum(len(each) - 1 for each in errors_mm):
+    replicates, repeated = None, [alike for alike in pairs.values() if len(alike) > 1]
+    if repeated:
         for alike in () if fast else repeated:
             names = [f"{run.number} (seed {run.settings.get(REPEATED, 0)})" for run in alike]
             require_different([run.profile.level_mm for run in alike], names, where)
-        squares_mm2 = sum(float(((each - each.mean()) ** 2).sum()) for each in errors_mm)
-        scatter_mm = None if fast else float(np.sqrt(squares_mm2 / freedom))
-        replicates = RepeatedPairs(freedom, len(errors_mm), scatter_mm)
+        squares_mm2 = sum(len(alike) * np.var([run.mean_error_mm for run in alike]) for alike in repeated)
+        freedom = sum(len(alike) - 1 for alike in repeated)
+        replicates = RepeatedPairs(freedom, len(repeated), None if fast else float(np.sqrt(squares_mm2 / freedom)))
     return tuple(alike[0] for alike in pairs.values()), replicates
-
-
-def errors_on_grid(runs: Sequence[Finished], readings: Profile) -> tuple[Floats, Floats]:
-    """Return the stations of all profiles and readings in their common stretch, (k,), and the errors there, (r, k)."""
-    low = max(readings.s_mm[0], *(run.profile.s_mm[0] for run in runs))
-    high = min(readings.s_mm[-1], *(run.profile.s_mm[-1] for run in runs))
-    s_mm = np.unique(np.concatenate([readings.s_mm, *(run.profile.s_mm for run in runs)]))
-    s_mm = s_mm[(s_mm >= low) & (s_mm <= high)]
-    measured_mm = np.interp(s_mm, readings.s_mm, readings.level_mm)
-    return s_mm, np.array([np.interp(s_mm, run.profile.s_mm, run.profile.level_mm) - measured_mm for run in runs])
 
 
 @dataclass(frozen=True)
@@ -209,7 +189,6 @@ class Chart:
     excluded: tuple[Excluded, ...]
     readings: Profile
     band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
-    scatter_mm: float  # Standard deviation of a single run's mean error, at most, from its neighbours on the map
     as_near: tuple[bool, ...]
     """True for each run that cannot be distinguished from the best one. Without replicates, True only for the best
     one."""
@@ -230,15 +209,28 @@ class Chart:
     @cached_property
     def baselines(self) -> tuple[Baseline, ...]:
         """Best curves through the readings, over the stretch of the nearest run."""
-        x = level_difference(self.best.profile, self.readings).x
-        return best_curves(self.readings, float(x[0]), float(x[-1]), (*ALWAYS, self.fitted))
+        return best_curves(self.readings, *self._ends_mm, (*ALWAYS, self.fitted))
 
     @property
     def beside_baselines(self) -> str:
         """Sentence on the nearest run and the baselines. The run counts as calibrated, as these readings chose it."""
-        x = level_difference(self.best.profile, self.readings).x
-        stations = int(are_compared(self.readings, float(x[0]), float(x[-1])).sum())
+        stations = int(are_compared(self.readings, *self._ends_mm).sum())
         return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted, stations)
+
+    @property
+    def _ends_mm(self) -> tuple[float, float]:
+        """Ends of the stretch that the nearest run and the readings share."""
+        x = level_difference(self.best.profile, self.readings).x
+        return float(x[0]), float(x[-1])
+
+    @property
+    def nearest(self) -> str:
+        return f"nearest: {self.said(self.best)}, {self.best.mean_error_mm:.2f} mm"
+
+    @property
+    def pairs(self) -> Floats:
+        """The two settings of each run, (n, 2)."""
+        return np.array([run.at for run in self.runs])
 
     @property
     def places(self) -> Floats:
@@ -256,6 +248,13 @@ class Chart:
             # The area, since the hull is in the plane.
             and ConvexHull(self.places).volume >= LEAST_SHARE
         )
+
+    @property
+    def unranked(self) -> dict[int, tuple[float, float]]:
+        """The two settings of each run that is not ranked, by number, if both are on the map's axes."""
+        across, up = self.axes
+        pairs = {run.number: (run.settings.get(across.setting), run.settings.get(up.setting)) for run in self.excluded}
+        return {number: (x, y) for number, (x, y) in pairs.items() if across.shows(x) and up.shows(y)}
 
     def said(self, run: HeldRun) -> str:
         """Return the two settings of a run, for a sentence."""
@@ -286,8 +285,8 @@ class Chart:
         first = f"Single runs scatter by {scatter_mm:.2f} mm (one standard deviation, {pairs}, {freedom})"
         if len(near) == 1:
             return f"{first}; given this and the uncertainty of the readings, no other pair fits equally well."
-        values = np.array([run.at for run in near]).T
-        spans = [axis.span(along) for axis, along in zip(self.axes, values, strict=True)]
+        values = self.pairs[np.array(self.as_near)].T
+        spans = [axis.said(along) for axis, along in zip(self.axes, values, strict=True)]
         return (
             f"{first}; given this and the uncertainty of the readings, {len(near)} of {len(self.runs)} pairs fit "
             f"equally well: {' and '.join(spans)}, with mean errors up to "
@@ -300,26 +299,23 @@ class Chart:
         total = len(self.runs) + len(self.excluded) + (self.replicates.runs if self.replicates else 0)
         if not self.excluded:
             return f"All {total} runs of the study are ranked."
-        runs: dict[str, list[Excluded]] = {}
-        for each in self.excluded:
-            runs.setdefault(each.reason, []).append(each)
         if len(self.excluded) == 1:
-            (each,) = self.excluded
-            return f"Run {each.number} is not ranked: {each.words}"
-        reasons = " ".join(
-            f"{_named(alike)}: {alike[0].words if len(alike) == 1 else OF_SEVERAL.get(reason, reason)}"
-            for reason, alike in runs.items()
-        )
-        return f"{len(self.excluded)} of {total} runs are not ranked. {reasons}"
+            (run,) = self.excluded
+            return f"Run {run.number} is not ranked: {run.words}"
+        runs: dict[Fact, list[Excluded]] = {}
+        for run in self.excluded:
+            runs.setdefault(run.reason, []).append(run)
+        return f"{len(self.excluded)} of {total} runs are not ranked. {' '.join(map(_reason, runs.values()))}"
 
 
-def _named(runs: Sequence[Excluded]) -> str:
-    """Return the numbers of the first runs in words. The table of runs that are not ranked has all numbers."""
-    numbers = [str(run.number) for run in runs]
-    if len(numbers) == 1:
-        return f"Run {numbers[0]}"
-    more = f" and {len(numbers) - NAMED} others" if len(numbers) > NAMED else ""
-    return f"Runs {', '.join(numbers[:NAMED])}{more}"
+def _reason(runs: Sequence[Excluded]) -> str:
+    """Return the sentence on runs that are not ranked for one reason, with the numbers of the first of them."""
+    if len(runs) == 1:
+        return f"Run {runs[0].number}: {runs[0].words}"
+    numbers = ", ".join(str(run.number) for run in runs[:NAMED])
+    more = f" and {len(runs) - NAMED} others" if len(runs) > NAMED else ""
+    reason = runs[0].reason
+    return f"Runs {numbers}{more}: {OF_SEVERAL.get(reason.key, reason.text)}"
 
 
 def as_near_as_the_best(
@@ -331,37 +327,25 @@ def as_near_as_the_best(
     similar runs alike, so their difference is far more certain than either. ``scatter_mm`` is added to each run
     independently. A run whose mean error is over a third larger never fits equally well.
     """
-    s_mm, error_mm = errors_on_grid(runs, readings)
-    off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T
+    profiles = [readings, *(run.profile for run in runs)]
+    # All stations in the stretch that all profiles share.
+    s_mm = np.unique(np.concatenate([profile.s_mm for profile in profiles]))
+    low_mm, high_mm = max(profile.s_mm[0] for profile in profiles), min(profile.s_mm[-1] for profile in profiles)
+    s_mm = s_mm[(s_mm >= low_mm) & (s_mm <= high_mm)]
+    read_mm, *levels_mm = (np.interp(s_mm, profile.s_mm, profile.level_mm) for profile in profiles)
+    off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T - read_mm
     random = np.random.default_rng(0)
-    best = int(np.argmin([run.mean_error_mm for run in runs]))
-    least_mm = mean_absolute(s_mm, error_mm[best] + off_mm) + scatter_mm * random.standard_normal(len(off_mm))
-    near = []
-    for number, each_mm in enumerate(error_mm):
-        here_mm = mean_absolute(s_mm, each_mm + off_mm) + scatter_mm * random.standard_normal(len(off_mm))
-        close = runs[number].mean_error_mm <= FARTHEST_NEAR * runs[best].mean_error_mm
-        near.append(number == best or (close and float((here_mm <= least_mm).mean()) > CANNOT_TELL))
-    return tuple(near)
+    mean_mm = np.array([run.mean_error_mm for run in runs])
+    best = int(np.argmin(mean_mm))
 
+    def random_errors(level_mm: Floats) -> Floats:
+        return mean_absolute(s_mm, level_mm + off_mm) + scatter_mm * random.standard_normal(len(off_mm))
 
-def scatter_of_runs(runs: Sequence[HeldRun], axes: tuple[Axis, Axis]) -> float:
-    """Return the standard deviation of a single run's mean error, from its distance to a plane through its neighbours.
-
-    It is estimated from the median over the runs, so that a ridge or a step counts little. Curvature between neighbours
-    is included, so the estimate is an upper bound.
-    """
-    from scipy.spatial import KDTree
-
-    places, values = _places(runs, axes), np.array([run.mean_error_mm for run in runs])
-    _, nearest = KDTree(places).query(places, k=min(NEIGHBOURS + 1, len(places)))
-    distances = []
-    for index, around in enumerate(np.asarray(nearest)):
-        others = around[around != index][:NEIGHBOURS]
-        plane = np.column_stack([np.ones(len(others)), places[others] - places[index]])
-        # The plane's height at the run is a weighted sum of its neighbours' values.
-        weight = np.linalg.pinv(plane)[0]
-        distances.append(abs(values[index] - weight @ values[others]) / np.sqrt(1 + weight @ weight))
-    return float(np.median(distances)) / NORMAL_QUARTILE
+    least_mm = random_errors(levels_mm[best])
+    near = np.array([(random_errors(level_mm) <= least_mm).mean() > CANNOT_TELL for level_mm in levels_mm])
+    near &= mean_mm <= FARTHEST_NEAR * mean_mm[best]
+    near[best] = True
+    return tuple(near.tolist())
 
 
 def chosen_few(chart: Chart) -> list[HeldRun]:
@@ -369,20 +353,68 @@ def chosen_few(chart: Chart) -> list[HeldRun]:
 
     If the best run's value is near an end of the range, the middle of the range is used instead.
     """
-    places = chart.places
-    best = places[int(np.argmin(chart.errors_mm))]
-    chosen: list[int] = []
-    between = np.where((best > 0.1) & (best < 0.9), best, 0.5)
-    for up in (1.0, between[1], 0.0):
-        for across in (0.0, between[0], 1.0):
-            nearest = int(np.argmin(((places - [across, up]) ** 2).sum(axis=1)))
-            if nearest not in chosen:
-                chosen.append(nearest)
-    runs = [chart.runs[index] for index in chosen]
-    return runs if chart.best in runs else [chart.best, *runs]
+    places, best = chart.places, int(np.argmin(chart.errors_mm))
+    between = np.where((places[best] > 0.1) & (places[best] < 0.9), places[best], 0.5)
+    targets = [(across, up) for up in (1.0, between[1], 0.0) for across in (0.0, between[0], 1.0)]
+    nearest = [int(((places - target) ** 2).sum(axis=1).argmin()) for target in targets]
+    chosen = dict.fromkeys(nearest if best in nearest else [best, *nearest])
+    return [chart.runs[index] for index in chosen]
 
 
 def _places(runs: Sequence[HeldRun], axes: tuple[Axis, Axis]) -> Floats:
     values = np.array([run.at for run in runs]).T
     places = np.column_stack([axis.spaced(each) for axis, each in zip(axes, values, strict=True)])
     return (places - places.min(axis=0)) / np.ptp(places, axis=0)
+
+
+def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
+    """Return values along both axes, (k,) each, and the mean error on their grid, (k, k).
+
+    It is interpolated between the runs by SciPy's linear griddata. A logarithmic axis is interpolated in its logarithm;
+    outside the runs' hull the error is NaN.
+    """
+    from scipy.interpolate import griddata
+
+    places = [axis.spaced(each) for axis, each in zip(chart.axes, chart.pairs.T, strict=True)]
+    lines = [np.linspace(each.min(), each.max(), CELLS) for each in places]
+    grid = tuple(np.meshgrid(*lines))
+    error_mm = griddata(np.column_stack(places), chart.errors_mm, grid, method="linear", rescale=True)
+    across, up = (10.0**line if axis.logarithmic else line for axis, line in zip(chart.axes, lines, strict=True))
+    return across, up, error_mm
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Frames and times of a run."""
+
+    frames: tuple[Frame, ...]  # Frames in the order of time; the last one is the end of the run
+    particles: Floats  # Number of moving particles, every few frames, (k,)
+    frame_ms: Floats  # Computing time of a frame at the same moments, (k,)
+    differs_mm: float | None
+    """Mean distance of the level of a repeated run from that in the study, 0 on the same kind of device; None if it is
+    the study's own run."""
+
+
+def medians(particles: Floats, frame_ms: Floats) -> Floats:
+    """Return the median number of particles and the median time in each step, (2, k).
+
+    Other load changes them little.
+    """
+    step = np.minimum((particles / particles.max() * STEPS).astype(int), STEPS - 1)
+    inside = [step == number for number in range(STEPS) if (step == number).sum() >= FEWEST]
+    return np.array([[np.median(values[part]) for part in inside] for values in (particles, frame_ms)])
+
+
+def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
+    """Fit a straight line to the medians by least squares.
+
+    Returns None if there are too few medians; else the time of a frame without particles in ms, the time that each
+    moving particle adds in µs, and R², the share of the medians' variance that the line explains.
+    """
+    from scipy.stats import linregress
+
+    particles, frame_ms = medians(particles, frame_ms)
+    if len(particles) < FEWEST:
+        return None
+    line: Any = linregress(particles, frame_ms)
+    return line.intercept, 1000 * line.slope, line.rvalue**2

@@ -1,20 +1,20 @@
 """The figure of a report's first page: the straightened photo, the level and the error on one axis, and a section."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from sealtwin.core.records import Floats, Outline, Pixels, Profile, Solid, Trajectory
-from validate.figures import theme
-from validate.figures.particles import cut_rings, plane_at
+from validate.figures.particles import draw_solid_across, plane_at
+from validate.figures.theme import INK, MEASURED, MUTED, ON_GROUND, SIMULATED, draw_band, draw_face, draw_ground, themed
 from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
+from validate.run_facts import levels_in_words
 from validate.units import signed
-from validate.wording.of_runs import levels_in_words
 
 
 @dataclass(frozen=True)
@@ -65,58 +65,58 @@ class FirstFigure:
     def stretch(self, layout: FirstLayout) -> float:
         """Return how much larger heights and widths are drawn than lengths; 1 if they are drawn to one scale."""
         inch_per_mm = layout.along / self.outline.length_mm
-        height = self._range_mm * inch_per_mm
+        height = float(np.diff(self._ends_mm)[0]) * inch_per_mm
         factor = float(np.clip(height, *layout.level)) / height
         return 1.0 if 1 / ONE_TO_ONE < factor < ONE_TO_ONE else factor
 
     @property
     def _ends_mm(self) -> tuple[float, float]:
-        shown = [self.profile.level_mm] + ([] if self.readings is None else [self.readings.level_mm])
+        """Lower and upper end of the level's axis."""
+        shown = [self.profile.level_mm]
+        if self.readings is not None:
+            shown.append(self.readings.level_mm)
         if self.prediction is not None:
             shown.append(self.prediction.level_mm + self.prediction.profile_band_95_mm)
         if self.seeds is not None:
             shown.append(self.profile.level_mm + self.seeds.band_95_mm)
-        highest = max(0.0, *(float(np.max(levels)) for levels in shown))
-        return -self.solid.depth_mm - BELOW_FLOOR_MM, highest + HEADROOM_MM
+        return -self.solid.depth_mm - BELOW_FLOOR_MM, float(np.concatenate(shown).max(initial=0.0)) + HEADROOM_MM
 
-    @property
-    def _range_mm(self) -> float:
-        low, high = self._ends_mm
-        return high - low
-
-    @theme.themed()
+    @themed()
     def draw(self, layout: FirstLayout = WIDE) -> Figure:
         """Draw the figure in a layout; the error only if there are readings, the section only in a wide one."""
-        stretch, compared = self.stretch(layout), self.comparison is not None and self.readings is not None
-        inch_per_mm = layout.along / self.outline.length_mm
-        across = self.straight.shape[0] * self.outline.length_mm / (self.straight.shape[1] - 1)
-        strip = min(layout.strip, across * inch_per_mm * stretch)
-        level = self._range_mm * inch_per_mm * stretch
-        heights = [strip, level, *([layout.error] if compared else [])]
-        total = sum(heights) + layout.gap * len(heights) + layout.foot
-        figure = Figure(figsize=(layout.width, total))
-        rows, top = [], total
-        for height in heights:
-            top -= layout.gap + height
-            box = (layout.left, top, layout.along, height)
-            rows.append(figure.add_axes(_share(box, layout.width, total)))
-        self._draw_photo(rows[0], strip / (inch_per_mm * stretch) / 2, across / 2, layout)
+        length_mm = self.outline.length_mm
+        inch_per_mm = layout.along / length_mm * self.stretch(layout)
+        half_mm = self.straight.shape[0] * length_mm / (self.straight.shape[1] - 1) / 2
+        strip_mm = min(half_mm, layout.strip / inch_per_mm / 2)
+        heights = [2 * strip_mm * inch_per_mm, float(np.diff(self._ends_mm)[0]) * inch_per_mm]
+        if self.comparison is not None and self.readings is not None:
+            heights.append(layout.error)
+        width, total = layout.width, sum(heights) + layout.gap * len(heights) + layout.foot
+        figure = Figure(figsize=(width, total))
+        rows: Any = figure.add_gridspec(
+            len(heights),
+            1,
+            height_ratios=heights,
+            left=layout.left / width,
+            right=(layout.left + layout.along) / width,
+            bottom=layout.foot / total,
+            top=1 - layout.gap / total,
+            hspace=layout.gap / np.mean(heights),
+        ).subplots(sharex=True)
+        self._draw_photo(rows[0], strip_mm, half_mm, layout)
         self._draw_level(rows[1], layout)
-        if compared:
-            self._draw_error(rows[2], layout)
-        for row in rows[:-1]:
-            row.tick_params(labelbottom=False)
-        ticks = [*(tick for tick in _tens(self.outline.length_mm)), self.outline.length_mm]
+        if self.comparison is not None and self.readings is not None:
+            self._draw_error(rows[2], self.readings, self.comparison, layout)
         for row in rows:
-            row.set_xlim(0.0, self.outline.length_mm)
-            row.set_xticks(ticks, [f"{tick:.4g}" for tick in np.round(ticks, 1)])
             row.tick_params(labelsize=layout.font_pt)
+        ticks = np.append(_tens(length_mm), length_mm)
+        rows[-1].set_xlim(0.0, length_mm)
+        rows[-1].set_xticks(ticks, [f"{tick:.4g}" for tick in np.round(ticks, 1)])
         rows[-1].set_xlabel("distance along the crack from its start (mm)", fontsize=layout.font_pt)
         if layout.right > 1:
-            bottom = total - sum(heights[:2]) - 2 * layout.gap
-            box = (layout.width - layout.right + 0.35, bottom, layout.right - 0.45, level)
-            section = figure.add_axes(_share(box, layout.width, total))
-            self._draw_section(section, box[2] / (inch_per_mm * stretch), layout)
+            level, section_in = rows[1].get_position(), layout.right - 0.45
+            box = (1 - (section_in + 0.1) / width, level.y0, section_in / width, level.height)
+            self._draw_section(figure.add_axes(box), section_in / inch_per_mm, layout)
         return figure
 
     def _draw_photo(self, axes: Axes, shown_mm: float, half_mm: float, layout: FirstLayout) -> None:
@@ -133,12 +133,12 @@ class FirstFigure:
         ahead = np.gradient(outline.centreline_mm, axis=0)
         ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
         for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
-            x, y = (wall_mm - outline.centreline_mm).T
-            along_mm, away_mm = ahead[:, 0] * x + ahead[:, 1] * y, ahead[:, 0] * y - ahead[:, 1] * x
+            offset = wall_mm - outline.centreline_mm
+            along_mm, away_mm = (offset * ahead).sum(axis=1), (offset[:, ::-1] * ahead * (1, -1)).sum(axis=1)
             # At an oblique open end a wall's points are on the edge of the face, not across from the centreline.
             away_mm = np.where(np.abs(along_mm) < OBLIQUE * np.abs(away_mm), away_mm, np.nan)
-            axes.plot(outline.s_mm, away_mm, color="white", linewidth=2.2)
-            axes.plot(outline.s_mm, away_mm, color=theme.ON_GROUND, linewidth=1.1)
+            for colour, width in (("white", 2.2), (ON_GROUND, 1.1)):
+                axes.plot(outline.s_mm, away_mm, color=colour, linewidth=width)
         given = self.trajectory.s_mm[self.trajectory.giving]
         if len(given):
             arrow = {"arrowstyle": "-|>", "color": "white", "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
@@ -148,76 +148,57 @@ class FirstFigure:
         _title(axes, "Crack from above, straightened, mm", "; arrow: nozzle's direction", layout)
 
     def _draw_level(self, axes: Axes, layout: FirstLayout) -> None:
-        profile, readings, comparison = self.profile, self.readings, self.comparison
+        profile, readings, prediction, seeds = self.profile, self.readings, self.prediction, self.seeds
         low_mm, high_mm = self._ends_mm
-        floor_mm = -self.solid.depth_at_mm(profile.s_mm)
-        filled = np.maximum(profile.level_mm, floor_mm)
-        axes.fill_between(profile.s_mm, floor_mm, filled, color=theme.SIMULATED, alpha=0.15, linewidth=0)
-        axes.axhline(0.0, color=theme.INK, linewidth=1.0)
-        if (prediction := self.prediction) is not None:
-            whole_mm = prediction.profile_band_95_mm
-            name = f"19 of 20 {levels_in_words(self.seeds, 'simulated level')}"
-            curve = prediction.s_mm, prediction.level_mm
-            theme.draw_band(axes, *curve, whole_mm, theme.MUTED, 0.28, name)
-            theme.draw_band(axes, *curve, prediction.band_95_mm, theme.SIMULATED, 0.3, "19 of 20 at one place")
+        s_mm, floor_mm = profile.s_mm, -self.solid.depth_at_mm(profile.s_mm)
+        filled_mm = np.maximum(profile.level_mm, floor_mm)
+        axes.fill_between(s_mm, floor_mm, filled_mm, color=SIMULATED, alpha=0.15, linewidth=0)
+        draw_face(axes)
+        if prediction is not None:
+            curve, whole = (prediction.s_mm, prediction.level_mm), levels_in_words(seeds, "simulated level")
+            draw_band(axes, *curve, prediction.profile_band_95_mm, MUTED, 0.28, f"19 of 20 {whole}")
+            draw_band(axes, *curve, prediction.band_95_mm, SIMULATED, 0.3, "19 of 20 at one place")
         if readings is not None:
-            if comparison is not None and comparison.uncertainty is not None:
-                bands = comparison.uncertainty.levels
-                theme.draw_band(
-                    axes,
-                    bands.s_mm,
-                    readings.level_mm,
-                    bands.profile_band_95_mm,
-                    theme.MUTED,
-                    0.28,
-                    BAND_READ,
-                )
-                axes.errorbar(
-                    bands.s_mm, readings.level_mm, bands.band_95_mm, fmt="none", ecolor=theme.MEASURED, elinewidth=1.1,
-                    capsize=2.5,
-                )  # fmt: skip
+            if self.comparison is not None and self.comparison.uncertainty is not None:
+                bands, read_mm = self.comparison.uncertainty.levels, readings.level_mm
+                draw_band(axes, bands.s_mm, read_mm, bands.profile_band_95_mm, MUTED, 0.28, BAND_READ)
+                bars = {"fmt": "none", "ecolor": MEASURED, "elinewidth": 1.1, "capsize": 2.5}
+                axes.errorbar(bands.s_mm, read_mm, bands.band_95_mm, **bars)
             name = "readings" if readings.data == "measured" else f"readings ({readings.data})"
-            axes.plot(readings.s_mm, readings.level_mm, "o", color=theme.MEASURED, markersize=5, label=name)
-        if self.seeds is not None and prediction is None:
-            theme.draw_band(
-                axes, profile.s_mm, profile.level_mm, self.seeds.band_95_mm, theme.SIMULATED, 0.3, BAND_NEXT
-            )
+            axes.plot(readings.s_mm, readings.level_mm, "o", color=MEASURED, markersize=5, label=name)
+        if seeds is not None and prediction is None:
+            draw_band(axes, s_mm, profile.level_mm, seeds.band_95_mm, SIMULATED, 0.3, BAND_NEXT)
         # Over the bands, since no level is below the floor.
-        theme.draw_ground(axes, profile.s_mm, floor_mm, low_mm)
+        draw_ground(axes, s_mm, floor_mm, low_mm)
         kind = "simulated" if prediction is None else "predicted"
-        kind += "" if self.seeds is None else f", mean of {len(self.seeds.seeds)} runs"
-        axes.plot(profile.s_mm, profile.level_mm, color=theme.SIMULATED, linewidth=2.0, label=kind)
+        kind += "" if seeds is None else f", mean of {len(seeds.seeds)} runs"
+        axes.plot(s_mm, profile.level_mm, color=SIMULATED, linewidth=2.0, label=kind)
         axes.set_ylim(low_mm, high_mm)
         _title(axes, "Level, mm from the face", " of the sample (0)", layout)
         axes.legend(loc="lower right", fontsize=layout.font_pt, frameon=True, framealpha=0.85, edgecolor="none")
 
-    def _draw_error(self, axes: Axes, layout: FirstLayout) -> None:
+    def _draw_error(self, axes: Axes, readings: Profile, comparison: Comparison, layout: FirstLayout) -> None:
         """Draw the error between the curves pale, at each compared station as a bar, and the readings' band about 0."""
-        readings, comparison = self.readings, self.comparison
-        if readings is None or comparison is None:
-            return
-        error = level_difference(self.profile, readings)
+        error, length_mm = level_difference(self.profile, readings), self.outline.length_mm
         if comparison.uncertainty is not None:
             bands = comparison.uncertainty.levels
-            theme.draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, theme.MUTED, 0.28)
-        axes.fill_between(error.x, 0.0, error.value, color=theme.SIMULATED, alpha=0.3, linewidth=0)
-        inside = are_compared(readings, comparison.covered_from_mm, comparison.covered_to_mm)
-        s_mm = readings.s_mm[inside]
-        error_mm = np.interp(s_mm, error.x, error.value)
-        axes.bar(s_mm, error_mm, 0.011 * self.outline.length_mm, color=theme.INK)
-        axes.axhline(0.0, color=theme.INK, linewidth=1.0)
+            draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, MUTED, 0.28)
+        axes.fill_between(error.x, 0.0, error.value, color=SIMULATED, alpha=0.3, linewidth=0)
+        s_mm = readings.s_mm[are_compared(readings, comparison.basis.covered_from_mm, comparison.basis.covered_to_mm)]
+        axes.bar(s_mm, np.interp(s_mm, error.x, error.value), 0.011 * length_mm, color=INK)
+        draw_face(axes)
+        # The largest error is inside, with its number.
         most_mm = max(1.0, 2.0 * float(np.abs(error.value).max()))
         axes.set_ylim(-most_mm, most_mm)
         for worst in {int(np.argmax(error.value)), int(np.argmin(error.value))}:
-            value, along = float(error.value[worst]), float(error.x[worst]) / self.outline.length_mm
+            value, along = float(error.value[worst]), float(error.x[worst]) / length_mm
             if abs(value) >= LABELLED_MM:
                 # Inside the plot, also at its ends.
                 side = "left" if along < NEAR_END else "right" if along > 1 - NEAR_END else "center"
-                axes.annotate(
-                    f"{signed(value, 1)} mm", (error.x[worst], value), (0, 4 if value > 0 else -4),
-                    textcoords="offset points", ha=side, va="bottom" if value > 0 else "top",
-                    fontsize=layout.font_pt, fontweight="bold", color=theme.INK, annotation_clip=False,
-                )  # fmt: skip
+                above, shift = ("bottom", 4) if value > 0 else ("top", -4)
+                style: Any = {"fontsize": layout.font_pt, "fontweight": "bold", "annotation_clip": False}
+                place: Any = {"textcoords": "offset points", "ha": side, "va": above}
+                axes.annotate(f"{signed(value, 1)} mm", (error.x[worst], value), (0, shift), **place, **style)
         _title(axes, "Error: simulated minus read, mm", "; solid at a reading, above 0 too high", layout)
 
     def _draw_section(self, axes: Axes, shown_mm: float, layout: FirstLayout) -> None:
@@ -227,11 +208,10 @@ class FirstFigure:
         """
         s_mm = self.outline.length_mm / 2
         level_mm = min(0.0, float(np.interp(s_mm, self.profile.s_mm, self.profile.level_mm)))
-        axes.axhspan(-self.solid.depth_mm, level_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0)
-        axes.axhline(level_mm, color=theme.SIMULATED, linewidth=2.0)
+        axes.axhspan(-self.solid.depth_mm, level_mm, color=SIMULATED, alpha=0.25, linewidth=0)
+        axes.axhline(level_mm, color=SIMULATED, linewidth=2.0)
         # The solid is drawn over the sealant, which is seen in the cavity alone.
-        for ring in cut_rings(self.solid.vertices_mm, self.solid.faces, *plane_at(self.outline, s_mm)):
-            axes.add_patch(Polygon(ring, facecolor=theme.GROUND, edgecolor=theme.ON_GROUND, linewidth=0.8, zorder=3))
+        draw_solid_across(axes, self.solid, *plane_at(self.outline, s_mm), zorder=3)
         axes.set_xlim(-shown_mm / 2, shown_mm / 2)
         axes.set_ylim(*self._ends_mm)
         axes.axis("off")
@@ -247,8 +227,3 @@ def _tens(length_mm: float) -> Floats:
     """Return round places along the crack, without one that the length's own label would cover."""
     step = next(step for step in (5, 10, 20, 50, 100, 200, 500, 1000) if length_mm / step <= 10)
     return np.arange(0.0, length_mm - 0.4 * step, step)
-
-
-def _share(box: tuple[float, float, float, float], width: float, height: float) -> tuple[float, float, float, float]:
-    """Return a box in inches as shares of the figure."""
-    return box[0] / width, box[1] / height, box[2] / width, box[3] / height

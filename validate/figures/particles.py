@@ -1,4 +1,4 @@
-"""Particles in a figure: discs to scale, colour scales, places along a crack, and sections across it."""
+"""Sealant in a sample: discs to scale, colour scales, and views along the crack, from above and across."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -9,24 +9,24 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import Colormap, LogNorm, Normalize
 from matplotlib.figure import FigureBase
-from matplotlib.patches import Patch, Polygon
-from numpy.typing import NDArray
-from scipy.spatial import KDTree
+from matplotlib.patches import PathPatch, Polygon, Rectangle
+from matplotlib.path import Path
 
+from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.vtk_files import Frame
-from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes
+from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, draw_ground, label_axes
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
 """Places of the sections across a crack, as shares of its length: slope, middle and plateau of the paste."""
 ACROSS_MM = 9.0  # Half the width of a section
+PAST_ENDS_MM = 6.0  # Length shown past each end of the crack
+ABOVE_MM = 6.0  # Height shown above the face, with the nozzle's tip
 MARGIN_MM = 4.0  # Width shown past the sample's edges
-BEYOND_MM = 30.0  # Length by which the centreline is continued straight past its ends, for sealant on the face
-FINE_MM = 0.1  # Spacing of the points of a centreline: an eighth of a particle of the paper
-CELLS = 6  # Cells of a disc's radius in the search for hidden discs
-DISCS_AT_ONCE = 20_000  # Discs that are searched together, in 20 MB
 SLOWEST_MM_S, FASTEST_MM_S = 1.0, 1000.0  # Ends of the scale of speeds: creeping paste, and a fall of 50 mm
+UNDER, FACE, WALLS, OVER = 1.0, 1.1, 3.9, 4.0
+"""Drawing order from above: sealant under the face, the face, which hides it, the crack's walls, sealant over it."""
 
 
 class ColourScale(NamedTuple):
@@ -52,15 +52,14 @@ def ages_of(frames: Iterable[Frame]) -> ColourScale:
 def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, scale: ColourScale) -> EllipseCollection:
     """Draw particles at (n, 2) as discs to scale. They become pixels, since 15,000 outlines would take megabytes."""
     scale.norm.autoscale_None(value)
-    visible = not_hidden(place_mm, radius_mm)
     discs = EllipseCollection(
         [2 * radius_mm],
         [2 * radius_mm],
         [0.0],
         units="xy",
-        offsets=place_mm[visible],
+        offsets=place_mm,
         offset_transform=axes.transData,
-        array=value[visible],
+        array=value,
         cmap=scale.colours,
         norm=scale.norm,
         linewidth=0,
@@ -68,31 +67,6 @@ def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, sc
     )
     axes.add_collection(discs)
     return discs
-
-
-def not_hidden(place_mm: Floats, radius_mm: float) -> NDArray[np.bool_]:
-    """Return a mask, (n,), of the discs at (n, 2) that are at least partly visible. Later discs cover earlier ones.
-
-    Discs are compared on cells of a sixth of their radius. A disc hides only what is at least one cell inside its edge.
-    """
-    if not len(place_mm):
-        return np.zeros(0, dtype=bool)
-    cell = np.floor((place_mm - place_mm.min(axis=0)) * (CELLS / radius_mm)).astype(np.int64) + CELLS
-    rows, columns = cell.max(axis=0) + CELLS + 1
-    side = np.arange(-CELLS, CELLS + 1)
-    from_middle = np.hypot(side[:, None], side)
-    step = side[:, None] * columns + side
-    whole, inside = step[from_middle <= CELLS], step[from_middle <= CELLS - 1]
-    middle = cell @ [columns, 1]
-    number = np.arange(len(middle), dtype=np.int32)[:, None]
-    top = np.full(rows * columns, -1, dtype=np.int32)
-    visible = np.empty(len(middle), dtype=bool)
-    parts = [slice(first, first + DISCS_AT_ONCE) for first in range(0, len(middle), DISCS_AT_ONCE)]
-    for part in parts:
-        top[middle[part, None] + inside] = number[part]
-    for part in parts:
-        visible[part] = (top[middle[part, None] + whole] <= number[part]).any(axis=1)
-    return visible
 
 
 def add_bar(figure: FigureBase, scale: ColourScale, axes: Iterable[Axes], **layout: Any) -> None:
@@ -103,48 +77,91 @@ def add_bar(figure: FigureBase, scale: ColourScale, axes: Iterable[Axes], **layo
         bar.long_axis.set_major_formatter("{x:g}")
 
 
-class AlongCrack:
-    """Coordinates along a crack's centreline and to its left."""
+class Views:
+    """Views of particles in a sample. Positions are (n, 3), and the values that colours represent are (n,)."""
 
-    def __init__(self, outline: Outline) -> None:
-        line_mm, s_mm = outline.centreline_mm, outline.s_mm
-        ends = [(line_mm[0] - line_mm[1], line_mm[0]), (line_mm[-1] - line_mm[-2], line_mm[-1])]
-        first, last = (end + BEYOND_MM * ahead / np.linalg.norm(ahead) for ahead, end in ends)
-        s_mm = np.concatenate([[-BEYOND_MM], s_mm, [s_mm[-1] + BEYOND_MM]])
-        line_mm = np.vstack([first, line_mm, last])
-        self._s_mm = np.arange(s_mm[0], s_mm[-1], FINE_MM)
-        self._point_mm = np.column_stack([np.interp(self._s_mm, s_mm, x) for x in line_mm.T])
-        self._ahead = np.gradient(self._point_mm, FINE_MM, axis=0)
-        self._tree = KDTree(self._point_mm)
+    def __init__(self, outline: Outline, solid: Solid, radius_mm: float) -> None:
+        self.outline, self.solid, self.radius_mm = outline, solid, radius_mm
 
-    def of(self, points_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the arc length of points (n, 2) and their distance to the left of the line, both to ``FINE_MM``."""
-        distance_mm, nearest = self._tree.query(points_mm)
-        (dx, dy), (ahead_x, ahead_y) = (points_mm - self._point_mm[nearest]).T, self._ahead[nearest].T
-        left = ahead_x * dy - ahead_y * dx >= 0
-        return self._s_mm[nearest], np.where(left, distance_mm, -distance_mm)
+    def draw_along(self, axes: Axes, position_mm: Floats, value: Floats, scale: ColourScale) -> None:
+        """Draw the section along the crack: the particles nearest to the centreline, which are drawn last.
+
+        A dam at an open end is not drawn: it is oblique like the sample's edge, so its place along the crack varies.
+        """
+        length_mm, bottom_mm = self.outline.length_mm, -self.solid.depth_mm - 2
+        low_mm, high_mm = -PAST_ENDS_MM, length_mm + PAST_ENDS_MM
+        along_mm = np.linspace(low_mm, high_mm, 500)
+        draw_ground(axes, along_mm, -self.solid.depth_at_mm(along_mm), bottom_mm)
+        for kind, start_mm in zip(self.outline.ends, (low_mm, length_mm), strict=True):
+            if kind != "open":
+                axes.add_artist(Rectangle((start_mm, bottom_mm), PAST_ENDS_MM, -bottom_mm, color=GROUND, linewidth=0))
+        axes.plot([low_mm, high_mm], [0.0, 0.0], color=ON_GROUND, linewidth=0.8)
+        axes.set_facecolor(AIR)
+        outline, s_mm = self.outline, arc_length_at(position_mm[:, :2], self.outline.centreline_mm)
+        nearest_mm = [np.interp(s_mm, outline.s_mm, along_mm) for along_mm in outline.centreline_mm.T]
+        order = np.argsort(-np.hypot(*(position_mm[:, :2].T - nearest_mm)), kind="stable")
+        draw_discs(axes, np.column_stack([s_mm, position_mm[:, 2]])[order], self.radius_mm, value[order], scale)
+        show_to_scale(axes, (low_mm, high_mm), (bottom_mm, ABOVE_MM))
+
+    def draw_from_above(
+        self, axes: Axes, aside_mm: float, position_mm: Floats, value: Floats, scale: ColourScale
+    ) -> None:
+        """Draw the sample from above, ``aside_mm`` around its crack. The face hides the sealant below it."""
+        outline, shown_mm = self.outline, self.shown_mm(aside_mm)
+        low, high = np.clip(shown_mm, *np.reshape(self.solid.block_mm, (2, 2)))
+        face = Rectangle(tuple(low), *(high - low), facecolor="none", edgecolor="none")
+        # Clockwise, so that the crack is a hole in it.
+        corners = np.array([low, (low[0], high[1]), high, (high[0], low[1])])
+        rings = [np.vstack([ring, ring[:1]]) for ring in (corners, outline.outline_mm, *outline.islands_mm)]
+        path = Path.make_compound_path(*(Path(ring, closed=True) for ring in rings))
+        mortar = PathPatch(path, facecolor=GROUND, edgecolor="none", zorder=FACE)
+        for artist in (face, mortar):
+            axes.add_artist(artist)
+        for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
+            # At an oblique open end they continue past the sample's edge.
+            axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, zorder=WALLS)[0].set_clip_path(face)
+        mortar.set_clip_path(face)
+        order = np.argsort(position_mm[:, 2], kind="stable")
+        below = position_mm[order, 2] < 0
+        for part, zorder in ((order[below], UNDER), (order[~below], OVER)):
+            draw_discs(axes, position_mm[part, :2], self.radius_mm, value[part], scale).set_zorder(zorder)
+        axes.set_facecolor(AIR)
+        show_to_scale(axes, *shown_mm.T)
+
+    def shown_mm(self, aside_mm: float) -> Floats:
+        """Return two corners, (2, 2), of a view from above.
+
+        It ends ``aside_mm`` from the crack, but at most ``MARGIN_MM`` past the sample's edge.
+        """
+        outline_mm, block_mm = self.outline.outline_mm, np.reshape(self.solid.block_mm, (2, 2))
+        ends_mm = np.array([outline_mm.min(axis=0) - aside_mm, outline_mm.max(axis=0) + aside_mm])
+        return np.clip(ends_mm, block_mm[0] - MARGIN_MM, block_mm[1] + MARGIN_MM)
+
+    def draw_across(self, row: Sequence[Axes], position_mm: Floats, value: Floats, scale: ColourScale) -> None:
+        """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles that the plane cuts.
+
+        The view is along the path, so its left is at the left of the picture.
+        """
+        for axes, share in zip(row, SECTIONS_AT, strict=True):
+            s_mm = share * self.outline.length_mm
+            foot, ahead = plane_at(self.outline, s_mm)
+            draw_solid_across(axes, self.solid, foot, ahead)
+            offset = position_mm[:, :2] - foot
+            right_mm = offset @ np.array([ahead[1], -ahead[0]])
+            near = (np.abs(offset @ ahead) <= self.radius_mm) & (np.abs(right_mm) < ACROSS_MM)
+            place_mm = np.column_stack([right_mm, position_mm[:, 2]])[near]
+            draw_discs(axes, place_mm, self.radius_mm, value[near], scale)
+            axes.set_facecolor(AIR)
+            top_mm = max(4.0, float(place_mm[:, 1].max(initial=0.0)) + 1)
+            show_to_scale(axes, (-ACROSS_MM, ACROSS_MM), (-self.solid.depth_mm - 2, top_mm))
+            label_axes(axes, "across (mm)", "", f"s = {s_mm:.0f} mm")
+        row[0].set_ylabel("z (mm)")
 
 
-def show_to_scale(axes: Axes, x_mm: tuple[float, float], y_mm: tuple[float, float]) -> None:
+def show_to_scale(axes: Axes, x_mm: Sequence[float], y_mm: Sequence[float]) -> None:
     """Show a part of the sample with the same scale on both axes, without a grid."""
     axes.set(xlim=x_mm, ylim=y_mm, aspect="equal")
     axes.grid(visible=False)
-
-
-def draw_walls(axes: Axes, outline: Outline, face: Patch, **style: Any) -> None:
-    """Draw the walls from above, clipped to the face. At an oblique open end they continue past the sample's edge."""
-    for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
-        (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, **style)
-        wall.set_clip_path(face)
-
-
-def show_from_above(axes: Axes, outline: Outline, solid: Solid, aside_mm: float, title: str, legend: int = 0) -> None:
-    """Show the sample from above: ``aside_mm`` around its crack, but at most ``MARGIN_MM`` past the sample's edge."""
-    block_mm = np.reshape(solid.block_mm, (2, 2))
-    low = np.maximum(outline.outline_mm.min(axis=0) - aside_mm, block_mm[0] - MARGIN_MM)
-    high = np.minimum(outline.outline_mm.max(axis=0) + aside_mm, block_mm[1] + MARGIN_MM)
-    show_to_scale(axes, (low[0], high[0]), (low[1], high[1]))
-    label_axes(axes, "x (mm)", "y (mm)", title, legend)
 
 
 def plane_at(outline: Outline, s_mm: float) -> tuple[Floats, Floats]:
@@ -154,6 +171,12 @@ def plane_at(outline: Outline, s_mm: float) -> tuple[Floats, Floats]:
         for s in (s_mm, min(s_mm + 1.0, outline.length_mm))
     )
     return foot, (tip - foot) / np.linalg.norm(tip - foot)
+
+
+def draw_solid_across(axes: Axes, solid: Solid, foot_mm: Floats, ahead: Floats, zorder: float = 1.0) -> None:
+    """Draw a solid where the plane through ``foot_mm`` across ``ahead`` cuts it."""
+    for ring in cut_rings(solid.vertices_mm, solid.faces, foot_mm, ahead):
+        axes.add_artist(Polygon(ring, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8, zorder=zorder))
 
 
 def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floats) -> list[Floats]:
@@ -168,28 +191,3 @@ def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floa
     right = np.array([ahead[1], -ahead[0]])
     rings = [] if cut is None else cut.discrete
     return [np.column_stack([(ring[:, :2] - foot_mm) @ right, ring[:, 2]]) for ring in rings]
-
-
-def draw_across(
-    row: Sequence[Axes], outline: Outline, solid: Solid, position_mm: Floats, radius_mm: float, value: Floats,
-    scale: ColourScale,
-) -> None:  # fmt: skip
-    """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles that the plane cuts.
-
-    The view is along the path, so its left is at the left of the picture.
-    """
-    for axes, share in zip(row, SECTIONS_AT, strict=True):
-        s_mm = share * outline.length_mm
-        foot, ahead = plane_at(outline, s_mm)
-        right = np.array([ahead[1], -ahead[0]])
-        for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
-            axes.add_artist(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))
-        offset = position_mm[:, :2] - foot
-        near = (np.abs(offset @ ahead) <= radius_mm) & (np.abs(offset @ right) < ACROSS_MM)
-        place_mm = np.column_stack([offset @ right, position_mm[:, 2]])[near]
-        draw_discs(axes, place_mm, radius_mm, value[near], scale)
-        axes.set_facecolor(AIR)
-        top_mm = max(4.0, float(position_mm[near, 2].max(initial=0.0)) + 1)
-        show_to_scale(axes, (-ACROSS_MM, ACROSS_MM), (-solid.depth_mm - 2, top_mm))
-        label_axes(axes, "across (mm)", "", f"s = {s_mm:.0f} mm")
-    row[0].set_ylabel("z (mm)")

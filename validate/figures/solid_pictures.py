@@ -1,37 +1,46 @@
-"""Pictures of the sample and its fill: the block, side view, top view, sections."""
+"""Pictures of the sample and its fill: shaded meshes, side view, top view, sections.
+
+A shaded picture is a parallel projection, computed without a display or GL. Hidden surfaces are removed pixel by pixel:
+mplot3d sorts whole triangles, and drew the far dam through the near one.
+"""
 
 from typing import Any
 
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from sealtwin.core.arc_length import arc_length_at
-from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Solid, Trajectory
-from validate.figures import theme
-from validate.figures.particles import (
-    SECTIONS_AT,
-    ColourScale,
-    add_bar,
-    age_scale,
-    draw_across,
-    draw_discs,
-    draw_walls,
-    show_from_above,
-    show_to_scale,
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, Trajectory
+from validate.figures.particles import OVER, SECTIONS_AT, ColourScale, Views, add_bar, age_scale
+from validate.figures.theme import (
+    AIR,
+    ALONG,
+    GROUND,
+    HEIGHTS,
+    MEASURED,
+    ON_GROUND,
+    label_axes,
+    plate,
+    themed,
+    wide_figure,
 )
-from validate.figures.rendering import render
 
-FACE_COLOURS = np.array([to_rgb(colour) for colour in (theme.GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
+FACE_COLOURS = np.array([to_rgb(colour) for colour in (GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
 """Colours of the facets of a solid, in the order of ``FaceLabel``."""
 WIDTH_PX = 900
 BELOW: Any = {"location": "bottom", "aspect": 40, "pad": 0.02}  # Place of a colour bar
 
+LIGHT = np.array([-0.36, 0.48, 0.8])
+"""Unit vector to the light. Its components point to the right and up in the picture, and toward the viewer."""
+DARKEST = 0.55  # Brightness without light; the colour can still be compared with its scale
+SMOOTHING = 2  # Samples along each side of a pixel, averaged for smooth edges
+MOST_AT_ONCE = 1_000_000  # Samples in the bounding boxes of facets that are computed together, in 100 MB
+FLAT = 1e-9  # Least width of a row, in samples, over which nearness may change
 
-@theme.themed()
+
+@themed()
 def draw_solid(solid: Solid) -> Figure:
     """Draw the block from above, and its cavity as a cast from the side. Both are as wide as the figure."""
     colour = FACE_COLOURS[solid.face_label]
@@ -41,7 +50,7 @@ def draw_solid(solid: Solid) -> Figure:
     volume = f"{solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
     block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
-    figure = theme.plate(3.6)
+    figure = plate(3.6)
     pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity alone, {volume}"))
     for axes, (picture, title) in zip(figure.subplots(2, 1, height_ratios=(2.1, 1.0)), pictures, strict=True):
         axes.imshow(picture)
@@ -51,10 +60,10 @@ def draw_solid(solid: Solid) -> Figure:
     return figure
 
 
-@theme.themed()
+@themed()
 def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
     """Draw a picture of the fill in three dimensions, (h, w, 4), with its colour bar."""
-    figure = theme.wide_figure(4.6)
+    figure = wide_figure(4.6)
     axes = figure.add_subplot()
     axes.imshow(still)
     axes.set_axis_off()
@@ -62,58 +71,43 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
     return figure
 
 
-@theme.themed()
+@themed()
 def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -> Figure:
-    """Draw the particles from the side, coloured by age, with the level that was measured from them."""
-    figure = theme.plate(2.7)
-    axes = figure.add_subplot()
-    s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
-    shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
-    along_mm = np.linspace(-6, outline.length_mm + 6, 500)
-    theme.draw_ground(axes, along_mm, -solid.depth_at_mm(along_mm), -solid.depth_mm - 2)
-    axes.axhline(0.0, color=theme.ON_GROUND, linewidth=0.8)
-    axes.set_facecolor(theme.AIR)
-    place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
-    draw_discs(axes, place_mm, run.radius_mm, run.age_s[shown], _ages(run))
+    """Draw the section along the crack, particles coloured by age, with the level that was measured from them."""
+    figure, stays = plate(2.7), ~run.spilled
+    axes, position_mm = figure.add_subplot(), run.position_mm[stays]
+    Views(outline, solid, run.radius_mm).draw_along(axes, position_mm, run.age_s[stays], _ages(run))
     add_bar(figure, _ages(run), [axes], **BELOW)
-    axes.plot(profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=3.0)
+    axes.plot(profile.s_mm, profile.level_mm, color=AIR, linewidth=3.0)
     label = "profile read from the particles"
-    axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.4, label=label)
-    top_mm = max(4.0, float(run.position_mm[shown, 2].max(initial=0.0)) + 1.5)
-    show_to_scale(axes, (-6, outline.length_mm + 6), (-solid.depth_mm - 2, top_mm))
-    return theme.label_axes(axes, theme.ALONG, "z (mm)", "From the side: particles by age", legend=1)
+    axes.plot(profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.4, label=label)
+    axes.set_ylim(top=max(4.0, float(position_mm[:, 2].max(initial=0.0)) + 1.5))
+    return label_axes(axes, ALONG, "z (mm)", "From the side: particles by age", legend=1)
 
 
-@theme.themed()
+@themed()
 def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> Figure:
     """Draw the sample from above: particles coloured by height, the traced walls and the nozzle's path."""
-    figure = theme.plate(3.6)
-    axes = figure.add_subplot()
-    x_min, y_min, x_max, y_max = solid.block_mm
-    face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=theme.GROUND, edgecolor="none")
-    axes.add_artist(face)
-    shown = ~run.spilled
-    position_mm = run.position_mm[shown][np.argsort(run.position_mm[shown, 2])]
-    heights = ColourScale("z (mm)", theme.HEIGHTS, Normalize())
-    draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
+    figure, position_mm = plate(3.6), run.position_mm[~run.spilled]
+    axes, heights = figure.add_subplot(), ColourScale("z (mm)", HEIGHTS, Normalize())
+    Views(outline, solid, run.radius_mm).draw_from_above(axes, 14, position_mm, position_mm[:, 2], heights)
     add_bar(figure, heights, [axes], **BELOW)
-    draw_walls(axes, outline, face)
-    axes.plot(*trajectory.position_mm[:, :2].T, color=theme.MEASURED, linewidth=1.2, label="nozzle path from the dot")
-    axes.plot(*trajectory.position_mm[0, :2], "o", color=theme.MEASURED, markersize=5)
+    path = {"color": MEASURED, "zorder": OVER}
+    axes.plot(*trajectory.position_mm[:, :2].T, **path, linewidth=1.2, label="nozzle path from the dot")
+    axes.plot(*trajectory.position_mm[0, :2], "o", **path, markersize=5)
     # The legend shows the line on mortar, since it would be invisible on a dark page.
-    on_mortar = [withStroke(linewidth=5.0, foreground=theme.GROUND)]
+    on_mortar = [withStroke(linewidth=5.0, foreground=GROUND)]
     label = f"walls in the {outline.seen_in}"
-    axes.plot([], [], color=theme.ON_GROUND, linewidth=0.9, path_effects=on_mortar, label=label)
-    show_from_above(axes, outline, solid, 14, "From above: particles by height", legend=2)
-    return figure
+    axes.plot([], [], color=ON_GROUND, linewidth=0.9, path_effects=on_mortar, label=label)
+    return label_axes(axes, "x (mm)", "y (mm)", "From above: particles by height", legend=2)
 
 
-@theme.themed()
+@themed()
 def draw_sections(run: Run, outline: Outline, solid: Solid) -> Figure:
     """Draw sections across the crack at three places, with particles coloured by age."""
-    figure, stays = theme.plate(3.6), ~run.spilled
+    figure, stays = plate(3.6), ~run.spilled
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
-    draw_across(row, outline, solid, run.position_mm[stays], run.radius_mm, run.age_s[stays], _ages(run))
+    Views(outline, solid, run.radius_mm).draw_across(row, run.position_mm[stays], run.age_s[stays], _ages(run))
     return figure
 
 
@@ -128,3 +122,108 @@ def square_on(solid: Solid) -> float:
     _, _, axes = np.linalg.svd(plan - plan.mean(axis=0), full_matrices=False)
     azimuth_deg = float(np.degrees(np.arctan2(axes[0, 1], axes[0, 0])))
     return (azimuth_deg + 90) % 180 - 90
+
+
+def render(
+    vertices_mm: Floats,
+    faces: Integers,
+    face_colour: Floats,
+    azimuth_deg: float,
+    elevation_deg: float,
+    width_px: int,
+    face_normal: Floats | None = None,
+) -> NDArray[np.uint8]:
+    """Return an RGBA picture of a mesh, ``width_px`` wide, transparent around it.
+
+    At ``azimuth_deg`` 0 the view is along +y, at ``elevation_deg`` 90 straight down. ``face_colour`` is (f, 3) in 0 to
+    1; ``face_normal`` (f, 3) replaces the facets' own normals in the shading. Facets that face away are drawn too.
+    """
+    right, up, toward = view_axes(azimuth_deg, elevation_deg)
+    used, corner = np.unique(faces, return_inverse=True)
+    # To the right and down in the picture, and toward the viewer, in samples.
+    place = vertices_mm[used] @ np.column_stack([right, -up, toward])
+    place -= place.min(axis=0)
+    place *= width_px * SMOOTHING / place[:, 0].max()
+    width, height = width_px * SMOOTHING, int(np.ceil(place[:, 1].max() / SMOOTHING)) * SMOOTHING
+
+    normal = facet_normals(vertices_mm, faces) if face_normal is None else face_normal
+    # Facets that face away are lit from their back.
+    normal = np.copysign(1.0, normal @ toward)[:, None] * normal
+    shade = DARKEST + (1 - DARKEST) * np.clip(normal @ (LIGHT @ np.array([right, up, toward])), 0.0, 1.0)
+    triangle, owner = place[corner.reshape(faces.shape)], np.full(height * width, -1)
+    nearest = np.full(height * width, -np.inf)
+    samples = np.cumsum(np.prod(np.ptp(triangle[..., :2], axis=1) + 1, axis=1))
+    batches = np.searchsorted(samples, np.arange(MOST_AT_ONCE, samples[-1], MOST_AT_ONCE))
+    for part in np.split(np.arange(len(faces)), np.unique(batches)):
+        facet, sample, nearness = _covered(triangle[part], width, height)
+        np.maximum.at(nearest, sample, nearness)
+        front = nearness == nearest[sample]
+        owner[sample[front]] = part[facet[front]]
+    # The last row is the colour of samples that no facet covers.
+    colour = np.zeros((len(faces) + 1, 4), dtype=np.float32)
+    colour[:-1, :3] = face_colour * shade[:, None]
+    colour[:-1, 3] = 1.0
+    shape = height // SMOOTHING, SMOOTHING, width // SMOOTHING, SMOOTHING
+    mean = colour[owner].reshape(*shape, 4).mean(axis=(1, 3))
+    # The average is over covered samples only, or edges would darken.
+    mean[..., :3] /= np.where(mean[..., 3:] > 0, mean[..., 3:], 1.0)
+    return np.round(255 * np.clip(mean, 0, 1)).astype(np.uint8)
+
+
+def view_axes(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats, Floats]:
+    """Return unit vectors to the right and up in the picture, and toward the viewer."""
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    away = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    toward = -np.cos(elevation) * away + np.array([0.0, 0.0, np.sin(elevation)])
+    return right, np.cross(toward, right), toward
+
+
+def seen_from(vertices_mm: Floats, faces: Integers, azimuth_deg: float, elevation_deg: float) -> NDArray[np.bool_]:
+    """Return the mask, (f,), of the facets whose outside faces the viewer."""
+    _, _, toward = view_axes(azimuth_deg, elevation_deg)
+    return facet_normals(vertices_mm, faces) @ toward > 0
+
+
+def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
+    """Return the outward unit normal of each facet, (f, 3). It is zero for a facet without area."""
+    a, b, c = (vertices_mm[faces[:, k]] for k in range(3))
+    return unit(np.cross(b - a, c - a))
+
+
+def unit(vectors: Floats) -> Floats:
+    """Return vectors (n, 3) scaled to unit length. A zero vector remains zero."""
+    size = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(size > 0, size, 1.0)
+
+
+def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
+    """Return triangle, sample and nearness, (n,) each, for the samples that triangles cover.
+
+    ``corner`` is (f, 3, 3): the corners' places to the right, down and toward the viewer. Triangles are filled row by
+    row, so that slivers cost little.
+    """
+    y = corner[..., 1]
+    first = np.maximum(np.ceil(y.min(axis=1) - 0.5), 0).astype(int)
+    last = np.minimum(np.floor(y.max(axis=1) - 0.5), height - 1).astype(int)
+    triangle, row = _counted_up(np.maximum(last - first + 1, 0), first)
+    # A row's middle crosses two of the three edges of its triangle, or ends at a corner of two edges.
+    start, step = corner[triangle], np.roll(corner, -1, axis=1)[triangle] - corner[triangle]
+    share = (row[:, None] + 0.5 - start[..., 1]) / np.where(step[..., 1] == 0, np.nan, step[..., 1])
+    crosses = (share >= 0) & (share <= 1)
+    crossing = start + np.where(crosses, share, 0.0)[..., None] * step
+    rows = np.arange(len(row))
+    left = crossing[rows, np.where(crosses, crossing[..., 0], np.inf).argmin(axis=1)]
+    right = crossing[rows, np.where(crosses, crossing[..., 0], -np.inf).argmax(axis=1)]
+    begin = np.clip(np.ceil(left[:, 0] - 0.5), 0, width).astype(int)
+    end = np.clip(np.floor(right[:, 0] - 0.5), -1, width - 1).astype(int)
+    span, column = _counted_up(np.where(crosses.any(axis=1), np.maximum(end - begin + 1, 0), 0), begin)
+    slope = (right[:, 2] - left[:, 2]) / np.maximum(right[:, 0] - left[:, 0], FLAT)
+    nearness = left[span, 2] + slope[span] * (column + 0.5 - left[span, 0])
+    return triangle[span], row[span] * width + column, nearness
+
+
+def _counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
+    """Return ``count[k]`` copies of each index k, and for the copies the numbers first[k], first[k] + 1, and so on."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)

@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 from matplotlib import font_manager, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from sealtwin.core.records import Floats
 
@@ -36,7 +37,6 @@ SPEEDS = "plasma"  # Colour maps of the sealant's age, height and speed
 ALONG = "s from the end where the nozzle starts (mm)"  # Label of the axis along the crack
 LEVEL = "level from the face (mm)"
 BAND = "95 % band, all stations together"
-BESIDE_PLOT_IN = 0.7  # Width of the labels and margins of a plot
 LEGEND_ROW_PT = 12.5  # Height of a legend's line of 8 pt, with the space between two lines
 STYLE: Any = {
     "font.family": "sans-serif",
@@ -102,11 +102,26 @@ def wide_figure(height_in: float, width_in: float = 9.0) -> Figure:
     return Picture(figsize=(width_in, height_in), layout="constrained")
 
 
+def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:
+    """Return a figure of a page's width and its axes, with a line at 0 if ``face`` is True."""
+    figure = wide_figure(height_in)
+    axes = figure.add_subplot()
+    if face:
+        draw_face(axes)
+    return figure, axes
+
+
 def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figure:
-    """Label axes, with a legend of up to ``legend`` columns under the title; return their figure."""
+    """Label axes, with a legend of ``legend`` columns between title and plot, and return their figure.
+
+    Inside the plot a curve could run through the legend.
+    """
     axes.set(xlabel=x, ylabel=y, title=title)
     if legend:
-        _put_legend_under_title(axes, legend)
+        place: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.0, "borderpad": 0.3}
+        axes.legend(**place, ncols=legend, columnspacing=1.5, fontsize=8.0)
+        rows = -(-len(axes.get_legend_handles_labels()[1]) // legend)
+        axes.set_title(title, pad=6.0 + LEGEND_ROW_PT * rows)
     return axes.figure.get_figure(root=True)
 
 
@@ -127,32 +142,29 @@ def draw_band(
     axes.fill_between(x, middle - half, middle + half, color=colour, alpha=alpha, linewidth=0, label=label)
 
 
+def draw_curve(
+    axes: Axes,
+    s_mm: Floats,
+    level_mm: Floats,
+    style: str = "-",
+    half_mm: Floats | None = None,
+    alpha: float = 0.3,
+    band: str | None = None,
+    **line: Any,
+) -> Line2D:
+    """Draw a level along the crack, over its band of half-width ``half_mm`` with the label ``band``; return its line.
+
+    ``line`` has the colour, and other properties of the line.
+    """
+    if half_mm is not None:
+        draw_band(axes, s_mm, level_mm, half_mm, line["color"], alpha, band)
+    (drawn,) = axes.plot(s_mm, level_mm, style, **line)
+    return drawn
+
+
 def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) -> None:
     """Draw the sample between its floor and the lower end of the plot."""
     axes.fill_between(s_mm, floor_mm, bottom_mm, color=GROUND, linewidth=0)
-
-
-def _put_legend_under_title(axes: Axes, columns: int) -> None:
-    """Draw the legend between title and plot: inside the plot a curve could run through it.
-
-    The legend has as many columns as the figure has room for, but at most ``columns``.
-    """
-    while True:
-        legend = axes.legend(
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.0),
-            ncols=columns,
-            borderaxespad=0.0,
-            borderpad=0.3,
-            columnspacing=1.5,
-            fontsize=8.0,
-        )
-        room_px = axes.figure.bbox.width - BESIDE_PLOT_IN * axes.figure.dpi
-        if columns == 1 or legend.get_window_extent().width <= room_px:
-            break
-        columns -= 1
-    rows = -(-len(axes.get_legend_handles_labels()[1]) // columns)
-    axes.set_title(axes.get_title(loc="left"), pad=6.0 + LEGEND_ROW_PT * rows)
 
 
 def printable(text: str) -> str:

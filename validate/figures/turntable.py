@@ -7,7 +7,7 @@ import base64
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -17,62 +17,48 @@ from scipy import ndimage
 from skimage.measure import marching_cubes
 
 from sealtwin.core.records import FaceLabel, Floats, Integers, Run, Solid
-from validate.figures.rendering import DARKEST, LIGHT, facet_normals, render, seen_from, unit, view_axes
-from validate.figures.solid_pictures import FACE_COLOURS, square_on
+from validate.figures.solid_pictures import (
+    DARKEST,
+    FACE_COLOURS,
+    LIGHT,
+    facet_normals,
+    render,
+    seen_from,
+    square_on,
+    unit,
+    view_axes,
+)
 from validate.figures.theme import AGES, ON_GROUND
 
 INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)
 """Labels of the sample's facets that are drawn; a dam at an open end would hide the sealant in the first view."""
 
 
-@dataclass(frozen=True)
-class ModelSizes:
-    """Constants of the model in 3-D. They change its look and the page's size, but no figure of a result.
-
-    Blur and limits were chosen by counting: vertices, bytes, and the grain of a lattice of particles. The view was
-    chosen by eye.
-    """
-
-    blur: float = 0.6
-    """Standard deviation of the blur, as a multiple of the particles' spacing: a lattice keeps 0.1 % of its grain, and
-    a layer one particle thick still fills more than half of its space. A larger blur rounds edges and loses thin
-    layers."""
-    half_full: float = 0.5
-    """Filled share of the space at the surface. With a half, sealant that ends in a plane has this plane as surface."""
-    most_vertices: int = 24_000
-    """Largest number of vertices of the surface: a finer surface looks no better, and a vertex takes 12 bytes of a
-    page."""
-    surface_coarser: float = 1.15
-    """Factor by which the surface's cells grow in each try, as long as it has too many vertices."""
-    aside_deg: float = 28.0
-    """Angle between the first view and a view at right angles to the crack. It is large enough to show the crack's
-    width."""
-    down_deg: float = 32.0
-    """Angle by which the first view looks down from the horizontal."""
-    rim_mm: float = 0.35
-    """Width of the line around the crack's mouth."""
-    still_px: tuple[int, int] = (1200, 600)
-    """Width and height of the still picture."""
-    margin: float = 0.08
-    """Least margin of the first view, as a share of the picture's width, since the mesh is wider in other views."""
-    steps: int = 65_535
-    """Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm."""
-    finest: float = 1 / 2000
-    """Size of the cells in which vertices of the walls are first merged if there are too many, as a share of the
-    solid's extent."""
-    walls_coarser: float = 1.3
-    """Factor by which the cells of the walls grow in each try."""
-
-    @property
-    def most_corners(self) -> int:
-        """Limit on the vertices of walls and rim, since indices have 16 bits.
-
-        The paper's trial has 7,000, a scan millions.
-        """
-        return self.steps + 1 - self.most_vertices
-
-
-MODEL = ModelSizes()
+# Sizes of the model in 3-D. They change its look and the page's size, but no figure of a result. Blur and limits were
+# chosen by counting: vertices, bytes, and the grain of a lattice of particles. The view was chosen by eye.
+BLUR = 0.6
+"""Standard deviation of the blur, as a multiple of the particles' spacing: a lattice keeps 0.1 % of its grain, and a
+layer one particle thick still fills more than half of its space. A larger blur rounds edges and loses thin layers."""
+HALF_FULL = 0.5
+"""Filled share of the space at the surface. With a half, sealant that ends in a plane has this plane as surface."""
+MOST_VERTICES = 24_000
+"""Largest number of vertices of the surface: a finer surface looks no better, and a vertex takes 12 bytes of a page."""
+COARSER_SURFACE, COARSER_WALLS = 1.15, 1.3
+"""Factors by which the cells of the surface and of the walls grow in each try, as long as there are too many
+vertices."""
+FINEST = 1 / 2000
+"""Size of the cells in which vertices of the walls are first merged if there are too many, as a share of the solid's
+extent."""
+ASIDE_DEG, DOWN_DEG = 28.0, 32.0
+"""Angle between the first view and a view at right angles to the crack, large enough to show the crack's width, and
+angle by which the view looks down from the horizontal."""
+RIM_MM = 0.35  # Width of the line around the crack's mouth
+STILL_PX = (1200, 600)  # Width and height of the still picture
+MARGIN = 0.08
+"""Least margin of the first view, as a share of the picture's width, since the mesh is wider in other views."""
+STEPS = 65_535  # Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm
+MOST_CORNERS = STEPS + 1 - MOST_VERTICES
+"""Limit on the vertices of walls and rim, since indices have 16 bits. The paper's trial has 7,000, a scan millions."""
 
 
 @dataclass(frozen=True)
@@ -92,12 +78,13 @@ class Turntable:
         """RGBA picture of the page's first view."""
         shown, low_mm, high_mm = self._first_view
         colour, normal = (values[shown].mean(axis=1) for values in (self.colour, self.normal))
-        width_px = round(MODEL.still_px[0] * (high_mm - low_mm)[0] / self._across_mm)
+        width_px = round(STILL_PX[0] * (high_mm - low_mm)[0] / self._across_mm)
         view_deg = self.azimuth_deg, self.elevation_deg
         picture = render(self.vertices_mm, shown, colour, *view_deg, width_px, face_normal=unit(normal))
-        still = np.zeros((MODEL.still_px[1], MODEL.still_px[0], 4), np.uint8)
-        top, left = ((room - size) // 2 for room, size in zip(still.shape, picture.shape[:2], strict=False))
-        still[top : top + picture.shape[0], left : left + picture.shape[1]] = picture
+        still = np.zeros((*STILL_PX[::-1], 4), np.uint8)
+        height, width = picture.shape[:2]
+        top, left = (STILL_PX[1] - height) // 2, (STILL_PX[0] - width) // 2
+        still[top : top + height, left : left + width] = picture
         return still
 
     def packed(self) -> str:
@@ -107,19 +94,19 @@ class Turntable:
         three signed bytes, its colour as three bytes. A facet has the three 16-bit indices of its vertices.
         """
         low_mm, high_mm = self.vertices_mm.min(axis=0), self.vertices_mm.max(axis=0)
-        step_mm = float((high_mm - low_mm).max()) / MODEL.steps
+        step_mm = float((high_mm - low_mm).max()) / STEPS
         vertex = np.empty(len(self.vertices_mm), [("place", "<u2", 3), ("normal", "i1", 3), ("colour", "u1", 3)])
         vertex["place"] = np.round((self.vertices_mm - low_mm) / step_mm)
         vertex["normal"] = np.round(127 * self.normal)
         vertex["colour"] = np.round(255 * self.colour)
         return json.dumps(
             {
-                "low_mm": np.round(low_mm, 6).tolist(),
+                "low_mm": low_mm.tolist(),
                 "step_mm": step_mm,
-                "middle_mm": np.round(self._middle_mm, 6).tolist(),
-                "across_mm": round(self._across_mm, 6),
-                "reach_mm": round(float(np.linalg.norm(high_mm - low_mm)), 6),
-                "azimuth_deg": round(self.azimuth_deg, 3),
+                "middle_mm": self._middle_mm.tolist(),
+                "across_mm": self._across_mm,
+                "reach_mm": float(np.linalg.norm(high_mm - low_mm)),
+                "azimuth_deg": self.azimuth_deg,
                 "elevation_deg": self.elevation_deg,
                 "light": LIGHT.tolist(),
                 "darkest": DARKEST,
@@ -141,7 +128,7 @@ class Turntable:
         """Width of the picture, in millimetres of the sample."""
         _, low_mm, high_mm = self._first_view
         width_mm, height_mm = high_mm - low_mm
-        return float(max(width_mm, height_mm * MODEL.still_px[0] / MODEL.still_px[1])) / (1 - 2 * MODEL.margin)
+        return float(max(width_mm, height_mm * STILL_PX[0] / STILL_PX[1])) / (1 - 2 * MARGIN)
 
     @property
     def _middle_mm(self) -> Floats:
@@ -160,16 +147,17 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     fluid = fluid_surface(run.position_mm[stays], run.particle_volume_mm3, run.age_s[stays])
     ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
     faces, label, rim = _coarse_cavity(solid)
-    walls, ribbon = _inside(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
-    parts = walls, ribbon, fluid._replace(value=ages)
-    before = np.cumsum([0, *(len(part.vertices_mm) for part in parts)])
+    walls, ribbon = _walls(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
+    columns: Any = zip(walls, ribbon, fluid._replace(value=ages), strict=True)
+    vertices_mm, faces, normal, colour = columns
+    before = np.cumsum([0, *map(len, vertices_mm)])
     return Turntable(
-        vertices_mm=np.vstack([part.vertices_mm for part in parts]),
-        faces=np.vstack([part.faces + first for part, first in zip(parts, before, strict=False)]),
-        normal=np.vstack([part.normal for part in parts]),
-        colour=np.vstack([part.value for part in parts]),
-        azimuth_deg=square_on(solid) - MODEL.aside_deg,
-        elevation_deg=MODEL.down_deg,
+        vertices_mm=np.vstack(vertices_mm),
+        faces=np.vstack([part + first for part, first in zip(faces, before, strict=False)]),
+        normal=np.vstack(normal),
+        colour=np.vstack(colour),
+        azimuth_deg=square_on(solid) - ASIDE_DEG,
+        elevation_deg=DOWN_DEG,
         oldest_s=oldest_s,
     )
 
@@ -192,40 +180,43 @@ def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, I
 
 
 def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
-    """Return a solid's cavity. Neighbouring vertices are merged if there are more than ``MODEL.most_corners``."""
+    """Return a solid's cavity. Neighbouring vertices are merged if there are more than ``MOST_CORNERS``."""
     faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
-    cell_mm = MODEL.finest * float(np.ptp(solid.vertices_mm, axis=0).max())
-    # Each facet has its own three vertices, a ribbon has four.
-    while 3 * len(faces) + 4 * len(rim) > MODEL.most_corners:
+    cell_mm = FINEST * float(np.ptp(solid.vertices_mm, axis=0).max())
+    # Each facet has its own three vertices, and an edge of the rim has two facets.
+    while 3 * (len(faces) + 2 * len(rim)) > MOST_CORNERS:
         cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)
         _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
         merged = first[cell.ravel()][solid.faces]
         whole = (merged != merged[:, [1, 2, 0]]).all(axis=1)
         faces, label, rim = _cavity(solid, merged[whole], solid.face_label[whole])
-        cell_mm *= MODEL.walls_coarser
+        cell_mm *= COARSER_WALLS
     return faces, label, rim
 
 
-def _inside(vertices_mm: Floats, faces: Integers, label: Integers) -> Surface:
-    """Return the cavity's facets, each with its own vertices."""
+def _walls(vertices_mm: Floats, faces: Integers, label: Integers) -> Surface:
+    """Return the cavity's facets in the colours of their labels."""
     normal = facet_normals(vertices_mm, faces)
     whole = normal.any(axis=1)
-    corner = vertices_mm[faces[whole]]
-    own = np.arange(3 * len(corner)).reshape(-1, 3)
-    normal, colour = (np.repeat(values[whole], 3, axis=0) for values in (normal, FACE_COLOURS[label]))
-    return Surface(corner.reshape(-1, 3), own, normal, colour)
+    return _flat(vertices_mm[faces[whole]], normal[whole], FACE_COLOURS[label[whole]])
 
 
 def _ribbon(vertices_mm: Floats, rim: Integers) -> Surface:
     """Return a ribbon on the face along each edge between the face and a wall."""
     begin_mm, end_mm = vertices_mm[rim.T]
-    ahead = (end_mm - begin_mm)[:, :2]
-    ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
-    onto_face = MODEL.rim_mm * np.column_stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))])
-    corner = np.stack([begin_mm, end_mm, end_mm + onto_face, begin_mm + onto_face], axis=1).reshape(-1, 3)
-    faces = (4 * np.arange(len(ahead))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
-    count = len(corner)
-    return Surface(corner, faces, np.tile([0.0, 0.0, 1.0], (count, 1)), np.tile(to_rgb(ON_GROUND), (count, 1)))
+    ahead = end_mm - begin_mm
+    onto_face = RIM_MM * unit(np.column_stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))]))
+    corner = np.stack([begin_mm, end_mm, end_mm + onto_face, begin_mm + onto_face], axis=1)
+    triangle = corner[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
+    return _flat(triangle, np.array([0.0, 0.0, 1.0]), np.array(to_rgb(ON_GROUND)))
+
+
+def _flat(triangle_mm: Floats, normal: Floats, colour: Floats) -> Surface:
+    """Return triangles, (f, 3, 3), each with its own vertices, of one normal and one colour for each triangle."""
+    corner = triangle_mm.reshape(-1, 3)
+    shape = len(triangle_mm), 3
+    normal, colour = (np.repeat(np.broadcast_to(values, shape), 3, axis=0) for values in (normal, colour))
+    return Surface(corner, np.arange(len(corner)).reshape(shape), normal, colour)
 
 
 def _directed_edges(faces: Integers) -> Integers:
@@ -239,7 +230,7 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
     """Return the surface on which half of the space is sealant, from a blurred count of the particles in each cell.
 
     The colour field is that of Müller, Charypar and Gross 2003. ``position_mm`` is (n, 3), ``value`` (n,). Cells are
-    half the particles' spacing, or larger to have at most ``MODEL.most_vertices`` vertices. Single particles have no
+    half the particles' spacing, or larger to have at most ``MOST_VERTICES`` vertices. Single particles have no
     surface.
     """
     if not len(position_mm):
@@ -247,19 +238,19 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
     spacing_mm = float(np.cbrt(particle_volume_mm3))
     cell_mm = spacing_mm / 2
     while True:
-        blur_mm = MODEL.blur * max(spacing_mm, cell_mm)
+        blur_mm = BLUR * max(spacing_mm, cell_mm)
         margin_mm = 4 * blur_mm + cell_mm
         low_mm = position_mm.min(axis=0) - margin_mm
         place = (position_mm - low_mm) / cell_mm
         shape = tuple(np.ceil(place.max(axis=0) + margin_mm / cell_mm).astype(int) + 2)
         share = particle_volume_mm3 / cell_mm**3
         filled = share * ndimage.gaussian_filter(_spread(place, np.ones(len(place)), shape), blur_mm / cell_mm)
-        if filled.max() <= MODEL.half_full:
+        if filled.max() <= HALF_FULL:
             return NOTHING
-        vertices, faces, normal, _ = marching_cubes(filled, MODEL.half_full, gradient_direction="ascent")
-        if len(vertices) <= MODEL.most_vertices:
+        vertices, faces, normal, _ = marching_cubes(filled, HALF_FULL, gradient_direction="ascent")
+        if len(vertices) <= MOST_VERTICES:
             break
-        cell_mm *= MODEL.surface_coarser
+        cell_mm *= COARSER_SURFACE
     weighted = share * ndimage.gaussian_filter(_spread(place, value, shape), blur_mm / cell_mm)
     at = ndimage.map_coordinates(weighted, vertices.T, order=1) / ndimage.map_coordinates(filled, vertices.T, order=1)
     return Surface(vertices * cell_mm + low_mm, faces.astype(np.int64), normal.astype(float), at)
@@ -267,11 +258,8 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
 
 def _spread(place: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:
     """Return weights on a grid, each distributed over the eight nodes around its place."""
-    base = np.floor(place).astype(np.int64)
-    part = place - base
-    grid = np.zeros(int(np.prod(shape)))
-    for corner in np.ndindex(2, 2, 2):
-        share = np.prod(np.where(corner, part, 1 - part), axis=1)
-        node = np.ravel_multi_index(tuple((base + corner).T), shape)
-        grid += np.bincount(node, share * weight, len(grid))
-    return grid.reshape(shape)
+    base, corners = np.floor(place).astype(np.int64), np.array([*np.ndindex(2, 2, 2)])
+    part = (place - base)[:, None]
+    share = np.prod(np.where(corners, part, 1 - part), axis=2) * weight[:, None]
+    node = np.ravel_multi_index(tuple(np.moveaxis(base[:, None] + corners, 2, 0)), shape)
+    return np.bincount(node.ravel(), share.ravel(), int(np.prod(shape))).reshape(shape).astype(float)

@@ -16,8 +16,8 @@ from sealtwin.core.records import Floats, Outline, Profile, Solid
 from validate.comparison import Baseline
 from validate.metrics.curve_distances import level_difference
 from validate.metrics.volumes import balance_profile
+from validate.sentences import sentence
 from validate.settings import Role
-from validate.units import counted
 
 ALWAYS = (1, 3)  # Numbers of coefficients of the curves for every calibrated level: a bed falls, rests and rises
 FINEST, IN_A_GAP = 400, 8  # Largest number of fit points, and of those in a gap between stations
@@ -107,14 +107,9 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
 
 def nearer_baseline(error_mm: float, baselines: Sequence[Baseline]) -> str:
     """Return a sentence on the simplest baseline nearer to the readings than a mean error, and on simpler baselines."""
-    if not baselines:
-        return "There is no baseline to compare it with."
     names = [f"{baseline.name} ({baseline.mean_error_mm:.2f} mm)" for baseline in baselines]
     nearer = next((i for i, baseline in enumerate(baselines) if baseline.mean_error_mm <= error_mm), None)
-    if nearer is None:
-        return f"No baseline is nearer: {', '.join(names)}."
-    unlike = f", unlike {' and '.join(names[:nearer])}" if nearer else ""
-    return f"{names[nearer][0].upper()}{names[nearer][1:]} is nearer{unlike}."
+    return sentence("nearer_baseline", baselines=baselines, names=names, nearer=nearer)
 
 
 def against_baselines(
@@ -129,19 +124,13 @@ def against_baselines(
     ``fitted`` is the number of settings that were fitted to the readings, or None if it was not declared. ``stations``
     is the number of compared stations, or None if it is unknown.
     """
-    simulated = {
-        "held-out": "simulation (made without the readings)",
-        "calibrated-on": "simulation (fitted settings not declared)",
-        "undeclared": "simulation",
-    }[role]
-    if role != "held-out" and fitted is not None:
-        simulated = f"simulation ({counted(fitted, 'setting') if fitted else 'no setting'} fitted)"
-    if not baselines:
-        return f"Mean error of the {simulated}: {error_mm:.2f} mm; there is no baseline to compare it with."
-    others = "".join(f", {one.name} {one.mean_error_mm:.2f} mm" for one in baselines)
-    text = f"Mean errors: {simulated} {error_mm:.2f} mm{others}."
-    if role != "held-out" and fitted and stations is not None and fitted >= stations:
-        text += f" {fitted} settings can fit any level at {stations} stations, as can a curve with {fitted} numbers."
-    elif beaten(error_mm, baselines, role, fitted) is False:
-        text += f" {nearer_baseline(error_mm, baselines)}"
-    return text
+    return sentence(
+        "beside_baselines",
+        error_mm=error_mm,
+        baselines=baselines,
+        role=role,
+        fitted=fitted,
+        stations=stations,
+        beats=beaten(error_mm, baselines, role, fitted),
+        nearer=nearer_baseline(error_mm, baselines),
+    )

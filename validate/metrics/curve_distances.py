@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.comparison import Alignment, ErrorBin, ErrorFigures, ShiftedError
+from validate.comparison import ErrorBin, ErrorFigures
+from validate.intervals import Alignment, ShiftedError
 
 BIN_MM = 10.0
 """Length of an error bin along the crack, as in the paper's Fig. 9b; the outer bins are its start and end zones."""

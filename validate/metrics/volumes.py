@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Solid
-from validate.comparison import MassBalance
+from validate.comparison import FilledVolumes, MassBalance
 from validate.metrics.cavity import cavity_by_level
 from validate.settings import Readings
 
@@ -69,8 +69,8 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
     return gained_mm3 / (wetted_mm2 + _footprint_mm2(run, solid))
 
 
-def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
-    """Return volumes over a stretch (sealant, unfilled room below the face, heap above it) and the filled share.
+def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> FilledVolumes:
+    """Return the volumes below and above a level over a stretch.
 
     The cavity is that of the mesh, at the level of the nearest place on the main crack. Above the face it continues
     straight up; profiles do not include sealant on the face outside the mouth.
@@ -82,12 +82,12 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
     room_mm3 = float(share @ cavity.below_mm3(face_mm))
     sealant_mm3 = float(share @ cavity.below_mm3(level_mm))
     heap_mm3 = float(share @ (cavity.area_at_mm2(face_mm) * np.maximum(level_mm, 0.0)))
-    return {
-        "underfill_mm3": room_mm3 - sealant_mm3,
-        "overfill_mm3": heap_mm3,
-        "sealant_mm3": sealant_mm3 + heap_mm3,
-        "fill_ratio": sealant_mm3 / room_mm3,
-    }
+    return FilledVolumes(
+        underfill_mm3=room_mm3 - sealant_mm3,
+        overfill_mm3=heap_mm3,
+        sealant_mm3=sealant_mm3 + heap_mm3,
+        fill_ratio=sealant_mm3 / room_mm3,
+    )
 
 
 def mouth_widths_mm(s_mm: Floats, outline: Outline, solid: Solid) -> Floats:
@@ -106,13 +106,13 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
 
     floor_mm, first_mm, last_mm = -solid.depth_at_mm(outline.s_mm), outline.s_mm[0], outline.s_mm[-1]
 
-    def held(level_mm: float) -> dict[str, float]:
+    def held(level_mm: float) -> FilledVolumes:
         flat = Profile(outline.s_mm, np.maximum(floor_mm, level_mm))
         return fill_volumes(flat, outline, solid, first_mm, last_mm)
 
     # Above the face each millimetre adds the same volume, so the level with all of the volume there is an upper bound.
-    highest_mm = 1.0 + volume_mm3 / held(1.0)["overfill_mm3"]
+    highest_mm = 1.0 + volume_mm3 / held(1.0).overfill_mm3
     level_mm = root_scalar(
-        lambda level_mm: held(level_mm)["sealant_mm3"] - volume_mm3, bracket=(-solid.depth_mm, highest_mm)
+        lambda level_mm: held(level_mm).sealant_mm3 - volume_mm3, bracket=(-solid.depth_mm, highest_mm)
     ).root
     return Profile(outline.s_mm, np.maximum(floor_mm, level_mm), source="volume balance")

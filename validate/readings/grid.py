@@ -1,11 +1,11 @@
 """The cells of a sheet with their marks, and what else is in its file."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
-from sealtwin.core.doubts import Doubt, ReadSheet
+from sealtwin.core.doubts import Doubt, Location, ReadSheet
 from sealtwin.core.errors import InputError, as_text
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
@@ -21,55 +21,83 @@ class Cell(NamedTuple):
     text: str  # Content without surrounding blanks; numbers of a workbook have a decimal point and up to 15 digits
     kind: Kind = "text"
     unit: str = ""  # Text that a number's format shows behind it, such as "cm" or "%"
+    is_formula: bool = False  # True if a formula gives the content
+    is_struck: bool = False
+    colours: str = ""  # Colours of fill and font; empty for black on white
 
 
 BLANK = Cell("")
+FORMULA = Cell("", "formula", is_formula=True)
 
 
-class Mark(NamedTuple):
-    """Mark that a spreadsheet shows beside the content of a cell."""
-
+class Comment(NamedTuple):
     row: int  # From 1
     column: int  # From 0
-    kind: Literal["comment", "struck", "hidden", "coloured"]
-    text: str = ""  # Text of a comment; colours of fill and font
+    text: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Grid:
-    """The rows with content of a sheet.
-
-    Raises SheetFaults if they exceed the size limit of a sheet of readings.
-    """
+    """The cells of a sheet, and what else is in its file."""
 
     path: Path
-    rows: Mapping[int, tuple[Cell, ...]]  # By row number from 1, increasing; cells from the first column on
     written: tuple[str, ...] = ()  # Format of the file in words: ("CSV", "UTF-16", "semicolons")
+    rows: dict[int, dict[int, Cell]] = field(default_factory=dict)
+    """Cells that are not blank, by row number from 1, then by column from 0, both increasing."""
     separator: str | None = None  # Separator of a text file
     sheet: str | None = None  # Name of a workbook's sheet
-    marks: tuple[Mark, ...] = ()  # Of cells with content, and comments
-    elsewhere: tuple[tuple[str, str], ...] = ()
+    is_hidden: bool = False
+    comments: list[Comment] = field(default_factory=list)
+    hidden_rows: set[int] = field(default_factory=set)
+    hidden_columns: set[int] = field(default_factory=set)
+    elsewhere: list[tuple[str, str]] = field(default_factory=list)
     """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm"), ("page header", "P01")."""
 
     doubts: tuple[Doubt, ...] = ()  # What is open about the file
 
-    def __post_init__(self) -> None:
+    def require_size(self) -> Self:
+        """Return the sheet. Raises SheetFaults if it exceeds the size limit of a sheet of readings."""
         if len(self.rows) > MOST_ROWS:
-            raise refused(self.place(), f"has more than {MOST_ROWS} rows, which is the limit.", "Use fewer stations.")
+            finding = f"has more than {MOST_ROWS} rows, which is the limit."
+            raise refused(self.location(), finding, "Use fewer stations.")
         for row, cells in self.rows.items():
-            if any(cell != BLANK for cell in cells[MOST_COLUMNS:]):
+            if max(cells) >= MOST_COLUMNS:
                 finding = f"has more than {MOST_COLUMNS} columns, which is the limit."
-                raise refused(self.place(row), finding, "Delete everything outside the table.")
+                raise refused(self.location(row), finding, "Delete everything outside the table.")
+        return self
 
     def cell(self, row: int, column: int) -> Cell:
-        cells = self.rows.get(row, ())
-        return cells[column] if column < len(cells) else BLANK
+        return self.rows.get(row, {}).get(column, BLANK)
 
-    def place(self, row: int | None = None, column: int | None = None) -> str:
-        """Return the name of the sheet, of a row or of a cell in messages."""
-        sheet = None if self.sheet is None else f"sheet {quoted(self.sheet)}"
-        what = None if row is None else f"row {row}" if column is None else f"cell {letters(column)}{row}"
-        return ", ".join(filter(None, (as_text(self.path), sheet, what)))
+    def texts(self, row: int) -> tuple[str, ...]:
+        """Return the texts of a row from the first column on."""
+        return tuple(self.cell(row, column).text for column in range(max(self.rows.get(row, {}), default=-1) + 1))
+
+    def location(self, row: int | None = None) -> Location:
+        """Return the sheet, or a row of it."""
+        parts = [] if self.sheet is None else [f"sheet {quoted(self.sheet)}"]
+        return Location(Path(as_text(self.path)), ", ".join(parts if row is None else [*parts, f"row {row}"]))
+
+    def drop_zeros(self, *, never_calculated: bool = False) -> None:
+        """Treat the results of formulas as never calculated if the program that wrote the file stored zeros for them.
+
+        That is assumed if the file states it (``never_calculated``), or if there are several formulas and all results
+        are 0.
+        """
+        cells = [(row, column, cell) for row in self.rows.values() for column, cell in row.items() if cell.is_formula]
+        zeros = [(row, column) for row, column, cell in cells if cell.text in ("0", "-0")]
+        if never_calculated or 1 < len(zeros) == len(cells):
+            for row, column in zeros:
+                row[column] = FORMULA
+
+    def all_texts(self) -> Iterator[tuple[str, str]]:
+        """Yield the texts of a worksheet with their places; those of a row are one."""
+        sheet, texts = f"sheet {quoted(f'{self.sheet}')}", [*self.elsewhere]
+        texts += [(f"comment in row {row}", text) for row, _, text in self.comments]
+        for row, cells in self.rows.items():
+            if words := [cell.text for cell in cells.values() if cell.kind == "text"]:
+                texts.append((f"row {row}", " ".join(words)))
+        yield from ((f"{sheet}, {part}", text) for part, text in texts)
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
@@ -80,9 +108,10 @@ class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet,
         super().__init__("\n".join(map(str, self.doubts)))
 
 
-def refused(place: Path | str, finding: str, remedy: str) -> SheetFaults:
-    """Return the error of a single fault that ends reading. ``place`` may be the path alone."""
-    return SheetFaults([Doubt("file", as_text(Path(place)), finding, remedy)])
+def refused(where: Location | Path, finding: str, remedy: str) -> SheetFaults:
+    """Return the error of a single fault that ends reading. ``where`` may be the path of the file."""
+    where = Location(Path(as_text(where))) if isinstance(where, Path) else where
+    return SheetFaults([Doubt("file", where, finding, remedy)])
 
 
 def letters(column: int) -> str:

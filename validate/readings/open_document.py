@@ -9,12 +9,12 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from itertools import chain, islice, repeat
+from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from defusedxml.ElementTree import fromstring
 
-from validate.readings.grid import BLANK, MOST_COLUMNS, MOST_ROWS, Cell, Kind, Mark
-from validate.readings.worksheets import FORMULA, Entry, Worksheet
+from validate.readings.grid import BLANK, FORMULA, MOST_COLUMNS, MOST_ROWS, Cell, Comment, Grid, Kind, quoted
 
 MIMETYPE = b"application/vnd.oasis.opendocument.spreadsheet"
 PARTS = ("styles.xml", "content.xml")
@@ -37,7 +37,7 @@ BEHIND = re.compile(r"[-+]?[0-9][0-9.,' \u00a0\u202f]*(\D+)")
 Look = Callable[[str | None], Mapping[str, str]]
 
 
-def read_worksheets(archive: zipfile.ZipFile) -> Iterator[Worksheet]:
+def read_worksheets(path: Path, archive: zipfile.ZipFile) -> Iterator[Grid]:
     """Yield all worksheets. A damaged file raises errors of any class."""
     roots = [fromstring(archive.read(part)) for part in PARTS if part in archive.namelist()]
     styles = {style.get(f"{STYLE}name"): style for root in roots for style in root.iter(f"{STYLE}style")}
@@ -51,33 +51,36 @@ def read_worksheets(archive: zipfile.ZipFile) -> Iterator[Worksheet]:
         return {key: value for each in properties for key, value in each.items()}
 
     for table in roots[-1].findall(f"{OFFICE}body/{OFFICE}spreadsheet/{TABLE}table"):
-        yield _sheet(table, look)
+        yield _sheet(path, table, look)
 
 
-def _sheet(table: Element, look: Look) -> Worksheet:
-    sheet = Worksheet(table.get(f"{TABLE}name", ""), look(table.get(STYLE_NAME)).get(f"{TABLE}display") == "false")
+def _sheet(path: Path, table: Element, look: Look) -> Grid:
+    name, is_hidden = table.get(f"{TABLE}name", ""), look(table.get(STYLE_NAME)).get(f"{TABLE}display") == "false"
+    sheet = Grid(path, ("ODS", f"sheet {quoted(name)}"), sheet=name, is_hidden=is_hidden)
     repeated = (repeat(each, _count(each, "columns")) for each in _below(table, "table-column"))
     columns = [*islice(chain.from_iterable(repeated), MOST_COLUMNS + 1)]
-    sheet.hidden_columns = {number for number, each in enumerate(columns) if each.get(VISIBILITY) in HIDDEN}
+    sheet.hidden_columns.update(number for number, each in enumerate(columns) if each.get(VISIBILITY) in HIDDEN)
     usual = dict(enumerate(each.get(USUAL_STYLE) for each in columns))
     number = 1
     for row in _below(table, "table-row"):
-        entries, column = dict[int, Entry](), 0
+        cells, column = dict[int, Cell](), 0
         for cell in row.iterfind(f"{TABLE}*"):
             after = column + _count(cell, "columns")
             if (value := _value(cell)) != BLANK:
                 style = cell.get(STYLE_NAME) or row.get(USUAL_STYLE) or usual.get(column)
-                entry = Entry(value, cell.get(FORMULA_KEY) is not None, *_marks(cell, style, look))
+                is_struck, colours = _marks(cell, style, look)
+                is_formula = cell.get(FORMULA_KEY) is not None
+                marked = value._replace(is_formula=is_formula, is_struck=is_struck, colours=colours)
                 # One column too many is enough for a refusal.
-                entries |= dict.fromkeys(range(column, min(after, MOST_COLUMNS + 1)), entry)
+                cells |= dict.fromkeys(range(column, min(after, MOST_COLUMNS + 1)), marked)
             if (note := cell.find(f"{OFFICE}annotation")) is not None:
-                sheet.comments.append(Mark(number, column, "comment", _text(note)))
+                sheet.comments.append(Comment(number, column, _text(note)))
             column = after
         after = number + _count(row, "rows")
-        if entries:
+        if cells:
             rows = range(number, min(after, number + MOST_ROWS + 1 - len(sheet.rows)))
-            sheet.rows |= dict.fromkeys(rows, entries)
-            sheet.hidden_rows |= set(rows if row.get(VISIBILITY) in HIDDEN else ())
+            sheet.rows.update(dict.fromkeys(rows, cells))
+            sheet.hidden_rows.update(rows if row.get(VISIBILITY) in HIDDEN else ())
         number = after
     sheet.drop_zeros()
     return sheet

@@ -6,19 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.doubts import CONFIRMS, Doubt
+from sealtwin.core.doubts import CONFIRMS, Doubt, ReadSheet
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
+from validate.readings.beside import ask_about_rest
 from validate.readings.files import read_grid
-from validate.readings.grid import BLANK, Cell, Grid, ReadSheet, SheetFaults, letters
-from validate.readings.rest import ask_about_rest
+from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
-from validate.readings.screens import Filling, screens
-from validate.readings.table import Table, find_table
+from validate.readings.screens import Filling, SheetAndCrack, screens
+from validate.readings.table import WAYS, Table, find_table
 from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
-WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
 MOST_ROWS_SHOWN = 8
 WHOLE = ("sign", "unit", "datum", "direction")
 
@@ -65,15 +64,15 @@ def readings_of(
         table.ask("stations", finding, "Add stations, or name another sheet or range.")
     # What only follows from a stand-in for another answer is not asked.
     is_sure = not (table.stands_in or table.is_open("range"))
-    has_places = is_sure and not table.is_open("unit", "no length", "decimal", "places")
+    has_places = is_sure and not table.is_open("unit", "decimal", "places")
     has_levels = has_places and not table.is_open("quantity")
     if depth_mm is not None and has_places:
         check_in_crack(table, cells, length_mm, depth_mm if has_levels else None)
     ask_about_rest(table, rows)
     if is_sure and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
-        crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
-        doubts = screens(cells, *crack, grid.place())
+        sheet = SheetAndCrack(cells, None, length_mm if has_places else None)
+        doubts = screens(SheetAndCrack(cells, depth_mm, length_mm, filling) if has_levels else sheet, grid.location())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, table))
     understood = _understood(table, rows)
@@ -95,7 +94,9 @@ def readings_of(
 
 def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:
     """Return rows of values as the cells of a sheet, in which "A1" is the first one; None and NaN are blank."""
-    return Grid(Path(name), {number: tuple(map(_cell, row)) for number, row in enumerate(rows, start=1)}, ("rows",))
+    cells = {number: dict(enumerate(map(_cell, row))) for number, row in enumerate(rows, start=1)}
+    cells = {number: {k: cell for k, cell in row.items() if cell != BLANK} for number, row in cells.items()}
+    return Grid(Path(name), ("rows",), {number: row for number, row in cells.items() if row}).require_size()
 
 
 def _cell(value: Any) -> Cell:
@@ -111,7 +112,7 @@ def _cell(value: Any) -> Cell:
 def _is_unanswered(doubt: Doubt, table: Table) -> bool:
     if doubt.kind == "datum" and table.declared.datum != "sample_surface":
         return False
-    return CONFIRMS not in doubt.answers or not all(map(table.confirms, doubt.answers[CONFIRMS]))
+    return not doubt.can_be_confirmed or not all(map(table.confirms, doubt.answers[CONFIRMS]))
 
 
 def _dialect(table: Table, rows: ReadRows) -> str:
@@ -126,22 +127,23 @@ def _dialect(table: Table, rows: ReadRows) -> str:
     repeats = counted(rows.cells.levels_mm.shape[1], "repeat")
     blank = int(np.isnan(rows.cells.readings_mm).sum())
     missing = (f"{counted(blank, 'reading')} missing",) if blank else ()
-    return "; ".join((", ".join((*table.grid.written, *mark)), repeats, counting, *missing))
+    skipped = [entry if isinstance(entry, str) else f"row {entry}" for entry in table.chosen.skip]
+    named = (f"skipped: {listed(skipped)}",) if skipped else ()
+    return "; ".join((", ".join((*table.grid.written, *mark)), repeats, counting, *missing, *named))
 
 
 def _understood(table: Table, rows: ReadRows) -> ReadSheet:
     """Return the columns with their roles, the header and the first rows, with the cells that are read."""
-    roles = {each.index: f"{WAYS[each.quantity]}, {each.unit or 'no unit'}" for each in table.readings}
-    if table.station is not None:
-        roles[table.station.index] = f"s, {table.station.unit or 'no unit'}"
-    if table.repeat is not None:
-        roles[table.repeat.index] = "repeat"
+    quantities = [column for column in table.others.values() if column.role.is_quantity]
+    roles = {column.index: column.in_words for column in (*table.used, *quantities)}
     header = table.header.rows
     first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MOST_ROWS_SHOWN]
-    width = max((len(table.grid.rows[row]) for row in first), default=0)
+    texts = [(row, table.grid.texts(row)) for row in first]
+    width = max((len(of_row) for _, of_row in texts), default=0)
     return ReadSheet(
         tuple((letters(column), roles.get(column, "not read")) for column in range(width)),
-        tuple((row, tuple(cell.text for cell in table.grid.rows[row])) for row in first),
+        tuple(texts),
         frozenset((row, column.index) for row in first if row in rows.read for column in table.used),
         frozenset(header),
+        rows.means,
     )

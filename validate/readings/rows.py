@@ -2,19 +2,28 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
 
-from sealtwin.core.doubts import CONFIRMS
+from sealtwin.core.doubts import CONFIRMS, Mean
 from validate.readings.grid import BLANK, Cell, letters, listed, quoted
-from validate.readings.header import cells_in, numeric
-from validate.readings.names import FACTORS, is_calculated
-from validate.readings.numbers import common_mark, decimals_of, is_ambiguous, is_missing, number
 from validate.readings.screens import ReadCells
-from validate.readings.table import Column, Table
+from validate.readings.table import Column, Table, numeric
+from validate.readings.words import (
+    MM,
+    Role,
+    common_mark,
+    decimals_of,
+    is_ambiguous,
+    is_calculated,
+    is_missing,
+    number,
+)
 from validate.settings import Decimal
 
 CLOSEST_MM = 0.01
@@ -22,8 +31,6 @@ CLOSEST_MM = 0.01
 SLACK_MM = 2.0
 HUGE_MM = 1e9  # Numbers above are no places, and too large to be divided
 LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
-
-
 COMPLAINTS = {
     "formula": ("a formula without a stored result", "Open the workbook in a spreadsheet program and save it."),
     "error": ("an error of the spreadsheet", "Correct the formula, or clear the cell."),
@@ -50,172 +57,201 @@ class ReadRows:
     mark: Decimal | None
     read: frozenset[int]  # Rows with a place and a reading
     passed: frozenset[int]  # Rows to skip, rows of means, and rows that are asked about
+    means: tuple[Mean, ...]  # Of the other quantities
 
 
-class _Reader:
+def read_rows(table: Table) -> ReadRows:
+    """Return the readings of a table, sorted along s; what cannot be read is added to its doubts."""
+    numbers = _Numbers(table)
+    _ask_about_fields(table)
+    passed = frozenset(_passed(table))
+    stations = dict(_station_cells(table, passed))
+    cells = _read_cells(table, _readings(table, numbers, stations))
+    return ReadRows(cells, numbers.mark, frozenset(stations), passed, tuple(_means(table, numbers, stations)))
+
+
+def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, Cell]]:
+    """Yield the rows with readings, and the cell with the place of each."""
+    above = BLANK
+    for row in table.body if table.station else ():
+        # A row that is skipped has the place of the repeats below it.
+        cell = table.cell(row, table.used[0])
+        above = cell if cell.text else above
+        if row not in passed and _has_readings(table, row):
+            yield row, above
+
+
+def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
+    """Return the answer that skips some readings, and the rows of some places; none for half of all rows."""
+    station = "" if table.station is None else table.station.letters
+    entries = [int(row) if (row := cell.removeprefix(station)).isdigit() else cell for cell in cells]
+    rows = {cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ") for cell in cells}
+    return {"columns.skip": entries} if 2 * len(rows) < len(table.body) else {}
+
+
+class _Numbers:
+    """The numbers of cells in millimetres, and the cells that have none."""
+
     def __init__(self, table: Table) -> None:
-        self.table, self.grid, self.chosen = table, table.grid, table.chosen
-        self.mark: Decimal | None = self._decimal_mark()
+        self.table = table
+        self.mark: Decimal | None = _decimal_mark(table)
         self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
 
-    def read(self) -> ReadRows:
-        self._refuse_fields()
-        passed = set(self._passed())
-        repeat, station = self.table.repeat, self.table.station
-        is_long = repeat is not None or "repeats" in (self.table.declared.as_written or ())
-        stations = dict[float, dict[str, Reading]]()
-        read, twice, blank, places, place = set[int](), list[str](), list[str](), dict[float, float](), BLANK
-        for row in self.table.body:
-            written = BLANK if station is None else self.grid.cell(row, station.index)
-            # A row that is skipped has the place of the repeats below it.
-            place = written if written.text else place
-            if station is None or row in passed or not self._has_readings(row):
-                continue
-            cell = f"{letters(station.index)}{row}"
-            blank += [] if written.text else [cell]
-            s_mm = self._in_mm(row, station, place)
-            readings = [self._reading(row, column) for column in self.table.readings]
-            read.add(row)
-            if s_mm is None:
-                continue
-            s_mm = places.setdefault(round(s_mm / CLOSEST_MM) if abs(s_mm) < HUGE_MM else s_mm, s_mm)
-            of_station = stations.setdefault(s_mm, {})
-            is_twice = bool(of_station) and not is_long
-            for reading in () if is_twice else readings:
-                label = self.grid.cell(row, repeat.index).text if repeat is not None else f"{len(of_station) + 1}"
-                is_twice = is_twice or label in of_station or is_missing(label)
-                of_station[label] = reading
-            twice += [cell] if is_twice and cell not in blank else []
-        self._report()
-        if blank:
-            remedy = "If these are repeats of the place above, confirm it; else write a place into every row."
-            finding = f"{listed(blank)}: no place beside the readings."
-            answers = {CONFIRMS: ["repeats"], **skipping(self.table, blank)}
-            self.table.ask("place", finding, remedy, answers, blank, stops=True)
-        if twice:
-            finding = f"the places in {listed(twice)} occur twice, or with the same number of a repeat."
-            remedy = "Correct them, or name the column that numbers the repeats (repeat)."
-            answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(self.table, twice)
-            self.table.ask("twice", finding, remedy, answers, twice, stops=True)
-        kept = [each for each in sorted(stations.items()) if any(mm == mm for mm, *_ in each[1].values())]
-        return ReadRows(self._arrays(dict(kept)), self.mark, frozenset(read), frozenset(passed))
-
-    def _refuse_fields(self) -> None:
-        """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
-        last = max(self.table.header.names, default=self.table.span.right)
-        rows = [f"{row}" for row in self.table.body if any(map(numeric, self.grid.rows[row][last + 1 :]))]
-        if rows and self.grid.separator == ",":
-            finding = f"row {listed(rows)} has more fields than the header."
-            remedy = "If these are decimal commas, save the sheet with semicolons between fields."
-            self.table.ask("fields", finding, remedy, cells=rows)
-
-    def _passed(self) -> Iterator[int]:
-        """Yield the rows to skip, and the rows of means and other calculated figures."""
-        entries, columns = {f"{entry}" for entry in self.chosen.skip}, [letters(each.index) for each in self.table.used]
-        if absent := entries - {f"{column}{row}" for row in self.table.body for column in ("", *columns)}:
-            finding = f"skip has {listed(sorted(absent))}, which is no row and no reading of the table."
-            self.table.ask("skip", finding, "Correct skip; rows are counted from 1.")
-        for row in self.table.body:
-            first = next((cell.text for _, cell in cells_in(self.grid, self.table.span, row)), "")
-            label = "" if self.table.repeat is None else self.grid.cell(row, self.table.repeat.index).text
-            if f"{row}" in entries or is_calculated(first) or is_calculated(label):
-                yield row
-
-    def _has_readings(self, row: int) -> bool:
-        """Return whether a row has a place or a number: rows of texts alone are remarks."""
-        used = [self.grid.cell(row, column.index) for column in self.table.used]
-        # A date may be a number that a spreadsheet has converted.
-        is_place = used[0].kind == "date" or used[0].text[:1].isdigit()
-        is_place = is_place and any(cell.text for cell in used[1:])
-        return is_place or any(cell.kind not in ("text", "date") or numeric(cell) for cell in used)
-
-    def _decimal_mark(self) -> Decimal | None:
-        columns = [column for column in self.table.used if column is not self.table.repeat]
-        cells = [self.grid.cell(row, column.index) for row in self.table.body for column in columns]
-        texts = [value[0] for cell in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
-        mark = self.table.declared.decimal or common_mark(texts, self.grid.separator)
-        if mark is None and (doubtful := [text for text in texts if is_ambiguous(text)]):
-            finding = f"the mark in {quoted(doubtful[0])} is a decimal mark, or separates thousands."
-            self.table.ask("decimal", finding, "The decimal mark is comma or point.", {"decimal": None})
-        return mark
-
-    def _reading(self, row: int, column: Column) -> Reading:
-        cell = self.grid.cell(row, column.index)
-        is_skipped = f"{letters(column.index)}{row}" in self.chosen.skip
-        if is_skipped or (cell.kind == "text" and is_missing(cell.text)):
+    def reading(self, row: int, column: Column) -> Reading:
+        cell = self.table.cell(row, column)
+        if f"{column.letters}{row}" in self.table.chosen.skip or (cell.kind == "text" and is_missing(cell.text)):
             return Reading(math.nan, row, column.index)
-        value_mm = self._in_mm(row, column, cell)
-        text = (numeric(cell) or ("", ""))[0]
-        digit_mm = FACTORS[column.unit or "mm"] * 10.0 ** -decimals_of(text)
-        return Reading(math.nan if value_mm is None else value_mm, row, column.index, digit_mm)
+        (text, _), factor = numeric(cell) or ("", ""), MM[column.unit or "mm"]
+        return Reading(self.in_mm(row, column, cell), row, column.index, factor * 10.0 ** -decimals_of(text))
 
-    def _in_mm(self, row: int, column: Column, cell: Cell) -> float | None:
-        """Return the number of a cell in millimetres or None after noting what is wrong."""
-        text = numeric(cell)
-        value = None
-        if cell.kind == "number":
-            value = float(cell.text)
-        elif text is not None:
-            value = number(text[0], self.mark)
-        if value is not None:
-            return value * FACTORS[column.unit or "mm"]
-        has_digits = any(map(str.isdigit, cell.text)) or column.role != "reading"
+    def in_mm(self, row: int, column: Column, cell: Cell) -> float:
+        """Return the number of a cell in millimetres, or NaN after noting what is wrong."""
+        if (value := value_of(cell, self.mark)) is not None:
+            return value * MM[column.unit or "mm"]
+        has_digits = any(map(str.isdigit, cell.text)) or column.role is not Role.READING
         text_kind = "mark" if number(cell.text) is not None else "number" if has_digits else "word"
         kind = cell.kind if cell.kind in COMPLAINTS else text_kind
-        self.unread[kind][f"{letters(column.index)}{row}"] = cell.text
-        return None
+        self.unread[kind][f"{column.letters}{row}"] = cell.text
+        return math.nan
 
-    def _report(self) -> None:
+    def report(self) -> None:
         """Ask about cells that are no numbers, with one question for each kind of mistake."""
         for kind, cells in self.unread.items():
             finding, remedy = COMPLAINTS[kind]
             texts = listed([f"{name} {quoted(text)}" for name, text in cells.items()])
             self.table.ask("cell", f"{texts}: {finding}.", remedy, skipping(self.table, [*cells]), [*cells])
 
-    def _at_places(self, numbers: list[float]) -> list[float]:
-        """Return the places that the settings give for the numbers of stations; without these, the numbers."""
-        places, count = self.chosen.places, len(numbers)
-        if not isinstance(places, tuple) or count < 2:
-            return numbers
-        if len(places) not in (2, count):
-            finding = f"places has {len(places)} numbers, but {count} places have readings."
-            self.table.ask("places", finding, "Give the first and the last place, or all.")
-            return numbers
-        return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
 
-    def _arrays(self, stations: dict[float, dict[str, Reading]]) -> ReadCells:
-        # Numbers by their size
-        labels = sorted({label for own in stations.values() for label in own}, key=lambda label: (len(label), label))
-        table = [
-            [own.get(label) or Reading(math.nan, next(iter(own.values())).row, -1) for label in labels]
-            for own in stations.values()
-        ]
-        parts = np.array(table, dtype=float).reshape(len(stations), len(labels), len(Reading._fields))
-        readings_mm, columns = parts[..., 0], parts[..., 2]
-        station = self.table.station
-        return ReadCells(
-            s_mm=np.array(self._at_places([*stations])),
-            readings_mm=readings_mm,
-            rows=parts[..., 1].astype(np.int64),
-            columns=columns.max(axis=0, initial=-1).astype(np.int64),
-            digits_mm=parts[..., 3],
-            is_depth=self.table.quantity == "depth",
-            datum_level_mm=self.table.declared.datum_level_mm or 0.0,
-            station_column=0 if station is None else station.index,
-        )
+def value_of(cell: Cell, mark: Decimal | None) -> float | None:
+    """Return the number of a cell in its own unit; None for another cell, or another decimal mark."""
+    text, _ = numeric(cell) or ("", "")
+    return float(text) if cell.kind == "number" else number(text, mark)
 
 
-def read_rows(table: Table) -> ReadRows:
-    """Return the readings of a table, sorted along s; what cannot be read is added to its doubts."""
-    return _Reader(table).read()
+def _decimal_mark(table: Table) -> Decimal | None:
+    columns = [column for column in table.used if column is not table.repeat]
+    cells = [table.cell(row, column) for row in table.body for column in columns]
+    texts = [value[0] for cell in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
+    mark = table.declared.decimal or common_mark(texts, table.grid.separator)
+    if mark is None and (ambiguous := [*filter(is_ambiguous, texts)]):
+        finding = f"the mark in {quoted(ambiguous[0])} is a decimal mark, or separates thousands."
+        table.ask("decimal", finding, "The decimal mark is comma or point.", {"decimal": None})
+    return mark
 
 
-def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
-    """Return the answer that skips some readings, and the rows of some places; none for half of all rows."""
-    place = "" if table.station is None else letters(table.station.index)
-    entries = [int(row) if (row := cell.removeprefix(place)).isdigit() else cell for cell in cells]
-    rows = {cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ") for cell in cells}
-    return {"columns.skip": entries} if 2 * len(rows) < len(table.body) else {}
+def _ask_about_fields(table: Table) -> None:
+    """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
+    last, cells = max(table.header.names, default=table.span[0].stop - 1), table.grid.rows
+    rows = [f"{row}" for row in table.body if any(numeric(cell) for k, cell in cells[row].items() if k > last)]
+    if rows and table.grid.separator == ",":
+        finding = f"row {listed(rows)} has more fields than the header."
+        remedy = "If these are decimal commas, save the sheet with semicolons between fields."
+        table.ask("fields", finding, remedy, cells=rows)
+
+
+def _passed(table: Table) -> Iterator[int]:
+    """Yield the rows to skip, and the rows of means and other calculated figures."""
+    entries, columns = {*map(str, table.chosen.skip)}, ["", *(column.letters for column in table.used)]
+    if absent := entries - {f"{column}{row}" for row in table.body for column in columns}:
+        finding = f"skip has {listed(sorted(absent))}, which is no row and no reading of the table."
+        table.ask("skip", finding, "Correct skip; rows are counted from 1.")
+    for row in table.body:
+        first = next(iter(table.part[row].values()))
+        labels = first.text, "" if table.repeat is None else table.cell(row, table.repeat).text
+        if f"{row}" in entries or any(map(is_calculated, labels)):
+            yield row
+
+
+def _has_readings(table: Table, row: int) -> bool:
+    """Return whether a row has a place or a number: rows of texts alone are remarks."""
+    station, *others = used = [table.cell(row, column) for column in table.used]
+    # A date may be a number that a spreadsheet has converted.
+    is_place = station.kind == "date" or station.text[:1].isdigit()
+    is_place = is_place and any(cell.text for cell in others)
+    return is_place or any(cell.kind not in ("text", "date") or numeric(cell) for cell in used)
+
+
+def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dict[float, dict[str, Reading]]:
+    """Return the readings of each s by the number of the repeat; ask about rows without a place of their own.
+
+    ``stations`` has the cell of the place of each row.
+    """
+    column, *_ = [*table.used, Column(0, Role.STATION)]
+    repeat, is_long = table.repeat, table.repeat is not None or table.confirms("repeats")
+    by_s, nearest = dict[float, dict[str, Reading]](), dict[float, float]()
+    twice, blank = list[str](), list[str]()
+    for row, cell in stations.items():
+        name = f"{column.letters}{row}"
+        is_blank = not table.cell(row, column).text
+        s_mm, readings = numbers.in_mm(row, column, cell), [numbers.reading(row, each) for each in table.readings]
+        if is_blank:
+            blank.append(name)
+        if math.isnan(s_mm):
+            continue
+        s_mm = nearest.setdefault(round(s_mm / CLOSEST_MM) if abs(s_mm) < HUGE_MM else s_mm, s_mm)
+        of_station = by_s.setdefault(s_mm, {})
+        is_twice = bool(of_station) and not is_long
+        for reading in () if is_twice else readings:
+            label = f"{len(of_station) + 1}" if repeat is None else table.cell(row, repeat).text
+            is_twice = is_twice or label in of_station or is_missing(label)
+            of_station[label] = reading
+        if is_twice and not is_blank:
+            twice.append(name)
+    numbers.report()
+    if blank:
+        remedy = "If these are repeats of the place above, confirm it; else write a place into every row."
+        answers = {CONFIRMS: ["repeats"], **skipping(table, blank)}
+        table.ask("place", f"{listed(blank)}: no place beside the readings.", remedy, answers, blank, stops=True)
+    if twice:
+        finding = f"the places in {listed(twice)} occur twice, or with the same number of a repeat."
+        remedy = "Correct them, or name the column that numbers the repeats (repeat)."
+        answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(table, twice)
+        table.ask("twice", finding, remedy, answers, twice, stops=True)
+    return {
+        s_mm: readings
+        for s_mm, readings in sorted(by_s.items(), key=itemgetter(0))
+        if not all(math.isnan(reading.value_mm) for reading in readings.values())
+    }
+
+
+def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCells:
+    # Numbers by their size
+    labels = sorted({*chain.from_iterable(by_s.values())}, key=lambda label: (len(label), label))
+    first = [next(iter(readings.values())) for readings in by_s.values()]
+    lacking = [Reading(math.nan, reading.row, -1) for reading in first]
+    rows = [[of_s.get(label, no) for label in labels] for of_s, no in zip(by_s.values(), lacking, strict=True)]
+    parts = np.array(rows, dtype=float).reshape(len(by_s), len(labels), len(Reading._fields))
+    readings_mm, cell_rows, columns, digits_mm = np.moveaxis(parts, -1, 0)
+    return ReadCells(
+        s_mm=np.array(_declared_places(table, [*by_s])),
+        readings_mm=readings_mm,
+        rows=cell_rows.astype(np.int64),
+        columns=columns.max(axis=0, initial=-1).astype(np.int64),
+        digits_mm=digits_mm,
+        is_depth=table.quantity == "depth",
+        datum_level_mm=table.declared.datum_level_mm or 0.0,
+        station_column=0 if table.station is None else table.station.index,
+    )
+
+
+def _declared_places(table: Table, numbers: list[float]) -> list[float]:
+    """Return the places that the settings give for the numbers of stations; without these, the numbers."""
+    places, count = table.chosen.places, len(numbers)
+    if not isinstance(places, tuple) or count < 2:
+        return numbers
+    if len(places) not in (2, count):
+        finding = f"places has {len(places)} numbers, but {count} places have readings."
+        table.ask("places", finding, "Give the first and the last place, or all.")
+        return numbers
+    return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
+
+
+def _means(table: Table, numbers: _Numbers, rows: Iterable[int]) -> Iterator[Mean]:
+    """Yield the mean of each column of another quantity, over the rows with readings."""
+    for column in table.others.values():
+        values = [value_of(table.cell(row, column), numbers.mark) for row in rows]
+        if column.role.is_quantity and (values := [value for value in values if value is not None]):
+            yield Mean(column.role.value, float(np.mean(values)), column.unit or "", len(values))
 
 
 def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.core.doubts import CONFIRMS, Doubt
+from sealtwin.core.doubts import CONFIRMS, Doubt, Location
 from sealtwin.core.records import Floats, Outline, Profile, Solid
 from validate.metrics.volumes import fill_volumes
 from validate.readings.grid import letters
@@ -101,16 +101,16 @@ class Filling:
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
         """Return the volume of sealant below a level. Beyond the outer stations the level is constant."""
         profile = Profile(s_mm, np.maximum(level_mm, -self.solid.depth_at_mm(s_mm)))
-        return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm)["sealant_mm3"]
+        return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm).sealant_mm3
 
 
 class SheetAndCrack(NamedTuple):
     """The cells, and the crack as far as it is known."""
 
     cells: ReadCells
-    depth_mm: float | None
-    length_mm: float | None
-    filling: Filling | None
+    depth_mm: float | None = None
+    length_mm: float | None = None
+    filling: Filling | None = None
 
     def profile_mm(self) -> tuple[Floats, Floats]:
         """Return s and median level of the stations with a reading; nothing if they are fewer than three."""
@@ -129,25 +129,21 @@ class Finding(NamedTuple):
     j: Any = ALL  # Repeats, in a list
 
 
-def screens(
-    cells: ReadCells, depth_mm: float | None, length_mm: float | None, filling: Filling | None, where: str
-) -> list[Doubt]:
-    """Return the doubts about readings. A doubtful reading is missing in the screens that follow.
-
-    ``depth_mm`` and ``length_mm`` are of the crack, None if unknown; ``where`` names the sheet.
-    """
+def screens(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
+    """Return the doubts about readings. A doubtful reading is missing in the screens that follow."""
     doubts = dict[Any, Doubt]()
     for screen in SCREENS:
-        readings_mm = cells.readings_mm.copy()
-        for kind, sentence, i, j in screen(SheetAndCrack(cells, depth_mm, length_mm, filling)):
-            names = _names(cells, i, j)
+        readings_mm = sheet.cells.readings_mm.copy()
+        for kind, sentence, i, j in screen(sheet):
+            names = _names(sheet.cells, i, j)
             if names:
                 readings_mm[i, j] = np.nan
             answers = {CONFIRMS: list(names) or [kind], **ANSWERS.get(kind, {})}
             what = "row" if j is ALL else "column" if i is ALL else "cell"
-            place = f"{where}, {what} {', '.join(names)}" if names else where
-            doubts.setdefault(names or kind, Doubt(kind, place, sentence, REMEDIES[kind], answers, names))
-        cells = replace(cells, readings_mm=readings_mm)
+            part = [f"{what} {', '.join(names)}"] if names else []
+            of_cells = where._replace(part=", ".join(filter(None, (where.part, *part))))
+            doubts.setdefault(names or kind, Doubt(kind, of_cells, sentence, REMEDIES[kind], answers, names))
+        sheet = sheet._replace(cells=replace(sheet.cells, readings_mm=readings_mm))
     return list(doubts.values())
 
 

@@ -1,33 +1,59 @@
-"""The columns of a sheet: which are places, readings and numbers of repeats, in which unit, and up or down."""
+"""The table of a sheet: its header, and which columns are places, readings and numbers of repeats.
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+The columns have a unit, and the readings a direction, by the names in the header or by the settings.
+"""
+
+import re
+from bisect import bisect_left
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import takewhile
 from typing import Any, get_args
 
-from sealtwin.core.doubts import CONFIRMS, Doubt
-from validate.readings.beside import changes
-from validate.readings.grid import Grid, letters, listed, quoted
-from validate.readings.header import Header, SheetPart, cells_in, find_header, lettered, numeric, roles_in
-from validate.readings.names import (
-    MM,
-    ColumnUnit,
-    Role,
-    has_rest,
-    is_no_length,
-    meaning,
-    sample_key,
-    unit_of,
-    without_unit,
-)
+from sealtwin.core.doubts import Doubt
+from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of, letters, listed, quoted
+from validate.readings.words import MM, Meaning, Role, meaning, number, parsed, sample_key, unit_of
 from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
+
+MOST_ROWS = 3  # Rows of a header
+FIRST_ROWS = 60  # Rows among which it begins
+MOST_FILE_ROWS = 10**9  # More than the number of any row in a file
+SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
+QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|\"|%)")
+"""A number and the unit behind it."""
+WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
+
+
+Rows = Mapping[int, Mapping[int, Cell]]
+"""Cells with content, by row number from 1, then by column from 0."""
 
 
 @dataclass(frozen=True)
+class Header:
+    rows: tuple[int, ...]  # Numbers of its rows; none if the sheet begins with readings
+    names: Mapping[int, str]  # Names of the columns, by their number from 0
+    first: int  # Number of the first row below it
+
+
+@dataclass
 class Column:
     index: int  # From 0
     role: Role
-    unit: ColumnUnit | None = None
+    unit: str | None = None
     quantity: Quantity | None = None
+
+    @property
+    def letters(self) -> str:
+        return letters(self.index)
+
+    @property
+    def in_words(self) -> str:
+        if self.role is Role.REPEAT:
+            return self.role.value
+        what = {Role.STATION: "s", Role.READING: WAYS[self.quantity]}.get(self.role, self.role.value)
+        return f"{what}, {self.unit or 'no unit'}"
 
 
 @dataclass
@@ -36,14 +62,16 @@ class Table:
 
     grid: Grid
     declared: Declared
-    span: SheetPart
+    span: tuple[range, range]  # Columns and rows of the part of the sheet in which it is
+    part: Rows  # Cells of these columns, down to the last of these rows
     header: Header
     body: list[int]  # Rows with cells below the header
     doubts: list[Doubt]  # All that is open in the sheet so far, and what may be a mistake
     station: Column | None = None
     readings: list[Column] = field(default_factory=list[Column])
     repeat: Column | None = None
-    others: dict[int, Role] = field(default_factory=dict[int, Role])  # Columns that are known to be something else
+    others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to be others
+    unclear: list[int] = field(default_factory=list[int])  # Columns that may be the answer to a question
     stands_in: bool = False  # True if columns that no name and no setting names stand in
 
     @property
@@ -58,6 +86,9 @@ class Table:
     def quantity(self) -> Quantity | None:
         return self.readings[0].quantity if self.readings else None
 
+    def cell(self, row: int, column: Column) -> Cell:
+        return self.grid.cell(row, column.index)
+
     def ask(
         self,
         kind: str,
@@ -70,7 +101,7 @@ class Table:
         stops: bool = False,
     ) -> None:
         """Add a question about the sheet or one of its rows; with an answer ``as_written`` it is a doubt."""
-        self.doubts.append(Doubt(kind, self.grid.place(row), finding, remedy, answers or {}, tuple(cells), stops))
+        self.doubts.append(Doubt(kind, self.grid.location(row), finding, remedy, answers or {}, tuple(cells), stops))
 
     def confirms(self, entry: str) -> bool:
         """Return whether ``as_written`` confirms an entry: a cell by itself, by its row or by its column."""
@@ -81,6 +112,17 @@ class Table:
         """Return whether a question of these kinds, or any without kinds, must be answered."""
         return any(doubt.is_open and (not kinds or doubt.kind in kinds) for doubt in self.doubts)
 
+    def column(self, index: int, role: Role) -> Column:
+        return Column(index, role, parsed(self.header.names.get(index, "")).unit, self.what(index).quantity)
+
+    def what(self, column: int) -> Meaning:
+        """Return what the name of a column says about its unit and direction."""
+        return meaning(self.header.names.get(column, "")) or Meaning(Role.OTHER)
+
+    def named(self, columns: Sequence[int]) -> str:
+        names = self.header.names
+        return listed([f"column {letters(k)}{f' {quoted(names[k])}' if k in names else ''}" for k in columns])
+
 
 def find_table(grid: Grid, declared: Declared) -> Table:
     """Return the table with the columns of places and of readings.
@@ -88,22 +130,106 @@ def find_table(grid: Grid, declared: Declared) -> Table:
     What the sheet leaves open is added to its doubts, and the likeliest columns stand in for it, so that everything
     else about the sheet can be asked at the same time.
     """
-    span = SheetPart.of((declared.columns or Columns()).range)
-    header = find_header(grid, span)
-    body = [row for row in grid.rows if header.first <= row <= span.bottom and any(cells_in(grid, span, row))]
-    table = Table(grid, declared, span, header, body, [*grid.doubts])
+    # Without a range, or an end of it, all columns and rows
+    left, top, right, bottom = SPAN.findall((declared.columns or Columns()).range or ":")[0]
+    columns = range(max(0, column_of(left)), (column_of(right) if right else MOST_COLUMNS) + 1)
+    rows = range(int(top or 1), int(bottom or MOST_FILE_ROWS) + 1)
+    part = {
+        row: {column: cell for column, cell in cells.items() if column in columns}
+        for row, cells in grid.rows.items()
+        if row < rows.stop
+    }
+    header = find_header(part, rows.start)
+    body = [row for row in part if row >= header.first and part[row]]
+    table = Table(grid, declared, (columns, rows), part, header, body, [*grid.doubts])
     _end_before_next_table(table)
-    _set_roles(table)
+    _set_columns(table)
     _ask_for_units(table)
     _ask_for_direction(table)
     return table
 
 
+def find_header(part: Rows, top: int) -> Header:
+    """Return the header of the table in a part of a sheet that begins at row ``top``. It may be above that row.
+
+    Without names of columns, the header has no rows.
+    """
+    rows = [*part]
+    inside = [row for row in rows if row >= top]
+    # A part without a header has that of the rows above it.
+    above = [row for row in reversed(rows) if row < top]
+    for begin in (*inside[:FIRST_ROWS], *above):
+        index = bisect_left(rows, begin)
+        # Rows with units and with the numbers of repeats belong to the header above them.
+        for count in range(MOST_ROWS, 0, -1):
+            header = rows[index : index + count]
+            if names := _names_if_header([part[row] for row in header]):
+                return Header(tuple(header), names, max(header[-1] + 1, top))
+    # Without known names, it is the rows of texts above the first row with numbers.
+    first = next((row for row in inside if _has_numbers(part[row])), inside[0] if inside else top)
+    texts = takewhile(
+        lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]),
+        range(first - 1, first - 1 - MOST_ROWS, -1),
+    )
+    header = tuple(texts)[::-1]
+    return Header(header, _names_of([part[row] for row in header]), first)
+
+
+def _names_of(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str]:
+    """Return the names of the columns in the rows of a header.
+
+    A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
+    """
+    names, above = defaultdict[int, list[str]](list), [BLANK] * len(rows)
+    for column in sorted({column for cells in rows for column in cells}):
+        is_last = True
+        for i, cells in reversed([*enumerate(rows)]):
+            cell = cells.get(column, BLANK)
+            above[i] = cell if cell.text else above[i]
+            text = cell.text if is_last else above[i].text
+            is_last = is_last and not cell.text
+            names[column] += [text] if text else []
+    return {column: " ".join(dict.fromkeys(reversed(parts))) for column, parts in names.items() if parts}
+
+
+def _names_if_header(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str] | None:
+    """Return the names in rows if these are a header: with a column of places and one of readings, and no number."""
+    if any(sum(bool(cell.text) for cell in cells.values()) < 2 for cells in rows):
+        return None
+    names = _names_of(rows)
+    roles = {column: what.role for column, name in names.items() if (what := meaning(name)) is not None}
+    stations = [column for column, role in roles.items() if role is Role.STATION]
+    if not stations or not {Role.READING, Role.REPEAT} & {*roles.values()}:
+        return None
+    return None if any(numeric(cells.get(column, BLANK)) for cells in rows for column in stations) else names
+
+
+def _has_numbers(cells: Mapping[int, Cell]) -> bool:
+    are_numbers = [numeric(cell) is not None for cell in cells.values()]
+    return sum(are_numbers) > max(1, len(are_numbers) / 2)
+
+
+@lru_cache(maxsize=50_000)
+def numeric(cell: Cell) -> tuple[str, str] | None:
+    """Return the number of a cell and the unit behind it, both as text; None for another cell."""
+    if cell.kind == "number" or (cell.kind == "text" and number(cell.text) is not None):
+        return cell.text, cell.unit
+    match = QUANTITY.fullmatch(cell.text) if cell.kind == "text" else None
+    if match is None or number(match[1]) is None or not (match[2] == "%" or unit_of(match[2])):
+        return None
+    return match[1], match[2]
+
+
+def roles_in(cells: Iterable[Cell]) -> set[Role]:
+    """Return the roles of columns with names in these cells, as far as they are known."""
+    return {what.role for cell in cells if number(cell.text) is None and (what := meaning(cell.text)) is not None}
+
+
 def _end_before_next_table(table: Table) -> None:
     """Take the first of several tables one below the other, and ask for a range."""
     for count, row in enumerate(table.body):
-        roles = roles_in(cell.text for _, cell in cells_in(table.grid, table.span, row))
-        if count and "station" in roles and roles & {"reading", "repeat"}:
+        roles = roles_in(table.part[row].values())
+        if count and Role.STATION in roles and roles & {Role.READING, Role.REPEAT}:
             _ask_for_range(table, f"another table begins in row {row}.")
             table.body = table.body[:count]
             return
@@ -115,15 +241,18 @@ def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
     table.ask("range", finding, remedy, {"columns.range": rows})
 
 
-def _set_roles(table: Table) -> None:
+def _set_columns(table: Table) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
-    chosen, cells = table.chosen, [each for row in table.body for each in cells_in(table.grid, table.span, row)]
+    chosen, cells = table.chosen, [each for row in table.body for each in table.part[row].items()]
     numbers = sorted({column for column, cell in cells if numeric(cell) or cell.kind == "formula"})
     meanings = {column: what for column, name in table.header.names.items() if (what := meaning(name)) is not None}
-    by_role = {role: [k for k, what in meanings.items() if what.role == role] for role in get_args(Role)}
-    stations = _chosen(table, chosen.s and (chosen.s,), numbers, by_role["station"])
-    readings = _chosen(table, chosen.levels, numbers, by_role["reading"])
-    repeats = _chosen(table, chosen.repeat and (chosen.repeat,), numbers, by_role["repeat"])
+    settings = {Role.STATION: chosen.s, Role.READING: chosen.levels, Role.REPEAT: chosen.repeat}
+    stations, readings, repeats = (
+        [column for column, what in meanings.items() if what.role is role]
+        if entries is None
+        else _lettered(table, (entries,) if isinstance(entries, str) else entries, numbers)
+        for role, entries in settings.items()
+    )
     if chosen.levels is not None:
         repeats = [column for column in repeats if column not in readings and len(readings) == 1]
     unknown = [column for column in numbers if column not in {*meanings, *stations, *readings, *repeats}]
@@ -131,63 +260,53 @@ def _set_roles(table: Table) -> None:
     if not readings and not unknown:
         # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
         readings, repeats = repeats, []
-    for column in by_role["sample"]:
-        _ask_about_samples(table, column)
+    for column, what in meanings.items():
+        if what.role is Role.SAMPLE:
+            _ask_about_samples(table, column)
     if problems := [*_problems(table, stations, readings, repeats, unknown)]:
         table.stands_in = not (stations and readings)
         stations, readings = _stand_ins(table, stations, readings, unknown or numbers, f"{'; '.join(problems)}.")
         repeats = []
         # Another column may be the answer: its name is asked about in the same round.
-        for column in sorted({*unknown} - {*stations, *readings}):
-            _column(table, column, "repeat")
-    table.station = next((_column(table, column, "station") for column in stations), None)
-    table.readings = [_column(table, column, "reading") for column in readings]
-    table.repeat = next((_column(table, column, "repeat") for column in repeats), None)
+        table.unclear = sorted({*unknown} - {*stations, *readings})
+    table.station = next((table.column(k, Role.STATION) for k in stations), None)
+    table.readings = [table.column(k, Role.READING) for k in readings]
+    table.repeat = next((table.column(k, Role.REPEAT) for k in repeats), None)
     used = {column.index for column in table.used}
-    table.others = {column: what.role for column, what in meanings.items() if column not in used}
+    table.others = {k: Column(k, what.role, what.unit) for k, what in meanings.items() if k not in used}
 
 
-def _chosen(table: Table, entries: Sequence[str] | None, numbers: Sequence[int], by_name: list[int]) -> list[int]:
-    """Return the columns whose letters a setting has; without it, those by their names."""
-    if entries is None:
-        return by_name
-    columns = {entry: [k for k in lettered(entry) if k in {*table.header.names, *numbers}] for entry in entries}
-    if empty := [entry for entry, of_entry in columns.items() if not of_entry]:
+def _lettered(table: Table, entries: Sequence[str], numbers: Sequence[int]) -> list[int]:
+    """Return the columns of letters and spans of letters, such as "B" and "C:D"."""
+    columns, empty = dict[int, None](), list[str]()
+    for entry in entries:
+        first, _, last = entry.partition(":")
+        of_entry = {*range(column_of(first), column_of(last or first) + 1)} & {*table.header.names, *numbers}
+        columns |= dict.fromkeys(sorted(of_entry))
+        empty += [] if of_entry else [entry]
+    if empty:
         table.ask("columns", f"{listed(empty)} is no column of the table.", "Name columns by their letters.")
-    return [*dict.fromkeys(column for of_entry in columns.values() for column in of_entry)]
+    return [*columns]
 
 
 def _problems(
     table: Table, stations: Sequence[int], readings: Sequence[int], repeats: Sequence[int], unknown: Sequence[int]
 ) -> Iterator[str]:
     """Yield what is not clear about the columns, as parts of a sentence."""
-    names = [table.header.names.get(column, "") for column in readings]
-    meanings = [what for what in map(meaning, names) if what is not None]
-    kinds = {_kind(table, column) for column in readings}
+    meanings = [*map(table.what, readings)]
     if len(stations) != 1 or {*stations} & {*readings}:
-        yield f"{_named(table, stations) or 'no column'} is the place along the crack"
+        yield f"{table.named(stations) or 'no column'} is the place along the crack"
     if not readings:
         yield "no column is named as a reading"
     if unknown:
-        yield f"{_named(table, unknown)} has numbers under an unknown name"
+        yield f"{table.named(unknown)} has numbers under an unknown name"
     if table.chosen.levels is None:
-        if len(kinds) > 1:
-            yield f"{_named(table, readings)} differ in unit or direction"
+        if len({(what.unit, what.quantity) for what in meanings}) > 1:
+            yield f"{table.named(readings)} differ in unit or direction"
         if any(int(what.number or 0) > len(readings) for what in meanings):
-            yield f"{_named(table, readings)} has a number that counts no repeats"
+            yield f"{table.named(readings)} has a number that counts no repeats"
     if len(repeats) > 1 or (repeats and len(readings) > 1):
-        yield f"{_named(table, repeats)} counts repeats by its name, beside other columns"
-
-
-def _kind(table: Table, column: int) -> tuple[ColumnUnit | None, Quantity | None]:
-    """Return unit and direction in the name of a column."""
-    what = meaning(table.header.names.get(column, ""))
-    return (None, None) if what is None else (what.unit, what.quantity)
-
-
-def _named(table: Table, columns: Sequence[int]) -> str:
-    names = table.header.names
-    return listed([f"column {letters(k)}{f' {quoted(names[k])}' if k in names else ''}" for k in columns])
+        yield f"{table.named(repeats)} counts repeats by its name, beside other columns"
 
 
 def _stand_ins(
@@ -199,28 +318,15 @@ def _stand_ins(
         _ask_for_range(table, f"{finding} Are there several tables?")
         return stations[:1], beside
     answers: dict[str, Any] = {"columns.s": letters(stations[0]) if len(stations) == 1 else None}
-    stations = sorted(stations, key=lambda column: _kind(table, column)[0] is None)
+    stations = sorted(stations, key=lambda column: table.what(column).unit is None)
     stations = (stations or [column for column in likely if column not in readings])[:1]
     named = [column for column in readings if column not in stations]
-    named = [column for column in named if _kind(table, column) == _kind(table, named[0])]
+    kinds = {column: (table.what(column).unit, table.what(column).quantity) for column in named}
+    named = [column for column in named if kinds[column] == kinds[named[0]]]
     answers["columns.levels"] = [*map(letters, named)] or None
     remedy = "Name the columns of places and readings by their letters; transpose a table of rows in a copy."
     table.ask("columns", finding, remedy, answers)
     return stations, named or [column for column in likely if column not in stations]
-
-
-def _column(table: Table, column: int, role: Role) -> Column:
-    """Return a column; ask about marks of its name that may change what is read, whatever is declared."""
-    name = table.header.names.get(column, "")
-    rest, unit, _ = without_unit(name)
-    row, answer = max(table.header.rows, default=1), [letters(column)]
-    if role != "repeat" and (is_no_length(name) or unit in ("g", "kg")):
-        finding = f"{quoted(name)} is no length, but a share, an angle, a ratio or a mass."
-        table.ask("no length", finding, "Name other columns, or write lengths into the sheet.", row=row)
-    elif has_rest(name) or (meaning(name) is None and changes(rest)):
-        remedy = "If it does, write what it says into other answers (unit, datum, end of s); then confirm it."
-        table.ask("name", f"does {quoted(name)} change the readings?", remedy, {CONFIRMS: answer}, answer, row)
-    return Column(column, role, unit, _kind(table, column)[1])
 
 
 def _ask_about_samples(table: Table, column: int) -> None:
@@ -241,38 +347,36 @@ def _ask_for_units(table: Table) -> None:
     """Set the unit of each column by its name, its cells or the settings, and ask for one that is open."""
     declared, places = table.declared.unit, table.chosen.places
     lacking, another, is_needed = list[Column](), list[int](), False
-
-    def with_unit(column: Column) -> Column:
-        nonlocal is_needed
-        values = [numeric(table.grid.cell(row, column.index)) for row in table.body]
+    for column in table.used:
+        if column is table.repeat:
+            continue
+        values = [numeric(table.cell(row, column)) for row in table.body]
         texts = dict.fromkeys(value[1] for value in values if value is not None)
         units = {column.unit, *(unit_of(text) or text for text in texts)} - {None, ""}
         if units - {*MM} - {column.unit} or len(units) > 1 or (units and "" in texts and column.unit is None):
-            finding = f"column {letters(column.index)} has {' and '.join(filter(None, texts))} in its cells"
+            finding = f"column {column.letters} has {' and '.join(filter(None, texts))} in its cells"
             table.ask("unit", f"{finding}, and its name has {column.unit or 'no unit'}.", "Write all in one unit.")
-        setting: ColumnUnit | None = declared
-        if column.role == "station" and (places is not None or declared in get_args(DialUnit)):
+        setting = declared
+        if column.role is Role.STATION and (places is not None or declared in get_args(DialUnit)):
             setting = "mm" if isinstance(places, tuple) else places
-        unit = next((unit for unit in (column.unit, *map(unit_of, texts)) if unit is not None), None)
-        lacking.extend([column] if unit is None and setting is None else [])
-        another.extend([column.index] if unit in MM and setting not in (None, unit) else [])
-        is_needed = is_needed or unit is None
-        return replace(column, unit=unit or setting)
-
-    table.station = None if table.station is None else with_unit(table.station)
-    table.readings = [*map(with_unit, table.readings)]
+        unit = next(filter(None, (column.unit, *map(unit_of, texts))), None)
+        lacking += [column] if unit is None and setting is None else []
+        another += [column.index] if unit in MM and setting not in (None, unit) else []
+        is_needed |= unit is None
+        column.unit = unit or setting
     if another and places is None and not is_needed:
-        finding = f"{_named(table, another)} has another unit than the settings, {declared}."
+        finding = f"{table.named(another)} has another unit than the settings, {declared}."
         table.ask("unit", finding, "Remove the setting, or correct the header.")
     if lacking:
-        roles, remedy = {column.role for column in lacking}, f"Units are {', '.join(get_args(Unit))}."
-        answers = {key: None for key, role in (("columns.places", "station"), ("unit", "reading")) if role in roles}
-        cells = [column.index for column in lacking]
-        table.ask("unit", f"{_named(table, cells)} has no unit.", remedy, answers, [*map(letters, cells)])
+        remedy, roles = f"Units are {', '.join(get_args(Unit))}.", {column.role for column in lacking}
+        settings = {Role.STATION: "columns.places", Role.READING: "unit"}
+        answers = {settings[role]: None for role in settings if role in roles}
+        finding = f"{table.named([column.index for column in lacking])} has no unit."
+        table.ask("unit", finding, remedy, answers, [column.letters for column in lacking])
 
 
 def _ask_for_direction(table: Table) -> None:
-    written = {column.quantity for column in table.readings if column.quantity is not None}
+    written: set[Quantity] = {column.quantity for column in table.readings if column.quantity is not None}
     quantity = table.declared.quantity or next(iter(written), None)
     if written - {quantity}:
         finding = f"the header has {' and '.join(sorted(written))}, of which one is read."
@@ -280,4 +384,5 @@ def _ask_for_direction(table: Table) -> None:
     elif quantity is None and table.readings:
         finding = "nothing says whether the readings count upward from the face (level) or downward (depth)."
         table.ask("quantity", finding, answers={"quantity": None})
-    table.readings = [replace(column, quantity=quantity) for column in table.readings]
+    for column in table.readings:
+        column.quantity = quantity

@@ -11,6 +11,7 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from datetime import date
 from itertools import chain
+from pathlib import Path
 from typing import Any
 
 import openpyxl
@@ -23,8 +24,7 @@ from openpyxl.utils.escape import unescape
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.xml.constants import COMMENTS_NS
 
-from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Mark
-from validate.readings.worksheets import FORMULA, Entry, Worksheet
+from validate.readings.grid import BLANK, FORMULA, MOST_COLUMNS, Cell, Comment, Grid, quoted
 
 LEFT_TO_OTHERS = b'fullCalcOnLoad="1"'  # Mark of a program that calculates nothing. Excel removes it
 HIDDEN = {("hidden", "1"), ("hidden", "true"), ("ht", "0"), ("width", "0")}  # Attributes of rows and columns
@@ -50,18 +50,20 @@ class _CellParser(WorkSheetParser):
         return cell
 
 
-def read_worksheets(archive: zipfile.ZipFile, content: bytes) -> Iterator[Worksheet]:
+def read_worksheets(path: Path, archive: zipfile.ZipFile, content: bytes) -> Iterator[Grid]:
     """Yield all worksheets. A damaged file raises errors of any class."""
     # The type stubs lack the attributes of a read-only workbook that its parser uses.
     book: Any = openpyxl.load_workbook(
         io.BytesIO(content), read_only=True, data_only=True, keep_links=False, rich_text=True
     )
     codes = BUILTIN_FORMATS | dict(enumerate(book._number_formats, BUILTIN_FORMATS_MAX_SIZE))
-    looks = [_look(style, codes.get(style.numFmtId, ""), book) for style in book._cell_styles]
-    words = {number for number, (is_word, *_) in enumerate(looks) if is_word}
+    formats = [codes.get(style.numFmtId, "") for style in book._cell_styles]
+    words = {number for number, code in enumerate(formats) if NO_DATE.search(TEXT_OR_COLOUR.sub("", code))}
     dates = book._date_formats - words, book._timedelta_formats - words
+    looks = [_look(style, code, book) for style, code in zip(book._cell_styles, formats, strict=True)]
     for source in book.worksheets:
-        sheet = Worksheet(source.title, source.sheet_state != "visible")
+        name, is_hidden = source.title, source.sheet_state != "visible"
+        sheet = Grid(path, ("XLSX", f"sheet {quoted(name)}"), sheet=name, is_hidden=is_hidden)
         with source._get_source() as part:
             _fill(sheet, _CellParser(part, source._shared_strings, True, book.epoch, *dates, True), looks)
         sheet.drop_zeros(never_calculated=LEFT_TO_OTHERS in archive.read("xl/workbook.xml"))
@@ -69,46 +71,43 @@ def read_worksheets(archive: zipfile.ZipFile, content: bytes) -> Iterator[Worksh
         for link in get_dependents(archive, links).find(COMMENTS_NS) if links in archive.namelist() else ():
             root: Any = fromstring(archive.read(link.target))
             comments: Any = CommentSheet.from_tree(root)
-            for name, comment in comments.comments:
-                row, column = coordinate_to_tuple(name)
+            for cell, comment in comments.comments:
+                row, column = coordinate_to_tuple(cell)
                 # Excel begins a comment with its author.
                 text = comment.text.strip().removeprefix(f"{comment.author}:").strip()
-                sheet.comments.append(Mark(row, column - 1, "comment", text))
+                sheet.comments.append(Comment(row, column - 1, text))
         yield sheet
 
 
-def _look(style: Any, code: str, book: Any) -> tuple[bool, str, bool, str]:
-    """Return whether a style's format is a word for "General", its unit, whether it is struck, and its colours."""
-    font, fill, behind = (
-        book._fonts[style.fontId],
-        book._fills[style.fillId],
-        SHOWN_BEHIND.search(code.partition(";")[0]),
-    )
+def _look(style: Any, code: str, book: Any) -> tuple[str, bool, str]:
+    """Return the unit that the format of a style shows, whether the style is struck through, and its colours."""
+    font, fill = book._fonts[style.fontId], book._fills[style.fillId]
+    behind = SHOWN_BEHIND.search(code.partition(";")[0])
     unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
     colours = font.color, fill.fill_type and getattr(fill, "fgColor", None)
     names = [f"{each.type} {each.value} {each.tint}" for each in colours if each is not None]
-    is_word = NO_DATE.search(TEXT_OR_COLOUR.sub("", code)) is not None
-    return is_word, unit, bool(font.strike), " ".join(name for name in names if not PLAIN.match(name))
+    return unit, bool(font.strike), " ".join(name for name in names if not PLAIN.match(name))
 
 
-def _fill(sheet: Worksheet, parser: _CellParser, looks: Sequence[tuple[bool, str, bool, str]]) -> None:
+def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[tuple[str, bool, str]]) -> None:
     for each in chain.from_iterable(cells for _, cells in parser.parse()):
-        value, (_, unit, struck, colours) = each["value"], looks[each["style_id"]]
+        value, (unit, is_struck, colours) = each["value"], looks[each["style_id"]]
         cell = _cell(value, each["data_type"], unit)
         if cell != BLANK:
             rich_text = value if isinstance(value, list) else ()
-            struck = struck or any(part.font.strike for part in rich_text if not isinstance(part, str))
+            is_struck = is_struck or any(part.font.strike for part in rich_text if not isinstance(part, str))
             # One column too many is enough for a refusal.
             column = min(each["column"] - 1, MOST_COLUMNS)
-            sheet.rows.setdefault(each["row"], {})[column] = Entry(cell, each["formula"], struck, colours)
-    sheet.hidden_rows = {int(row) for row, each in parser.row_dimensions.items() if HIDDEN & each.items()}
+            marked = cell._replace(is_formula=each["formula"], is_struck=is_struck, colours=colours)
+            sheet.rows.setdefault(each["row"], {})[column] = marked
+    sheet.hidden_rows.update(int(row) for row, each in parser.row_dimensions.items() if HIDDEN & each.items())
     for each in parser.column_dimensions.values():
         if HIDDEN & each.items():
-            sheet.hidden_columns |= set(range(int(each["min"]) - 1, min(int(each["max"]), MOST_COLUMNS)))
+            sheet.hidden_columns.update(range(int(each["min"]) - 1, min(int(each["max"]), MOST_COLUMNS)))
     page = getattr(parser, "HeaderFooter", None)
     for name in page.__elements__ if page else ():
         if text := FIELD.sub(" ", str(getattr(page, name))).strip():
-            sheet.on_page.append(("page header" if "Header" in name else "page footer", text))
+            sheet.elsewhere.append(("page header" if "Header" in name else "page footer", text))
 
 
 def _cell(value: Any, data_type: str, unit: str) -> Cell:

@@ -1,19 +1,26 @@
-"""Content of a report, chapter by chapter. The page has all of it, the PDF its pictures."""
+"""Content of a report, chapter by chapter: figures, tables and text. The page has all of it, the PDF its pictures.
+
+The words are in templates/report_words.j2; a figure is a ``Plate`` with a caption there.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, groupby
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from matplotlib.figure import Figure
 
 from sealtwin.core import files
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import texts
 from sealtwin.core.records import Outline, Pixels
+from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.run_folder import versions
-from validate.figures.first_figure import FirstFigure, FirstLayout
+from validate.figures.first_figure import FirstFigure
 from validate.figures.levels import (
     draw_distribution,
     draw_histogram,
@@ -23,21 +30,19 @@ from validate.figures.levels import (
 from validate.figures.snapshots import FillScene, draw_fill
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
-from validate.report_input import Evidence
-from validate.units import PageTable
-from validate.wording import sample_and_run
-from validate.wording.comparison import (
-    agreement_table,
-    balance_table,
-    readings_table,
+from validate.intervals import ErrorUncertainty
+from validate.report.report_facts import (
+    HEALTH_LABELS,
+    assumptions,
     stretches_off,
-    uncertainty_sentences,
-    uncertainty_tables,
-    volume_table,
+    tilt_words,
+    uncertainty_facts,
+    volumes,
 )
-from validate.wording.headline import mean_of_seeds
-from validate.wording.of_runs import levels_in_words, mean_sentence
-from validate.wording.prediction import prediction_table
+from validate.result import Evidence
+from validate.sentences import sentence, table
+from validate.uncertainty.budget import UNDECLARED_MM
+from validate.units import PageTable, plain, words
 
 
 @dataclass(frozen=True)
@@ -111,32 +116,6 @@ def first_figure(evidence: Evidence) -> FirstFigure:
     )
 
 
-def scale_words(shown: FirstFigure, layout: FirstLayout) -> str:
-    """Return a sentence on the scale of the first figure in a layout."""
-    stretch = shown.stretch(layout)
-    if stretch == 1.0:
-        return "Heights, widths and lengths are drawn to one scale."
-    return f"Heights and widths are drawn {stretch:.2g} times as large as lengths."
-
-
-def first_caption(evidence: Evidence) -> str:
-    """Return a text on the bands of the first figure, and on the places in them; empty without bands."""
-    if evidence.prediction is not None:
-        levels = levels_in_words(evidence.seeds, "simulated level")
-        return f"Grey: 19 of 20 {levels} lie in this band along the whole crack. It is no tolerance."
-    mean = "" if evidence.seeds is None else mean_sentence(evidence.seeds)
-    comparison = evidence.comparison
-    uncertainty = None if comparison is None else comparison.uncertainty
-    if uncertainty is None or uncertainty.stations is None:
-        return mean
-    stations = uncertainty.stations
-    inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
-    return f"{mean} ".lstrip() + (
-        "Grey: the error of the readings, no tolerance; a perfect model would be inside all along in 19 of 20 repeats. "
-        f"This level is inside at {inside} readings. Bars: error of one reading."
-    )
-
-
 def chapters(evidence: Evidence) -> list[Chapter]:
     """Return the chapters of a trial's report, with numbered figures: result, explanation, appendix.
 
@@ -161,81 +140,50 @@ def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Ite
     if evidence.run.has_particles:
         yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
     yield "Photo", "answer", [_photo(evidence)]
-    yield "Uncertainty", "uncertainty", [Paragraph((*mean_of_seeds(evidence), *uncertainty_sentences(evidence)))]
+    yield "Uncertainty", "uncertainty", [Paragraph(texts(uncertainty_facts(evidence)))]
 
 
 def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
-    comparison, readings = evidence.comparison, evidence.readings
-    assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
-    yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
-    volumes: list[Item] = []
-    if comparison is not None and readings is not None:
-        agreement = [agreement_table(comparison), readings_table(readings, comparison, evidence.sheet)]
-        yield "Agreement and readings", "agreement", agreement
-        volumes = [] if comparison.volumes is None else [volume_table(comparison, comparison.volumes)]
+    comparison, prediction = evidence.comparison, evidence.prediction
+    yield "Assumed and left out", "assumptions", [Paragraph(texts(assumptions(evidence)))]
+    if comparison is not None:
+        yield "Agreement and readings", "agreement", list(comparison_tables(evidence))
         if comparison.uncertainty is not None:
             yield "Uncertainty in figures", "budget", uncertainty_tables(comparison.uncertainty)
-    yield "Mass balance", "mass-balance", [balance_table(evidence), *volumes]
-    if evidence.prediction is not None:
-        yield "Uncertainty in figures", "budget", [prediction_table(evidence.prediction)]
-    dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
-    solid = Plate(
-        f"The simulated solid as in crack.stl{dams}, and its cavity alone.",
-        lambda: draw_solid(evidence.solid),
-    )
-    sections = Plate(
-        "Across the crack, seen along the nozzle's path: the solid, cut, and the particles of a slice one diameter "
-        "thick, coloured by age.",
-        lambda: draw_sections(evidence.run, evidence.outline, evidence.solid),
-    )
-    solid_and_path = sample_and_run.geometry_table(evidence), sample_and_run.path_table(evidence)
-    shown = [solid, sections] if evidence.run.has_particles else [solid]
-    yield "Geometry", "geometry", [*shown, *_weighed(evidence), *solid_and_path]
-    yield "Health of the run", "health", [sample_and_run.health_table(evidence)]
-    again = Paragraph(
-        ("This report was written from Python; to make it again, run the script that called write_report.",)
-    )
-    if evidence.commands:
-        comment = "makes this report again, from the trial.toml in its folder and the files that the trial names."
-        again = CommandLines(evidence.commands, comment)
-    packages = versions().keys() - {"sealtwin"}  # In report.json
-    origin = tuple((name, text) for name, text in evidence.provenance.items() if name not in packages)
-    yield (
-        "Provenance",
-        "provenance",
-        [again, PageTable("Versions and inputs", origin), sample_and_run.settings_table(evidence)],
-    )
-
-
-def _weighed(evidence: Evidence) -> Iterator[Item]:
+    balance = [balance_table(evidence)]
+    if comparison is not None and comparison.volumes is not None:
+        balance.append(table("table_volumes", m=comparison))
+    yield "Mass balance", "mass-balance", balance
+    if prediction is not None:
+        yield "Uncertainty in figures", "budget", [table("table_prediction", p=prediction)]
+    solid = Plate(sentence("figure_solid", e=evidence), lambda: draw_solid(evidence.solid))
+    shown: list[Item] = [solid]
+    if evidence.run.has_particles:
+        parts = evidence.run, evidence.outline, evidence.solid
+        shown.append(Plate(sentence("figure_sections"), lambda: draw_sections(*parts)))
     if (weighed := evidence.solid.figures.weighed) is not None:
-        yield Plate(
-            "Cavity by weight: levels of a liquid poured into the crack in steps, and straight walls fitted to them.",
-            lambda: draw_weighed_fill(weighed),
-        )
+        shown.append(Plate(sentence("figure_weighed"), lambda: draw_weighed_fill(weighed)))
+    yield "Geometry", "geometry", [*shown, geometry_table(evidence), path_table(evidence)]
+    yield "Health of the run", "health", [health_table(evidence.run.health)]
+    again = Paragraph((sentence("again_by_script"),))
+    if evidence.commands:
+        again = CommandLines(evidence.commands, sentence("again_by_command"))
+    packages = versions().keys() - {"sealtwin"}  # In report.json
+    origin = {name: text for name, text in evidence.provenance.items() if name not in packages}
+    of_settings = settings_table(evidence.run.settings)
+    yield "Provenance", "provenance", [again, table("table_origin", origin=origin), of_settings]
 
 
 def _error_items(evidence: Evidence) -> Iterator[Item]:
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     if readings is None or comparison is None:
         return
-    yield Plate(
-        "Mean absolute error in each 10 mm of the crack, as in the paper's Fig. 9b.",
-        lambda: draw_histogram(comparison),
-    )
-    yield Plate(
-        "Share of the crack's length with an error up to a limit.",
-        lambda: draw_distribution(profile, readings, comparison),
-    )
+    yield Plate(sentence("figure_histogram"), lambda: draw_histogram(comparison))
+    yield Plate(sentence("figure_distribution"), lambda: draw_distribution(profile, readings, comparison))
     if (uncertainty := comparison.uncertainty) is not None:
-        missing = ", without numerics or inputs" if uncertainty.mean_level.resolved is None else ""
-        if sentences := stretches_off(uncertainty.stations):
-            yield Paragraph(sentences)
-        yield Plate(
-            "Error E (simulated minus measured level) at each station, ± 2 standard uncertainties; filled markers are "
-            f"outside the band of all stations. Below: the parts of the uncertainty{missing}.",
-            lambda: draw_uncertainty(uncertainty.stations),
-        )
+        if text := stretches_off(uncertainty.stations):
+            yield Paragraph((text,))
+        yield Plate(sentence("figure_stations", m=comparison), lambda: draw_uncertainty(uncertainty.stations))
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:
@@ -243,23 +191,9 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
     if frames := evidence.frames:
         scene = FillScene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
-        yield Plate(
-            "Sections along the crack during the fill, coloured by speed, as in the paper's Fig. 6.",
-            lambda: draw_fill(frames, scene, by=("speed",)),
-        )
-    yield Plate(
-        f"All particles from the side{_of_first(evidence)}, coloured by age; the line is the level read from "
-        f"{'them' if evidence.seeds is None else 'all runs'}.",
-        lambda: draw_side_view(run, outline, solid, evidence.profile),
-    )
-    yield Plate(
-        "The sample from above, particles coloured by height.",
-        lambda: draw_top_view(run, outline, solid, evidence.trajectory),
-    )
-
-
-def _of_first(evidence: Evidence) -> str:
-    return "" if evidence.seeds is None else f" in the run of seed {evidence.seeds.seeds[0]}"
+        yield Plate(sentence("figure_fill"), lambda: draw_fill(frames, scene, by=("speed",)))
+    yield Plate(sentence("figure_side", e=evidence), lambda: draw_side_view(run, outline, solid, evidence.profile))
+    yield Plate(sentence("figure_above"), lambda: draw_top_view(run, outline, solid, evidence.trajectory))
 
 
 OVERLAY_PX = 1500  # Largest width of the overlay in the report; the run folder has it in full size
@@ -270,9 +204,8 @@ def _photo(evidence: Evidence) -> PhotoBlock:
     picture = _around_crack(_read_picture(evidence.overlay_path), outline)
     scale = min(1.0, OVERLAY_PX / picture.shape[1])
     pixels = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    origin = "of undeclared origin" if evidence.photo_data == "undeclared" else evidence.photo_data
     return PhotoBlock(
-        f"Traced walls and centreline over the {seen_in} ({origin}); scale: {outline.scale_source}.",
+        sentence("figure_photo", e=evidence),
         f"The {seen_in} of the sample with the traced walls and centreline of the crack",
         np.asarray(pixels, dtype=np.uint8),
     )
@@ -298,7 +231,89 @@ def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
 
 def _model(evidence: Evidence) -> Model:
     return Model(
-        "The sealant at the end, coloured by age, without the near wall; the line is the crack's mouth.",
+        sentence("figure_model"),
         "The sealant in the crack, seen from one side and from above, coloured by age",
         build_turntable(evidence.run, evidence.solid),
     )
+
+
+SHOWN_HEALTH = (
+    *("density_error_p95", "density_error_max", "moving_most", "viscosity_iterations_mean", "finer"),
+    *("particles_across", "viscosity_m2_s", "viscosity_pa_s", "viscosity_added_m2_s", "reynolds", "bond", "bingham"),
+    *("flat_mm", "to_rest_mm", "setup_s", "frames_s"),
+)
+"""Figures of a run's health on the page. report.json has all of them."""
+
+
+def comparison_tables(evidence: Evidence) -> Iterator[PageTable]:
+    """Yield the tables of the error's metrics, and of the readings: their file, format and scatter."""
+    parts = {"m": evidence.comparison, "readings": evidence.readings, "sheet": evidence.sheet}
+    yield table("table_agreement", **parts)
+    yield table("table_readings", **parts)
+
+
+def uncertainty_tables(uncertainty: ErrorUncertainty) -> list[PageTable]:
+    """Return the tables of the intervals, the error budget, the alignment, the particle size and the inputs."""
+    names = "intervals", "budget", "missing", "alignment", "sizes", "inputs"
+    tables = (table(f"table_{name}", u=uncertainty, undeclared_mm=UNDECLARED_MM) for name in names)
+    return [each for each in tables if each.rows]
+
+
+def balance_table(evidence: Evidence) -> PageTable:
+    """Return the table of the dispensed sealant's volume at each place."""
+    return table("table_places", e=evidence, places=volumes(evidence))
+
+
+def geometry_table(evidence: Evidence) -> PageTable:
+    return table("table_geometry", e=evidence, tilt=tilt_words(evidence))
+
+
+def path_table(evidence: Evidence) -> PageTable:
+    trajectory = evidence.trajectory
+    giving = trajectory.giving
+    begins_mm, ends_mm = trajectory.s_mm[giving][[0, -1]]
+    leads = trajectory.position_mm[: giving.start + 1], trajectory.position_mm[giving.stop - 1 :]
+    before_mm, after_mm = (arc_length(points)[-1] for points in leads)
+    return table(
+        "table_path",
+        e=evidence,
+        begins_mm=begins_mm,
+        ends_mm=ends_mm,
+        before_mm=before_mm,
+        after_mm=after_mm,
+        speed_mm_s=trajectory.speed_mm_s[:-1],
+        flow_mm3_s=trajectory.flow_mm3_s[giving.start : giving.stop - 1],
+        height_mm=trajectory.position_mm[:, 2].mean(),
+    )
+
+
+def health_table(health: RunHealth) -> PageTable:
+    """Return the figures of the page that the run recorded, in the run's order."""
+    figures = []
+    for key, value in health.recorded().items():
+        if key in SHOWN_HEALTH and value is not None:
+            label, factor, shape = HEALTH_LABELS[key]
+            figures.append((label, shape.format(factor * value)))
+    return table("table_health", health=health, figures=figures)
+
+
+def settings_table(settings: dict[str, Any]) -> PageTable:
+    """Return the settings in effect, a row for each table; the seed is in the table of versions."""
+    groups: dict[str, list[str]] = {}
+    for group, content in settings.items():
+        if isinstance(content, dict):
+            tables = {key: value if isinstance(value, dict) else {"": value} for key, value in content.items()}
+            groups[group] = [
+                f"{words(key)} {words(name)} ".replace("  ", " ") + _in_short(value)
+                for key, part in tables.items()
+                for name, value in part.items()
+                if value is not None
+            ]
+    return table("table_settings", groups=groups)
+
+
+def _in_short(value: Any) -> str:
+    """Return a setting as text. A list of numbers becomes its length and its first and last value."""
+    if not isinstance(value, list | tuple) or not value or not all(isinstance(one, int | float) for one in value):
+        return plain(value)
+    return f"{len(value)} rows, {value[0]:.4g} to {value[-1]:.4g}"

@@ -16,8 +16,7 @@ from fpdf.fonts import FontFace, TTFFont
 from PIL import Image
 
 from validate.figures.theme import INK, MUTED, printable
-from validate.report.report_data import ReportData
-from validate.wording.first_page import Tile
+from validate.result import ReportData, Tile
 
 FONT = "DejaVu Sans"
 MARGIN_IN, LINE_IN, GUTTER_IN = 0.7, 0.165, 0.2

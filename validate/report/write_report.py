@@ -17,8 +17,8 @@ from PIL import Image
 
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.drawing import DrawnFigure, as_picture, as_svg, draw_both
-from validate.figures.figure_sheet import page_environment
 from validate.figures.first_figure import NARROW, WIDE
+from validate.figures.page import page_environment
 from validate.figures.solid_pictures import draw_still
 from validate.figures.theme import AGES, in_page
 from validate.report.chapters import (
@@ -28,15 +28,21 @@ from validate.report.chapters import (
     Picture,
     Plate,
     chapters,
-    first_caption,
     first_figure,
-    scale_words,
 )
+from validate.report.first_page import first_caption, first_page, station_rows
 from validate.report.pdf import write_pdf
-from validate.report.report_data import ReportData, report_data
-from validate.report_input import Evidence
+from validate.report.report_facts import (
+    assumptions,
+    cautions,
+    headline,
+    health_facts,
+    uncertainty_facts,
+    volumes,
+)
+from validate.result import Evidence, ReadingsFile, ReportData
+from validate.sentences import sentence
 from validate.units import PageTable
-from validate.wording.first_page import station_rows
 
 DPI = 200  # Resolution of the pixels inside a figure of the page, and of a figure of the PDF
 QUALITY = 85  # Quality of photos and stills, from 0 to 100
@@ -59,12 +65,12 @@ def write_report(folder: Path, evidence: Evidence) -> None:
         if isinstance(item, Plate)
     }
     wide, narrow = draw_both(shown.draw(WIDE), "first-wide", DPI), as_svg(shown.draw(NARROW), "first-narrow", DPI)
-    wide_scale = scale_words(shown, WIDE)
+    wide_scale, narrow_scale = (sentence("first_scale", stretch=shown.stretch(layout)) for layout in (WIDE, NARROW))
     first = {
         "wide": in_page(wide.svg, ALT),
         "narrow": in_page(narrow, ALT),
         "wide_scale": wide_scale,
-        "narrow_scale": scale_words(shown, NARROW),
+        "narrow_scale": narrow_scale,
         "caption": caption,
         "table": station_rows(evidence),
     }
@@ -75,6 +81,32 @@ def write_report(folder: Path, evidence: Evidence) -> None:
     with replacing(folder / "report.pdf") as temporary:
         write_pdf(temporary, data, (wide.pixels, f"Figure 1. {wide_scale} {caption}".rstrip()), pictures)
     write_json(folder / "report.json", data.model_dump(mode="json"))
+
+
+def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> ReportData:
+    """Return the content of report.json. ``tables`` are the tables of the page."""
+    readings, sheet = evidence.readings, evidence.sheet
+    verdict, outcome = headline(evidence)
+    return ReportData(
+        name=evidence.name,
+        note=evidence.note,
+        first_page=first_page(evidence),
+        headline=verdict,
+        outcome=outcome,
+        edited=evidence.edited,
+        cautions=cautions(evidence),
+        photo_data=evidence.photo_data,
+        readings=sheet and readings and ReadingsFile(**dict(sheet), dialect=readings.dialect, data=readings.data),
+        comparison=evidence.comparison,
+        prediction=evidence.prediction,
+        seeds=evidence.seeds,
+        uncertainty=uncertainty_facts(evidence),
+        assumptions=assumptions(evidence),
+        figures=(*volumes(evidence), *health_facts(evidence)),
+        provenance=evidence.provenance,
+        commands=evidence.commands,
+        tables=tables,
+    )
 
 
 def _page(

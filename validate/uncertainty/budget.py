@@ -12,9 +12,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Integers
-from validate.comparison import BudgetPart, BudgetSummary
+from validate.intervals import BudgetPart, BudgetSummary
+from validate.sentences import doubted
 from validate.settings import PASS_MM
 
 DRAWS = 4_000
@@ -210,9 +211,9 @@ class Budget:
 
         They are those of the mean level, of the mean error and of the level at one station.
         """
-        middle = np.sign(curve.error_mm[:-1] + curve.error_mm[1:])
+        signs = np.sign(curve.error_mm[:-1] + curve.error_mm[1:])
         parts, missing = (
-            tuple(self._part(one, curve, middle) for one in group) for group in (self.components, self.missing)
+            tuple(self.part(one, curve, signs) for one in group) for group in (self.components, self.missing)
         )
         if self.steps_mm:
             parts += (BudgetPart(STEPS, "", "assumed", "readings", 0.0, self.steps_mm / 2, station_mm=0.0),)
@@ -226,29 +227,23 @@ class Budget:
             for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not one))
         )
         times = with_it / max(without, 1e-9)
-        text = (
-            f"The intervals include a shift of {PASS_MM:g} mm between passes, which so few repeats cannot exclude. If "
-            f"the repeats are not separate passes, set {one.setting} = 0; the interval of the mean level is then "
-            f"{times:.1f} times narrower."
-        )
-        return doubt("readings.allowed-for", text, times)
+        return doubted("readings.allowed-for", times, pass_mm=PASS_MM, setting=one.setting)
 
-    def _part(self, one: Component, curve: Curve, middle: Floats) -> BudgetPart:
+    def part(self, one: Component, curve: Curve, signs: Floats | None = None) -> BudgetPart:
+        """Return the standard uncertainties by one error alone.
+
+        ``signs`` of the error between its points are needed for that of the mean error.
+        """
         alone = replace(self, components=(one,))
-        band_mm = half_width(one.draws_mm)
-        level_mm, error_mm = (alone.mean_mm(weights) / 2 for weights in (curve.weights(), curve.weights(middle)))
-        station_mm = 0.0 if one.between else rms(band_mm) / 2
+        level_mm = alone.mean_mm(curve.weights()) / 2
+        error_mm = None if signs is None else alone.mean_mm(curve.weights(signs)) / 2
+        station_mm = 0.0 if one.between else float(np.sqrt(np.mean(half_width(one.draws_mm) ** 2))) / 2
         return BudgetPart(one.name, one.setting, one.source, one.kind, level_mm, error_mm, station_mm)
 
 
 def half_width(draws_mm: Floats) -> Floats:
     """Return the half-width of the 95 % interval about 0 of draws along the first axis."""
     return np.quantile(np.abs(draws_mm), SHARE, axis=0)
-
-
-def rms(values: Floats) -> float:
-    """Return the root mean square."""
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def draws_for(stations: int) -> int:

@@ -12,7 +12,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.run_figures import FAST, Method
-from validate.comparison import InputEffect, SizeSeries
+from validate.intervals import InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
@@ -307,6 +307,15 @@ class Spread:
             return None
         levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
         return Replicates([size.radius_mm for size in self.sizes], levels_mm, self.mean_of)
+
+    def errors(self, s_mm: Floats, volume_level_mm: float | None) -> list[Component]:
+        """Return the errors of the level at stations by the numerics and by the declared inputs.
+
+        ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown.
+        """
+        sizes = self.at(s_mm)
+        computed = [] if sizes is None else numerical_errors(sizes, volume_level_mm)
+        return [*computed, *self.inputs_at(s_mm).errors()]
 
     def inputs_at(self, s_mm: Floats) -> Inputs:
         """Return the effects of the inputs, interpolated at ``s_mm``."""

@@ -3,8 +3,9 @@
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
+from validate.sentences import doubted
 from validate.settings import PASS_MM, Readings, Uncertainty
 from validate.uncertainty.budget import Component, Source, draws_for, normals, uniforms
 
@@ -205,12 +206,8 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
     variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
     if freedom <= 0 or squares_mm2 >= variance_mm2 * _chi_squared(FALSE_ALARM, freedom):
         return ()
-    text = (
-        f"uncertainty.repeatability_mm = {declared_mm:g} is not used: the repeats scatter by only "
-        f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), less than 99 of 100 sheets of "
-        "normal readings with this repeatability."
-    )
-    return (doubt("readings.repeatability-unused", text, declared_mm, "mm"),)
+    parts = {"scatter_mm": np.sqrt(squares_mm2 / freedom), "freedom": freedom}
+    return (doubted("readings.repeatability-unused", declared_mm, "mm", **parts),)
 
 
 def _scatter(residual_mm: Floats, s_mm: Floats, declared: Uncertainty) -> tuple[float, float]:

@@ -1,19 +1,23 @@
-"""The budget of caliper readings: errors that repeats show, their last digit, and the bed between stations."""
+"""The budget of caliper readings: errors that repeats show, errors that none shows, and the bed between stations."""
 
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
-from validate.settings import Readings, Uncertainty
+from validate.sentences import doubted
+from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import (
     DRAWS,
+    FEW_STATIONS,
+    UNDECLARED_MM,
     Budget,
     Component,
     Source,
     draws_for,
+    hats,
     normals,
     uniforms,
 )
@@ -25,9 +29,7 @@ from validate.uncertainty.contradictions import (
     unused_repeatability,
     without_passes,
 )
-from validate.uncertainty.hidden_errors import hidden_errors
 from validate.uncertainty.meniscus import Mouth
-from validate.units import counted
 
 OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
@@ -64,12 +66,8 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     unused = unused_repeatability(measured, declared, resolution_mm)
     notes = list[Fact]()
     if places := s_mm[far.any(axis=1)].tolist():
-        text = (
-            f"At {counted(len(places), 'station')} (s = {_listed(places)} mm) a reading is more than {OUTLIER:g} "
-            f"robust standard deviations (of {robust_mm:.2g} mm) away from the others. The mean includes it; the "
-            "intervals do not if the station has at least three readings."
-        )
-        notes.append(doubt("readings.outlier", text, len(places)))
+        parts = {"places": places, "outlier": OUTLIER, "robust_mm": robust_mm}
+        notes.append(doubted("readings.outlier", len(places), **parts))
     # Of two readings, either may be the outlier.
     alone = far & (count > 2)[:, None]
     used_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
@@ -101,7 +99,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     if shapes.shape[1]:
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
         components.append(passes_error(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
-    present, missing = hidden_errors(measured, settings, declared, mouth, resolution_mm)
+    present, missing = _hidden_errors(measured, settings, declared, mouth, resolution_mm)
     limit_mm = settings.limit_mm * np.ones(stations) * (2 * uniforms("limit", 1, draws) - 1)
     components += [
         Component("limit of error of the caliper", "declared", limit_mm, shared=True, setting="readings.limit_mm"),
@@ -109,25 +107,12 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         _arches(s_mm, measured.level_mm),
     ]
     if touching := s_mm[mouth.at_mm(s_mm) <= (settings.probe_mm or -1)].tolist():
-        text = (
-            f"The probe ({settings.probe_mm:g} mm) is not narrower than the crack at "
-            f"{counted(len(touching), 'station')} (s = {_listed(touching)} mm), so it touches the walls there and "
-            "reads too high by an unknown amount."
-        )
-        notes.append(doubt("readings.probe-touches", text, len(touching)))
+        notes.append(doubted("readings.probe-touches", len(touching), probe_mm=settings.probe_mm, places=touching))
     if settings.rounding not in (None, "nearest"):
-        text = (
-            f'The readings are rounded to one side (readings.rounding = "{settings.rounding}"), by up to '
-            f"{resolution_mm:g} mm. The intervals include it; the measured level is not corrected."
-        )
-        notes.append(doubt("readings.rounded", text, resolution_mm, "mm"))
+        notes.append(doubted("readings.rounded", resolution_mm, "mm", rounding=settings.rounding))
     steps_mm = _steps_mm(s_mm, measured.level_mm)
     if steps_mm:
-        text = (
-            f"The interval of the mean error includes {steps_mm:.2f} mm for steps of the bed between stations, which "
-            f"fewer than {STATIONS_FOR_STEPS} stations cannot show."
-        )
-        notes.append(doubt("readings.few-stations", text, steps_mm, "mm"))
+        notes.append(doubted("readings.few-stations", steps_mm, "mm", fewest=STATIONS_FOR_STEPS))
     return Budget(
         stations=stations,
         components=tuple(components),
@@ -196,8 +181,98 @@ def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[NDArray[n
     return largest & (scaled_mm > OUTLIER * robust_mm) & (robust_mm > 0), robust_mm
 
 
-def _listed(places: list[float]) -> str:
-    return ", ".join(f"{s:g}" for s in places[:5]) + (" ..." if len(places) > 5 else "")
+ALIKE_MM = 15.0
+"""Correlation length of an error that all repeats share: the length over which a bed rises and falls."""
+UNSURE = 0.8
+"""Standard deviation of the slope at a station, over its mean change there and at both neighbours. Chosen so that bands
+of tips of 2 to 4 mm contain 94 to 99 % of stations."""
+USUAL = {"readings.probe_mm": 2.0, "readings.limit_mm": 0.02}
+"""Sizes of undeclared errors: width of a tip, and a gauge's error of scale, relative."""
+OF_READINGS = ("datum_error_mm", "probe_mm")
+ROUNDING = "readings.rounding"
+
+
+def _hidden_errors(
+    measured: Profile, settings: Readings, declared: Uncertainty, mouth: Mouth, step_mm: float
+) -> tuple[list[Component], tuple[Component, ...]]:
+    """Return the declared errors, and the undeclared ones with a size of ``UNDECLARED_MM`` or that in their names.
+
+    ``step_mm`` is the last digit of the readings.
+    """
+    sizes_mm = {
+        **{f"readings.{name}": getattr(settings, name) for name in OF_READINGS},
+        **{f"uncertainty.{name}": getattr(declared, name) for name in OF_THE_READINGS},
+    }
+    if "limit_mm" not in settings.model_fields_set:
+        sizes_mm["readings.limit_mm"] = None
+    height_mm, stations = measured.level_mm - (settings.datum_level_mm or 0.0), len(measured.s_mm)
+    present, missing = list[Component](), list[Component]()
+    for name, value in sizes_mm.items():
+        size_mm = USUAL.get(name, UNDECLARED_MM) if value is None else value
+        (missing if value is None else present).append(_error(name, size_mm, measured.s_mm, height_mm))
+    if settings.rounding != "nearest":
+        # The error of the last digit is the rest of the rounding. Toward zero, a level at the datum stays.
+        toward = {"down": 1.0 if measured.is_depth else -1.0, "toward_zero": -np.sign(height_mm)}
+        shift_mm = step_mm / 2 * toward[settings.rounding] if settings.rounding else UNDECLARED_MM
+        draws_mm = shift_mm * np.ones((draws_for(stations), stations))
+        one = Component("one-sided rounding", "declared", draws_mm, shared=True, setting=ROUNDING)
+        (missing if settings.rounding is None else present).append(one)
+    tension_n_m = declared.surface_tension_n_m
+    if (meniscus := mouth.meniscus(measured.s_mm, measured.level_mm, tension_n_m, "readings")) is not None:
+        (missing if tension_n_m is None else present).append(meniscus)
+    return present, tuple(missing)
+
+
+def _slopes(s_mm: Floats, level_mm: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return at each station the slope on the steeper side, the mean of both sides, and the change of slope, (n,) each.
+
+    The last is a mean over the station and its neighbours.
+    """
+    slope = np.diff(level_mm) / np.diff(s_mm)
+    sides = np.array([np.append(slope[0], slope), np.append(slope, slope[-1])])
+    turn = np.abs(np.diff(np.pad(slope, 2, mode="reflect")))
+    steeper = sides[np.abs(sides).argmax(axis=0), np.arange(len(s_mm))]
+    return steeper, sides.mean(axis=0), np.convolve(turn, np.full(3, 1 / 3), "valid")
+
+
+def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Component:
+    """Return draws of an error of the size ``size_mm``. ``height_mm`` is that of the level above the datum."""
+    slope, mean_slope, turn = _slopes(s_mm, height_mm)
+    stations, ones, draws = len(s_mm), np.ones(len(s_mm)), draws_for(len(s_mm))
+    common, own = normals(name, 1, draws), normals(f"{name}, each", stations, draws)
+    shared = name not in ("uncertainty.station_each_mm", "uncertainty.common_mm")
+    if name == "readings.datum_error_mm":
+        label, draws_mm = "height of the datum", size_mm * common * ones
+    elif name == "readings.limit_mm":
+        label, draws_mm = f"scale of a gauge that is {size_mm:.0%} off", size_mm * common * height_mm
+    elif name == "readings.probe_mm":
+        # A probe reads the highest point below it. Its half meets slopes that stations do not show.
+        label = f"width of a probe of {size_mm:g} mm on a slope"
+        draws_mm = size_mm / 2 * np.abs(mean_slope + UNSURE * turn * own)
+    elif name == "uncertainty.station_mm":
+        label, draws_mm = "common shift of the stations", slope * size_mm * common
+    elif name == "uncertainty.station_each_mm":
+        # The slope itself is uncertain, by stations out of place.
+        label = "place of each station"
+        unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
+        draws_mm = slope * unsure * size_mm * own
+    elif name == "uncertainty.common_mm":
+        label = "error that all repeats of a station share"
+        # A scan has many stations: the error is interpolated between some of them.
+        place_mm = s_mm if stations <= FEW_STATIONS else np.linspace(s_mm[0], s_mm[-1], FEW_STATIONS)
+        alike = np.exp(-(((place_mm[:, None] - place_mm) / ALIKE_MM) ** 2) / 2)
+        root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
+        draws_mm = size_mm * own[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
+    elif name == "uncertainty.operator_mm":
+        label, draws_mm = "operator's offset", size_mm * common * ones
+    elif name == "uncertainty.datum_tilt_mm":
+        # The caliper was set to zero at either end. A zero between them gives smaller errors.
+        label, place = "tilted datum or bowed face", (s_mm - s_mm[0]) / np.ptp(s_mm)
+        zero = np.round(uniforms(f"{name}, zero", 1, draws))
+        draws_mm = size_mm * common * (place - zero)
+    else:
+        label, draws_mm = "sinking probe", -size_mm * np.abs(common) * ones
+    return Component(label, "declared", draws_mm, shared=shared, setting=name)
 
 
 UNEVEN = 0.5

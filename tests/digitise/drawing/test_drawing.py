@@ -111,7 +111,7 @@ def test_a_line_with_a_width_is_the_same_crack_as_from_its_points(tmp_path, clos
     assert _volume_mm3(outline) == pytest.approx(_volume_mm3(same), rel=1e-9)
     assert outline.centreline_mm == pytest.approx(same.centreline_mm)
     assert outline.ends == same.ends == ("cut" if closed else "open", "cut")
-    assert any("layer L: left out: widths of polylines (1)" in note for note in drawing.notes)
+    assert any("layer L: left out: widths of polylines (1)" in note.text for note in drawing.notes)
 
 
 def test_an_island_stands_in_the_crack(tmp_path):
@@ -169,7 +169,7 @@ def test_a_line_drawn_twice_is_once_whatever_end_or_corner_it_begins_at(tmp_path
 
     drawing = open_drawing(_saved(tmp_path, draw), None)
     assert [tuple(map(len, drawing.lines(name))) for name in "AB"] == [(1, 0), (0, 1)]
-    assert all("exact copies of lines (3)" in note for note in drawing.notes)
+    assert all("exact copies of lines (3)" in note.text for note in drawing.notes)
 
 
 def test_any_damage_gives_lines_or_a_sentence(tmp_path):

@@ -50,7 +50,7 @@ def test_the_sweep_misses_no_pair_in_one_part_or_in_many(monkeypatch):
     corners, faces = triangles.reshape(-1, 3), np.arange(90).reshape(-1, 3)
     whole = intersecting_faces(corners, faces)
     assert len(whole) == alone
-    monkeypatch.setattr("digitise.geometry.mesh_topology.AT_ONCE", 5)
+    monkeypatch.setattr("digitise.geometry.mesh_topology.FEW", 5)
     parts = intersecting_faces(corners, faces)
     assert len(parts) == alone
     assert sorted(parts.tolist()) == sorted(whole.tolist())

@@ -4,7 +4,8 @@ import tomllib
 
 import pytest
 
-from digitise.robots.cell import FORMATS, RobotCell
+from digitise.robots.cell import LANGUAGES, RobotCell
+from digitise.robots.programs import Urscript
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import read_settings
 from sealtwin.trial.starter_files import CELL, write_example_cell
@@ -33,9 +34,8 @@ def uncommented(*tables: str) -> list[tuple[str, str]]:
 
 def test_the_example_is_a_valid_cell_with_every_table_of_it_alive(tmp_path):
     cell = read(tmp_path, *uncommented("plunger", "gcode", "urscript"))
-    assert [kind for kind in FORMATS if cell.missing_for(kind) is None] == list(FORMATS)
-    assert cell.urscript is not None
-    assert cell.urscript.full_flow_mm3_s == 1000.0
+    assert [kind for kind in LANGUAGES if cell.missing_for(kind) is None] == list(LANGUAGES)
+    assert cell.table(Urscript).full_flow_mm3_s == 1000.0
 
 
 def test_the_example_is_written_once(tmp_path):
@@ -87,7 +87,7 @@ def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, table, old, new, nam
 
 def test_what_a_language_needs_is_told_apart(tmp_path):
     cell = read(tmp_path)
-    assert [cell.missing_for(kind) for kind in FORMATS] == [None, None, None, "gcode", "urscript"]
+    assert [cell.missing_for(kind) for kind in LANGUAGES] == [None, None, None, "gcode", "urscript"]
     on_z = read(
         tmp_path,
         *uncommented("plunger", "gcode"),

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from digitise.robots.programs import points_text, table_text
-from digitise.robots.robot_path import LONGEST, comments, place_path
+from digitise.robots.cell import LANGUAGES
+from digitise.robots.programs import LONGEST, comments, points_text, table_text
+from digitise.robots.robot_path import place_path
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_trajectory
-from sealtwin.trial.robot_files import PROGRAMS
 from tests.cells import cell, in_cell, placed, random_paths, trajectory
 from tests.robot_readers import READERS
 from tests.shapes import arc_slot, straight_slot
@@ -118,10 +118,10 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-@pytest.mark.parametrize("language", sorted(PROGRAMS.keys() - {"txt", "csv"}))
+@pytest.mark.parametrize("language", sorted(name for name, language in LANGUAGES.items() if language.settings))
 def test_a_hostile_name_never_becomes_code(name, language):
     """The readers refuse words they do not know; what they do know must be the same with any name."""
-    (_, text), read = PROGRAMS[language], READERS[language]
+    text, read = LANGUAGES[language].text, READERS[language]
     plain, named = text(replace(PATH, head=("bench",))), text(replace(PATH, head=(name,)))
     assert read(named) == read(plain)
     assert len(named.splitlines()) == len(plain.splitlines())

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from digitise.robots.programs import spel_text
 from digitise.robots.robot_path import place_path
+from digitise.robots.spel import spel_text
 from sealtwin.core.errors import InputError
 from tests.cells import cell, in_cell, placed, random_paths, trajectory
 from tests.robot_readers import read_spel

@@ -89,8 +89,8 @@ def test_markers_below_the_face_or_printed_smaller_make_the_scale_unsure(bent, b
     grown = 1 + 5 / 262
     photo = by_table(grown)
     assert photo.scale_uncertainty == pytest.approx(grown - 1, rel=0.2)
-    assert any("mm below the face, 262 mm from the camera" in warning for warning in photo.warnings)
-    assert any("the scale's standard uncertainty is 2.0%" in warning for warning in photo.warnings)
+    assert any("mm below the face, 262 mm from the camera" in warning.text for warning in photo.warnings)
+    assert any("the scale's standard uncertainty is 2.0%" in warning.text for warning in photo.warnings)
     assert re.search(r"a print at 9[78]\.\d% \(.*photo\.markers\.printed_ruler_mm", photo.warnings[0])
     mended = by_table(grown, printed_ruler_mm=100 / grown)
     assert mended.mm_per_px == pytest.approx(bent_photo.mm_per_px, rel=1e-4)
@@ -106,7 +106,9 @@ def test_a_print_that_nothing_checks_is_in_the_uncertainty_and_named(bent, tmp_p
         photo = load_photo(bent.photo_input().model_copy(update={"markers": board, "face_mm": None}), tmp_path)
         assert photo.scale_uncertainty is not None
         assert least <= photo.scale_uncertainty < most
-        assert any("photo.markers.printed_ruler_mm" in warning for warning in photo.warnings) == (board is bent.board)
+        assert any("photo.markers.printed_ruler_mm" in warning.text for warning in photo.warnings) == (
+            board is bent.board
+        )
 
 
 def test_blur_is_named_if_it_moves_the_corners(bent, tmp_path):

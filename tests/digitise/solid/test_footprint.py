@@ -6,6 +6,7 @@ from manifold3d import Error, Manifold, Mesh64
 
 from digitise.drawing.given_lines import outline_of_line
 from digitise.geometry.polyline import signed_area
+from digitise.geometry.region import traced_region
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_out, sides
@@ -43,13 +44,19 @@ def test_a_crack_may_come_back_past_its_cut_end(gap_mm, before_mm, tilt):
     assert cavity.volume() == pytest.approx(expected_mm3, rel=1e-4)
 
 
-def test_a_crack_that_touches_its_cut_end_from_beyond_is_refused_and_one_that_turns_before_it_is_not():
-    """An undercut takes the other part, half a millimetre before the end, into the end."""
-    with pytest.raises(InputError, match=r"cut at \(0\.0, .* touch that end from beyond"):
-        lay_out(hook(10.0, 3.5), CrackShape(depth_mm=10.0, tilt="undercut", wall_angle_deg=4.0), 0.7)
-    points_mm = np.array([(0.0, 0.0), (0.0, 2.0), (40.0, 2.0)])
-    outline, _ = outline_of_line(points_mm, np.array([[0.0, 0.5]]), None, "turn")
-    assert lay_out(outline, VERTICAL, 0.0).ends[0].facing == pytest.approx([0.0, -1.0], abs=0.05)
+def test_a_crack_that_touches_its_cut_end_from_beyond_is_refused():
+    """An undercut takes the other part, two millimetres before the end, into the end."""
+    with pytest.raises(InputError, match=r"cut at \(0\.0, "):
+        lay_out(hook(10.0, 3.5), CrackShape(depth_mm=10.0, tilt="undercut", wall_angle_deg=12.0), 2.2)
+
+
+def test_the_end_of_a_crack_that_turns_just_before_it_is_square_to_its_cut_and_stops_no_other_part():
+    """A lean takes the long leg beyond the plane of the cut, which fills what is within a lean and a width of it."""
+    outline, _ = outline_of_line(np.array([(0.0, 0.0), (0.0, 1.0), (40.0, 1.0)]), np.array([[0.0, 0.5]]), None, "turn")
+    footprint = lay_out(outline, CrackShape(depth_mm=10.0, tilt="lean", wall_angle_deg=14.0, lean_to="right"), 2.5)
+    assert footprint.ends[0].outward == pytest.approx([0.0, -1.0], abs=0.05)
+    floor = traced_region(outline.outline_mm)[0].translate(tuple(2.5 * footprint.lean))
+    assert (floor ^ footprint.stoppers).area() < 0.1 * floor.area()
 
 
 UP, DOWN, RIGHT, LEFT = np.array([[0, 1], [0, -1], [1, 0], [-1, 0]], dtype=float)
@@ -70,3 +77,10 @@ def test_a_tip_goes_over_from_left_to_right(tip_x, out):
     assert share(slot, (tip_x, 0.4), UP) == 1.0
     # Away from the tip a wall is one or the other, however rough.
     assert share(slot, (20.0, 1.5), out) == 1.0
+
+
+def test_a_cavity_that_a_sharp_bend_and_its_tilt_make_smaller_is_said():
+    outline, _ = outline_of_line(np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 4.0)]), np.array([[0.0, 1.0]]), None, "bend")
+    leaning = build_solid(outline, CrackShape(depth_mm=10.0, tilt="lean", wall_angle_deg=11.0))
+    assert any("times the volume of its sections" in text.text for text in leaning.figures.warnings)
+    assert build_solid(outline, CrackShape(depth_mm=10.0, tilt="vertical")).figures.warnings == ()

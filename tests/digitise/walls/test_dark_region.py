@@ -47,7 +47,7 @@ def test_a_crack_among_stones_as_wide_as_it_is_traced_by_its_region(stony, photo
     low_mm, high_mm = outline.width_95_mm or (0.0, 0.0)
     assert low_mm < true_mm < high_mm < 1.3 * low_mm
     assert (low_mm + high_mm) / 2 == pytest.approx(outline.mean_width_mm)
-    assert any("too coarse to follow the walls" in warning for warning in outline.warnings)
+    assert any("too coarse to follow the walls" in warning.text for warning in outline.warnings)
 
 
 @pytest.mark.parametrize("aside_px", [-150.0, 150.0])

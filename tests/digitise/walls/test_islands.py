@@ -24,7 +24,7 @@ def test_stones_in_the_crack_are_islands(stony):
         assert signed_area(ring) < 0
         exact = min(truth.islands_mm, key=lambda stone: np.linalg.norm(stone.mean(axis=0) - ring.mean(axis=0)))
         assert rms(distance_to(ring, np.vstack([exact, exact[:1]]))) < 0.05
-    assert any(warning.startswith("3 islands are in the crack, 13.") for warning in outline.warnings)
+    assert any(warning.text.startswith("3 islands are in the crack, 13.") for warning in outline.warnings)
 
 
 def test_walls_pass_stones(stony):

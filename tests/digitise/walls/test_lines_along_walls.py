@@ -35,8 +35,8 @@ def test_a_wall_is_where_it_was_drawn_whichever_way_and_says_so(tmp_path, step, 
     assert np.abs(moved[(wall[:, 0] < 190) | (wall[:, 0] > 270)]).max() < 0.35
     (_, left), (_, right) = after.why_here(after.s_mm[np.argmin(np.abs(after.left_wall_px[:, 0] - 230))]).values()
     assert (left.method, right.method) == ("drawn", "edge")
-    assert any("drawn by hand" in warning for warning in after.warnings)
-    assert not any("drawn by hand" in warning for warning in before.warnings)
+    assert any("drawn by hand" in warning.text for warning in after.warnings)
+    assert not any("drawn by hand" in warning.text for warning in before.warnings)
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ def test_the_lower_wall_goes_where_one_stroke_or_dot_says(request, photo, kind, 
     assert lower_px(before, 235, 265) == pytest.approx(LOWER_PX[other], abs=1.5)
     assert lower_px(after, 235, 265) == pytest.approx(LOWER_PX[kind], abs=1.5)
     assert lower_px(after, 40, 110) == pytest.approx(lower_px(before, 40, 110), abs=0.05)
-    assert any("strokes drawn by hand" in warning for warning in after.warnings)
+    assert any("strokes drawn by hand" in warning.text for warning in after.warnings)
 
 
 def test_two_plausible_walls_are_named_until_a_stroke_decides(banded):
@@ -110,7 +110,7 @@ def test_strokes_that_contradict_the_crack_or_each_other_are_named(banded, crack
 def test_ground_far_from_the_crack_changes_nothing_and_says_so(banded):
     before, after = traced(banded), traced(banded, ground=(((100.0, 20.0), (200.0, 20.0)),))
     assert np.array_equal(after.left_wall_px, before.left_wall_px)
-    assert any("ground_strokes_px, stroke 1, is not beside this crack" in warning for warning in after.warnings)
+    assert any("ground_strokes_px, stroke 1, is not beside this crack" in warning.text for warning in after.warnings)
 
 
 def test_ground_that_cuts_off_the_darker_part_is_refused(tmp_path):

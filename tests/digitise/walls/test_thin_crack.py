@@ -52,7 +52,7 @@ def test_the_line_is_in_the_middle_and_its_interval_goes_into_files_and_into_the
         outline.left_wall_mm[10] - outline.centreline_mm[10],
     )
     assert ahead[0] * aside[1] - ahead[1] * aside[0] > 0, "the left wall is on the left"
-    assert any("fitted to its blurred profile" in warning for warning in outline.warnings)
+    assert any("fitted to its blurred profile" in warning.text for warning in outline.warnings)
     write_outline(tmp_path, outline)
     assert read_outline(tmp_path).width_95_mm == pytest.approx(outline.width_95_mm, abs=1e-4)
     assert outline.width_95_mm is not None
@@ -84,9 +84,9 @@ def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
     assert gauged.width_95_mm is None
     assert np.interp(20.0, gauged.s_mm, gauged.width_mm) == pytest.approx(0.4, abs=0.03)
     short = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm / 2, 0.6]]))
-    assert any("its last width, 0.6 mm, is used for the rest" in warning for warning in short.warnings)
+    assert any("its last width, 0.6 mm, is used for the rest" in warning.text for warning in short.warnings)
     whole = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm - 1.0, 0.6]]))
-    assert not any("its last width" in warning for warning in whole.warnings)
+    assert not any("its last width" in warning.text for warning in whole.warnings)
     alone = trace_outline(photo, path, how_traced(path_only=True))
     assert alone.width_source == "none"
     assert alone.length_mm == pytest.approx(gauged.length_mm)
@@ -121,6 +121,6 @@ def test_a_width_that_cannot_be_fitted_leaves_the_path_between_clicks_alone(tmp_
     outline = trace_outline(photo, path)
     assert outline.width_source == "none"
     assert outline.length_mm == pytest.approx(arc_length(path.points_px)[-1] * photo.mm_per_px, rel=0.06)
-    assert any("width_mm" in warning for warning in outline.warnings)
+    assert any("width_mm" in warning.text for warning in outline.warnings)
     with pytest.raises(InputError, match="width_mm"):
         trace_outline(photo, replace(path, source="automatic"))

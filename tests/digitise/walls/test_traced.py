@@ -78,7 +78,7 @@ def test_no_wall_is_drawn_outside_the_photo(tmp_path):
     assert outline.outline_px.min() >= 0
     assert np.all(outline.outline_px <= (499, 299))
     assert outline.ends[1] == "cut"
-    assert any("mm of the path are left out at the edge of the photo" in warning for warning in outline.warnings)
+    assert any("mm of the path are left out at the edge of the photo" in warning.text for warning in outline.warnings)
     # All of the crack up to its turn is there.
     assert outline.outline_px[:, 0].max() > 480
 

@@ -90,7 +90,7 @@ def test_a_step_of_each_unknown_takes_the_others_with_it():
 def test_what_contradicts_is_named(traced_mm, gauged_mm, off_g, named):
     fill = fill_of(3.0, 5.0, off_g=off_g, level_sd_mm=0.05, flush_sd_mm=0.05)
     _, _, weighed = weigh(slot(traced_mm), CrackShape(depth_mm=gauged_mm, tilt="flare"), fill, 0.1, 0.2)
-    assert any(named in finding for finding in weighed.findings)
+    assert any(named in finding.text for finding in weighed.findings)
 
 
 @pytest.mark.parametrize("factor", [1 / 28.35, 10.0])
@@ -106,7 +106,7 @@ def test_walls_that_open_downward_stay_upright_and_are_named():
     outline, shape, weighed = weigh(slot(), funnel, fill_of(5.0, 3.0), 0.1, 0.2)
     assert shape.wall_angle_deg == 0
     assert weighed.steps[1][1] > 0
-    assert any("open downward" in finding for finding in weighed.findings)
+    assert any("open downward" in finding.text for finding in weighed.findings)
     build_solid(outline, shape)
 
 
@@ -117,15 +117,15 @@ def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg
     """Beyond 14 degrees the fit ended at a bound: named as 14 degrees, and from 25 not at all."""
     fill = fill_of(WIDTH_MM + 2 * DEPTH_MM * np.tan(np.radians(angle_deg)), WIDTH_MM)
     _, _, weighed = weigh(slot(), shaped(tilt), fill, None, None)
-    assert any(f"open downward by {angle_deg:.1f} degrees each" in finding for finding in weighed.findings)
-    assert any('"undercut"' in finding for finding in weighed.findings)
+    assert any(f"open downward by {angle_deg:.1f} degrees each" in finding.text for finding in weighed.findings)
+    assert any('"undercut"' in finding.text for finding in weighed.findings)
 
 
 def test_an_undercut_whose_fill_closes_stays_upright_and_says_so():
     _, shape, weighed = weigh(slot(), shaped("undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
     assert shape.wall_angle_deg == 0
     assert any(
-        "close downward by" in finding and 'tilt = "undercut" has none' in finding for finding in weighed.findings
+        "close downward by" in finding and 'tilt = "undercut" has none' in finding.text for finding in weighed.findings
     )
 
 
@@ -146,7 +146,7 @@ def test_parallel_walls_that_are_not_are_named_and_keep_their_tilt():
     _, shape, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM), fill_of(1.4, 3.0, level_sd_mm=0.1), 0.1, 0.2)
     assert (shape.tilt, shape.wall_angle_deg) == ("lean", 11.0)
     assert weighed.steps[1] == (0.0, 0.0, 0.0)
-    assert any("tilt" in finding for finding in weighed.findings)
+    assert any("tilt" in finding.text for finding in weighed.findings)
     # No angle was fitted, so that none is told.
     assert "wall" not in str(weighed)
     assert str(weighed).startswith("width 2.3")

@@ -17,6 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 import sealtwin as st
+from sealtwin.calibration import CalibrationOptions
 from sealtwin.calibration import calibrate as calibrating
 from sealtwin.calibration import search as searching
 from sealtwin.calibration.calibrate import MOST_FREE, calibrate
@@ -60,7 +61,7 @@ def _edited(lab, name, **changes):
 
 def _refused(lab, files, ranges, *words, held_out=()):
     with pytest.raises(InputError) as refusal:
-        calibrate(files, ranges, lab / "out", HERE, Progress(), held_out=held_out)
+        calibrate(files, CalibrationOptions(free=ranges, hold_out=held_out), lab / "out", HERE, Progress())
     assert all(word in str(refusal.value) for word in words), refusal.value
     assert not list((lab / "out").glob("library/*/runs/*"))
 
@@ -178,7 +179,8 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch):
     # By the model alone, since the times of these small runs are of the machine.
     monkeypatch.setattr(Forecast, "scaled_s", lambda _, model_s: model_s)
     how = replace(HERE, drafts=True)
-    content = calibrate([one], ranges, tmp_path / "out", how, progress, held_out=[other], budget=14)
+    options = CalibrationOptions(free=ranges, hold_out=(other,)).model_copy(update={"budget": 14})
+    content = calibrate([one], options, tmp_path / "out", how, progress)
     # Six more runs and three of the held-out trial follow the first eight; three follow the last two; then none does.
     some_s = [left_s for left_s in later_s if left_s > 0]
     assert some_s[0] > 1.5 * some_s[-1]
@@ -291,5 +293,5 @@ def test_runs_are_drafts_unless_the_solvers_resolution_is_given(lab, monkeypatch
     monkeypatch.setattr(calibrating, "Twin", twin)
     how = replace(HERE, drafts=True)
     with pytest.raises(InputError, match="computes nothing"):
-        calibrate([lab / "trial.toml"], YIELD, lab / "out", how, Progress(), settings=given)
+        calibrate([lab / "trial.toml"], CalibrationOptions(free=YIELD), lab / "out", how, Progress(), given)
     assert chosen == [drafts]

@@ -23,7 +23,7 @@ def test_links_are_not_followed(small, tmp_path):
     ingested = ingest(small, tmp_path / "lab", QUIET)
     link, depth = (fault.sentence for fault in ingested.faults)
     assert link == "P03.png: not a plain file; links are not followed: copy the file itself."
-    assert depth.startswith("crack.depth_mm is missing")
+    assert depth.startswith("lab.toml: crack.depth_mm is missing")
     assert fates(ingested) == {"P01": "new", "P02": "new", "P03": "failed"}
 
 
@@ -65,8 +65,8 @@ def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, mon
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "new"}
     assert ingest_answer(ingested).exit_code == 6
-    sentences = [fault.sentence for fault in ingested.faults]
-    assert "shut: this folder cannot be read (Permission denied). Make it readable, or move it away." in sentences
+    faults = {fault.name: fault.sentence for fault in ingested.faults}
+    assert faults["shut"] == "this folder cannot be read (Permission denied). Make it readable, or move it away."
 
 
 def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sound, tmp_path):
@@ -78,7 +78,7 @@ def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sou
     )
     (small / "P02.txt").write_bytes(b"8 mm \x1b[2J\n\x1b]0;x\n")
     text = "\n".join(ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines)
-    for words in ("P03?.png: its name has characters", "\\xff", "P01.toml", "P02.txt"):
+    for words in ("P03?.png, ", ": its name has characters", "\\xff", "P01.toml", "P02.txt"):
         assert words in text
     assert not set(text) & {"\x1b", "\u202e", "\udcff", "\x9b"}
     faulty = replace(sound[3], left_out=[LeftOut("P01.csv", "\x1b[2J\n\u202e", lost=True)])

@@ -10,7 +10,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.files import place_of
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.pairing import pair
+from sealtwin.lab.sample import pair
 from tests.labs import QUIET, add_rows, answer, edit, fates, levels_mm, pairing_rows, question
 
 SPELLINGS = {
@@ -73,7 +73,9 @@ def _paired(*names):
 def test_photos_without_a_sheet_wait_while_a_sheet_has_no_photo(names, waiting):
     samples = _paired(*names)
     assert {name for name, sample in samples.items() if sample.files.get("readings") == []} == waiting
-    asked = {f"{file}" for sample in samples.values() for rows in sample.questions.values() for file in rows}
+    asked = {
+        f"{file}" for sample in samples.values() for question in sample.questions.values() for file in question.rows
+    }
     assert asked == {f"{name}.jpg" for name in waiting} | {name for name in names if name[:3] not in ("K05", "K06")}
 
 

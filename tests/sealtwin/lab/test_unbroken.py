@@ -108,7 +108,7 @@ def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeyp
     monkeypatch.setattr(steps, "prepare", burst)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "bug", "P02": "new"}
-    assert "P01: ZeroDivisionError: on purpose" in next(iter(ingested.samples[0].questions))
+    assert "P01.png: ZeroDivisionError: on purpose" in next(iter(ingested.samples[0].questions))
     assert ingest_answer(ingested).exit_code == 1
 
 
@@ -141,5 +141,5 @@ def test_a_file_that_changes_while_it_is_taken_in_is_not_kept(small, tmp_path, m
 
     monkeypatch.setattr(steps, "keep", changing)
     ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert "P01.csv: the file changed" in next(iter(ingested.samples[0].questions))
+    assert "P01.csv changed during the ingest" in next(iter(ingested.samples[0].questions))
     assert "p01" in Catalogue.of(tmp_path / "lab").faults(), "nor is it run"

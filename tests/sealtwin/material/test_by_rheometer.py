@@ -1,7 +1,6 @@
 """A rheometer's flow curve: the law that is fitted and chosen, its intervals, what a run takes, and refusals."""
 
 import re
-from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +8,12 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.material.by_rheometer import Pour, material_of_table
+from sealtwin.material import material_text
+from sealtwin.material.by_rheometer import FlowCurve, material_of_table
 from sealtwin.material.flow_law import GAP, TORQUE, fit_flow_law
-from sealtwin.material.paste import PasteOnPlate, material_text
 from simulate.settings import Fluid
 
-DAY = date(2026, 11, 21)
+PASTE = {"density_kg_m3": 1690.0, "data": "synthetic"}
 RATES = np.geomspace(1, 100, 9)
 
 
@@ -22,7 +21,7 @@ def measured(folder: Path, rate, stress, **rest):
     path = folder / "curve.csv"
     rows = (f"{one:.9g},{pa:.9g}" for one, pa in zip(rate, stress, strict=True))
     path.write_text("\n".join(["shear_rate_per_s,stress_pa", *rows]) + "\n", encoding="utf-8")
-    return material_of_table(path, PasteOnPlate(density_kg_m3=1690.0), "synthetic", DAY, **rest).material
+    return material_of_table(path, FlowCurve(**PASTE, **rest)).material
 
 
 def test_bingham_is_chosen_for_a_line_whose_scale_is_never_better_than_the_torques(tmp_path):
@@ -64,7 +63,7 @@ def test_only_rows_at_the_shear_rates_of_the_fill_are_fitted(tmp_path):
     assert any("9 of 25 rows" in sentence for sentence in paste.basis)
     assert "0.5 times" in paste.doubts[0]
     with pytest.raises(InputError, match="--shear-rates"):
-        measured(tmp_path, rate, bent, shear_rates_per_s=(0.01, 10_000))
+        measured(tmp_path, rate, bent, shear_rates=(0.01, 10_000.0))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -81,9 +80,9 @@ def test_slower_rows_that_the_law_does_not_describe_are_doubts_of_the_paste(tmp_
 
 def test_the_window_follows_from_nozzle_flow_and_crack():
     """32 Q / (pi D^3) at the nozzle's wall; 6 Q / w^3 at the crack's, and a thirtieth of it, to one digit."""
-    assert Pour().shear_rates_per_s == (1.0, 100.0)
-    assert Pour(nozzle_mm=1.0, flow_mm3_s=100.0, width_mm=10.0).shear_rates_per_s == (0.02, 1000.0)
-    assert Pour(nozzle_mm=5.0, flow_mm3_s=100.0, width_mm=1.0).shear_rates_per_s == (20.0, 600.0)
+    assert FlowCurve(**PASTE).shear_rates_per_s == (1.0, 100.0)
+    assert FlowCurve(**PASTE, nozzle_mm=1.0, flow_mm3_s=100.0, width_mm=10.0).shear_rates_per_s == (0.02, 1000.0)
+    assert FlowCurve(**PASTE, nozzle_mm=5.0, flow_mm3_s=100.0, width_mm=1.0).shear_rates_per_s == (20.0, 600.0)
 
 
 @pytest.mark.parametrize("n", [0.5, 1.0])

@@ -16,8 +16,7 @@ from sealtwin.cli.app import app
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Sample, Trajectory
-from sealtwin.plan import search
-from sealtwin.plan.make_plan import Options
+from sealtwin.plan import PlanOptions, search
 from sealtwin.plan.rest import Continued, Rest, read_levels, rest_of
 from sealtwin.plan.search import Case, Knots, Limits
 from sealtwin.plan.verify import Misfit, misfit
@@ -66,7 +65,7 @@ def continued(path, factor, knots: int = 3) -> tuple[Rest, Misfit]:
     bed = CASE.fill(with_flow(paused(path), factor))
     s_mm = np.linspace(float(path.s_mm[path.giving][0]), PAUSED_MM, 18)
     levels = read_levels(np.column_stack([s_mm, np.interp(s_mm, bed.sections.s_mm, bed.level_mm)]))
-    rest = rest_of(CASE, path, levels, LIMITS, Options(knots=knots))
+    rest = rest_of(CASE, path, levels, LIMITS, PlanOptions(knots=knots))
     reality = Continued(**vars(CASE), poured=paused(path), flow_factor=factor)
     return rest, judged(reality.fill(rest.trajectory))
 
@@ -103,7 +102,7 @@ def test_a_pour_that_is_high_goes_on_where_it_paused_with_less(monkeypatch):
 )
 def test_levels_that_cannot_be_of_this_pour_are_refused(levels, words):
     with pytest.raises(InputError) as refused:
-        rest_of(CASE, planned(), read_levels(levels), LIMITS, Options())
+        rest_of(CASE, planned(), read_levels(levels), LIMITS, PlanOptions())
     assert all(word in str(refused.value) for word in ("levels: ", *words)), refused.value
 
 

@@ -17,8 +17,9 @@ from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
+from sealtwin.plan import PlanOptions
 from sealtwin.plan import search as searching
-from sealtwin.plan.make_plan import Options, case_of, plan_on
+from sealtwin.plan.make_plan import case_of, plan_on
 from sealtwin.plan.pages import plan_cautions
 from sealtwin.plan.search import Case, Goal, Knots, Limits, discrepancy, limits_of, require_possible, search, target_of
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit
@@ -153,12 +154,12 @@ def particles(tmp_path, monkeypatch) -> FastModelItself:
 
 def test_a_plan_expects_the_level_of_the_middle(particles):
     """By the mean level it would expect 0.11 mm less of this paste."""
-    planned = plan_on(particles, Options(knots=3, rounds=1, seeds=1), [])
+    planned = plan_on(particles, PlanOptions(knots=3, verify=1, seeds=1), [])
     assert planned.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
     # One run shows no scatter: a band of no width would be false.
     assert planned.half_width_mm is None
     with pytest.raises(InputError, match=r"seed = 0 and with seed = 1 have the same level .* solver.radius_mm"):
-        plan_on(particles, Options(knots=3, rounds=1, seeds=2), [])
+        plan_on(particles, PlanOptions(knots=3, verify=1, seeds=2), [])
 
 
 class DraftsStandLower(FastModelItself):
@@ -176,7 +177,7 @@ def corrected(tmp_path_factory) -> Planned:
     particles = verifier(DraftsStandLower, tmp_path_factory.mktemp("plan"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(searching, "MOST_STEPS", 2)
-        return plan_on(particles, Options(knots=3, rounds=2, seeds=1, reserve_mm=0.0), [])
+        return plan_on(particles, PlanOptions(knots=3, verify=2, seeds=1, reserve_mm=0.0), [])
 
 
 def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
@@ -192,7 +193,7 @@ def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
 def test_corrections_keep_the_reserve(tmp_path, monkeypatch, draft_mm, changes_mm3):
     monkeypatch.setattr(searching, "MOST_STEPS", 2)
     monkeypatch.setattr(DraftsStandLower, "draft_mm", draft_mm)
-    planned = plan_on(verifier(DraftsStandLower, tmp_path), Options(knots=3, rounds=2, seeds=1), [])
+    planned = plan_on(verifier(DraftsStandLower, tmp_path), PlanOptions(knots=3, verify=2, seeds=1), [])
     first, second, best = (plan_trajectory(OUTLINE, one.path) for one in (*planned.rounds, planned.best))
     assert changes_mm3[0] <= second.dispensed_mm3 - first.dispensed_mm3 <= changes_mm3[1]
     assert max((path.flow_mm3_s - first.flow_mm3_s).max() for path in (second, best)) < 1e-3
@@ -211,7 +212,7 @@ def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected)
 
 def test_constant_flow_with_more_is_judged_as_by_an_accurate_run(corrected, particles):
     """Its draft stands 0.8 mm lower, and the plan that it is compared with was run accurately."""
-    accurate = plan_on(particles, Options(knots=3, rounds=1, seeds=1, drafts=False), [])
+    accurate = plan_on(particles, PlanOptions(knots=3, verify=1, seeds=1, accurate=True), [])
     over_mm3 = accurate.with_more.constant_flow_over_mm3
     assert corrected.with_more.constant_flow_over_mm3 == pytest.approx(over_mm3, rel=0.05)
 
@@ -219,9 +220,9 @@ def test_constant_flow_with_more_is_judged_as_by_an_accurate_run(corrected, part
 @pytest.mark.parametrize(
     ("options", "jobs", "rounds", "drafts"),
     [
-        (Options(rounds=3, seeds=3), 1, 0, [True] * 5 + [False] * 2),
-        (Options(rounds=3, seeds=3), 2, 1, [True] * 3 + [False] * 2),
-        (Options(rounds=2, seeds=1, drafts=False), 0, 1, [False]),
+        (PlanOptions(verify=3, seeds=3), 1, 0, [True] * 5 + [False] * 2),
+        (PlanOptions(verify=3, seeds=3), 2, 1, [True] * 3 + [False] * 2),
+        (PlanOptions(verify=2, seeds=1, accurate=True), 0, 1, [False]),
     ],
 )
 def test_the_time_left_of_a_plan_is_of_all_its_launches(options, jobs, rounds, drafts):
@@ -233,7 +234,7 @@ def test_the_time_left_of_a_plan_is_of_all_its_launches(options, jobs, rounds, d
     [(["--accurate"], False), (["--set", "solver.radius_mm=0.6"], False), (["--set", "seed=3"], True)],
 )
 def test_a_plan_is_searched_by_drafts_unless_accurate_or_a_resolution_is_given(monkeypatch, given, drafts):
-    asked = list[Options]()
+    asked = list[PlanOptions]()
 
     def make(_trial, _out, options, *_, **__):
         asked.append(options)
@@ -241,7 +242,7 @@ def test_a_plan_is_searched_by_drafts_unless_accurate_or_a_resolution_is_given(m
 
     monkeypatch.setattr("sealtwin.plan.make_plan.make_plan", make)
     CliRunner().invoke(app, ["plan", "trial.toml", *given])
-    assert [options.drafts for options in asked] == [drafts]
+    assert [not options.accurate for options in asked] == [drafts]
 
 
 def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
@@ -257,7 +258,7 @@ def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
 
 
 def test_a_plan_that_loses_because_it_aims_low_names_the_reserve(particles):
-    planned = plan_on(particles, Options(knots=3, reserve_mm=3.0, seeds=1, rounds=1), [])
+    planned = plan_on(particles, PlanOptions(knots=3, reserve_mm=3.0, seeds=1, verify=1), [])
     assert planned.unfilled_mm3 == pytest.approx((planned.margin_mm + 3.0) * 40.0 * 4.0, rel=0.01)
     lost = replace(planned, best=planned.baselines[0])
     (first, *_), (other, *_) = (plan_cautions(one, []) for one in (lost, replace(lost, unfilled_mm3=0.0)))
@@ -267,4 +268,4 @@ def test_a_plan_that_loses_because_it_aims_low_names_the_reserve(particles):
 
 def test_a_plan_that_aims_below_the_floor_is_refused(particles):
     with pytest.raises(InputError, match=r"--margin-mm 4 and --reserve-mm 6: the crack is only 10 mm deep"):
-        plan_on(particles, Options(margin_mm=4.0, reserve_mm=6.0), [])
+        plan_on(particles, PlanOptions(margin_mm=4.0, reserve_mm=6.0), [])

@@ -19,7 +19,7 @@ from sealtwin.trial.trial_file import load_trial
 from tests.labs import edit, sealtwin
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, job_in, run_tiny
-from validate.figures.compare_sheet import MOST
+from validate.figures.compare_page import MOST
 
 pytestmark = pytest.mark.usefixtures("without_pictures")
 
@@ -65,7 +65,7 @@ def test_runs_are_told_apart_by_what_differs(run, other, tmp_path):
     assert [each["name"] for each in content["runs"]] == [f"tiny ({run})", f"tiny ({other})"]
     facts = [(each["number"], each["readings_of_run"], each["edited"]) for each in content["runs"]]
     assert facts == [(1, 1, []), (2, 1, [])]
-    assert content["runs"][0]["mean_error_mm"] == files.read_json(run / "comparison.json")["mean_error_mm"]
+    assert content["runs"][0]["mean_error_mm"] == files.read_json(run / "comparison.json")["errors"]["mean_error_mm"]
     assert all((tmp_path / "page" / name).is_file() for name in content["files"])
     warned = [one for one in content["fluid_warnings"] if "at any U" in one]
     assert [one[:25] for one in warned] == ["2 of 2 runs: fluid.U is 3"]

@@ -25,9 +25,9 @@ from tests.labs import edit
 from tests.narration import Narration
 from tests.pages import leave_out_pages
 from tests.studies import HERE, TRIAL, job_in, run_tiny
+from validate.report.report_facts import headline
 from validate.result import read_comparison
-from validate.uncertainty.bed_ends import BedEnds
-from validate.wording.headline import headline
+from validate.uncertainty.validation import BedEnds
 
 DECLARED = """
 [uncertainty]
@@ -207,10 +207,10 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     assert band_mm == pytest.approx(2 * np.sqrt(np.sum(np.square(parts), axis=0)), rel=0.25)
     assert (np.array(predicted["profile_band_95_mm"]) >= band_mm).all()
     assert [one["name"] for one in predicted["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]
-    (sentence,), outcome = headline(given[0])
+    (fact,), outcome = headline(given[0])
     assert outcome == "open"
-    assert str(sentence) in "\n".join(result_lines(result, "validate"))
-    assert sentence.text.startswith("Predicted, with no setting fitted to this sample: the mean level is ")
+    assert fact.text in "\n".join(result_lines(result, "validate"))
+    assert fact.text.startswith("Predicted, with no setting fitted to this sample: the mean level is ")
 
 
 def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(path, monkeypatch):

@@ -4,7 +4,6 @@ import csv
 
 import pytest
 
-from sealtwin.api.shared import WarnedProgress
 from sealtwin.cli.studies import swept_lines
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
@@ -13,7 +12,7 @@ from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import chart_of
 from sealtwin.study.sweep import sweep
 from tests.studies import tiny_lab
-from validate.figures.map_sheet import map_sheet
+from validate.figures.map_page import map_page
 
 FAST = """
 [fixed]
@@ -43,15 +42,15 @@ def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
     plan = read_plan(out)
     assert [run.ranked for run in plan.runs] == [True, True, False] * 2
     chart = chart_of(out, [run for run in plan.runs if run.ranked], plan)
-    assert {(run.number, "fast model" in run.reason) for run in chart.excluded} == {(3, True), (6, True)}
+    assert {run.number: run.reason.key for run in chart.excluded} == {3: "unfit", 6: "unfit"}
     assert "do not scatter" in chart.flatness
-    assert map_sheet(chart, []).cautions[0] == swept["screening"]
+    assert map_page(chart, []).cautions[0] == swept["screening"]
 
 
 def test_a_study_asks_about_a_slip_of_unit_before_it_begins(tmp_path):
-    progress, slip = WarnedProgress(), FAST.replace("[0.05, 0.5]", "[0.5, 300.0]")
+    progress, slip = Progress(), FAST.replace("[0.05, 0.5]", "[0.5, 300.0]")
     sweep(tiny_lab(tmp_path, slip), tmp_path / "out", StudyOptions("cpu", 0, dry_run=True), progress)
-    assert [text for text in progress.sentences if "viscosity_pa_s is 300" in text]
+    assert [text for _, text in progress.warned if "viscosity_pa_s is 300" in text]
 
 
 def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from sealtwin.study import measured_blocks
-from sealtwin.study.measured_blocks import SHOWN, content, dam_break_of, dam_breaks, measured_sheet, table
+from sealtwin.study.measured_blocks import SHOWN, content, dam_break_of, dam_breaks, measured_page, table
 from sealtwin.trial import starter_files
 from tests.pages import leave_out_figures
 from tests.places import ROOT
 from tests.programs import refusal, sealtwin
-from validate.figures.figure_sheet import write_sheet_of_figures
+from validate.figures.page import write_page
 
 LONG = 1.1  # Computed over measured fronts of the courses that the tests give
 
@@ -35,8 +35,8 @@ def test_the_kept_fronts_are_those_of_the_kept_benchmark():
 
 def test_the_page_has_every_case_the_shift_the_step_and_the_sources(tmp_path):
     """The two given courses are 1.1 times as long as measured; the fronts of the other four cases are kept ones."""
-    sheet = measured_sheet({case: course(case) for case in dam_breaks([SHOWN])})
-    write_sheet_of_figures(tmp_path, "measured.html", sheet)
+    sheet = measured_page({case: course(case) for case in dam_breaks([SHOWN])})
+    write_page(tmp_path / "measured.html", sheet)
     page = re.sub(r"<(style|svg).*?</\1>|<[^>]+>", " ", (tmp_path / "measured.html").read_text("utf-8"), flags=re.S)
     words = " ".join(html.unescape(page).split())
     assert "Nothing here is a crack" in words

@@ -25,7 +25,7 @@ from tests.labs import edit
 from tests.narration import Narration
 from tests.pages import leave_out_pages
 from tests.studies import HERE, TRIAL, job_in, run_tiny, tiny_lab
-from validate.report.report_data import report_data
+from validate.report.write_report import report_data
 from validate.uncertainty.computed import numerical_errors
 
 DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\n"
@@ -104,7 +104,9 @@ def test_every_reader_shows_the_mean(three):
     assert report["seeds"] == result["seeds"]
     assert report["provenance"]["seed"] == "0, 1, 2"
     half = f"± {result['seeds']['band_95_mm']:.2f} mm"
-    assert any("mean of 3 runs, with seeds 0 to 2" in one and half in one for one in report["in_short"])
+    assert any(
+        "mean of 3 runs, with seeds 0 to 2" in one["text"] and half in one["text"] for one in report["uncertainty"]
+    )
     with job_in(three) as job:
         side = run_comparison._side(job, "three")
     assert side.profile.level_mm == pytest.approx(levels["level_mm"])

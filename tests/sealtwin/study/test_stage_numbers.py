@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.api.trials import write_map
+from sealtwin.api.studies import write_map
 from sealtwin.cli.studies import compared_lines, mapped_lines
 from sealtwin.core.progress import Progress
 from sealtwin.study.pipeline import run_stages

@@ -6,6 +6,7 @@ import pytest
 
 from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core.errors import InputError, present
+from sealtwin.core.facts import texts
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.study.extra_runs import vary
@@ -41,8 +42,8 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypat
     fluid, compared = present(finished.result.fluid, "fluid"), present(finished.result.comparison, "comparison")
     assert {fluid.particles, fluid.escaped_particles, fluid.spilled_particles} == {None}
     report = read_json(out / "report.json")
-    assert "the fast model, not by particles" in report["cautions"][0]
-    assert "gate of 9 mm is not applied" in report["headline"][0]
+    assert "the fast model, not by particles" in report["cautions"][0]["text"]
+    assert "gate of 9 mm is not applied" in report["headline"][0]["text"]
     lines = result_lines(finished.result, "validate", finished.extra_runs)
     assert not [line for line in lines if "--uncertainty" in line]
     assert report["outcome"] == "open"
@@ -63,5 +64,7 @@ def test_a_slip_of_unit_is_named_once_on_the_terminal_and_in_the_answer_and_the_
     trial = load_trial(tmp_path / "trial.toml", slips)
     result = run_trial(trial, tmp_path, tmp_path / "out", STAGES, "cpu", terminal := Progress()).result
     answer = *present(result.sample, "sample").warnings, *present(result.fluid, "fluid").warnings
-    for texts in (terminal.warned, answer, read_json(tmp_path / "out" / "report.json")["assumptions"]):
-        assert [sum(f"{name.partition('.')[2]} is " in str(text) for text in texts) for name in slips] == [1, 1, 1, 0]
+    report = read_json(tmp_path / "out" / "report.json")
+    said = [warning.text for warning in terminal.warned]
+    for sentences in (said, texts(answer), [fact["text"] for fact in report["assumptions"]]):
+        assert [sum(f"{name.partition('.')[2]} is " in text for text in sentences) for name in slips] == [1, 1, 1, 0]

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -98,18 +99,18 @@ def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     assert result.model_dump(mode="json") == answer == json.loads((run / "run.json").read_text(encoding="utf-8"))
     compared, fluid = present(result.comparison, "comparison"), present(result.fluid, "fluid")
     assert (fluid.escaped_particles, fluid.particles) == (0, 170)
-    assert list(fluid.warnings) == report["cautions"][:-1]
+    assert [asdict(fact) for fact in fluid.warnings] == report["cautions"][:-1]
     assert Path(answer["report"]).name == "report.html"
     assert (compared.role, compared.fitted) == ("calibrated-on", ("fluid.U",))
-    assert compared.beats_flat_level is (compared.mean_error_mm < compared.flat_level_error_mm)
+    assert compared.beats_flat_level is (compared.mean_error_mm < compared.errors.flat_level_error_mm)
     uncertainty = present(compared.uncertainty, "uncertainty")
     assert uncertainty.mean_level.resolved is None
     low_mm, high_mm = uncertainty.mean_error_interval_mm
     assert low_mm < compared.mean_error_mm < high_mm
-    assert compared.headline[-1].startswith("Gate passed: ")
-    assert compared.findings[0].startswith("ASME V&V 20 is not assessed")
+    assert compared.headline[-1].text.startswith("Gate passed: ")
+    assert compared.findings[0].text.startswith("ASME V&V 20 is not assessed")
     in_full = "\n".join(result_lines(result, "validate", verbose=True))
-    assert [text for text in (*compared.headline, *compared.findings) if text not in in_full] == []
+    assert [fact for fact in (*compared.headline, *compared.findings) if fact.text not in in_full] == []
     # The time in the findings differs from machine to machine; all else is what the stage wrote.
     first, second = (one.model_copy(update={"findings": ()}) for one in (compared, read_comparison(run)))
     assert first.model_dump_json() == second.model_dump_json()
@@ -176,9 +177,9 @@ def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied, no_figur
     answer = _json("validate", copied, code=5)
     assert answer["edited"] == ["profile.csv"]
     compared = answer["comparison"]
-    assert 3.0 < compared["mean_error_mm"] < 4.5
+    assert 3.0 < compared["errors"]["mean_error_mm"] < 4.5
     assert (compared["outcome"], compared["passed"], compared["findings"]) == ("undecided", False, [])
-    assert compared["headline"] == ["Files were edited by hand after the run (profile.csv): no verdict."]
+    assert [fact["key"] for fact in compared["headline"]] == ["verdict.edited"]
     page = (copied / "report.html").read_text(encoding="utf-8")
     assert page.index("after the run (profile.csv): this report") < page.index("Not a validation")
     assert '<header class="first undecided">' in page

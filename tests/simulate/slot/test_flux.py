@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from simulate.slot.flux import Conduits, HerschelBulkley, conduits
+from simulate.shear_law import PlaneFlow
+from simulate.slot.flux import HerschelBulkley, conduits
 from simulate.slot.sections import Trapezoids
 
 
@@ -62,7 +63,7 @@ def test_walls_take_up_a_share_of_the_stress():
 
 
 def test_paste_stands_up_to_its_yield_stress_and_its_flow_is_smooth_there():
-    through = Conduits(np.array([10.0]), np.array([4.0]), np.array([0.3]), 1.0)
+    through = PlaneFlow(np.array([4.0]), np.array([3.0]), 1.0)
     for push in (-3.999, 0.0, 3.999):
         flow, stiff = through.flow_mm3_s(np.array([push]))
         assert flow[0] == 0 == stiff[0]

@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +10,6 @@ import pytest
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile, Run, Sample
-from sealtwin.trial.trial_file import FluidOfFile
 from simulate.injection import ComputeOptions, prepare
 from simulate.pour import Pour
 from simulate.run import fill, fill_each
@@ -118,17 +117,6 @@ def test_no_setting_of_a_fluid_is_left_out_in_silence(name: str):
     run, level = poured(**{**beside, name: value})
     named = any(f"fluid.{name} " in sentence.text for sentence in run.unfit)
     assert named or np.abs(level.level_mm - poured(**beside)[1].level_mm).max() > 0.05
-
-
-class Casson(FluidOfFile):
-    shear_law: Literal["bingham", "casson"] = "bingham"  # A setting that came after the fast model
-
-
-def test_a_setting_that_is_new_is_refused_until_the_fast_model_reads_it():
-    same, new = (Casson(**PASTE, shear_law=law) for law in ("bingham", "casson"))
-    pour(Pour(sample(1.2), (same,), FAST))
-    with pytest.raises(InputError, match=r"fluid\.shear_law: .*particles"):
-        pour(Pour(sample(1.2), (new,), FAST))
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ import pytest
 from PIL import Image, ImageSequence
 
 from sealtwin.core.errors import InputError
-from validate.figures.film import Painter, write_film
+from validate.figures.drawing import as_picture
+from validate.figures.snapshots import FILM_DPI, Snapshot, write_film
 
 
 def film(path, scene, frames):
@@ -18,7 +19,7 @@ def film(path, scene, frames):
 
 def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path, monkeypatch):
     """In the run's own time, where players can show that: 6.5 s between two frames are shown as one."""
-    monkeypatch.setattr("validate.figures.film.WIDTH_IN", 5.0)
+    monkeypatch.setattr("validate.figures.snapshots.FILM_IN", (4.0, 5.0))
     timed = [replace(frame, t_s=t_s) for frame, t_s in zip(frames, (0.5, 0.6, 7.1), strict=True)]
     film(tmp_path / "fill.gif", scene, timed)
     with Image.open(tmp_path / "fill.gif") as opened:
@@ -27,7 +28,7 @@ def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path,
             for picture in ImageSequence.Iterator(opened)
         ]
     assert [duration for duration, _ in shown] == [100, 1000, 1500]
-    painted = Painter(scene).paint(timed[1]).astype(int)
+    painted = np.asarray(as_picture(Snapshot(scene, film=True).draw(timed[1]), FILM_DPI), dtype=int)
     # 128 colours for all: neighbours on the scales become one.
     assert np.abs(shown[1][1] - painted).mean() < 2.0
     assert np.abs(shown[1][1] - shown[0][1]).mean() > 4.0

@@ -12,7 +12,8 @@ from digitise.solid.build_solid import build_solid
 from tests.evidence import SEEDS
 from validate.compare import assess
 from validate.figures.first_figure import NARROW, WIDE
-from validate.report.chapters import first_caption, first_figure
+from validate.report.chapters import first_figure
+from validate.report.first_page import first_caption
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict

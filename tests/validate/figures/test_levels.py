@@ -74,7 +74,9 @@ def test_the_distribution_of_an_error_that_grows_evenly_is_a_straight_line(evide
     s_mm = np.array([readings.s_mm[0], readings.s_mm[-1]])
     measured = replace(readings, s_mm=s_mm, level_mm=np.array([-1.0, -1.0]), repeats_mm=None)
     simulated = replace(profile, s_mm=s_mm, level_mm=np.array([-1.0, 1.0]))
-    comparison = evidence.comparison.model_copy(update={"worst_error_mm": 2.0})
+    comparison = evidence.comparison.model_copy(
+        update={"errors": replace(evidence.comparison.errors, worst_error_mm=2.0)}
+    )
     (axes,) = axes_of(draw_distribution(simulated, measured, comparison))
     within_mm, percent = (np.asarray(values) for values in axes.lines[0].get_data())
     assert percent == pytest.approx(50 * within_mm, abs=0.1)

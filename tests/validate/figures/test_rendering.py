@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from validate.figures.rendering import render
+from validate.figures.solid_pictures import render
 
 RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.sides import compared, side
-from validate.figures.side_by_side import (
+from validate.figures.compare_page import (
     SAME_MM,
     first_with_readings,
     nearest,

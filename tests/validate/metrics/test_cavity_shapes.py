@@ -68,8 +68,8 @@ def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
     volumes = fill_volumes(at(1.0), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
     heap_mm3 = LENGTH_MM * (WIDTH_MM + right_mm + left_mm)
     room_mm3 = LENGTH_MM * (WIDTH_MM * DEPTH_MM + (right_mm**2 + left_mm**2) / 2)
-    assert volumes["overfill_mm3"] == pytest.approx(heap_mm3, rel=tolerance)
-    assert volumes["sealant_mm3"] - volumes["overfill_mm3"] == pytest.approx(room_mm3, rel=1e-3)
+    assert volumes.overfill_mm3 == pytest.approx(heap_mm3, rel=tolerance)
+    assert volumes.sealant_mm3 - volumes.overfill_mm3 == pytest.approx(room_mm3, rel=1e-3)
     flat = balance_profile(room_mm3 + heap_mm3, sample.outline, sample.solid)
     assert flat.level_mm == pytest.approx(np.full(len(flat.s_mm), 1.0), abs=tolerance + 0.01)
 
@@ -86,8 +86,8 @@ def test_a_gap_thinner_than_the_raster_counts_where_it_is(tapered):
     volumes = fill_volumes(at(0.0), crack, built(crack, 12.0), 11.0, 19.0)
     # A diamond is as wide as 0.6 of its middle, from 11 to 19 mm.
     of_stone_mm = half_mm * (0.6 if tapered else 1.0)
-    assert volumes["sealant_mm3"] == pytest.approx(8.0 * 2 * (WIDTH_MM / 2 - of_stone_mm) * 12.0, rel=1e-3)
-    assert volumes["fill_ratio"] == pytest.approx(1.0)
+    assert volumes.sealant_mm3 == pytest.approx(8.0 * 2 * (WIDTH_MM / 2 - of_stone_mm) * 12.0, rel=1e-3)
+    assert volumes.fill_ratio == pytest.approx(1.0)
 
 
 def test_a_step_of_depth_parts_the_crack_where_it_is():
@@ -95,7 +95,7 @@ def test_a_step_of_depth_parts_the_crack_where_it_is():
     crack, at_mm = straight_slot(40.0, 6.0, CUT), 20.3
     solid = built(crack, ((0.0, 12.0), (at_mm, 12.0), (at_mm + 1e-3, 3.0), (40.0, 3.0)))
     for from_mm, to_mm, depth_mm in ((at_mm, 40.0, 3.0), (at_mm, at_mm + 4, 3.0), (at_mm - 2, at_mm, 12.0)):
-        held_mm3 = fill_volumes(at(0.0), crack, solid, from_mm, to_mm)["sealant_mm3"]
+        held_mm3 = fill_volumes(at(0.0), crack, solid, from_mm, to_mm).sealant_mm3
         assert held_mm3 == pytest.approx((to_mm - from_mm) * 6.0 * depth_mm, abs=0.035 * 6.0 * 9.0)
 
 
@@ -107,7 +107,7 @@ def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path):
         shelf_mm = max(min(roof_mm, level_mm) - floor_mm, 0.0)
         expected_mm3 = LENGTH_MM * (WIDTH_MM * (DEPTH_MM + level_mm) + width_mm * shelf_mm)
         volumes = fill_volumes(at(level_mm), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
-        assert volumes["sealant_mm3"] == pytest.approx(expected_mm3, rel=2e-4)
+        assert volumes.sealant_mm3 == pytest.approx(expected_mm3, rel=2e-4)
 
 
 @pytest.mark.parametrize(("shallow_mm", "deep_mm", "level_mm"), [(2, 12, -6.0), (11, 12, -11.5)])
@@ -119,5 +119,5 @@ def test_a_level_that_follows_a_rising_floor_holds_nothing_there(shallow_mm, dee
     s_mm = np.array([0.0, 40.0 - wet_mm, 40.0])
     expected_mm3 = 3.0 * wet_mm * (deep_mm + level_mm) / 2
     profile = Profile(s_mm, np.maximum(level_mm, -np.interp(s_mm, [0.0, 40.0], [shallow_mm, deep_mm])))
-    assert fill_volumes(profile, crack, solid, 0.0, 40.0)["sealant_mm3"] == pytest.approx(expected_mm3, rel=1e-3)
+    assert fill_volumes(profile, crack, solid, 0.0, 40.0).sealant_mm3 == pytest.approx(expected_mm3, rel=1e-3)
     assert balance_profile(expected_mm3, crack, solid).level_mm[-1] == pytest.approx(level_mm, abs=2e-3)

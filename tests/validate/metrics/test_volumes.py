@@ -31,20 +31,20 @@ def level(z_mm: float) -> Profile:
 
 def test_volumes_of_a_half_filled_crack():
     plain = fill_volumes(level(-8), OUTLINE, solid(), 0, 80)
-    assert (plain["underfill_mm3"], plain["sealant_mm3"], plain["fill_ratio"]) == pytest.approx((1920, 1920, 0.5))
+    assert (plain.underfill_mm3, plain.sealant_mm3, plain.fill_ratio) == pytest.approx((1920, 1920, 0.5))
     flare = fill_volumes(level(-8), OUTLINE, solid("flare", 5.5), 0, 80)
-    assert flare["underfill_mm3"] == pytest.approx(80 * 8 * (3 + 2 * 12 * TANGENT))
-    assert flare["sealant_mm3"] == pytest.approx(80 * 8 * (3 + 2 * 4 * TANGENT))
+    assert flare.underfill_mm3 == pytest.approx(80 * 8 * (3 + 2 * 12 * TANGENT))
+    assert flare.sealant_mm3 == pytest.approx(80 * 8 * (3 + 2 * 4 * TANGENT))
     funnel = fill_volumes(level(-16), OUTLINE, solid("funnel", 11.0), 0, 80)
     # Its walls meet between two levels.
-    assert funnel["underfill_mm3"] == pytest.approx(80 * 3**2 / (4 * np.tan(np.radians(11))), rel=1e-3)
-    assert funnel["sealant_mm3"] == pytest.approx(0.0, abs=1e-9)
+    assert funnel.underfill_mm3 == pytest.approx(80 * 3**2 / (4 * np.tan(np.radians(11))), rel=1e-3)
+    assert funnel.sealant_mm3 == pytest.approx(0.0, abs=1e-9)
     undercut = fill_volumes(level(-8), OUTLINE, solid("undercut", 5.5), 0, 80)
-    assert undercut["underfill_mm3"] == pytest.approx(80 * 8 * (3 + 2 * 4 * TANGENT))
-    assert undercut["sealant_mm3"] == pytest.approx(80 * 8 * (3 + 2 * 12 * TANGENT))
+    assert undercut.underfill_mm3 == pytest.approx(80 * 8 * (3 + 2 * 4 * TANGENT))
+    assert undercut.sealant_mm3 == pytest.approx(80 * 8 * (3 + 2 * 12 * TANGENT))
     heap = fill_volumes(level(2), OUTLINE, solid("lean", 11.0), 0, 80)
     full_mm3 = 80 * 3 * 16
-    assert heap == pytest.approx(
+    assert dict(heap) == pytest.approx(
         {"underfill_mm3": 0.0, "overfill_mm3": 480.0, "sealant_mm3": full_mm3 + 480.0, "fill_ratio": 1.0}
     )
 
@@ -69,7 +69,7 @@ def test_a_volume_that_lies_flat_in_the_crack_has_the_level_of_a_prism(tilt, ang
     baseline = balance_profile(volume_mm3, OUTLINE, sample)
     assert baseline.level_mm == pytest.approx(np.full(len(baseline.s_mm), level_mm), abs=1e-6)
     assert (baseline.s_mm[0], baseline.s_mm[-1]) == pytest.approx((0.0, LENGTH_MM))
-    assert fill_volumes(baseline, OUTLINE, sample, 0, LENGTH_MM)["sealant_mm3"] == pytest.approx(volume_mm3, rel=1e-5)
+    assert fill_volumes(baseline, OUTLINE, sample, 0, LENGTH_MM).sealant_mm3 == pytest.approx(volume_mm3, rel=1e-5)
 
 
 def test_a_crack_that_closes_in_a_tip_has_a_level_too():

@@ -41,9 +41,9 @@ def test_numbers_are_read_as_they_are_stored(tmp_path):
     # LibreOffice ends every sheet with blank rows and cells.
     blank = row(cell("", VAST.format("columns")), marks=VAST.format("rows"))
     grid = read_grid(write_ods(tmp_path / "a.ods", ROWS, more=blank))
-    assert (grid.written, grid.sheet) == (("ODS", "sheet 'Tabelle1'"), "Tabelle1")
-    assert grid.rows[1] == (Cell("s [mm]"), Cell("Tiefe [mm]"))
-    assert grid.rows[2] == (Cell("0", "number"), Cell("1.5", "number"), Cell("1.6", "number"))
+    assert grid.written == ("ODS", "sheet 'Tabelle1'")
+    assert grid.rows[1] == {0: Cell("s [mm]"), 1: Cell("Tiefe [mm]")}
+    assert [*grid.rows[2].values()] == [Cell("0", "number"), Cell("1.5", "number"), Cell("1.6", "number")]
     assert [len(cells) for cells in grid.rows.values()] == [2, 3, 2, 3]
 
 
@@ -65,7 +65,7 @@ KINDS = {
 
 @pytest.mark.parametrize(("written", "read"), KINDS.items(), ids=map(str, KINDS.values()))
 def test_cells_have_their_kind(tmp_path, written, read):
-    assert read_grid(write_content(tmp_path / "a.ods", table(row(number(1), written)))).rows[1][1] == read
+    assert read_grid(write_content(tmp_path / "a.ods", table(row(number(1), written)))).rows[1][1][:3] == read[:3]
 
 
 def test_formulas_of_which_all_results_are_0_were_never_calculated(tmp_path):
@@ -89,18 +89,18 @@ def test_marks_are_of_cells_with_content(tmp_path):
     columns = f'<table:table-column table:number-columns-repeated="2"/>{usual}'
     grid = read_grid(write_content(tmp_path / "a.ods", table(*rows, columns=columns), styles=STYLES))
     assert grid.rows[1][1].text == "2.1 2.3"
-    marks = {kind: {tuple(mark)[:2] for mark in grid.marks if mark.kind == kind} for kind in ("struck", "hidden")}
-    assert marks == {"struck": {(1, 1), (2, 0), (5, 2), (6, 2)}, "hidden": {(3, 0), (4, 0), (5, 2), (6, 2)}}
-    others = [tuple(mark) for mark in grid.marks if mark.kind not in marks]
-    comments = [(place, 1 - place // 7, "comment", "in inch!\nwrong") for place in (1, 7)]
-    assert others == [(1, 0, "coloured", "#ffff00 #cc0000"), *comments]
+    cells = {(row, k): cell for row, cells in grid.rows.items() for k, cell in cells.items()}
+    assert {key for key, cell in cells.items() if cell.is_struck} == {(1, 1), (2, 0), (5, 2), (6, 2)}
+    assert {key: cell.colours for key, cell in cells.items() if cell.colours} == {(1, 0): "#ffff00 #cc0000"}
+    assert (grid.hidden_rows, grid.hidden_columns) == ({3, 4}, {2})
+    assert grid.comments == [(1, 1, "in inch!\nwrong"), (7, 0, "in inch!\nwrong")]
 
 
 def test_texts_of_other_sheets_are_elsewhere(tmp_path):
     rows = [row(number(value), number(1)) for value in (0, 5)]
     hidden = table(row(cell(f"{NOTE}<text:p>all in cm</text:p>"), number(5)), name="N", marks='table:style-name="ta0"')
     grid = read_grid(write_content(tmp_path / "a.ods", table(*rows) + hidden, styles=STYLES))
-    assert grid.elsewhere == (("sheet 'N', comment in row 1", "in inch!\nwrong"), ("sheet 'N', row 1", "all in cm"))
+    assert grid.elsewhere == [("sheet 'N', comment in row 1", "in inch!\nwrong"), ("sheet 'N', row 1", "all in cm")]
 
 
 BOMBS = {
@@ -118,5 +118,5 @@ def test_bombs_and_broken_files_are_refused_shortly(tmp_path, tables, prolog, wo
     began = time.process_time()
     with pytest.raises(SheetFaults, match=words) as caught:
         read_grid(write_content(tmp_path / "a.ods", tables, prolog=prolog))
-    assert caught.value.doubts[0].where.startswith(str(tmp_path / "a.ods"))
+    assert caught.value.doubts[0].where.file == tmp_path / "a.ods"
     assert time.process_time() - began < 10  # Without the limits, minutes

@@ -19,7 +19,7 @@ NOTES = "s_mm,depth_mm,note; who; why\n0,1,a;b;c\n5,2,d;e;f\n"
 
 
 def texts(grid: Grid, row: int) -> list[str]:
-    return [cell.text for cell in grid.rows[row]]
+    return [*grid.texts(row)]
 
 
 @pytest.fixture
@@ -96,7 +96,7 @@ def test_what_is_no_table_is_refused_by_file_and_line(grid_of, tmp_path, content
         grid_of(content)
     (doubt,) = caught.value.doubts
     assert doubt.is_open
-    assert doubt.where.startswith(str(tmp_path / "a.csv"))
+    assert doubt.where.file == tmp_path / "a.csv"
     assert words in str(doubt)
     assert len(str(doubt)) < 3_000
 

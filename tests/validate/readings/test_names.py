@@ -2,36 +2,38 @@
 
 import pytest
 
-from validate.readings.names import Meaning, has_rest, is_calculated, is_no_length, meaning, sample_key, unit_of
+from validate.readings.words import Meaning, Role, is_calculated, meaning, parsed, sample_key, unit_of
 
 NAMES = {
-    Meaning("station", "mm"): "s_mm|s/mm|x / mm|distanza dall'inizio, mm|"
+    Meaning(Role.STATION, "mm"): "s_mm|s/mm|x / mm|distanza dall'inizio, mm|"
     "position le long de la fissure [mm]|distancia desde el inicio (mm)|Distance along crack [mm]",
-    Meaning("station", "cm"): "Position entlang Riss (cm)",
-    Meaning("station", "m"): "distance from start in m",
-    Meaning("station"): "Abstand",
-    Meaning("station", "1/10 mm"): "s [1/10 mm]",
-    Meaning("reading", "mm", "level", "1"): "level_1_mm|Level up 1 [mm]",
-    Meaning("reading", "mm", "level"): "h in mm|nivel (milímetros)",
-    Meaning("reading", "inch", "level", "2"): "Höhe 2 / Zoll",
-    Meaning("reading", None, "level"): "Ho\u0308he|HOEHE",
-    Meaning("reading", "mm", "depth"): "depth [mm]|Tiefe unter Oberkante [mm]|Höhe abwärts [mm]|"
+    Meaning(Role.STATION, "cm"): "Position entlang Riss (cm)",
+    Meaning(Role.STATION, "m"): "distance from start in m",
+    Meaning(Role.STATION): "Abstand",
+    Meaning(Role.STATION, "1/10 mm"): "s [1/10 mm]",
+    Meaning(Role.READING, "mm", "level", "1"): "level_1_mm|Level up 1 [mm]",
+    Meaning(Role.READING, "mm", "level"): "h in mm|nivel (milímetros)",
+    Meaning(Role.READING, "inch", "level", "2"): "Höhe 2 / Zoll",
+    Meaning(Role.READING, None, "level"): "Ho\u0308he|HOEHE",
+    Meaning(Role.READING, "mm", "depth"): "depth [mm]|Tiefe unter Oberkante [mm]|Höhe abwärts [mm]|"
     "profondeur sous la surface en mm",
-    Meaning("reading", "mm", "depth", "3"): "Tiefe unter Oberfläche Messung 3 [mm]",
-    Meaning("reading", "inch", "depth", "12"): "depth_12_in",
-    Meaning("reading", "inch", "depth"): "depth [in]",
-    Meaning("reading", "µm", "depth"): "depth [µm]|Tiefe / \u03bcm|Tiefe in um|Einsinktiefe (micron)",
-    Meaning("reading", None, "depth"): "Tiefenmaß|profondeur par rapport à la surface|hundimiento",
-    Meaning("reading", "mm", "level", "3"): "Level rel. to surface #3, mm|altezza 3 rispetto al bordo / mm",
-    Meaning("reading", "1/10 mm", "depth"): "Tiefe [1/10 mm]",
-    Meaning("reading", "1/100 mm", "depth", "2"): "Tiefe 2 (mm/100)",
-    Meaning("reading", "mm", None, "2"): "2. Messung (mm)",
-    Meaning("reading", "mm", None, "3"): "Mesure n° 3 [mm]",
-    Meaning("reading"): "value|lectura",
-    Meaning("repeat"): "Messung|Reading No.|Lauf|Zyklus Nr.|Lecture n°|Herhaling",
-    Meaning("sample"): "Muestra Nº|Sample ID|Prüfkörper Nr.",
-    Meaning("other", "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
-    Meaning("other"): "Nr.|Temperatur [°C]|Station Nr|Opérateur|Anmärkning|Observações|備考",
+    Meaning(Role.READING, "mm", "depth", "3"): "Tiefe unter Oberfläche Messung 3 [mm]",
+    Meaning(Role.READING, "inch", "depth", "12"): "depth_12_in",
+    Meaning(Role.READING, "inch", "depth"): "depth [in]",
+    Meaning(Role.READING, "µm", "depth"): "depth [µm]|Tiefe / \u03bcm|Tiefe in um|Einsinktiefe (micron)",
+    Meaning(Role.READING, None, "depth"): "Tiefenmaß|profondeur par rapport à la surface|hundimiento",
+    Meaning(Role.READING, "mm", "level", "3"): "Level rel. to surface #3, mm|altezza 3 rispetto al bordo / mm",
+    Meaning(Role.READING, "1/10 mm", "depth"): "Tiefe [1/10 mm]",
+    Meaning(Role.READING, "1/100 mm", "depth", "2"): "Tiefe 2 (mm/100)",
+    Meaning(Role.READING, "mm", None, "2"): "2. Messung (mm)",
+    Meaning(Role.READING, "mm", None, "3"): "Mesure n° 3 [mm]",
+    Meaning(Role.READING): "value|lectura",
+    Meaning(Role.REPEAT): "Messung|Reading No.|Lauf|Zyklus Nr.|Lecture n°|Herhaling",
+    Meaning(Role.SAMPLE): "Muestra Nº|Sample ID|Prüfkörper Nr.",
+    Meaning(Role.TEMPERATURE, "°C"): "Temperatur [°C]|Temp. °C",
+    Meaning(Role.TEMPERATURE, ""): "temperature",
+    Meaning(Role.OTHER, "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
+    Meaning(Role.OTHER): "Nr.|Temperatur 2 [°C]|Station Nr|Opérateur|Anmärkning|Observações|備考",
 }
 # The depth of the crack is not that of the sealant, and a sign or a factor may change readings.
 UNKNOWN = (
@@ -41,13 +43,14 @@ UNKNOWN = (
     "depth [nm]|Position 1 [mm]|<b>depth</b> [mm]|$depth$ of $\\alpha$|=depth+gap|profondeur de la fissure [mm]|"
     "profundidad de la grieta [mm]|Probe 1 [mm]|16.1|\u2212Tiefe [mm]|X_Value [s]|Y [mm]|x1|"
     "Level [mm] (- = above)|Tiefe ab Messschieber [mm]|Probe 1 Tiefe [mm]|Tiefe \u2152 mm|Tiefe (0,1 mm)|"
-    "Masse 10 g"
+    "Masse 10 g|Tiefe [g]"
 )
 NO_LENGTHS = (
     "s [-]|s [1]|s/L|depth/D [-]|s [%]|Tiefe [\u2030]|Position rel.|relative position|Tiefe [°]|1/depth [1/mm]|Tiefe/2"
 )
 LENGTHS = "s/mm|Tiefe / mm|Tiefe [1/10 mm]|depth [mm/100]|Level rel. to face|1° Lettura [mm]"
 RESTS = "depth (+5 mm)|depth -5 [mm]|depth [mm-5]|± depth [mm]|depth [mm²]|depth² [mm]|Tiefe x 10 2|depth [nm]|[10 mm]"
+READ = (Role.STATION, Role.READING, Role.REPEAT, Role.SAMPLE)
 KEYS = {"P01": "p 01|P-01|p_01|P.01", "1-11": "1 11|1_11"}
 OTHER_KEYS = [("P01", each) for each in ("P01'", "P01*", "P01+", "(P01)", "P01?", "P1")] + [
     ("1-11", "11-1"),
@@ -68,10 +71,10 @@ def test_what_says_nothing_is_not_guessed(name):
 
 
 def test_marks_of_a_name_that_are_no_words_count():
-    assert [name for name in NO_LENGTHS.split("|") if not is_no_length(name)] == []
-    assert [name for name in LENGTHS.split("|") if is_no_length(name)] == []
-    assert [name for name in RESTS.split("|") if not has_rest(name)] == []
-    assert not any(has_rest(name) for what, names in NAMES.items() if what.role != "other" for name in names.split("|"))
+    assert [name for name in (NO_LENGTHS + "|" + RESTS).split("|") if not parsed(name).has_rest] == []
+    assert [name for name in LENGTHS.split("|") if parsed(name).has_rest] == []
+    read = [name for what, names in NAMES.items() if what.role in READ for name in names.split("|")]
+    assert not any(parsed(name).has_rest for name in read)
 
 
 def test_a_cell_is_a_unit_only_as_a_whole():

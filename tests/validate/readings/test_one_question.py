@@ -93,7 +93,6 @@ def test_what_only_the_user_knows_is_left_open(doubts_of):
 
 
 NO_ANSWER = {
-    "no lengths": "s/L;Tiefe [mm]\n" + _rows("{s};{a}"),
     "places that are no numbers": "Stelle [mm];Tiefe [mm]\n" + _rows("P{s};{a}"),
     "two units in a column": "s [mm];Tiefe\n" + _rows("{s};{a} mm", {3: "12;0.31 cm"}),
 }

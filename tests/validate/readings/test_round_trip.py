@@ -61,19 +61,3 @@ def read_back(path: Path, hand: Hand) -> str:
 def test_any_hand_writes_the_same_profile(tmp_path_factory, hand):
     """Encoding, separator, decimals, names, units, layout and order change nothing."""
     read_back(tmp_path_factory.mktemp("hand") / "sheet", hand)
-
-
-@pytest.mark.parametrize(
-    ("encoding", "mark", "name"),
-    [
-        ("utf-8", False, "UTF-8"),
-        ("utf-8", True, "UTF-8"),
-        ("utf-16", False, "UTF-16"),
-        ("utf-16-be", True, "UTF-16"),
-        ("latin-1", False, "Windows-1252"),
-        ("cp1252", False, "Windows-1252"),
-    ],
-)
-def test_every_encoding_is_told_from_the_others(tmp_path, encoding, mark, name):
-    hand = Hand(encoding=encoding, mark=mark, language="german", separator=";", decimal=",", title=("Prüfer: Groß",))
-    assert read_back(tmp_path / "sheet.csv", hand).startswith(f"CSV, {name}, semicolons")

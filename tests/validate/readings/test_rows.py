@@ -52,6 +52,8 @@ READ = {
 def test_rows_are_read_as_they_are_meant(read, text, declared, repeats_mm):
     profile = read(text, **declared)
     assert [doubt for doubt in profile.questions if doubt.kind == "cell"] == []
+    skipped = declared.get("columns", {}).get("skip", [])
+    assert all(f"{entry}" in profile.dialect.partition("skipped: ")[2] for entry in skipped)
     assert listed(profile) == [pytest.approx(row) for row in repeats_mm]
 
 
@@ -109,6 +111,19 @@ def test_rows_and_arrays_are_a_sheet():
     with pytest.raises(SheetFaults) as caught:
         readings_of(grid_of_rows("readings", [["s_mm", "depth_mm"], [0, True], [5, 2.0], [9, 2.0]]), Declared())
     assert [doubt.cells for doubt in caught.value.doubts] == [("B2",)]
+
+
+QUANTITIES = {
+    "Temp. [°C]": [("temperature", 21.75, "°C", 2)],
+    "temperature": [("temperature", 21.75, "", 2)],
+    "Temp. Sonde [°C]": [],
+}
+
+
+@pytest.mark.parametrize(("name", "means"), QUANTITIES.items())
+def test_another_quantity_has_its_mean_over_the_rows_that_are_read(read, name, means):
+    profile = read(f"s [mm];Tiefe [mm];{name}\n0;1;21,5\n5;2;22\n7;9;99\n10;3;\n", columns={"skip": [4]})
+    assert profile.understood.means == tuple(means)
 
 
 TEXTS = ";s_mm;depth_mm;0;5;1,5;n. m.;Mittel;# x;Riss 2;1 mm;7.5;x;Probe;Wdh;2 %"

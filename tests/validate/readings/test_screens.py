@@ -2,16 +2,17 @@
 
 import time
 from dataclasses import replace
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.doubtful_sheets import crack
-from sealtwin.core.doubts import Doubt
+from sealtwin.core.doubts import Doubt, Location
 from sealtwin.core.records import Floats, Profile
 from tests.places import FIXTURE
-from validate.readings.screens import Filling, ReadCells, screens
+from validate.readings.screens import Filling, ReadCells, SheetAndCrack, screens
 
 TABLE = np.loadtxt(FIXTURE / "caliper.csv", delimiter=",", skiprows=1)
 """The paper's sheet: s, and three repeats from -16 mm at s = 0 to 1 mm at s = 80."""
@@ -28,7 +29,7 @@ def cells_of(table: Floats, *, digits: int = 2, **facts: Any) -> ReadCells:
 
 def doubts_of(cells: ReadCells, *, depth_mm: float | None = 16.0, filling: Filling | None = None) -> list[Doubt]:
     length_mm = None if filling is None else filling.outline.length_mm
-    return screens(cells, depth_mm, length_mm, filling, "lab.csv")
+    return screens(SheetAndCrack(cells, depth_mm, length_mm, filling), Location(PurePath("lab.csv")))
 
 
 def asked_of(
@@ -126,13 +127,13 @@ def test_what_may_not_be_meant_is_named_once(table, facts, asked):
 def test_a_doubt_has_its_cell_its_answers_and_a_remedy():
     cells = cells_of(changed({(2, 2): 0.0}))
     (doubt,) = doubts_of(cells)
-    assert (doubt.kind, doubt.where, doubt.cells) == ("outlier", "lab.csv, cell C4", ("C4",))
+    assert (doubt.kind, doubt.where.named(), doubt.cells) == ("outlier", "lab.csv, cell C4", ("C4",))
     assert doubt.answers == {"as_written": ["C4"]}
     assert "0 mm at s = 10 mm" in doubt.finding
     assert doubt.remedy
     assert cells.readings_mm[2].tolist() == [-10.0, 0.0, -10.06]
     (doubt,) = doubts_of(cells_of(shifted(-3.0)))
-    assert (doubt.where, doubt.cells) == ("lab.csv", ())
+    assert (doubt.where.part, doubt.cells) == ("", ())
     assert doubt.answers == {"datum": None, "datum_level_mm": None, "as_written": ["datum"]}
 
 

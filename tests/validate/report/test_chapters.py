@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sealtwin.core.facts import texts
 from tests.evidence import axes_of
 from validate.report.chapters import Paragraph, chapters, fill_plates, first_figure
-from validate.report.report_data import report_data
+from validate.report.write_report import report_data
 from validate.settings import Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
@@ -39,7 +40,7 @@ def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(eviden
     assert "the nozzle's speed" in words.sentences[-1]
     assert "Uncertainty in figures" in titles(content)
     data: Any = report_data(evidence)
-    assert data.uncertainty == words.sentences
+    assert texts(data.uncertainty) == words.sentences
     assert [part.mean_level_mm for part in data.prediction.parts] == pytest.approx([0.098], rel=0.01)
 
 

@@ -6,10 +6,12 @@ import pytest
 from PIL import Image
 from pypdf import PdfReader
 
+from sealtwin.core.facts import doubt
 from tests.evidence import make_evidence
 from validate.figures.theme import printable
 from validate.report.pdf import write_pdf
-from validate.report.report_data import ReportData, report_data
+from validate.report.write_report import report_data
+from validate.result import ReportData
 
 PICTURE = Image.new("RGB", (200, 100), "grey")
 TALL = Image.new("RGB", (45, 120), "grey")
@@ -33,7 +35,7 @@ def pages_of(path, data: ReportData, captions) -> list[tuple[str, int]]:
 def test_a_report_with_everything_has_four_pages_and_every_picture_with_its_caption(tmp_path, data):
     notes = tuple(("Note:", "line\n" * 2000 if number == 1 else "word " * 300) for number in range(6))
     page = data.first_page.model_copy(update={"notes": notes, "labels": notes[:3]})
-    cautions = tuple(f"Caution {number}. " + "word " * 60 for number in range(40))
+    cautions = tuple(doubt("fluid.volume", f"Caution {number}. " + "word " * 60) for number in range(40))
     crowded = data.model_copy(update={"first_page": page, "cautions": cautions})
     captions = [f"Figure {number}. {'A long caption. ' * 30}" for number in range(2, 13)]
     pages = pages_of(tmp_path / "report.pdf", crowded, captions)

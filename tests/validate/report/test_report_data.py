@@ -15,16 +15,15 @@ from pydantic import ValidationError
 from tests.evidence import make_evidence, slope
 from tests.pages import leave_out_figures, leave_out_pdf
 from validate.compare import assess
-from validate.report.report_data import ReadingsFile, ReportData, report_data, schema
-from validate.report.write_report import write_report
-from validate.report_input import ReadingsSheet
-from validate.result import Comparison
+from validate.comparison import CurveDistances
+from validate.report.write_report import report_data, write_report
+from validate.result import Comparison, ReadingsFile, ReadingsSheet, ReportData, schema
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
 
 
 def test_the_published_schema_is_the_model_s():
-    """``python -m validate.report.report_data`` prints it; a change of the model has to be published with it."""
+    """``python -m validate.result`` prints it; a change of the model has to be published with it."""
     published = resources("validate").joinpath("schema", "report.schema.json").read_text(encoding="utf-8")
     assert json.loads(published) == schema()
 
@@ -77,9 +76,10 @@ def test_green_is_for_held_out_readings(outcome, role, colour):
 
 
 def test_a_number_that_does_not_exist_is_null_and_an_unknown_key_is_refused(evidence):
-    changed: dict[str, Any] = dict(evidence.comparison) | {"start_zone_error_mm": float("nan")}
-    broken = Comparison(**changed)
+    changed: dict[str, Any] = dict(evidence.comparison.distances) | {"frechet_mm": float("nan")}
+    distances = CurveDistances(**changed)
+    broken = evidence.comparison.model_copy(update={"distances": distances})
     content = report_data(replace(evidence, comparison=broken)).model_dump(mode="json")
-    assert content["comparison"]["start_zone_error_mm"] is None
+    assert content["comparison"]["distances"]["frechet_mm"] is None
     with pytest.raises(ValidationError, match="surprise"):
         ReportData.model_validate(content | {"surprise": 1})

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.evidence import make_evidence
-from validate.uncertainty.bed_ends import FIRST, LAST, MOUND, BedEnds
+from validate.uncertainty.validation import FIRST, LAST, MOUND, BedEnds
 
 S_MM = np.linspace(0.0, 80.0, 81)
 ENDS = BedEnds(10.0, 70.0, 2.0)

@@ -107,7 +107,7 @@ def test_a_repeatability_that_the_repeats_stay_below_is_said_to_be_unused():
     assert true <= hardly_ever(300)
     assert large == 300
     (sentence,) = unused_repeatability(sheets[0], declared[1], 0.01)
-    assert sentence.startswith("uncertainty.repeatability_mm = 1 is not used: the repeats scatter by only 0.1")
+    assert sentence.text.startswith("uncertainty.repeatability_mm = 1 is not used: the repeats scatter by only 0.1")
     # A last digit of 2 mm hides a scatter of 1 mm; a single reading shows none.
     assert not unused_repeatability(sheets[0], declared[1], 2.0)
     assert not unused_repeatability(replace(sheets[0], repeats_mm=None), declared[1], 0.01)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Profile
+from validate.report.report_facts import prediction_facts
 from validate.result import PredictedLevel
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import Budget
@@ -13,7 +14,6 @@ from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import predict
-from validate.wording.prediction import prediction_sentences
 
 S_MM = np.linspace(0.0, 80.0, 17)
 MOUTH = Mouth(S_MM, np.full(17, 3.0), 1690.0)
@@ -77,7 +77,7 @@ def test_declared_it_is_an_error_of_the_model_in_a_prediction():
     assert with_it.missing == without.missing == ()
     assert without.model_mm is None
     assert (with_it.band_95_mm > without.band_95_mm).all()
-    assert "the meniscus" in prediction_sentences(with_it)[0]
+    assert "the meniscus" in prediction_facts(with_it)[0].text
 
 
 def test_undeclared_it_is_named_with_its_size_and_in_no_band():
@@ -86,7 +86,7 @@ def test_undeclared_it_is_named_with_its_size_and_in_no_band():
     budget, prediction = read(Uncertainty()), predicted(Uncertainty())
     assert [one.name for one in budget.missing if one.setting == SETTING] == [name]
     assert [one.name for one in prediction.missing] == [name]
-    assert any(name in sentence for sentence in prediction_sentences(prediction))
+    assert any(name in fact.text for fact in prediction_facts(prediction))
     none = read(Uncertainty(surface_tension_n_m=0.0))
     assert SETTING not in {one.setting for one in (*none.components, *none.missing)}
     assert budget.band_mm == pytest.approx(none.band_mm)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.records import Floats, Profile
 from validate.readings.read_readings import grid_of_rows, readings_of
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
@@ -63,7 +64,7 @@ def test_passes_that_agree_are_allowed_to_differ_and_a_declaration_excludes_it()
     allowed, none = budget(profile), budget(profile, NO_PASSES)
     assert part(allowed, "passes").source == "allowed for"
     assert bias_mm(allowed) > 1.5 * bias_mm(none)
-    (note,) = [text for text in allowed.summary(ERROR).notes if "uncertainty.pass_mm" in text]
+    (note,) = texts(allowed.summary(ERROR).notes)
     assert "times narrower" in note
     assert none.summary(ERROR).notes == ()
 
@@ -190,7 +191,7 @@ def test_rounding_to_one_side_shifts_all_readings_by_half_a_step(quantity, round
     whole = budget_of(profile, settings, Uncertainty(), MOUTH)
     shift = [one for one in whole.components if one.setting == "readings.rounding"]
     assert "readings.rounding" not in {one.setting for one in whole.missing}
-    assert len([text for text in whole.notes if "readings.rounding" in text]) == len(shift)
+    assert len(of_keys(whole.notes, "readings.rounded")) == len(shift)
     if shifts_mm is None:
         assert shift == []
     else:
@@ -218,14 +219,14 @@ def test_few_stations_do_not_show_a_step_between_two_of_them():
     assert (plain_mm[0] - low_mm, high_mm - plain_mm[1]) == pytest.approx((0.75, 0.75))
     summary = few.summary(curve)
     assert summary.parts[-1].mean_error_mm == pytest.approx(0.75 / 2)
-    assert any("0.75 mm for steps" in text for text in summary.notes)
+    assert any("0.75 mm for steps" in text for text in texts(summary.notes))
 
 
 def test_a_probe_wider_than_the_mouth_is_said_and_not_guessed():
     mouth = replace(MOUTH, width_mm=np.where(S_MM < 10, 1.9, 3.1))
     whole = budget_of(scattered(0.1), readings(probe_mm=2.0), Uncertainty(), mouth)
-    assert any("not narrower than the crack at 2 stations (s = 0, 5 mm)" in text for text in whole.notes)
-    assert not any("narrower" in text for text in budget(scattered(0.1), probe_mm=2.0).notes)
+    assert any("not narrower than the crack at 2 stations (s = 0, 5 mm)" in text for text in texts(whole.notes))
+    assert not of_keys(budget(scattered(0.1), probe_mm=2.0).notes, "readings.probe-touches")
 
 
 def test_stations_read_once_have_the_scatter_that_was_declared_or_none():
@@ -248,7 +249,7 @@ def test_an_outlier_is_named_and_kept_and_its_station_is_taken_for_what_its_othe
     """One of 51 is twenty times the scatter off, the mean of three by a third of it; two readings know the level."""
     far_mm = with_outliers(0.0, off_mm)
     whole, plain = budget(measured(far_mm), NO_PASSES), budget(scattered(0.15), NO_PASSES)
-    assert any("At 1 station (s = 25 mm) a reading is more than 6 robust" in text for text in whole.notes)
+    assert any("At 1 station (s = 25 mm) a reading is more than 6 robust" in text for text in texts(whole.notes))
     assert whole.band_mm[5] > 2 * np.median(whole.band_mm)
     assert plain.notes == ()
     far, sound = (part(each, "scatter").draws_mm for each in (whole, plain))

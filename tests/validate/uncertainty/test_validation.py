@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sealtwin.core.facts import doubt, texts
 from sealtwin.core.records import Profile
-from validate.comparison import BudgetPart, StationErrors
+from validate.intervals import BudgetPart, StationErrors
+from validate.report.report_facts import predicted, prediction_facts
 from validate.settings import Uncertainty
 from validate.uncertainty.computed import Effect, Spread
-from validate.uncertainty.validation import level_sentences, mean_level_budget, predict
-from validate.wording.prediction import predicted_sentence, prediction_sentences
+from validate.uncertainty.validation import level_findings, mean_level_budget, predict
 
 ALL_KNOWN = (0.3, 0.4, 0.0)  # Of readings, numerics and inputs
 
@@ -42,7 +43,7 @@ PARTS = [part("last digit", 0.05), part("common shift of the stations", 0.4), pa
 
 
 def test_an_error_within_the_doubt_is_consistent_and_does_not_say_that_the_model_is_right():
-    sentence, _ = level_sentences(mean_level_budget(-0.2, 0.5, *ALL_KNOWN), NONE_OFF, PARTS)
+    sentence = level_findings(mean_level_budget(-0.2, 0.5, *ALL_KNOWN), NONE_OFF, PARTS)[0].text
     assert "is consistent with the readings (ASME V&V 20: E = -0.20 mm, 2 u_val = 1.00" in sentence
     assert "between -1.20 and +0.80 mm" in sentence
     assert sentence.endswith("This does not show that the model is right.")
@@ -52,7 +53,7 @@ def test_an_error_within_the_doubt_is_consistent_and_does_not_say_that_the_model
 def test_an_error_beyond_it_has_a_sign_and_bounds(error_mm, way):
     mean = mean_level_budget(error_mm, 0.5, *ALL_KNOWN)
     assert mean.resolved
-    sentence, _ = level_sentences(mean, NONE_OFF, PARTS)
+    sentence = level_findings(mean, NONE_OFF, PARTS)[0].text
     assert f"is between {error_mm - 1:+.2f} and {error_mm + 1:+.2f} mm" in sentence
     assert f"mean level is {way}" in sentence
     assert "onsistent" not in sentence
@@ -66,7 +67,7 @@ def test_until_numerics_and_inputs_are_known_nothing_is_concluded(parts, error_m
     """With one sentence for all, numerics and inputs that were not computed were blamed on the model."""
     mean = mean_level_budget(error_mm, 0.2, *parts)
     assert mean.resolved is None
-    sentences = level_sentences(mean, stations([1.0, -1.0], [0.2, 0.2]), PARTS)
+    sentences = texts(level_findings(mean, stations([1.0, -1.0], [0.2, 0.2]), PARTS))
     assert sentences[0].startswith("ASME V&V 20 is not assessed")
     assert ("--uncertainty" in sentences[0]) is (parts != (0.1, 0.1))  # Then no run is missing: no input is declared
     for word in ("onsistent", "model", "u_val", "E ="):
@@ -81,15 +82,17 @@ def test_half_of_the_difference_of_two_models_is_an_error_of_a_prediction_and_co
     both = predict(level, two, declared, flat=flat)
     assert both.model_mm == pytest.approx(0.98 * np.abs(apart_mm) / 2, abs=0.01)
     assert both.parts[-1].mean_level_mm == pytest.approx(0.98 * 0.5 / 2, abs=0.01)
-    assert "It is -3.50 mm by the fast model and -3.50 mm by the dispensed volume lying" in predicted_sentence(both)
-    alone = predict(level, replace(two, fast_mm=None, unfit=("A mound.",)), declared, flat=flat)
-    assert "fast model is unfit for this case: A mound." in " ".join(prediction_sentences(alone))
+    assert "It is -3.50 mm by the fast model and -3.50 mm by the dispensed volume lying" in predicted(both).text
+    alone = predict(level, replace(two, fast_mm=None, unfit=(doubt("unfit.mound", "A mound."),)), declared, flat=flat)
+    assert "fast model is unfit for this case: A mound." in " ".join(texts(prediction_facts(alone)))
     assert alone.model_mm is None
 
 
 def test_an_error_on_readings_that_were_calibrated_on_is_none_of_a_prediction():
     mean = mean_level_budget(0.1, 0.5, *ALL_KNOWN)
-    alone, warned = (level_sentences(mean, NONE_OFF, PARTS, calibrated=calibrated)[0] for calibrated in (False, True))
+    alone, warned = (
+        level_findings(mean, NONE_OFF, PARTS, calibrated=calibrated)[0].text for calibrated in (False, True)
+    )
     assert warned.startswith(alone)
     assert "calibrated on these readings" in warned.removeprefix(alone)
 
@@ -109,6 +112,6 @@ BY_CHANCE = "at none of 20 stations, and outside the station's own band at 1 (ab
     ],
 )
 def test_stations_that_are_off_are_counted(known_mm, errors, included, words):
-    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, *known_mm), errors, PARTS)
+    sentence = level_findings(mean_level_budget(0.0, 0.5, *known_mm), errors, PARTS)[1].text
     assert included in sentence
     assert words in sentence

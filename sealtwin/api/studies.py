@@ -1,0 +1,298 @@
+"""Many runs of trials from Python: sweeps and calibrations of settings, and maps of a sweep."""
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sealtwin.api import FilePath, path_or_none, settings_from, shown_progress, warn
+from sealtwin.calibration import CalibrationOptions
+from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.files import read_table
+from sealtwin.core.progress import wanted
+from sealtwin.core.records import DataKind, Floats
+from sealtwin.core.settings import as_json, checked
+from sealtwin.core.settings_text import keywords_of
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """A sweep's folder: what ``sweep`` returns."""
+
+    folder: Path
+    rows: tuple[dict[str, Any], ...]
+    """One row for each run, in the order of the grid: the settings that vary, its state, its figures, and the reason if
+    it failed. The file runs.csv has the same rows."""
+    best: dict[str, Any] | None
+    """Number, settings and mean error in mm of the run nearest to the readings; None if there are no readings."""
+
+    @property
+    def failed(self) -> tuple[dict[str, Any], ...]:
+        """Rows of failed runs, each with its reason."""
+        return tuple(row for row in self.rows if row["state"] == "failed")
+
+    def column(self, name: str) -> Floats:
+        """Return a column of numbers, (runs,); NaN for missing values. Raises InputError for an unknown name."""
+        if name not in self.rows[0]:
+            raise InputError(f"column: there is no column {name!r}; the columns are {', '.join(self.rows[0])}.")
+        return np.array([np.nan if row[name] is None else row[name] for row in self.rows], dtype=float)
+
+
+def sweep(
+    trial: FilePath,
+    grid: Mapping[str, Sequence[Any]],
+    *,
+    out: FilePath | None = None,
+    fixed: Mapping[str, Any] | None = None,
+    name: str | None = None,
+    device: str = "cpu",
+    jobs: int | None = None,
+    accurate: bool = False,
+    progress: bool | None = None,
+) -> SweepResult:
+    """Run a trial once for each combination of the given settings.
+
+    Finished runs are kept: after an interruption, repeat the same call to continue. ``sealtwin sweep`` does the work in
+    its own process, because worker processes would otherwise run the calling script again.
+
+    Parameters
+    ----------
+    trial
+        The trial file to start from.
+    grid
+        Values of each setting by its dotted name, for example ``{"fluid.U": [1, 10, 100]}``; the first setting varies
+        slowest.
+    out
+        The sweep's folder; default: reports/<name>. Its study.toml runs the same sweep on the command line.
+    fixed
+        Settings of all runs that replace the trial's, for example ``{"solver.radius_mm": 0.6}``.
+    name
+        Name of the study; default: <folder of the trial file>-<name of the trial file>-sweep.
+    device, jobs
+        Device of the fluid runs, as in ``run_trial``, and number of processes; default: one for each core, or one on a
+        GPU.
+    accurate
+        True computes with the trial's solver settings; otherwise the runs are drafts (solver.preset), unless ``grid``
+        or ``fixed`` sets another setting of the solver than model and settle_s.
+    progress
+        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
+
+    Returns
+    -------
+    SweepResult
+        A row for each run; a failed run does not stop the others.
+
+    Raises
+    ------
+    InputError
+        A run has an invalid setting (all are checked before the first run), or the folder is that of another sweep.
+
+    Warns
+    -----
+    RuntimeWarning
+        The model cannot represent the sealant of a run, or results are unreliable: one warning for each reason, with
+        the number of runs.
+
+    Examples
+    --------
+    >>> grid = {"fluid.yield_stress_pa": [3, 9], "fluid.viscosity_pa_s": [0.5, 2]}
+    >>> swept = st.sweep("trial.toml", grid, out="swept", jobs=1)
+    >>> swept.column("fluid.yield_stress_pa")
+    array([3., 3., 9., 9.])
+    """
+    import tomlkit
+
+    from sealtwin.study.study_file import Study
+
+    file = Path(trial).resolve()
+    content = {"name": name or f"{file.parent.name}-{file.stem}-sweep", "trial": str(file), "grid": grid}
+    if fixed:
+        content["fixed"] = fixed
+    # Checked here already, so that messages name this function.
+    settings = checked(Study, Path("sweep"), content)
+    target = Path(out) if out is not None else Path("reports", settings.folder_name)
+    with tempfile.TemporaryDirectory(prefix="sealtwin-") as temporary:
+        study = Path(temporary, "study.toml")
+        study.write_text(tomlkit.dumps(json.loads(json.dumps(content, default=as_json))), encoding="utf-8")
+        answer = _command(["sweep", study, *_accurate(accurate)], target, device, jobs, progress)
+    warn(answer["fluid_warnings"])
+    return SweepResult(target, tuple(answer["runs"]), answer["best"])
+
+
+@dataclass(frozen=True)
+class CalibrationResult:
+    """A calibration's folder: what ``calibrate`` returns."""
+
+    folder: Path
+    content: dict[str, Any]
+    """Content of calibration.json: finding, gates, combinations, roles and predictions of the trials."""
+    posterior: dict[str, Floats]
+    """500 draws of each free setting, (500,), by dotted name; empty if no setting reproduces the readings."""
+
+    @property
+    def identified(self) -> dict[str, bool]:
+        """True for each setting whose 90 % interval is at most half as wide as before the calibration."""
+        return {one["setting"]: one["identified"] for one in self.content["free"] if isinstance(one, dict)}
+
+
+@keywords_of(CalibrationOptions)
+def calibrate(
+    trials: FilePath | Sequence[FilePath],
+    free: Mapping[str, tuple[float, float]],
+    *,
+    out: FilePath | None = None,
+    device: str = "cpu",
+    jobs: int | None = None,
+    accurate: bool = False,
+    progress: bool | None = None,
+    **keywords: Any,
+) -> CalibrationResult:
+    """Determine settings from the readings of one trial or several, and predict others.
+
+    Finished runs are kept, as in ``sweep``; ``sealtwin calibrate`` does the work in its own process.
+
+    Parameters
+    ----------
+    trials
+        Trial files whose readings have the role "calibrated-on".
+    out
+        The calibration's folder; default: reports/<trial>-calibrated.
+    device, jobs, accurate, progress
+        As in ``sweep``.
+
+    Returns
+    -------
+    CalibrationResult
+        Posterior, which settings it determines, and the predictions. There is no posterior if no setting reproduces the
+        readings.
+
+    Raises
+    ------
+    InputError
+        A trial, a setting or a role cannot be used.
+    NumericalError
+        Over a quarter of the runs failed or have a volume error over 5 %.
+
+    Warns
+    -----
+    RuntimeWarning
+        The model cannot represent the sealant of a run, or results are unreliable: one warning for each reason.
+
+    Examples
+    --------
+    >>> calibration = st.calibrate("pour.toml", {"fluid.yield_stress_pa": (3, 60)}, hold_out=["other.toml"], out="fit")
+    >>> calibration.identified
+    {'fluid.yield_stress_pa': True}
+    >>> calibration.posterior["fluid.yield_stress_pa"].shape
+    (500,)
+    """
+    options = settings_from(CalibrationOptions, "calibrate", locals())
+    words: list[FilePath] = ["calibrate", *([trials] if isinstance(trials, str | PathLike) else trials)]
+    words += [f"--budget={options.budget}", *(f"--hold-out={file}" for file in options.hold_out)]
+    words += [] if options.date is None else [f"--date={options.date}"]
+    words += [f"--free={name}={low:.12g}:{high:.12g}" for name, (low, high) in options.free.items()]
+    content = _command([*words, *_accurate(accurate)], out, device, jobs, progress)
+    warn(content["fluid_warnings"])
+    folder = Path(content["page"]).parent
+    posterior = {}
+    if content["possible"]:
+        names = [one["setting"] for one in content["free"]]
+        draws = read_table(folder / "posterior.csv", names, finite=True)
+        posterior = dict(zip(names, draws.T, strict=True))
+    return CalibrationResult(folder, content, posterior)
+
+
+def write_map(
+    swept: SweepResult | FilePath,
+    *,
+    out: FilePath | None = None,
+    readings: FilePath | None = None,
+    data: DataKind | None = None,
+    any_volume: bool = False,
+    fills: bool = False,
+    device: str = "cpu",
+    progress: bool | None = None,
+) -> Path:
+    """Draw a sweep of two settings as a page: levels, map of the error, influences, cost.
+
+    Parameters
+    ----------
+    swept
+        The sweep, or its folder. It needs at least four finished runs whose volume error is 5 % at most.
+    out
+        Folder for the page; default: map/ in the sweep's folder.
+    readings, data
+        A sheet of readings other than the trial's, and its origin.
+    any_volume
+        True includes runs whose volume error is over 5 %.
+    fills, device, progress
+        ``fills=True`` draws how about nine runs fill; those whose fill was not kept are computed again on ``device``.
+        ``progress`` as in ``run_trial``.
+
+    Returns
+    -------
+    Path
+        The page, map.html; its figures are in the same folder as SVG and CSV.
+
+    Raises
+    ------
+    InputError
+        The sweep cannot be mapped, or the readings cannot be read.
+
+    Warns
+    -----
+    RuntimeWarning
+        Another version of digitise or simulate computed the runs, the model cannot represent the sealant of a run, or
+        results are unreliable.
+
+    Examples
+    --------
+    The folder is that of the example of ``sweep``.
+
+    >>> st.write_map("swept").name
+    'map.html'
+    """
+    from sealtwin.study.study_map import PAGE, map_study
+
+    folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
+    target, caliper = path_or_none(out), path_or_none(readings)
+    drawn_on, shown = device if fills else None, shown_progress(progress)
+    mapped = map_study(folder, target, caliper, data, drawn_on, shown, any_volume=any_volume)
+    warn([*mapped.content["other_versions"], *mapped.content["fluid_warnings"]])
+    return mapped.folder / PAGE
+
+
+def _accurate(accurate: bool) -> list[str]:
+    return ["--accurate"] if accurate else []
+
+
+def _command(
+    words: Sequence[FilePath], out: FilePath | None, device: str, jobs: int | None, progress: bool | None
+) -> dict[str, Any]:
+    """Run a command of sealtwin with this interpreter; return its JSON output.
+
+    Raises the kind of SealtwinError that its exit code means.
+    """
+    # -P: folders named 'validate' or 'simulate' in the current folder must not be imported.
+    line = [sys.executable, "-P", "-m", "sealtwin", *map(str, words), "--device", device, "--json"]
+    line += [] if out is None else ["--out", str(out)]
+    line += [] if jobs is None else ["--jobs", str(jobs)]
+    shows = wanted(progress)
+    line += [] if shows else ["--quiet"]
+    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=None if shows else subprocess.PIPE, check=False)
+    try:
+        answer = json.loads(done.stdout)
+    except ValueError:
+        errors = (done.stderr or b"").decode(errors="replace")
+        raise RuntimeError(f"'sealtwin {words[0]}' ended with code {done.returncode}.\n{errors}") from None
+    if "error" not in answer:
+        return answer
+    kinds: dict[int, type[SealtwinError]] = {InputError.exit_code: InputError, NumericalError.exit_code: NumericalError}
+    raise kinds.get(answer["exit_code"], SealtwinError)(answer["error"])

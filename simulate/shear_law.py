@@ -1,0 +1,86 @@
+"""The laws of shear flow on the host: the viscosity at a shear rate, and the flow between two plates.
+
+A law is a member of ``Law`` and two functions: ``apparent_viscosity`` here, and ``apparent_weight`` in
+``kernels.viscosity``, which is the same on the device. ``settings.LAWS`` has the setting that gives it. The fast model
+has the laws of ``FLOW_BETWEEN_PLATES`` and refuses others; its settings are in ``slot.run.READ``.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from sealtwin.core.records import Floats
+
+
+class Law(IntEnum):
+    """Stress over the shear rate gamma. The numbers are those of the device code."""
+
+    BINGHAM = 0
+    """tau + mu gamma"""
+    HERSCHEL_BULKLEY = 1
+    """tau + K gamma^n"""
+
+
+def apparent_viscosity(
+    law: Law, viscosity: Floats | float, stress: Floats | float, shear_per_s: float, flow_index: float
+) -> Floats | float:
+    """Return stress over shear rate. ``viscosity`` is that at a shear rate of 1/s without ``stress``, the yield stress.
+
+    Units are Pa s and Pa, or those of both divided by the density.
+    """
+    match law:
+        case Law.BINGHAM:
+            return viscosity + stress / shear_per_s
+        case Law.HERSCHEL_BULKLEY:
+            return viscosity * shear_per_s ** (flow_index - 1) + stress / shear_per_s
+
+
+@dataclass(frozen=True)
+class PlaneFlow:
+    """Flow of Bingham or Herschel-Bulkley paste between plates for a push in Pa/mm, (k,).
+
+    It is that of Bird, Armstrong and Hassager 1987, table 4.2-1, with a plug.
+    """
+
+    threshold: Floats
+    """Push above which the paste flows, in Pa/mm."""
+    rate: Floats
+    """Flow without a yield stress, divided by the push to the power 1/n."""
+    power: float
+    """1/n"""
+
+    def flow_mm3_s(self, push: Floats) -> tuple[Floats, Floats]:
+        """Return the flow for each push, of either sign, and its derivative.
+
+        The derivative is continuous and at least 0.
+        """
+        size = np.abs(push)
+        m = self.power
+        moves = size > self.threshold
+        safe = np.where(moves, size, 1.0)
+        plug = np.where(moves, self.threshold / safe, 1.0)
+        sheared, shape = (1 - plug) ** m, 1 + plug / (m + 1)
+        free = self.rate * safe ** (m - 1)
+        share = sheared * (1 - plug) * shape
+        steeper = plug * sheared * ((m + 1) * shape - (1 - plug) / (m + 1))
+        return np.sign(push) * free * safe * share, free * (m * share + steeper)
+
+
+FLOW_BETWEEN_PLATES = {Law.BINGHAM: PlaneFlow, Law.HERSCHEL_BULKLEY: PlaneFlow}
+
+
+def flow_between_plates(
+    law: Law,
+    threshold: Floats,
+    half_gap_mm: Floats | float,
+    viscosity: Floats | float,
+    flow_index: float,
+    area_mm2: Floats | float = 1.0,
+) -> PlaneFlow:
+    """Return the flow through an area above a threshold in Pa/mm. With an area of 1 mm2 it is the mean speed.
+
+    ``viscosity`` is that of ``apparent_viscosity``. Raises KeyError for a law without such a flow.
+    """
+    m = 1 / flow_index
+    return FLOW_BETWEEN_PLATES[law](threshold, area_mm2 * (half_gap_mm ** (m + 1) / (m + 2) / viscosity**m), m)

@@ -1,0 +1,75 @@
+"""Each example of the Python interface runs, and prints what it shows."""
+
+import doctest
+import inspect
+import json
+from pathlib import Path
+
+import ezdxf.filemanagement
+import numpy as np
+import pytest
+from ezdxf import units
+
+import sealtwin as st
+from digitise.drawing.drawn_crack import sample_obj
+from sealtwin.api import studies
+from tests.programs import commands
+from tests.studies import plannable_lab
+
+FUNCTIONS = {
+    name: inspect.getdoc(getattr(st, name)) or "" for name in st.__all__ if inspect.isfunction(getattr(st, name))
+}
+FILLED = ("plan_path", "fill_fast")
+COMPARED = (*FILLED, "read_readings", "compare")
+BEFORE = {"fill_fast": FILLED[:1], "compare": COMPARED[:-1], "plot_levels": COMPARED, "write_report": COMPARED} | {
+    "measure_level": ("inject",),
+    "write_robot_program": FILLED[:1],
+    "write_map": ("sweep",),
+}
+"""Examples that make what another example begins with."""
+TRIAL = """
+name = "drawn"
+mesh = {file = "crack.obj", units = "mm", data = "synthetic"}
+path = {speed_mm_s = 5, volume_ml = 1.3}
+fluid = {viscosity_pa_s = 1, yield_stress_pa = 5, freeze_after_s = "never"}
+solver = {model = "slot", radius_mm = "auto", settle_s = 2}
+readings = {file = "levels.csv", data = "synthetic", role = "held-out"}
+"""
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory) -> Path:
+    """Files that the examples name."""
+    folder = plannable_lab(tmp_path_factory.mktemp("lab"))
+    (folder / "crack.obj").write_bytes(sample_obj(st.crack_from_polyline([(0, 20), (60, 20)], 3), 10.0))
+    drawing = ezdxf.filemanagement.new(units=units.MM)
+    drawing.modelspace().add_lwpolyline([(0, 20), (60, 20)], dxfattribs={"layer": "MIDDLE"})
+    drawing.saveas(folder / "crack.dxf")
+    (folder / "levels.csv").write_text("s_mm,level_1_mm\n10,-2.2\n20,-2\n30,-2.1\n40,-2\n50,-2.3\n")
+    (folder / "trial.toml").write_text(TRIAL)
+    return folder
+
+
+def calibrated(words, out, device, jobs, progress):
+    """Take the place of the command that calibrates, which needs a minute: its words are parsed, and it answers."""
+    commands()["calibrate"].make_context("calibrate", [str(word) for word in words[1:]])
+    Path(out).mkdir()
+    np.savetxt(Path(out, "posterior.csv"), np.full((500, 1), 9.0), header="fluid.yield_stress_pa", comments="")
+    free = [{"setting": "fluid.yield_stress_pa", "identified": True}]
+    return json.loads(json.dumps({"page": f"{out}/page.html", "possible": True, "free": free, "fluid_warnings": []}))
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_the_example_runs_and_prints_what_it_shows(name, lab, monkeypatch):
+    monkeypatch.chdir(lab)
+    monkeypatch.setattr(studies, "_command", calibrated if name == "calibrate" else studies._command)
+    names = {"st": st}
+    # A sweep is a program of its own, which takes seconds to start.
+    for part in (*(() if name == "write_map" and Path("swept").is_dir() else BEFORE.get(name, ())), name):
+        example = doctest.DocTestParser().get_doctest(FUNCTIONS[part], names, part, None, None)
+        assert example.examples, part
+        faults = list[str]()
+        ran = doctest.DocTestRunner(verbose=False).run(example, out=faults.append, clear_globs=False)
+        assert ran.failed == 0, "".join(faults)
+        names = example.globs

@@ -1,0 +1,103 @@
+"""The page of a calibration says what the calibration is and is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from validate.calibration.free import Free
+from validate.calibration.posterior import BasisReach, ReadLevels
+from validate.calibration.summary import Calibrated, Prediction, predicted_by_runs
+from validate.figures.calibration_page import calibration_page
+from validate.figures.page import write_page
+
+FREES = (Free("fluid.yield_stress_pa", 3.0, 60.0), Free("fluid.viscosity_pa_s", 0.2, 5.0))
+S_MM = np.linspace(1, 30, 8)
+
+
+def _calibrated(**changes):
+    random = np.random.default_rng(0)
+    draws = np.column_stack([0.4 + 0.05 * random.standard_normal(500), random.random(500)])
+    flat = np.zeros(8)
+    prediction = Prediction(
+        "<i>other</i>", "held out", "synthetic", S_MM, flat - 2, flat + 0.1, flat - 2.1 - 0.02 * S_MM, flat + 0.5
+    )
+    made = Calibrated(
+        name="one",
+        emulated=True,
+        frees=FREES,
+        draws=draws,
+        best=np.array([0.4, 0.5]),
+        runs=40,
+        unused=(),
+        reaches=(("one", BasisReach(0.1, 0.2, True, 5)),),
+        least_implausibility=0.3,
+        mixing=1.0,
+        discrepancy_mm=None,
+        run_noise_mm=(0.15,),
+        predictions=(prediction,),
+        radius_mm=(0.8,),
+        drafts=(0,),
+    )
+    return replace(made, **changes)
+
+
+def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated(tmp_path):
+    names = write_page(tmp_path / "page.html", calibration_page(_calibrated()))
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "EMULATED" in page
+    assert "Yield stress (Pa): " in page
+    assert "Viscosity (Pa s) is not identified" in page
+    assert "&lt;i&gt;other&lt;/i&gt;" in page
+    assert "<i>other" not in page
+    assert {"figures/levels-1.csv", "figures/settings.csv", "figures/combinations.csv"} <= set(names)
+    measured = calibration_page(_calibrated(emulated=False, predictions=(), warned=("40 of 40 runs: a hollow.",)))
+    assert measured.cautions == ["40 of 40 runs: a hollow."]
+    assert not any("EMULATED" in caution.text for caution in measured.cautions)
+
+
+@pytest.mark.parametrize(
+    ("drafts", "lead"),
+    [
+        ((37, 37), "40 runs of each trial, 37 of them drafts"),
+        ((37, 0), "40 runs of each trial, 37 of those of one drafts"),
+        ((0, 0), "40 runs of each trial, for"),
+    ],
+)
+def test_drafts_are_counted_for_the_trials_that_have_them(drafts, lead):
+    reaches = (("one", BasisReach(0.1, 0.2, True, 5)), ("own preset", BasisReach(0.1, 0.2, True, 5)))
+    noise = {"run_noise_mm": (0.15, 0.15), "radius_mm": (0.8, 0.4)}
+    assert calibration_page(_calibrated(reaches=reaches, drafts=drafts, **noise)).lead.startswith(lead)
+
+
+def test_a_prediction_that_few_readings_meet_is_a_caution():
+    (prediction,) = _calibrated().predictions
+    # Of eight stations 20 mm of crack away the line is off by more than the band.
+    assert prediction.held == np.mean(np.abs(0.1 + 0.02 * S_MM) <= 0.5)
+    narrow = replace(prediction, half_mm=np.full(8, 0.3))
+    assert any("does not fit this trial" in text for text in _calibrated(predictions=(narrow,)).cautions)
+    same = replace(narrow, role="calibrated")
+    assert not any("does not fit this trial" in text for text in _calibrated(predictions=(same,)).cautions)
+
+
+def test_without_a_posterior_the_page_says_why_and_gives_no_number():
+    reaches = (("one", BasisReach(0.6, 0.2, False, 10)),)
+    impossible = _calibrated(draws=None, predictions=(), reaches=reaches, least_implausibility=1.4)
+    sheet = calibration_page(impossible)
+    assert "0.6 mm" in sheet.finding
+    assert "1.4 times" in sheet.finding
+    assert not sheet.key_figures
+    assert [part.title for part in sheet.sections] == ["Gates"]
+
+
+def test_the_band_of_a_held_out_trial_holds_a_further_run_as_often_as_it_says():
+    """Twelve runs and a thirteenth of the same scatter, read with an error: 95 % of 4,000 stations, to 1.5 %."""
+    random = np.random.default_rng(5)
+    levels_mm = 0.3 * random.standard_normal((13, 4000))
+    read = ReadLevels(np.arange(4000.0), np.zeros(4000), 0.2**2 * np.eye(4000))
+    mean_mm, half_mm = predicted_by_runs(levels_mm[:12], read)
+    wider = replace(read, smooth_mm2=0.5**2 * np.eye(len(mean_mm)))
+    _, wider_mm = predicted_by_runs(levels_mm[:12], wider)
+    assert wider_mm**2 - half_mm**2 == pytest.approx(np.full(len(mean_mm), (2.201 * 0.5) ** 2), rel=1e-3)
+    reading_mm = levels_mm[12] + 0.2 * random.standard_normal(4000)
+    assert abs(np.mean(np.abs(reading_mm - mean_mm) <= half_mm) - 0.955) < 0.015

@@ -1,0 +1,77 @@
+"""The page of a study: whole in itself, escaped, its numbers beside it."""
+
+import csv
+import re
+from dataclasses import replace
+
+import pytest
+
+from sealtwin.core.facts import Fact
+from tests.charts import make_chart
+from tests.pages import leave_out_figures
+from validate.figures.chart import VOLUME_OFF, Excluded
+from validate.figures.map_page import draw_error_map, map_page
+from validate.figures.page import write_page
+
+HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
+
+
+@pytest.fixture(scope="module")
+def hostile():
+    return make_chart((Excluded(36, {"fluid.U": "=2+2"}, Fact("failed", HOSTILE)),), name=HOSTILE)
+
+
+@pytest.fixture(scope="module")
+def map_folder(hostile, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("map")
+    return folder, write_page(folder / "map.html", map_page(hostile, ()))
+
+
+def test_a_map_is_one_page_with_a_file_for_each_figure(map_folder):
+    """Nothing is loaded from anywhere; every figure has words for who does not see it."""
+    folder, written = map_folder
+    page = (folder / "map.html").read_text(encoding="utf-8")
+    assert "default-src 'none'" in page
+    assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)
+    names = {"levels", "heat", "influence-U", "influence-D", "cost"}
+    assert {f"figures/{name}.svg" for name in names} <= set(written)
+    assert page.count("<svg") == len(names) == page.count('role="img" aria-label=')
+    assert all((folder / name).is_file() for name in written)
+    with (folder / "figures" / "runs.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 35
+    assert min(rows, key=lambda row: float(row["mean_error_mm"]))["fluid.U"] == "30"
+
+
+def test_few_runs_are_points_with_their_numbers_and_no_surface(tmp_path, monkeypatch):
+    """Half a heat map between five runs suggested more than they show."""
+    leave_out_figures(monkeypatch)
+    reason = Fact("failed", "it failed.")
+    failed = [Excluded(number, {"fluid.U": u, "fluid.D_cm": 3.0}, reason) for number, u in ((37, 0.0), (38, "x"))]
+    chart = make_chart((Excluded(36, {"fluid.U": 0.03, "fluid.D_cm": 3.0}, VOLUME_OFF, 1.135), *failed))
+    runs = tuple(run for run in chart.runs if run.number in (1, 13, 24, 31, 35))
+    few = replace(chart, runs=runs, as_near=(False,) * len(runs), replicates=None)
+    written = write_page(tmp_path / "map.html", map_page(few, ()))
+    assert "figures/points.svg" in written
+    assert "figures/heat.svg" not in written
+    page = (tmp_path / "map.html").read_text(encoding="utf-8")
+    assert "Run 36: its volume is 13.5 % too large." in page
+    with (tmp_path / "figures" / "points.csv").open(encoding="utf-8", newline="") as file:
+        assert [row["run"] for row in csv.DictReader(file)] == ["1", "13", "24", "31", "35"]
+    texts = [text.get_text() for text in draw_error_map(few, few.runs[:1]).axes[0].texts]
+    assert texts == [  # Neither 0 nor a text has a place on a logarithmic axis
+        *(f"{'a, ' if run.number == 1 else ''}run {run.number}: {run.mean_error_mm:.2f} mm" for run in few.runs),
+        "run 36: not ranked",
+    ]
+
+
+def test_names_and_reasons_are_text_and_nothing_else(map_folder):
+    """In the page, in SVGs and in the CSV that a spreadsheet opens."""
+    folder, _ = map_folder
+    page = (folder / "map.html").read_text(encoding="utf-8")
+    assert "<script" not in page
+    assert "&lt;script&gt;alert(1)" in page
+    assert "=1+1" in page
+    with (folder / "figures" / "left-out.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.reader(file):
+            assert not any(cell.startswith(("=", "+", "-", "@")) for cell in row)

@@ -1,0 +1,154 @@
+"""What a report says first: cautions where there is a reason, the verdict, and the answer in plain sentences."""
+
+from dataclasses import replace
+
+import pytest
+
+from sealtwin.core.facts import doubt, of_keys, texts
+from sealtwin.core.run_figures import RunHealth
+from sealtwin.core.solid_figures import WeighedCavity
+from tests.evidence import SEEDS, make_evidence
+from validate.report.report_facts import cautions, headline, uncertainty_facts
+from validate.run_facts import facts_of_runs, names_of, run_warnings
+from validate.settings import Gate
+
+GATE = Gate(mean_error_mm=1.0)
+FILL = doubt("weighed.contradicts", "The fill contradicts.")
+
+
+@pytest.fixture(scope="module")
+def run(evidence):
+    """Nothing over the edge, nothing through a wall."""
+    return replace(evidence.run, spilled=evidence.run.spilled & False)
+
+
+def test_what_a_weighed_fill_contradicts_is_said_first(evidence):
+    assert cautions(evidence) == (), "measured data and a sound run need no word"
+    nothing = (0.0, 0.0, 0.0)
+    weighed = WeighedCavity((), (), (), (), 3.0, 5.0, 16.0, (nothing,) * 3, (1.0, 2.0), (FILL,))
+    figures = replace(evidence.solid.figures, weighed=weighed)
+    assert cautions(replace(evidence, solid=replace(evidence.solid, figures=figures))) == (FILL,)
+
+
+@pytest.mark.parametrize(
+    ("readings_data", "photo_data", "begins"),
+    [
+        ("reconstructed", "measured", "the caliper readings are reconstructed. "),
+        ("measured", "synthetic", "the photo is synthetic. "),
+        ("undeclared", "measured", "it is not declared whether the caliper readings are measured. "),
+        ("reconstructed", "synthetic", "the photo is synthetic and the caliper readings are reconstructed. "),
+    ],
+)
+def test_only_what_was_not_measured_is_named(tmp_path, readings_data, photo_data, begins):
+    evidence = make_evidence(tmp_path, readings_data=readings_data, photo_data=photo_data, gate=GATE)
+    (caution,) = cautions(evidence)
+    assert caution.text.startswith("Not a validation: " + begins)
+    assert "alidated" not in " ".join(texts(headline(evidence)[0]))
+
+
+TWO = {"particles_across": 2.07}
+BED = "The bed is compressed (5 % of its particles by more than "
+LOST = "The fluid lost 22 % of its volume (0.775; 0.95 to 1.05 is sound)"
+GAINED = "The fluid gained 11 % of its volume, or bridges empty spaces (1.107"
+
+WARNED = {
+    **{f"{ratio} is kept": ({}, {}, ratio, [], []) for ratio in (0.9495, 1.0504)},
+    "preset paper loses": ({"solver": {"preset": "paper"}}, {}, 0.775, [LOST, 'Preset "paper"'], []),
+    "preset accurate does not": ({"solver": {"preset": "accurate"}}, {}, 0.775, [LOST], ["known"]),
+    "two particles across": ({}, TWO, 1.107, [GAINED, "Only 2.1 particles", "solver.radius_mm"], []),
+    "four particles across": ({}, {"particles_across": 3.87}, 1.107, ["so its levels are too high."], ["Only"]),
+    "a bed of 9.99 %": ({}, {"density_error_p95": 0.0999}, 1.0, [], []),
+    "a bed of 10.1 %": ({}, {"density_error_p95": 0.101}, 1.0, [BED + "10 %", 'solver.pressure = "two-level"'], []),
+    "what is on already is not advised": (
+        *({"solver": {"pressure": "two-level"}}, {"density_error_p95": 0.2}, 1.0),
+        *([BED, "solver.substeps"], ["two-level"]),
+    ),
+}
+
+
+@pytest.mark.parametrize(("settings", "health", "ratio", "words", "absent"), WARNED.values(), ids=WARNED)
+def test_volume_and_bed_are_told_with_their_reason_and_remedy(run, settings, health, ratio, words, absent):
+    merged = {name: run.settings.get(name, {}) | more for name, more in settings.items()}
+    changed = replace(run, settings=run.settings | merged, health=RunHealth.model_validate(health))
+    sentences = texts(run_warnings(changed, ratio))
+    assert len(sentences) == bool(words)
+    for text in sentences:
+        assert text.startswith((BED, "The fluid lost", "The fluid gained"))
+        assert [each for each in words if each not in text] + [each for each in absent if each in text] == []
+
+
+@pytest.mark.parametrize(
+    ("settle_s", "freeze_after_s", "to_rest_mm", "says"),
+    [(0.0, "never", 0.01, True), (2.0, "never", 0.01, False), (0.0, 2.58, 0.01, False), (0.0, "never", 0.0, False)],
+)
+def test_paste_that_is_read_as_the_nozzle_stops_is_not_at_rest(run, settle_s, freeze_after_s, to_rest_mm, says):
+    settings = {"solver": {"settle_s": settle_s}, "fluid": {"freeze_after_s": freeze_after_s}}
+    poured = replace(run, settings=run.settings | settings, health=RunHealth(to_rest_mm=to_rest_mm))
+    assert [fact for fact in run_warnings(poured, 1.0) if fact.key == "fluid.unsettled"][says:] == []
+    assert bool(run_warnings(poured, 1.0)) is says
+
+
+def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone_shows(run, evidence):
+    settings = {**run.settings, "solver": {"preset": "draft", "accurate_radius_mm": 0.25}}
+    drafts = replace(evidence, run=replace(run, settings=settings), seeds=SEEDS)
+    (draft,) = texts(of_keys(cautions(drafts), "method.draft"))
+    assert f"{run.radius_mm:g} mm radius (accurate: 0.25 mm)" in draft
+    assert "solver." not in " ".join(texts(run_warnings(drafts.run, 0.775)[1:])), "preset is the cure"
+    assert SEEDS.warnings[0] in cautions(drafts), "of another run"
+    assert {"seeds.mean", "seeds.first", "seeds.drafts"} <= {fact.key for fact in uncertainty_facts(drafts)}
+    assert not of_keys(uncertainty_facts(replace(evidence, seeds=SEEDS)), "seeds.drafts")
+    assert (names_of(SEEDS), names_of(SEEDS.model_copy(update={"seeds": (5, 6)}))) == ("0 to 2", "5 and 6")
+    assert "these are 3 runs" in uncertainty_facts(replace(drafts, comparison=None, readings=None))[-1].text
+
+
+def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
+    spilled = run.spilled.copy()
+    spilled[: len(spilled) // 10] = True
+    share = spilled.mean()
+    (text,) = texts(run_warnings(replace(run, spilled=spilled), 1 - share))
+    assert text.startswith(f"{spilled.sum()} particles ({100 * share:.1f} % of the sealant) ran over")
+    lost, ran = texts(run_warnings(replace(run, spilled=spilled), 0.9 * (1 - share)))
+    assert lost.startswith("The fluid lost 10 %")
+    assert ran == text
+    (gained,) = texts(run_warnings(replace(run, spilled=spilled), 1.04))
+    assert gained.startswith("The fluid gained 15 %")
+    # The ratio that the terminal prints is of all sealant.
+    assert f"({1.04 / (1 - share):.3f} of what stayed on the sample; " in gained
+
+
+def test_a_leak_comes_first(run, evidence):
+    first, second = texts(run_warnings(replace(run, escaped_particles=1), 0.775))
+    assert first.startswith("Do not use this run: 1 particle went through a wall")
+    assert second.startswith("The fluid lost")
+    leaking = replace(evidence, run=replace(run, escaped_particles=11), photo_data="synthetic")
+    assert [fact.key for fact in cautions(leaking)] == ["fluid.escaped", "data.not-a-validation"]
+    leaking = replace(evidence, readings=None, comparison=None, run=replace(run, escaped_particles=2))
+    (fact,), outcome = headline(leaking)
+    assert (fact.key, fact.value, fact.level, outcome) == ("verdict.leak", 2, "fault", "failed")
+    assert fact.text == "Do not use this run: 2 particles went through a wall. There are no readings."
+
+
+def test_files_that_somebody_edited_come_before_everything(run, evidence):
+    edited = replace(evidence, run=replace(run, escaped_particles=1), edited=("profile.csv", "simulation.json"))
+    assert cautions(edited)[0].text.startswith(
+        "Files were edited by hand after the run (profile.csv, simulation.json): "
+    )
+    assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
+
+
+FAR, NEAR = (doubt("fluid.volume", f"The fluid lost {percent} % of its volume.") for percent in (19, 6))
+PRESSED = doubt("fluid.compressed", "The bed is compressed.")
+
+
+@pytest.mark.parametrize(
+    ("by_run", "sentences"),
+    [
+        ({1: [PRESSED, PRESSED]}, [f"1 of 1 runs: {PRESSED}"]),
+        (
+            {4: [FAR, PRESSED], 7: [NEAR], 9: [PRESSED]},
+            [f"2 of 3 runs (as of run 4): {FAR}", f"2 of 3 runs: {PRESSED}"],
+        ),
+    ],
+)
+def test_a_fact_is_stated_once_with_its_runs(by_run, sentences):
+    assert list(texts(facts_of_runs(by_run, len(by_run)))) == sentences

@@ -1,0 +1,379 @@
+"""Page that compares finished runs: settings that differ, the nearest run, shared readings, replicates.
+
+Figures and tables name a run by its number.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from sealtwin.core.facts import Fact
+from sealtwin.core.records import Floats, Profile
+from validate.figures.page import NONE, FigureColumn, FigureTable, Page, Plot, Section, part_of
+from validate.figures.theme import ALONG, INK, LEVEL, MEASURED, SIMULATED, THIRD, label_axes, themed, wide_axes
+from validate.metrics.curve_distances import Difference, level_difference
+from validate.metrics.verdict import SOUND, beside_baselines, kept_volume
+from validate.result import Comparison
+from validate.units import counted, setting_words
+
+FEWEST = 2  # Least number of replicates; a single one does not show a distribution
+SAME_MM = 0.01
+"""Largest difference at any station between copies of the same readings: the last digit of a caliper. Repeated readings
+differ by ten times that."""
+FIGURES: dict[str, tuple[str, Callable[[Any], str]]] = {
+    "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
+    "95 % interval (mm)": ("interval_95_mm", lambda ends_mm: "{:.2f} to {:.2f}".format(*ends_mm)),
+    "bias (mm)": ("bias_mm", "{:.3f}".format),
+    "RMS error (mm)": ("distances.rmse_mm", "{:.3f}".format),
+    "worst error (mm)": ("errors.worst_error_mm", "{:.2f}".format),
+    "at s (mm)": ("errors.worst_at_mm", "{:.1f}".format),
+    "share of the length under 1 mm": ("errors.share_under_1_mm", "{:.2f}".format),
+    "Fréchet distance (mm)": ("distances.frechet_mm", "{:.2f}".format),
+    "mean error of the best flat line (mm)": ("errors.flat_level_error_mm", "{:.3f}".format),
+    "beats its baselines": ("beats_baseline", setting_words),
+    "mean error of the dispensed volume's flat level (mm)": ("volumes.volume_balance_error_mm", "{:.3f}".format),
+    "beats the dispensed volume's flat level": ("volumes.beats_volume_balance", setting_words),
+    "share of the crack that is filled": ("simulated_volumes.fill_ratio", "{:.3f}".format),
+}
+"""Path and text of each figure of a comparison, by label."""
+
+COLOURS = (SIMULATED, MEASURED, THIRD, "#cc79a7", "#e69f00", "#9467bd", INK)
+"""Okabe and Ito's colours without sky blue, because the first colour is shown as sky blue on a dark page.
+
+Colours four places apart have the same stroke, so they are not shades of one colour.
+"""
+STROKES = ("-", "--", ":", "-.")
+MOST = len(COLOURS) * len(STROKES)  # Most runs that look different: every stroke in every colour
+LEGEND_COLUMNS = 10  # Most two-digit labels, with their strokes, side by side
+
+Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and format of a value on the page
+
+
+@dataclass(frozen=True)
+class Side:
+    """One run of a comparison."""
+
+    name: str  # Unique name
+    settings: Mapping[str, Any]  # Settings by dotted name
+    profile: Profile
+    readings: Profile | None
+    comparison: Comparison | None  # None without readings
+    facts: Mapping[str, float | None]  # Figures of the run itself, by name with unit
+    replicate_of: str  # Key of crack, path, paste and solver as set; runs with the same key are replicates of one trial
+    volume_ratio: float  # Volume of the settled sealant over the dispensed volume
+    escaped_particles: int = 0  # Number of particles that went through a wall
+    edited: Sequence[str] = ()  # Names of its files that were changed after the run
+    fluid_warnings: Sequence[Fact] = ()  # Faults of its fluid
+    without_effect: frozenset[str] = frozenset()  # Settings that change neither its level nor the error of its level
+
+    @property
+    def error(self) -> Difference | None:
+        """Simulated minus measured level; None if there are no readings."""
+        return None if self.readings is None else level_difference(self.profile, self.readings)
+
+    @property
+    def unranked(self) -> str:
+        """Reasons why the run is not ranked; empty if it is ranked."""
+        low, high = SOUND
+        reasons = {
+            f"files were edited by hand after the run ({', '.join(self.edited)})": self.edited,
+            "particles went through a wall": self.escaped_particles,
+            f"{self.volume_ratio:.3f} of the dispensed volume settled ({low:g} to {high:g} is sound)": not kept_volume(
+                self.volume_ratio
+            ),
+        }
+        return " and ".join(reason for reason, applies in reasons.items() if applies)
+
+    @property
+    def held_out(self) -> bool:
+        """True if the run's readings were not used for calibration."""
+        return self.comparison is not None and self.comparison.role == "held-out"
+
+
+@dataclass(frozen=True)
+class DifferingSettings:
+    """Settings that differ among runs, with the value in every run; None if it is not set."""
+
+    shown: Mapping[str, list[Any]]
+    left_out: Mapping[str, list[Any]]
+
+    @property
+    def words(self) -> str:
+        """Sentence on the settings that are left out; empty if there are none."""
+        if not self.left_out:
+            return ""
+        tables = Counter(name.rpartition(".")[0] for name in self.left_out)
+        named = ", ".join(f"[{table}] {count}" for table, count in tables.items())
+        number = counted(len(self.left_out), "differing setting")
+        return (
+            f"Not listed, since without effect on the level and its error: {number} ({named}). "
+            "'sealtwin compare --all' lists them."
+        )
+
+
+def differing(sides: Sequence[Side], *, all_settings: bool = False) -> DifferingSettings:
+    """Return the settings that differ among the runs.
+
+    Those that change the level or its error in no run are left out, or come last if ``all_settings`` is True.
+    """
+    effective, idle = dict[str, list[Any]](), dict[str, list[Any]]()
+    for name in dict.fromkeys(name for side in sides for name in side.settings):
+        values = [side.settings.get(name) for side in sides]
+        if any(value != values[0] for value in values):
+            without_effect = all(name in side.without_effect for side in sides if name in side.settings)
+            (idle if without_effect else effective)[name] = values
+    return DifferingSettings(effective | idle, {}) if all_settings else DifferingSettings(effective, idle)
+
+
+def first_with_readings(sides: Sequence[Side]) -> list[int | None]:
+    """Return for each run the index of the first run with the same readings; None for a run without readings.
+
+    Readings with equal numbers count as the same, even if their sheets differ.
+    """
+    return [next((first for first, other in enumerate(sides) if _same(other.readings, side.readings)), None)
+            for side in sides]  # fmt: skip
+
+
+def _same(first: Profile | None, second: Profile | None) -> bool:
+    if first is None or second is None or len(first.s_mm) != len(second.s_mm):
+        return False
+    numbers = ([readings.s_mm, readings.level_mm] for readings in (first, second))
+    return np.allclose(*numbers, rtol=0, atol=SAME_MM)
+
+
+def nearest(sides: Sequence[Side]) -> int | None:
+    """Return the index of the ranked run with the smallest mean error.
+
+    Returns None if no ranked run has readings. Also returns None if their readings differ, since some readings are
+    easier to fit than others.
+    """
+    errors_mm = {
+        index: side.comparison.mean_error_mm
+        for index, side in enumerate(sides)
+        if side.comparison is not None and not side.unranked
+    }
+    firsts = first_with_readings(sides)
+    return min(errors_mm, key=errors_mm.__getitem__) if len({firsts[index] for index in errors_mm}) == 1 else None
+
+
+def held_out_mean_mm(sides: Sequence[Side]) -> float | None:
+    """Return the average of the mean errors of the ranked held-out runs, or None if there are none."""
+    comparisons = [side.comparison for side in sides if side.held_out and not side.unranked]
+    errors_mm = [comparison.mean_error_mm for comparison in comparisons if comparison is not None]
+    return float(np.mean(errors_mm)) if errors_mm else None
+
+
+def replicate_words(sides: Sequence[Side]) -> list[str]:
+    """Return sentences on the area validation metric of each trial with replicates, or on what the metric needs.
+
+    The metric (Ferson, Oberkampf & Ginzburg 2008) is the area between the distributions of one figure over replicates,
+    which are runs of the same crack, path and paste. In one dimension it is the Wasserstein distance.
+    """
+    from scipy.stats import wasserstein_distance
+
+    # The runs of each trial, grouped by their readings.
+    trials: dict[str, dict[int, list[int]]] = {}
+    for index, first in enumerate(first_with_readings(sides)):
+        if first is not None and not sides[index].unranked:
+            trials.setdefault(sides[index].replicate_of, {}).setdefault(first, []).append(index)
+    sentences, metrics = [], []
+    for copies in trials.values():
+        sentences += [
+            f"{numbered(same).capitalize()} have the same readings (to {SAME_MM:g} mm at every station): copies are "
+            "not replicates, so only the first run counts."
+            for same in copies.values()
+            if len(same) > 1
+        ]
+        firsts = [same[0] for same in copies.values()]
+        if len(firsts) >= FEWEST:
+            errors = [error for index in firsts if (error := sides[index].error) is not None]
+            measured_mm = np.array([error.base.mean() for error in errors])
+            metric_mm = wasserstein_distance(measured_mm + [error.mean() for error in errors], measured_mm)
+            metrics.append(
+                f"Area validation metric of the mean level over {len(firsts)} replicates ({numbered(firsts)}): "
+                f"{metric_mm:.3f} mm."
+            )
+    none = (
+        f"No area validation metric: it needs at least {FEWEST} replicates, which are runs of a trial with "
+        "the same settings and different readings."
+    )
+    return [*sentences, *(metrics or [none])]
+
+
+def numbered(indices: Sequence[int]) -> str:
+    """Return the numbers of runs in words, for example "runs 1, 2 and 5"."""
+    *before, last = [str(index + 1) for index in indices]
+    return f"runs {', '.join(before)} and {last}" if before else f"run {last}"
+
+
+def compare_page(
+    sides: Sequence[Side], cautions: Sequence[str] = (), settings: DifferingSettings | None = None
+) -> Page:
+    """Return the page that compares ``sides``. ``cautions`` come before the cautions on the runs.
+
+    Its table has ``settings``; default: those that differ and change a level or its error.
+    """
+    compared = [side for side in sides if side.comparison is not None]
+    best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), settings or differing(sides)
+    key_figures = [("settings that differ", str(len(settings.shown)))]
+    if best is not None and (comparison := sides[best].comparison) is not None:
+        finding = f"Run {best + 1} is nearest to the readings: {sides[best].name}. {beside_baselines(comparison)}"
+        key_figures.append(("nearest", f"run {best + 1}, mean error {comparison.mean_error_mm:.2f} mm"))
+    elif any(not side.unranked for side in compared):
+        finding = "The runs have different readings, so none is nearest."
+    else:
+        finding = "No run with readings is ranked, so none is nearest."
+    if held_out_mm is not None:
+        key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
+    no_setting = "" if settings.shown else "No setting that changes a level or its error differs."
+    differing_rows = [(name, values, setting_words) for name, values in settings.shown.items()]
+    caption = "Signed error of each run with readings, labelled with its number."
+    errors = Plot("errors", caption, lambda: draw_errors_of_runs(sides))
+    sections = [
+        Section("Runs", [_names(sides)]),
+        Section(
+            "Settings that differ",
+            [*filter(None, [no_setting, settings.words]), _by_run(sides, "settings", "setting", differing_rows)],
+        ),
+        Section("Levels", [_levels(sides), *([errors] if compared else [])]),
+        Section("Figures", [_by_run(sides, "figures", "figure", _figures(sides))]),
+    ]
+    if compared:
+        sections.append(Section("Held out", [_held_out_words(sides), *replicate_words(sides)]))
+    return Page(
+        title="Runs side by side",
+        lead="All tables and figures name a run by its number in the first table.",
+        cautions=[*cautions, *_cautions(sides)],
+        finding=f"{len(sides)} runs, {len(compared)} of them with readings. {finding}",
+        key_figures=key_figures,
+        sections=sections,
+    )
+
+
+def _cautions(sides: Sequence[Side]) -> list[str]:
+    kinds = sorted({side.readings.data for side in sides if side.readings is not None} - {"measured"})
+    sentences = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
+    reasons = [f"run {number}, because {side.unranked}" for number, side in enumerate(sides, start=1) if side.unranked]
+    if reasons:
+        leak = " Particles must never pass a wall: please report it with the trial file."
+        leaks = any(side.escaped_particles for side in sides)
+        sentences.append(f"Not ranked: {'; '.join(reasons)}.{leak if leaks else ''}")
+    # Readings that are held out in one run but were used to calibrate another.
+    roles: dict[int, dict[str, list[int]]] = {}
+    for index, first in enumerate(first_with_readings(sides)):
+        if first is not None and (comparison := sides[index].comparison) is not None:
+            roles.setdefault(first, {}).setdefault(comparison.role, []).append(index)
+    return sentences + [
+        f"Not held out: the readings of {numbered(by_role['held-out'])} were used to calibrate "
+        f"{numbered(by_role['calibrated-on'])}."
+        for by_role in roles.values()
+        if {"held-out", "calibrated-on"} <= by_role.keys()
+    ]
+
+
+def _names(sides: Sequence[Side]) -> FigureTable:
+    readings: list[str] = []
+    for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True)):
+        same = f", the same as of run {first + 1}" if first is not None and first < index else ""
+        kinds = side.readings and side.comparison and f"{side.readings.data}, {side.comparison.role}{same}"
+        readings.append(kinds or NONE)
+    columns = [
+        FigureColumn("run", range(1, len(sides) + 1)),
+        FigureColumn("mean error (mm)", "comparison.mean_error_mm", "{:.2f}".format, "mean_error_mm"),
+        FigureColumn("readings", readings),
+        FigureColumn("name", "name"),
+    ]
+    return FigureTable("Numbers and names", "runs", columns, sides)
+
+
+def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> FigureTable:
+    """Return a table with a column for each run. Its head is the run's number; in the CSV, number and name."""
+    columns = [FigureColumn(first, [label for label, _, _ in rows])]
+    for index, named in enumerate(_named(sides)):
+        cells = [(values[index], text) for _, values, text in rows]
+        texts = [NONE if value is None else text(value) for value, text in cells]
+        numbers = [value if value is None or isinstance(value, int | float) else text(value) for value, text in cells]
+        columns += [FigureColumn(str(index + 1), texts, name=""), FigureColumn("", numbers, name=named)]
+    return FigureTable("By run", name, columns)
+
+
+def _figures(sides: Sequence[Side]) -> list[Row]:
+    labels = dict.fromkeys(label for side in sides for label in side.facts)
+    return [
+        *((label, [part_of(side.comparison, path) for side in sides], text) for label, (path, text) in FIGURES.items()),
+        *((label, [side.facts.get(label) for side in sides], _rounded) for label in labels),
+    ]
+
+
+def _held_out_words(sides: Sequence[Side]) -> str:
+    held_out_mm = held_out_mean_mm(sides)
+    if held_out_mm is not None:
+        return f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
+    if any(side.held_out for side in sides):
+        return "No held-out run is ranked; see the reasons above."
+    return "No run has held-out readings, so every error here is the residual of a calibration."
+
+
+def _levels(sides: Sequence[Side]) -> Plot:
+    s_mm = sides[0].profile.s_mm
+    levels = {
+        f"{named}: level_mm": np.interp(s_mm, side.profile.s_mm, side.profile.level_mm, right=np.nan)
+        for named, side in zip(_named(sides), sides, strict=True)
+    }
+    firsts = [first for first in first_with_readings(sides) if first is not None]
+    caption = "Level along the crack of each run, labelled with its number."
+    if firsts:
+        shared = len(firsts) > len(set(firsts))
+        caption += " Circles are readings, in the colour of their run"
+        caption += ", or in the colour of the labels if several runs share them." if shared else "."
+    return Plot("levels", caption, lambda: draw_levels_of_runs(sides), {"s_mm": s_mm} | levels)
+
+
+def _named(sides: Sequence[Side]) -> list[str]:
+    """Return the runs' numbers with their names, because a CSV is read without the page."""
+    return [f"{number} {side.name}" for number, side in enumerate(sides, start=1)]
+
+
+def _rounded(value: float) -> str:
+    return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
+
+
+@themed()
+def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
+    """Draw levels as lines, and readings as circles in the colour of their run, or in ink if runs share them."""
+    _, axes = wide_axes(4.2, face=True)
+    first_with = first_with_readings(sides)
+    for index, side in enumerate(sides):
+        readings = side.readings
+        if readings is not None and first_with[index] == index:
+            colour = COLOURS[index % len(COLOURS)] if first_with.count(index) == 1 else INK
+            axes.plot(readings.s_mm, readings.level_mm, "o", color=colour, markersize=4, markerfacecolor="none")
+    kinds = sorted({side.readings.data for side in sides if side.readings is not None})
+    origins = " and ".join(kind if kind == "measured" else kind.upper() for kind in kinds)
+    title = f"Levels, and readings ({origins}) as circles" if kinds else "Levels"
+    curves = [(side.profile.s_mm, side.profile.level_mm) for side in sides]
+    return _draw_runs(axes, sides, enumerate(curves), LEVEL, title)
+
+
+@themed()
+def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
+    """Draw the signed errors of the runs with readings."""
+    _, axes = wide_axes(3.2, face=True)
+    curves = ((index, (error.x, error.value)) for index, side in enumerate(sides) if (error := side.error) is not None)
+    return _draw_runs(axes, sides, curves, "error (mm)", "Signed error: above 0 the simulated level is too high")
+
+
+def _draw_runs(
+    axes: Axes, sides: Sequence[Side], curves: Iterable[tuple[int, tuple[Floats, Floats]]], y: str, title: str
+) -> Figure:
+    """Draw a curve of each run, given with its index. Neighbours have different strokes, so both are visible."""
+    for index, curve in curves:
+        stroke, colour = STROKES[index % len(STROKES)], COLOURS[index % len(COLOURS)]
+        axes.plot(*curve, stroke, color=colour, label=str(index + 1))
+    axes.set_xlim(0, max(side.profile.s_mm[-1] for side in sides))
+    return label_axes(axes, ALONG, y, title, LEGEND_COLUMNS)

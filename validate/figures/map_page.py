@@ -1,0 +1,443 @@
+"""A mapped study: its figures, as in the paper (Figs 7, 8, 10, 6 and 11), and its page with every run in a table."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from string import ascii_lowercase
+from typing import Any, Literal
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from sealtwin.core.records import Floats
+from sealtwin.core.vtk_files import Frame
+from validate.figures.chart import (
+    LEAST_RUNS,
+    LEAST_VALUES,
+    Axis,
+    Chart,
+    HeldRun,
+    Watched,
+    heat,
+    medians,
+    pace_of,
+)
+from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section
+from validate.figures.particles import ColourScale, add_bar, ages_of
+from validate.figures.snapshots import FillScene
+from validate.figures.theme import (
+    AIR,
+    ALONG,
+    INK,
+    LEVEL,
+    MEASURED,
+    MUTED,
+    SIMULATED,
+    draw_curve,
+    label_axes,
+    themed,
+    wide_axes,
+    wide_figure,
+)
+from validate.units import percent, setting_words, signed
+
+MOST_ROWS = 200  # Most rows on the page, the nearest runs first; the CSV has all
+MOST_COLUMNS = 1_000  # Most levels in a CSV; in larger studies each run's folder has its profile
+SAME_MM = 1e-6  # Precision of a profile's file
+ERRORS = {
+    "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
+    "bias (mm)": ("bias_mm", partial(signed, decimals=3)),
+    "worst error (mm)": ("worst_error_mm", "{:.2f}".format),
+    "at s (mm)": ("worst_at_mm", "{:.1f}".format),
+    "of the length under 1 mm": ("share_under_1_mm", partial(percent, decimals=0)),
+}
+"""Field and format of each figure of a run's error, by label."""
+LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
+"""Viridis without its ends: one is invisible on a dark page, the other on a light one."""
+HALO = [withStroke(linewidth=2.5, foreground=INK)]  # Dark edge of white marks on the map
+MOST_LABELS = 15  # Most runs with number and error beside their point; others have the number alone
+
+
+@dataclass(frozen=True)
+class Fill:
+    """A chosen run with its frames."""
+
+    run: HeldRun
+    title: str  # Unique title
+    scene: FillScene
+    course: Watched
+
+
+def map_page(chart: Chart, fills: Sequence[Fill], cautions: Sequence[str] = ()) -> Page:
+    """Return the page of a study's map. ``cautions`` come before the cautions on its runs."""
+    best, (first, second) = chart.best, chart.axes
+    as_near = "unknown, since no pair was repeated"
+    if chart.scatter_of_replicates_mm is not None:
+        as_near = f"{sum(chart.as_near)} of {len(chart.runs)}"
+    thumbnails = "The lettered runs at their end, particles by age, with the level measured from them."
+    sections = [
+        Section("Levels", [_levels(chart)]),
+        Section(
+            f"Error over {first.name} and {second.name}",
+            [
+                chart.flatness,
+                _error_map(chart, fills),
+                *([Plot("thumbnails", thumbnails, lambda: draw_thumbnails(fills))] if fills else []),
+            ],
+        ),
+        Section(
+            f"Influence of {second.name} and {first.name}",
+            [
+                Plot(
+                    f"influence-{axis.name.replace(' ', '-')}",
+                    f"Mean error against {axis.name}, as in the paper's Fig. 10{figure}.",
+                    partial(draw_influence, chart, of),
+                )
+                for of, axis, figure in ((1, second, "a"), (0, first, "b"))
+            ],
+        ),
+    ]
+    if fills:
+        caption = "Sections along the crack during the fill in chosen runs, coloured by age, as in the paper's Fig. 6."
+        sections.append(Section("Fills", [_repeated(fills), Plot("fills", caption, lambda: draw_fills(fills))]))
+    sections += [Section("Cost", [*_cost(chart, fills)]), Section("Runs", [_runs(chart)])]
+    if chart.excluded:
+        sections.append(Section("Not ranked", [chart.exclusion, _left_out(chart)]))
+    return Page(
+        title=f"{chart.name}: {first.name} and {second.name} against {chart.readings.source}",
+        lead=f"{len(chart.runs)} runs, each compared with the same readings along the crack.",
+        cautions=[*cautions, *_cautions(chart)],
+        finding=(
+            f"Nearest to the readings: {chart.said(best)}, with a mean error of {best.mean_error_mm:.2f} mm. "
+            f"{chart.beside_baselines} {chart.flatness} {chart.exclusion}"
+        ),
+        key_figures=[
+            ("nearest pair", chart.said(best)),
+            ("its mean error", f"{best.mean_error_mm:.2f} mm"),
+            *((f"{line.name}, as a baseline", f"{line.mean_error_mm:.2f} mm") for line in chart.baselines),
+            ("its bias", f"{signed(best.bias_mm, 2)} mm"),
+            ("of the length under 1 mm", percent(best.share_under_1_mm, 0)),
+            ("pairs that fit equally well", as_near),
+            ("farthest pair", f"{chart.errors_mm.max():.2f} mm"),
+        ],
+        sections=sections,
+    )
+
+
+def _cautions(chart: Chart) -> Iterator[str]:
+    if chart.screening:
+        yield chart.screening
+    yield (
+        f"The nearest of {len(chart.runs)} pairs was chosen with these readings, which is a calibration: its error is "
+        "the residual of the fit, not a test. Compare the pair with other readings."
+    )
+    yield from (*chart.fluid_warnings, *chart.unused)
+    if chart.readings.data == "undeclared":
+        yield "It is not declared whether the readings are measured, so a small error shows only agreement with them."
+    elif chart.readings.data != "measured":
+        yield f"The readings are {chart.readings.data}, so a small error shows only agreement with their source."
+
+
+def _levels(chart: Chart) -> Plot:
+    s_mm, numbers = chart.best.profile.s_mm, None
+    if len(chart.runs) < MOST_COLUMNS:
+        profiles = {f"level_of_run_{run.number}_mm": run.profile for run in chart.runs}
+        levels = {name: np.interp(s_mm, profile.s_mm, profile.level_mm) for name, profile in profiles.items()}
+        numbers = {"s_mm": s_mm} | levels
+    caption = (
+        "Level along the crack of each run, the nearest in bold, and the readings with their 95 % band, as in the "
+        "paper's Fig. 7."
+    )
+    return Plot("levels", caption, lambda: draw_levels_of_study(chart), numbers)
+
+
+def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
+    first, second = chart.axes
+    draw = partial(draw_error_map, chart, [fill.run for fill in fills])
+    if chart.has_surface:
+        across, up, error_mm = (values[..., ::8] for values in heat(chart))
+        x, y = (values.ravel() for values in np.meshgrid(across, up))
+        numbers = {first.setting: x, second.setting: y, "mean_error_mm": error_mm[::8].ravel()}
+        caption = "Mean error of each run (points), interpolated linearly between them, as in the paper's Fig. 8"
+        caption += "; letters mark the runs that are drawn below." if fills else "."
+        return Plot("heat", caption, draw, numbers)
+    letters = " and the letter of its drawing below" if fills else ""
+    caption = (
+        f"Mean error of each run, with its number{letters}. There is no surface between these "
+        f"runs: that takes {LEAST_RUNS} or more ranked runs, with {LEAST_VALUES} or more values of each setting, that "
+        "enclose two thirds of the map."
+    )
+    x, y = chart.pairs.T
+    numbers = {first.setting: x, second.setting: y, "run": [run.number for run in chart.runs]}
+    return Plot("points", caption, draw, numbers | {"mean_error_mm": chart.errors_mm})
+
+
+def _repeated(fills: Sequence[Fill]) -> str:
+    repeated = [fill.course.differs_mm for fill in fills if fill.course.differs_mm is not None]
+    if not repeated:
+        return "These pictures were kept when the runs were computed."
+    which = "These runs were" if len(repeated) == len(fills) else f"{len(repeated)} of these {len(fills)} runs were"
+    differing = [differs_mm for differs_mm in repeated if differs_mm > SAME_MM]
+    if not differing:
+        return f"{which} repeated to draw them; their levels are the same to the last digit."
+    return (
+        f"{which} repeated to draw them; the levels of {len(differing)} changed, by at most {max(differing):.2g} mm on "
+        "average."
+    )
+
+
+def _cost(chart: Chart, fills: Sequence[Fill]) -> Iterator[str | Plot]:
+    wall_s = np.array([run.wall_s for run in chart.runs])
+    yield (
+        f"A run took {np.median(wall_s):.1f} s (median; {wall_s.min():.1f} to {wall_s.max():.1f} s), and all runs "
+        f"together {wall_s.sum():,.0f} s, on the machine of the study with its other load."
+    )
+    caption, numbers = "Time of a run against each setting.", None
+    if fills:
+        caption = f"Time of a frame against the number of moving particles, as in the paper's Fig. 11. {caption}"
+        particles, frame_ms = frame_times(fills)
+        numbers = {"moving_particles": particles, "frame_ms": frame_ms}
+        if (pace := pace_of(particles, frame_ms)) is not None:
+            start_ms, particle_us, explained = pace
+            yield (
+                f"A frame takes {start_ms:.2f} ms plus {particle_us:.2f} µs for each moving particle; "
+                f"this line explains {percent(explained, 0)} of the variance of the medians."
+            )
+    yield Plot("cost", caption, lambda: draw_cost(chart, fills), numbers)
+
+
+def _runs(chart: Chart) -> FigureTable:
+    near = [setting_words(near) for near in chart.as_near]
+    columns = [
+        FigureColumn("run", "number"),
+        *(
+            FigureColumn(axis.label, values, "{:g}".format, axis.setting)
+            for axis, values in zip(chart.axes, chart.pairs.T, strict=True)
+        ),
+        *(FigureColumn(head, name, text, name) for head, (name, text) in ERRORS.items()),
+        FigureColumn("fits equally well", near, {"yes": "yes", "no": ""}.__getitem__, "as_near_as_the_best"),
+        FigureColumn("time (s)", "wall_s", "{:.1f}".format, "wall_s"),
+    ]
+    more = f"; the nearest {MOST_ROWS} of {len(chart.runs)}" if len(chart.runs) > MOST_ROWS else ""
+    nearest = np.argsort(chart.errors_mm, kind="stable")[:MOST_ROWS]
+    return FigureTable(f"Nearest first{more}", "runs", columns, chart.runs, nearest.tolist())
+
+
+def _left_out(chart: Chart) -> FigureTable:
+    columns = [
+        FigureColumn("run", "number"),
+        FigureColumn("settings", [_in_words(run.settings) for run in chart.excluded]),
+        FigureColumn("why", "reason.text"),
+        FigureColumn("volume ratio", "volume_ratio", "{:.3f}".format),
+    ]
+    order = range(min(len(chart.excluded), MOST_ROWS))
+    return FigureTable("Runs that are not ranked", "left-out", columns, chart.excluded, order)
+
+
+def _in_words(settings: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())
+
+
+@themed()
+def draw_levels_of_study(chart: Chart) -> Figure:
+    """Draw the levels of all runs and the readings, with the nearest run in bold."""
+    _, axes = wide_axes(4.2, face=True)
+    readings, best = chart.readings, chart.best
+    curves = [np.column_stack([profile.s_mm, profile.level_mm]) for profile in (run.profile for run in chart.runs)]
+    thin = LineCollection(curves, colors=MUTED, linewidths=0.7, alpha=0.5, rasterized=True, label="a run")
+    axes.add_collection(thin)
+    kind = "" if readings.data == "measured" else f", {readings.data.upper()}"
+    read = {"color": MEASURED, "markersize": 3.5, "label": f"caliper{kind}, 95 % band"}
+    draw_curve(axes, readings.s_mm, readings.level_mm, "--o", chart.band_mm, **read)
+    bold = {"color": SIMULATED, "linewidth": 3.0, "label": f"{chart.nearest} off"}
+    draw_curve(axes, best.profile.s_mm, best.profile.level_mm, **bold)
+    s_mm, level_mm = np.vstack([*curves, np.column_stack([readings.s_mm, readings.level_mm])]).T
+    axes.set_xlim(0, s_mm.max())
+    axes.set_ylim(level_mm.min() - 1, level_mm.max() + 1)
+    axes.legend(loc="lower right")
+    return label_axes(axes, ALONG, LEVEL, f"Levels of {len(chart.runs)} runs")
+
+
+def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
+    """Make an axis of a plot logarithmic if the axis of its setting is. Its labels are then plain numbers."""
+    if setting.logarithmic:
+        axes.set(**{f"{name}scale": "log"})
+        (axes.xaxis if name == "x" else axes.yaxis).set_major_formatter("{x:g}")
+
+
+@themed()
+def draw_influence(chart: Chart, of: int) -> Figure:
+    """Draw the mean error over axis ``of``: a line for each value of the other axis on a grid of runs, else points."""
+    along, other = chart.axes[of], chart.axes[1 - of]
+    figure, axes = wide_axes(4.2)
+    places, values = chart.pairs[:, of], chart.pairs[:, 1 - of]
+    norm = (LogNorm if other.logarithmic else Normalize)(other.values[0], other.values[-1])
+    axes.scatter(places, chart.errors_mm, c=values, cmap=LINE_COLOURS, norm=norm, s=12)
+    for value in other.values if other.is_graded(len(chart.runs)) else ():
+        line = np.flatnonzero(values == value)
+        line = line[np.argsort(places[line])]
+        axes.plot(places[line], chart.errors_mm[line], color=LINE_COLOURS(norm(value)), linewidth=1.2)
+    if along.is_graded(len(chart.runs)):
+        mean_mm = [chart.errors_mm[places == value].mean() for value in along.values]
+        axes.plot(along.values, mean_mm, color=INK, linewidth=3.0, label=f"mean over {other.name}")
+        axes.legend(loc="best")
+    add_bar(figure, ColourScale(other.label, LINE_COLOURS, norm), [axes], pad=0.01)
+    scale_axis(axes, "x", along)
+    axes.set_ylim(0, None)
+    return label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
+
+
+@themed()
+def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
+    """Draw the mean error over the two settings: each run in the colour of its error, over a surface between them.
+
+    If the runs are too few for a surface, each has its number and, if there is room, its error. ``chosen`` runs have
+    their letters. Runs that are not ranked are empty squares.
+    """
+    figure, axes = wide_axes(5.4)
+    surface, errors_mm = chart.has_surface, chart.errors_mm
+    colours: Any = {"cmap": "viridis" if surface else LINE_COLOURS, "norm": Normalize(errors_mm.min(), errors_mm.max())}
+    if surface:
+        axes.pcolormesh(*heat(chart), **colours, shading="auto", rasterized=True)
+        axes.grid(visible=False)
+    point = {
+        "s": 24 if surface else 130,
+        "edgecolors": MEASURED if surface else INK,
+        "clip_on": False,
+        "zorder": 3,
+    }
+    drawn = axes.scatter(*chart.pairs.T, c=errors_mm, **colours, **point, label="a run")
+    figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
+    ring: Any = {"color": "white", "markerfacecolor": "none", "clip_on": False, "zorder": 3, "path_effects": HALO}
+    near = chart.pairs[np.array(chart.as_near) & (chart.replicates is not None)]
+    for pairs, size, label in ((near, 9, "fit equally well"), (np.array([chart.best.at]), 18, chart.nearest)):
+        if len(pairs):
+            axes.plot(*pairs.T, "o", **ring, markersize=size, label=label)
+    if unranked := chart.unranked:
+        square = {"markerfacecolor": "none", "markeredgecolor": INK, "linestyle": "none", "markersize": 9}
+        axes.plot(*zip(*unranked.values(), strict=True), "s", **square, clip_on=False, label="not ranked")
+    for name, axis in zip(("x", "y"), chart.axes, strict=True):
+        scale_axis(axes, name, axis)
+    letters = dict(zip((run.number for run in chosen), ascii_lowercase, strict=False))
+    if surface:
+        _draw_letters(axes, chart, letters)
+    else:
+        _draw_names(axes, chart, letters)
+    # Space for labels at the edges.
+    axes.margins(*((0.0, 0.0) if surface else (0.14, 0.16)))
+    title = "Mean error against the readings" if surface else "Mean error of each run against the readings"
+    label_axes(axes, chart.axes[0].label, chart.axes[1].label, "")
+    axes.set_title(title, pad=12.0)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=4, fontsize=8.0)
+    return figure
+
+
+def _draw_letters(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
+    style: Any = {"fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
+    for run, place in zip(chart.runs, chart.places, strict=True):
+        # Toward the middle, since title and colour bar are at the edges.
+        shift = tuple(np.where(place > 0.5, -11, 11))
+        text, aligned = letters.get(run.number, ""), {"ha": "center", "va": "center"}
+        axes.annotate(text, run.at, shift, textcoords="offset points", **aligned, **style)
+
+
+def _draw_names(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
+    """Write number and error above each run, or if there are many the number alone."""
+    results = [(run.number, run.at, f"{run.mean_error_mm:.2f} mm") for run in chart.runs]
+    results += [(number, pair, "not ranked") for number, pair in chart.unranked.items()]
+    for number, pair, result in results:
+        name = f"run {number}: {result}" if len(results) <= MOST_LABELS else str(number)
+        text = f"{letters[number]}, {name}" if number in letters else name
+        axes.annotate(text, pair, (0, 13), textcoords="offset points", ha="center", fontsize=8.0)
+
+
+@themed()
+def draw_fills(fills: Sequence[Fill]) -> Figure:
+    """Draw sections along the crack by age, with a row for each run and a column for each moment."""
+    moments = max(len(fill.course.frames) for fill in fills)
+    frames = [[*fill.course.frames, *[None] * (moments - len(fill.course.frames))] for fill in fills]
+    panels = [(fill, frame) for fill, row in zip(fills, frames, strict=True) for frame in row]
+    figure, grid = _draw_sections(0.8 + 0.95 * len(fills), (len(fills), moments), panels)
+    for axes, (fill, frame) in zip(grid, panels, strict=True):
+        if frame is not None:
+            time = f"{frame.t_s:.1f} s"
+            axes.annotate(time, (1.0, 1.0), (0, 3), "axes fraction", "offset points", ha="right", fontsize=7.5)
+            axes.set_title(fill.title if frame is fill.course.frames[0] else "", fontsize=8.5)
+    for axes in grid[-moments:]:
+        axes.set_xlabel("s (mm)")
+    return figure
+
+
+@themed()
+def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
+    """Draw the end of each chosen run, with the level measured from its particles."""
+    columns = min(3, len(fills))
+    rows = -(-len(fills) // columns)
+    figure, grid = _draw_sections(0.5 + 1.3 * rows, (rows, columns), [(fill, fill.course.frames[-1]) for fill in fills])
+    for axes, fill in zip(grid, fills, strict=False):
+        profile = fill.run.profile
+        draw_curve(axes, profile.s_mm, profile.level_mm, color=AIR, linewidth=2.4)
+        draw_curve(axes, profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.1)
+        axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
+    return figure
+
+
+def _draw_sections(
+    height_in: float, shape: tuple[int, int], panels: Sequence[tuple[Fill, Frame | None]]
+) -> tuple[Figure, NDArray[Any]]:
+    """Draw sections along the crack by age in a grid, and one colour bar; return the figure and the grid, row by row.
+
+    A panel without a frame stays empty.
+    """
+    figure = wide_figure(height_in)
+    grid = figure.subplots(*shape, squeeze=False, sharex=True, sharey=True).ravel()
+    scale = ages_of(frame for fill, _ in panels for frame in fill.course.frames)
+    for axes in grid:
+        axes.set_axis_off()
+    for axes, (fill, frame) in zip(grid, panels, strict=False):
+        if frame is not None:
+            axes.set_axis_on()
+            fill.scene.draw_side(axes, frame, frame.age_s, scale)
+    add_bar(figure, scale, figure.axes, location="bottom", aspect=60, pad=0.01, shrink=0.6)
+    return figure, grid
+
+
+@themed()
+def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
+    """Draw the times of frames of the chosen runs, and the times of whole runs over each of the two settings."""
+    figure = wide_figure(3.4)
+    row = figure.subplots(1, 3 if fills else 2)
+    wall_s = [run.wall_s for run in chart.runs]
+    for index, (axis, axes) in enumerate(zip(chart.axes, row[-2:], strict=True)):
+        axes.plot(chart.pairs[:, index], wall_s, "o", color=SIMULATED, markersize=3.5, alpha=0.6)
+        scale_axis(axes, "x", axis)
+        axes.set_ylim(0, None)
+        label_axes(axes, axis.label, "time of a run (s)", f"Whole runs, over {axis.name}")
+    if fills:
+        particles, frame_ms = frame_times(fills)
+        row[0].plot(particles, frame_ms, "o", color=MEASURED, markersize=2, alpha=0.25, rasterized=True)
+        row[0].plot(*medians(particles, frame_ms), "s", color=INK, markersize=5)
+        title = "Frames, their medians"
+        if (pace := pace_of(particles, frame_ms)) is not None:
+            ends = np.array([0.0, particles.max()])
+            start_ms, particle_us, explained = pace
+            row[0].plot(ends, start_ms + particle_us * ends / 1000, color=INK)
+            title = f"{title}, R² = {explained:.2f}"
+        row[0].set_xlim(0, None)
+        row[0].set_ylim(0, 1.3 * float(np.quantile(frame_ms, 0.95)))
+        label_axes(row[0], "moving particles", "time of a frame (ms)", title)
+    return figure
+
+
+def frame_times(fills: Sequence[Fill]) -> tuple[Floats, Floats]:
+    """Return the number of moving particles and the time in ms of each frame of all fills, (k,) each."""
+    courses = [fill.course for fill in fills]
+    return np.concatenate([course.particles for course in courses]), np.concatenate(
+        [course.frame_ms for course in courses]
+    )

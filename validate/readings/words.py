@@ -1,0 +1,244 @@
+"""Words and numbers of labs: the names of columns and of samples, decimal marks, and words for a missing reading.
+
+Nothing is guessed: an unknown word leaves a name open. The words are in ``words.toml``.
+"""
+
+import math
+import re
+import tomllib
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from functools import lru_cache
+from importlib.resources import files as resources
+from typing import NamedTuple
+
+from validate.settings import Decimal, Quantity
+
+WORDS = tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))
+"""Words of labs in all languages."""
+MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "µm": 0.001, "inch": 25.4, "1/10 mm": 0.1, "1/100 mm": 0.01}
+UNITS = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
+MISSING = frozenset(WORDS["missing"]["words"].split())
+COLUMNS = {kind: frozenset(words.split()) for kind, words in WORDS["columns"].items()}
+STATION, REPEAT, VALUE, COUNTER, SAMPLE = (COLUMNS[k] for k in ("station", "repeat", "value", "counter", "sample"))
+DOWNWARD, HEIGHT, CALCULATED, FACE = (COLUMNS[k] for k in ("downward", "height", "calculated", "face"))
+DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
+OTHER = (CALCULATED | COLUMNS["notes"] | COLUMNS["other"]).union(
+    *(entry["words"].split() for entry in WORDS["quantities"].values())
+)
+OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[k] for k in ("beside_station", "beside_reading"))
+RELATIVE = COLUMNS["relative"]
+OF_SAMPLE = SAMPLE | COUNTER | COLUMNS["beside_sample"]
+READING = DEPTH | LEVEL | REPEAT | VALUE
+
+LONGEST_NAME = 200
+PART = re.compile(r"[^\W_]+|[^\w\s.-]")
+WORD = re.compile(r"[^\W\d_]+|[0-9]+")
+UNIT_WORD = "(?:{})".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
+LENGTH_MM = r"(?:{})(?![^\W\d_])".format("|".join(WORDS["units"]["mm"].split()))
+DIAL_UNIT = re.compile(rf"(?<![\w.,/])1\s?/\s?(100?)\s?{LENGTH_MM}|(?<![^\W\d_]){LENGTH_MM}\s?/\s?(100?)(?![\w.,])")
+"""Tenths and hundredths of a millimetre, the divisions of dials: 1/10 mm, mm/100."""
+INCH = re.compile(r"(?<=[\[(/_])\s*in\s*[\])]?\s*$|\"\s*[\])]?\s*$|\s+in\s*$")
+"""The unit "in", in brackets or at the end; elsewhere "in" is a preposition."""
+FACTOR = re.compile(rf"[\[(]\s*[0-9][^\])]*{UNIT_WORD}|(?<![\w])10+\s+{UNIT_WORD}")
+"""A number that may be a factor of the unit: [10 mm], "depth 10 mm"."""
+UNIT_BEHIND_SLASH = re.compile(rf"/\s*(?={UNIT_WORD}\s*[\])]?\s*$)")
+HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
+ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
+ORDINAL = re.compile(
+    rf"(?<![\w.,])#?([0-9]{{1,2}})(?:{'|'.join(COLUMNS['ordinal'])}|[.\u00b0](?![0-9]))(?!\w)|#(?=[0-9])"
+)
+REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]")
+"""A mark, a unit that is unknown, or none."""
+UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
+NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
+AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
+"""Number such as 1.250: a decimal, or 1250 with a thousands separator. 0.125 can only be a decimal."""
+DECIMALS = re.compile(r"[.,]([0-9]+)$")
+MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
+"""The typographic minus, and the dash that word processors substitute for a hyphen."""
+OTHER_MARKS: dict[Decimal | None, str] = {"point": ",", "comma": "."}
+"""Mark that numbers with a decimal mark do not contain."""
+
+
+class Role(Enum):
+    """Role of a column.
+
+    Each quantity that labs write beside their readings, and whose mean a report shows, is a member here with its words
+    and units in the table [quantities] of ``words.toml``.
+    """
+
+    STATION = "station"
+    READING = "reading"
+    REPEAT = "repeat"  # Number of a reading within its station
+    SAMPLE = "sample"  # Name of the sample of the row
+    TEMPERATURE = "temperature"
+    OTHER = "other"  # Notes, figures calculated from readings, and what is of no use
+
+    @property
+    def is_quantity(self) -> bool:
+        return self.value in WORDS["quantities"]
+
+    def unit_in(self, name: str) -> str | None:
+        """Return the unit in a name of this quantity in plain letters, "" without one; None for another name."""
+        entry, words = WORDS["quantities"][self.value], {*re.findall(r"[^\W\d_]+|[0-9%\u2030]", name)}
+        units = {unit: {*names.split()} for unit, names in entry["units"].items()}
+        names = words.difference(*units.values())
+        if not names or not names <= {*entry["words"].split()}:
+            return None
+        return " ".join(unit for unit, names in units.items() if names & words)
+
+
+QUANTITIES = tuple(role for role in Role if role.is_quantity)
+
+
+@dataclass(frozen=True)
+class Meaning:
+    role: Role
+    unit: str | None = None
+    quantity: Quantity | None = None  # Direction of a reading; None if the name leaves it open
+    number: str | None = None  # Number of a repeat; None if the name has none
+
+
+class Name(NamedTuple):
+    """A column's name in parts."""
+
+    text: str  # In plain letters, without its unit
+    unit: str | None
+    is_sound: bool  # False if it has several units, or a factor, or is too long
+
+    @property
+    def has_rest(self) -> bool:
+        """True if more than words, brackets and one number is in the text, or if it is a share: "rel. depth"."""
+        words = {*WORD.findall(self.text)}
+        is_more = not self.is_sound or len(re.findall("[0-9]+", self.text)) > 1 or REST.search(self.text)
+        return bool(is_more or (words & RELATIVE and not words & FACE))
+
+
+@lru_cache(maxsize=4096)
+def parsed(name: str) -> Name:
+    plain = plain_letters(name[: LONGEST_NAME + 1])
+    is_sound = len(plain) <= LONGEST_NAME and not any(unicodedata.category(letter) == "No" for letter in name)
+    plain = ORDINAL.sub(r"\1 ", ELIDED.sub("", HYPHEN.sub(" ", plain).replace("n\u00b0", "n ")))
+    units = set[str]()
+    if (dial := DIAL_UNIT.search(plain)) is not None:
+        units.add("1/10 mm" if "10" in dial.groups() else "1/100 mm")
+        plain = DIAL_UNIT.sub(" ", plain)
+    is_sound = is_sound and FACTOR.search(plain) is None
+    if INCH.search(plain) is None:
+        plain = UNIT_BEHIND_SLASH.sub(" ", plain)
+    else:
+        units.add("inch")
+        plain = INCH.sub(" ", plain).rstrip("/ ")
+    units |= {UNITS[word] for word in WORD.findall(plain) if word in UNITS}
+    plain = WORD.sub(lambda word: " " if word[0] in UNITS else word[0], plain)
+    return Name(plain, next(iter(units)) if len(units) == 1 else None, is_sound and len(units) < 2)
+
+
+@lru_cache(maxsize=4096)
+def meaning(name: str) -> Meaning | None:
+    """Return the meaning of a column's name, or None if a word or a mark of it is unknown."""
+    text, unit, is_sound = in_parts = parsed(name)
+    parts = WORD.findall(text)
+    numbers, words = [part for part in parts if part.isdigit()], {part for part in parts if not part.isdigit()}
+    for role in QUANTITIES:
+        if (unit_of_quantity := role.unit_in(text)) is not None:
+            return Meaning(role, unit_of_quantity)
+    if words & SAMPLE and words <= OF_SAMPLE and not (unit or numbers):
+        return Meaning(Role.SAMPLE) if is_sound else None
+    if words & OTHER or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
+        return Meaning(Role.OTHER, unit)
+    if in_parts.has_rest or (words & SAMPLE and numbers):
+        return None
+    if words & COLUMNS["axis"] and unit in MM:
+        words = words - COLUMNS["axis"] | {"s"}
+    if words & FACE:
+        # A height over the face is that of the sealant's surface; without a face it may be its thickness.
+        words -= RELATIVE | (set() if words & STATION else COLUMNS["sealant"])
+    if words & STATION:
+        return Meaning(Role.STATION, unit) if words <= STATION | OF_STATION and not numbers else None
+    # A height that counts downward is a depth; a level below something is ambiguous.
+    is_clear = not (words & DEPTH and words & LEVEL) or words & (DEPTH | LEVEL) <= HEIGHT | DOWNWARD
+    if not (words & READING and words <= READING | COUNTER | OF_READING and is_clear):
+        return None
+    quantity: Quantity | None = "depth" if words & DEPTH else "level" if words & LEVEL else None
+    bare = quantity is None and unit is None and not numbers
+    counts = bare and (words & COUNTER or not words & VALUE)
+    return Meaning(Role.REPEAT if counts else Role.READING, unit, quantity, next(iter(numbers), None))
+
+
+def unit_of(text: str) -> str | None:
+    """Return the unit of a text that contains only a unit, such as "[mm]"; else None."""
+    plain, unit, is_sound = parsed(f"[{text.strip().strip('[](){}/. ')}]")
+    return unit if is_sound and not WORD.search(plain) else None
+
+
+def is_note(name: str) -> bool:
+    """Return whether a column has remarks: a number in it may be a reading."""
+    return bool({*WORD.findall(plain_letters(name))} & COLUMNS["notes"])
+
+
+def is_calculated(text: str) -> bool:
+    """Return whether the text of a row's first cell marks the row as calculated from others, such as a mean."""
+    words = {word for word in WORD.findall(plain_letters(text[:LONGEST_NAME])) if not word.isdigit()}
+    return bool(words & CALCULATED) and words <= CALCULATED | OF_READING | READING | COUNTER
+
+
+def sample_key(sample: str) -> str:
+    """Return a key that is the same for spellings that differ only in case, spaces, points, hyphens and underscores.
+
+    A gap between two digits counts: 1-11 is not 11-1. Other marks count: P01' is not P01.
+    """
+    key = ""
+    for part in PART.findall(unicodedata.normalize("NFKC", sample).casefold()):
+        key += f"-{part}" if key[-1:].isdigit() and part[0].isdigit() else part
+    return key
+
+
+@lru_cache(maxsize=50_000)
+def plain_letters(text: str) -> str:
+    """Return the text in lower case, umlauts spelt out (ä is ae) and other accents removed (é is e, ñ is n)."""
+    folded = unicodedata.normalize("NFKC", text).casefold().translate(UMLAUTS)
+    return "".join(letter for letter in unicodedata.normalize("NFD", folded) if unicodedata.category(letter) != "Mn")
+
+
+def is_missing(text: str) -> bool:
+    """Return whether a cell is blank or contains a word for a missing reading."""
+    return not text or "".join(plain_letters(text).split()) in MISSING
+
+
+def is_ambiguous(text: str) -> bool:
+    """Return True if the comma or point in a number may be either a decimal mark or a thousands separator."""
+    return AMBIGUOUS.fullmatch(text.translate(MINUS)) is not None
+
+
+def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
+    """Return the decimal mark of a file's numbers, or None if they do not decide it.
+
+    A comma as the field separator excludes decimal commas.
+    """
+    texts = list(texts)
+    numbers = [text for text in texts if NUMBER.fullmatch(text.translate(MINUS)) and not is_ambiguous(text)]
+    points, commas = (sum(mark in text for text in numbers) for mark in ".,")
+    if points or commas:
+        return "comma" if commas > points else "point"
+    if separator == "," and not any("," in text for text in texts):
+        return "point"
+    return None
+
+
+def number(text: str, mark: Decimal | None = None) -> float | None:
+    """Return a finite number with the decimal ``mark``, or with either mark if it is None. Other texts give None."""
+    text = text.translate(MINUS)
+    if not NUMBER.fullmatch(text) or OTHER_MARKS.get(mark, " ") in text:
+        return None
+    value = float(text.replace(",", "."))
+    return value if math.isfinite(value) else None
+
+
+def decimals_of(text: str) -> int:
+    """Return the number of decimals of a number, without trailing zeros."""
+    match = DECIMALS.search(text)
+    return len(match[1].rstrip("0")) if match else 0

@@ -1,0 +1,147 @@
+"""First page of a report in words: the verdict, two sentences, and four figures, for a reader who was not there."""
+
+import numpy as np
+
+from validate.comparison import Comparison
+from validate.metrics.baselines import are_compared
+from validate.metrics.curve_distances import level_difference
+from validate.report.report_facts import faults, freezing, not_measured, parts_of, walls
+from validate.result import ErrorBar, Evidence, FirstPage, Tile
+from validate.run_facts import mean_sentence
+from validate.sentences import sentence, tile
+from validate.units import signed
+
+FLUSH_MM = 0.5  # Distance from the face up to which the level is called flush
+
+
+def first_page(evidence: Evidence) -> FirstPage:
+    parts = parts_of(evidence)
+    return FirstPage(
+        subject=sentence("page_subject", **parts),
+        state=sentence("page_state", **parts),
+        verdict=sentence("page_verdict", **parts),
+        lead=tuple(filter(None, (sentence("page_line", **parts), _where_off(evidence)))),
+        labels=_labels(evidence),
+        tiles=_tiles(evidence),
+        notes=_notes(evidence),
+    )
+
+
+def first_caption(evidence: Evidence) -> str:
+    """Return a text on the bands of the first figure, and on the places in them; empty without bands."""
+    comparison = evidence.comparison
+    uncertainty = None if comparison is None else comparison.uncertainty
+    inside = 0 if uncertainty is None else int((~uncertainty.stations.off).sum())
+    mean = mean_sentence(evidence.seeds)
+    return sentence("first_caption", mean_of_runs=mean, inside=inside, **parts_of(evidence))
+
+
+def _where_off(evidence: Evidence) -> str:
+    """Return a sentence on where the level is off; for a missed limit, on whether level or shape is wrong."""
+    m, readings = evidence.comparison, evidence.readings
+    if m is None or readings is None:
+        return ""
+    error = level_difference(evidence.profile, readings)
+    if m.outcome == "failed":
+        shape_mm = float(np.trapezoid(np.abs(error.value - m.bias_mm), error.x) / np.ptp(error.x))
+        return sentence("page_shift", m=m, shape_mm=shape_mm)
+    return sentence("page_worst", m=m, worst_mm=float(error.value[np.argmax(np.abs(error.value))]))
+
+
+def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
+    """Return reservations; the cautions after the first follow below the page."""
+    labels = [("Check first:", fault.text) for fault in faults(evidence)[:1]]
+    if evidence.comparison is not None and not evidence.comparison.basis.enough_readings:
+        labels.append(("Verdict:", evidence.comparison.headline[0].text))
+    if kinds := not_measured(evidence):
+        labels.append(("Not a validation:", f"{', '.join(kinds)}."))
+    return tuple(labels)
+
+
+def _notes(evidence: Evidence) -> tuple[tuple[str, str], ...]:
+    paste = evidence.run.settings["fluid"].get("material") or {}
+    better = evidence.comparison is None and evidence.can_be_planned
+    notes = [
+        ("Walls:", walls(evidence)),
+        ("Freezing:", freezing(evidence)),
+        *(("Paste:", doubt) for doubt in paste.get("doubts", ())),
+        ("Note:", evidence.note),
+        ("Next:", sentence("plan_next") if better else ""),
+    ]
+    return tuple((word, text) for word, text in notes if text)
+
+
+def _tiles(evidence: Evidence) -> tuple[Tile, ...]:
+    """Return the four figures: of a comparison, of a prediction, or of a level alone."""
+    parts, m, p = parts_of(evidence), evidence.comparison, evidence.prediction
+    if m is not None:
+        instead, bars = _instead(m)
+        figures = [
+            tile("tile_mean_error", **parts),
+            instead,
+            tile("tile_volumes", **parts),
+            tile("tile_tested", **parts),
+        ]
+    else:
+        bars = ()
+        if p is not None:
+            median_mm = float(np.median(p.band_95_mm))
+            first = tile("tile_predicted_level", **parts), tile("tile_predicted_band", median_mm=median_mm, **parts)
+        else:
+            first = _level_alone(evidence)
+        figures = [*first, tile("tile_volumes", **parts), tile("tile_no_readings", **parts)]
+    return tuple(
+        Tile(title=title, figure=figure, text=text, bars=bars if number == 1 else ())
+        for number, (title, figure, text) in enumerate(figures)
+    )
+
+
+def _instead(m: Comparison) -> tuple[tuple[str, str, str], tuple[ErrorBar, ...]]:
+    """Return the level without a simulation, of the fewest numbers, that is nearer; if none is nearer, the simplest.
+
+    The bars are the errors of all these levels and of the simulation, the largest first.
+    """
+    nearer = [baseline for baseline in m.baselines if baseline.mean_error_mm <= m.mean_error_mm]
+    simpler = min(nearer or m.baselines, key=lambda baseline: (baseline.numbers, baseline.mean_error_mm), default=None)
+    fitted = len(set(m.fitted or ())) if m.role == "calibrated-on" else 0
+    bars = [ErrorBar(name=each.name, error_mm=each.mean_error_mm, own=False) for each in m.baselines]
+    if bars:
+        bars.append(ErrorBar(name="simulation", error_mm=m.mean_error_mm, own=True))
+    ranked = tuple(sorted(bars, key=lambda bar: -bar.error_mm))
+    return tile("tile_instead", simpler=simpler, fitted=fitted), ranked
+
+
+def _level_alone(evidence: Evidence) -> list[tuple[str, str, str]]:
+    s_mm, level_mm = evidence.profile.s_mm, evidence.profile.level_mm
+    mean_mm = float(np.trapezoid(level_mm, s_mm) / np.ptp(s_mm))
+    low, over = (float(np.mean(which)) for which in (level_mm < -FLUSH_MM, level_mm > FLUSH_MM))
+    flush = float(np.mean(np.abs(level_mm) <= FLUSH_MM))
+    spans = {"low": low, "flush": flush, "over": over, "flush_mm": FLUSH_MM}
+    return [tile("tile_level", mean_mm=mean_mm), tile("tile_flush", **spans)]
+
+
+def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Return the figure as a table: place, reading, its interval, simulated level and error at each station.
+
+    Empty without readings; a station beyond the compared stretch has no error.
+    """
+    readings, comparison, seeds = evidence.readings, evidence.comparison, evidence.seeds
+    if readings is None or comparison is None:
+        return ()
+    inside = are_compared(readings, comparison.basis.covered_from_mm, comparison.basis.covered_to_mm)
+    level_mm = np.interp(readings.s_mm, evidence.profile.s_mm, evidence.profile.level_mm)
+
+    def compared(values: np.ndarray) -> tuple[str, ...]:
+        return tuple(signed(value, 1) if there else "-" for value, there in zip(values.tolist(), inside, strict=True))
+
+    band = ()
+    if (uncertainty := comparison.uncertainty) is not None:
+        band = (("± in 19 of 20, mm", tuple(f"{value:.1f}" for value in uncertainty.levels.band_95_mm)),)
+    of_seeds = "simulated, mm" if seeds is None else f"mean of {len(seeds.seeds)} ± {seeds.band_95_mm:.1f}, mm"
+    return (
+        ("along, mm", tuple(f"{s_mm:.4g}" for s_mm in readings.s_mm)),
+        ("read, mm", tuple(signed(value, 1) for value in readings.level_mm.tolist())),
+        *band,
+        (of_seeds, compared(level_mm)),
+        ("error, mm", compared(level_mm - readings.level_mm)),
+    )

@@ -1,0 +1,292 @@
+"""Facts that a report states about a trial: verdict, cautions, volumes, uncertainty, assumptions, what is left out."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core.facts import Fact, of_keys, texts
+from sealtwin.core.records import Run
+from sealtwin.core.regime import SURFACE_TENSION_N_M
+from sealtwin.core.run_figures import FAST
+from validate.comparison import Comparison, Outcome
+from validate.intervals import ErrorUncertainty, PredictedLevel, StationErrors
+from validate.metrics.verdict import SCREENING, case_of
+from validate.result import NOT_A_VALIDATION, Evidence
+from validate.run_facts import is_draft, levels_in_words, run_warnings, seed_facts
+from validate.sentences import assumed, doubted, sentence, stated
+from validate.uncertainty.meniscus import Mouth
+from validate.uncertainty.validation import MEAN_LEVEL
+from validate.units import LABELS, unit_of, words
+
+ML = 1000.0  # mm³
+HEALTH_LABELS: dict[str, tuple[str, float, str]] = LABELS["health"]
+"""Label, factor to the reported unit, and format of each number that a run records about itself."""
+
+
+def parts_of(evidence: Evidence) -> dict[str, Any]:
+    """Return the names that blocks of report_words.j2 have in common."""
+    run, m, p = evidence.run, evidence.comparison, evidence.prediction
+    fast = run.fast_fill is not None
+    return {
+        "e": evidence,
+        "m": m,
+        "p": p,
+        "case": case_of(m, run.escaped_particles, evidence.edited, fast=fast, predicted=p is not None),
+        "ml": {place: volume_mm3 / ML for place, volume_mm3 in _volumes_mm3(run).items()},
+        "room_ml": evidence.solid.cavity_volume_mm3 / ML,
+        "levels": lambda noun: levels_in_words(evidence.seeds, noun),
+        "other_levels": "" if p is None else other_levels(p),
+    }
+
+
+def headline(evidence: Evidence) -> tuple[tuple[Fact, ...], Outcome]:
+    """Return the facts of the verdict and its outcome."""
+    if evidence.comparison is not None:
+        return evidence.comparison.headline, evidence.comparison.outcome
+    parts = parts_of(evidence)
+    if parts["case"] == "leak":
+        return (stated("verdict.leak", evidence.run.escaped_particles, level="fault", m=None),), "failed"
+    if not evidence.run.has_particles:
+        return (doubted(SCREENING, m=None, gate=None),), "open"
+    if parts["case"] == "edited":
+        edited = evidence.edited
+        return (stated("verdict.edited", len(edited), level="fault", m=None, edited=edited),), "undecided"
+    return (predicted(evidence.prediction),), "open"
+
+
+def predicted(prediction: PredictedLevel | None) -> Fact:
+    """Return the prediction, or that there are no readings."""
+    if prediction is None:
+        return stated("verdict.no-readings")
+    others = other_levels(prediction)
+    return stated("verdict.predicted", prediction.mean_level_mm, "mm", p=prediction, other_levels=others)
+
+
+def other_levels(prediction: PredictedLevel) -> str:
+    """Return a sentence, after a space, on the mean levels of the fast model and of the volume lying flat."""
+    levels = {"the fast model": prediction.fast_level_mm, "the dispensed volume lying flat": prediction.flat_level_mm}
+    means_mm = {
+        name: float(np.trapezoid(level_mm)) / (len(level_mm) - 1)
+        for name, level_mm in levels.items()
+        if level_mm is not None
+    }
+    text = sentence("other_levels", levels_mm=means_mm)
+    return f" {text}" if text else ""
+
+
+def cautions(evidence: Evidence) -> tuple[Fact, ...]:
+    """Return cautions about edited files, about the run, and about data that were not measured."""
+    kinds = not_measured(evidence)
+    return (*faults(evidence), *((doubted(NOT_A_VALIDATION, kinds=kinds),) if kinds else ()))
+
+
+def faults(evidence: Evidence) -> tuple[Fact, ...]:
+    """Return cautions about edited files, the run and the weighed cavity."""
+    edited, weighed = evidence.edited, evidence.solid.figures.weighed
+    return (
+        *((stated("files.edited", len(edited), level="fault", edited=edited),) if edited else ()),
+        *run_warnings(evidence.run, evidence.volume_ratio, evidence.seeds),
+        *(() if weighed is None else weighed.findings),
+    )
+
+
+def not_measured(evidence: Evidence) -> list[str]:
+    """Return clauses on the data that were not measured, or not declared; none for a validation."""
+    readings_data = "measured" if evidence.readings is None else evidence.readings.data
+    things = {f"the {evidence.outline.seen_in} is": evidence.photo_data, "the caliper readings are": readings_data}
+    clauses = [sentence("not_measured", thing=thing, data=data) for thing, data in things.items()]
+    if evidence.comparison is not None and evidence.comparison.role == "undeclared":
+        clauses.append(sentence("role_not_declared"))
+    return [clause for clause in clauses if clause]
+
+
+def volumes(evidence: Evidence) -> tuple[Fact, ...]:
+    """Return the volume of the dispensed sealant at each place, in mm³."""
+    fast = evidence.run.fast_fill is not None
+    return tuple(
+        Fact(f"volume.{place}", sentence("place", place=place, fast=fast), volume_mm3, "mm³", "figure")
+        for place, volume_mm3 in _volumes_mm3(evidence.run).items()
+    )
+
+
+def _volumes_mm3(run: Run) -> dict[str, float]:
+    if (filled := run.fast_fill) is not None:
+        places = "dispensed", "in_crack", "above_face", "in_flight"
+        return {place: getattr(filled, f"{place}_mm3") for place in places}
+    height_mm = run.position_mm[~run.spilled, 2]
+    counts = {
+        "dispensed": len(run.position_mm),
+        "in_crack": int((height_mm <= 0).sum()),
+        "above_face": int((height_mm > 0).sum()),
+        "spilled": run.spilled_particles,
+        "escaped": run.escaped_particles,
+    }
+    return {place: count * run.particle_volume_mm3 for place, count in counts.items()}
+
+
+def health_facts(evidence: Evidence) -> tuple[Fact, ...]:
+    """Return the numbers that a run recorded about itself."""
+    return tuple(
+        Fact(f"health.{key}", HEALTH_LABELS.get(key, (words(key),))[0], value, unit_of(key), "figure")
+        for key, value in evidence.run.health.recorded().items()
+        if isinstance(value, int | float | str)
+    )
+
+
+def uncertainty_facts(evidence: Evidence) -> tuple[Fact, ...]:
+    """Return facts on several runs, and on the uncertainty; that it was not assessed, if it was not."""
+    comparison, seeds = evidence.comparison, seed_facts(evidence.seeds, draft=is_draft(evidence.run))
+    if evidence.prediction is not None:
+        return *seeds, *prediction_facts(evidence.prediction)
+    if comparison is not None and comparison.uncertainty is not None:
+        return *seeds, *_included(comparison.uncertainty)
+    return *seeds, stated("uncertainty.not-assessed", e=evidence)
+
+
+def _included(uncertainty: ErrorUncertainty) -> tuple[Fact, ...]:
+    """Return the result of the comparison, and what the intervals do not include."""
+    draws = uncertainty.input_draws
+    return (
+        *of_keys(uncertainty.findings, MEAN_LEVEL),
+        *uncertainty.unused,
+        *uncertainty.budget.notes,
+        *(() if uncertainty.budget.scatter_known else (doubted("uncertainty.scatter"),)),
+        *(() if draws is None else (stated("uncertainty.draws", draws.runs),)),
+        # The intervals of the error are by the readings alone; the inputs are part of u_val.
+        *_inputs(uncertainty.inputs_left_out, () if draws is None else draws.unfit, "u_val"),
+    )
+
+
+def prediction_facts(p: PredictedLevel) -> tuple[Fact, ...]:
+    """Return facts on the parts of a prediction's band, and on what it does not include."""
+    causes = list(dict.fromkeys(f"the {one.name}" if one.kind == "model" else one.kind for one in p.parts))
+    facts = [stated("uncertainty.band", float(np.median(p.band_95_mm)), "mm", p=p, causes=causes)]
+    if p.numerics_mm is None:
+        facts.append(doubted("uncertainty.numerics"))
+    by_fast = any(one.model == FAST for one in p.inputs)
+    if p.fast_level_mm is None:
+        facts.append(doubted("uncertainty.two-models", unfit=() if by_fast else texts(p.unfit)))
+    missing = [one.name for one in p.missing]
+    return (*facts, *_inputs(p.inputs_left_out, p.unfit if by_fast else (), "the band", missing))
+
+
+def _inputs(left_out: Sequence[str], unfit: Sequence[Fact], whole: str, missing: Sequence[str] = ()) -> Iterable[Fact]:
+    """Yield facts on the inputs and ``missing`` errors not in ``whole``, and on inputs of an unfit fast model."""
+    if names := [*(LABELS["inputs"][name][0] for name in left_out), *missing]:
+        yield assumed("uncertainty.left-out", len(names), whole=whole, names=names)
+    if unfit:
+        yield doubted("uncertainty.unfit", whole=whole, unfit=texts(unfit))
+
+
+def stretches_off(stations: StationErrors) -> str:
+    """Return a sentence on stretches of stations that are outside the band on one side, if any, the worst first."""
+    sides = np.where(stations.off, np.sign(stations.error_mm), 0).astype(int)
+    stretches, parts = [], np.split(np.arange(len(sides)), np.flatnonzero(np.diff(sides)) + 1)
+    for part in parts if len(sides) else ():
+        worst = part[np.abs(stations.error_mm[part]).argmax()]
+        first_mm, last_mm, at_mm = stations.s_mm[[part[0], part[-1], worst]]
+        size_mm = abs(float(stations.error_mm[worst]))
+        places_mm = {"from_mm": first_mm, "to_mm": last_mm, "at_mm": at_mm}
+        stretches += [{"side": sides[worst], "worst_mm": size_mm, **places_mm}] if sides[worst] else []
+    return sentence("stretches_off", stretches=sorted(stretches, key=lambda stretch: -stretch["worst_mm"]))
+
+
+def assumptions(evidence: Evidence) -> tuple[Fact, ...]:
+    """Return the assumptions, with numbers that show how much depends on them, and the data that no metric includes.
+
+    The block of what does not apply is empty.
+    """
+    outline, solid, run, readings = evidence.outline, evidence.solid, evidence.run, evidence.readings
+    m, fluid = evidence.comparison, run.settings.get("fluid", {})
+    repeats_mm = None if readings is None else readings.repeats_mm
+    counts = {
+        "stations": 0 if m is None or readings is None else len(m.basis.stations_beyond_mm),
+        "readings": 0 if m is None or repeats_mm is None else int(np.isnan(repeats_mm).sum()),
+        "spilled": run.spilled_particles,
+        "branches": 0 if outline.branches_kept else len(outline.branches_mm),
+        "fast": int(not run.has_particles),
+    }
+    counts["nothing"] = sum(counts.values())
+    numbers: dict[str, tuple[Any, ...]] = {
+        "assumed.tilt": (solid.cavity_volume_mm3 / run.dispensed_volume_mm3,),
+        "assumed.slope": (),
+        "assumed.surface-tension": (run.health.bond,),
+        "assumed.meniscus": (_meniscus_mm(evidence), "mm"),
+        "assumed.curve": (),
+        "assumed.paste": (),
+        "assumed.bingham": (fluid.get("yield_stress_pa"), "Pa"),
+        "assumed.no-slip": (fluid.get("D_cm"), "cm"),
+        "assumed.profile": (),
+        "assumed.beside": (),
+        "assumed.scale": (outline.scale_residual_mm, "mm"),
+        "assumed.automatic": (),
+    }
+    others = {
+        "assumed.paste-doubt": (fluid.get("material") or {}).get("doubts", ()),
+        "assumed.doubt": texts(run.doubts),
+        "assumed.note": texts((*outline.warnings, *solid.figures.warnings)),
+    }
+    parts = {"e": evidence, "m": m, "fluid": fluid, "slope": run.settings.get("sample"), "tilt": tilt_words(evidence)}
+    parts |= {"tension_n_m": SURFACE_TENSION_N_M, "settled": _settled(evidence), "as_read": _as_read(m)}
+    facts = [
+        *(assumed(key, *number, **parts) for key, number in numbers.items()),
+        *(assumed(key, text=text) for key, sentences in others.items() for text in sentences),
+        *(assumed(f"left-out.{name}", count, **parts) for name, count in counts.items()),
+    ]
+    return tuple(fact for fact in facts if fact.text)
+
+
+def tilt_words(evidence: Evidence) -> str:
+    return sentence("tilt", solid=evidence.solid, angles=_angles(evidence))
+
+
+def _angles(evidence: Evidence) -> str:
+    left_deg, right_deg = evidence.solid.wall_angles_deg
+    return sentence("angles", left=left_deg, right=right_deg)
+
+
+def walls(evidence: Evidence) -> str:
+    """Return a sentence on the width that the photo contradicts or does not show, if the walls flare or undercut."""
+    solid = evidence.solid
+    widths_mm = {"flare": solid.figures.mouth_width_mm, "undercut": solid.figures.floor_width_mm}
+    if widths_mm.get(solid.tilt) is None:
+        return ""
+    parts = {"solid": solid, "traced_mm": evidence.outline.mean_width_mm, "angles": _angles(evidence)}
+    return sentence(f"walls_{solid.tilt}", **parts)
+
+
+def freezing(evidence: Evidence) -> str:
+    """Return a sentence on freezing by age, if there is any."""
+    freeze_s = evidence.run.settings.get("fluid", {}).get("freeze_after_s")
+    return sentence("freezing", freeze_s=freeze_s) if isinstance(freeze_s, int | float) else ""
+
+
+def _as_read(comparison: Comparison | None) -> str:
+    """Return the end of a sentence on curing: the declared state of the sealant when it was read.
+
+    Cured sealant has shrunk; the simulated sealant has not.
+    """
+    if comparison is None or comparison.volumes is None:
+        return ""
+    return sentence("as_read", balance=comparison.volumes.mass_balance)
+
+
+def _settled(evidence: Evidence) -> str:
+    """Return how long after the last release the sealant settled: the time that was set, or until it was at rest."""
+    health, path = evidence.run.health, evidence.trajectory
+    settle_s, at_rest_s = evidence.run.settings.get("solver", {}).get("settle_s", 0.0), None
+    flowing = np.flatnonzero(path.flow_mm3_s[:-1] > 0)
+    if health.frames is not None and health.frame_s is not None and len(flowing):
+        settled_s = health.frames * health.frame_s - float(path.t_s[flowing[-1] + 1] - path.t_s[0])
+        at_rest_s = None if settled_s > settle_s - 0.1 else max(settled_s, 0.0)
+    return sentence("settled", settle_s=settle_s, at_rest_s=at_rest_s)
+
+
+def _meniscus_mm(evidence: Evidence) -> float | None:
+    """Return the largest depth of a meniscus of water, or None if the uncertainty includes or names it."""
+    profile, comparison = evidence.profile, evidence.comparison
+    if evidence.prediction is not None or (comparison is not None and comparison.uncertainty is not None):
+        return None
+    mouth = Mouth.of(evidence.outline, evidence.solid, evidence.run.density_kg_m3)
+    return float(mouth.sag_mm(profile.s_mm, profile.level_mm).max())

@@ -1,0 +1,131 @@
+"""Facts about a fluid run: cautions on its method and its figures; and facts that several runs share."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from sealtwin.core.facts import Fact, of_keys
+from sealtwin.core.record_files import Simulation
+from sealtwin.core.records import Run
+from sealtwin.core.run_figures import BRIDGES
+from validate.metrics.verdict import SOUND, kept_volume
+from validate.result import SeedRuns
+from validate.sentences import doubted, sentence, stated
+
+FEW_ACROSS = 3.0
+"""Least number of particles from wall to wall; the paper has four. Runs with two particles gained 11 to 17 % in volume,
+runs with four gained none."""
+LEAST_BOND = 1.0  # Least Bond number, by water's surface tension, within the model's range: about 2 mm of cement paste
+MOST_COMPRESSED = 0.10
+"""Largest sound compression of the particles, at their 95th percentile; benchmarks/paper_run.py has the same limit."""
+AT_REST = 0.5  # Largest distance from rest of a level at rest, in radii of the particles
+MUCH_SPILLED = 0.05
+"""Spilled share above which the spill is always reported. A smaller one is reported if it makes the ratio unsound."""
+DRAFTED_MM = 1.1
+"""A draft's level is this near to the mean of accurate runs at nine of ten places (benchmarks/drafts.py)."""
+
+
+def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> tuple[Fact, ...]:
+    """Return a caution for each figure of a run that shows a fault. A sound run has none.
+
+    ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. A volume lost over the
+    sample's edge has its own sentence, since the fluid did not lose it. Faults of the other runs of ``seeds`` follow.
+    """
+    others = () if seeds is None else seeds.warnings
+    return *method_facts(run), *fluid_warnings(run, volume_ratio), *others
+
+
+def method_facts(run: Run | Simulation) -> tuple[Fact, ...]:
+    """Return cautions about a draft, or about the fast model and whether it fits the case. Other runs have none."""
+    if run.fast_fill is not None:
+        return doubted("method.fast", run=run), *run.unfit
+    if is_draft(run):
+        accurate_mm = _table(run, "solver").get("accurate_radius_mm") or run.radius_mm
+        return (doubted("method.draft", DRAFTED_MM, "mm", run=run, accurate_mm=accurate_mm),)
+    return ()
+
+
+def is_draft(run: Run | Simulation) -> bool:
+    return _table(run, "solver").get("preset") == "draft"
+
+
+def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ...]:
+    """Return the cautions of ``run_warnings`` without those on the method."""
+    facts, solver, health = [*run.remarks], _table(run, "solver"), run.health
+    if run.escaped_particles:
+        facts.append(stated("fluid.escaped", run.escaped_particles, level="fault"))
+    low, high = SOUND
+    spilled = run.spilled_particles / max(1, run.particles)
+    # To the digits that are shown: 1.050 is never too much.
+    ratio = round(volume_ratio / max(1 - spilled, 1e-3), 3)
+    sound = low <= ratio <= high
+    if not sound:
+        across = health.particles_across
+        # Finer particles do not fill the hollows under paste that bridges a crack.
+        few_across = across is not None and across < FEW_ACROSS and not of_keys(run.remarks, BRIDGES)
+        parts = {"sound": SOUND, "spilled": spilled, "preset": solver.get("preset"), "across": across}
+        facts.append(doubted("fluid.volume", ratio, few_across=few_across, **parts))
+    if (compressed := health.density_error_p95 or 0.0) > MOST_COMPRESSED:
+        # The two-level pressure is for deep beds, and many substeps help shallow ones as well.
+        facts.append(doubted("fluid.compressed", compressed, pressure=solver.get("pressure")))
+    off_mm, flat_mm = health.to_rest_mm or 0.0, health.flat_mm
+    # Where the nozzle has just been the level cannot be judged yet, and may still move by millimetres.
+    never_frozen = _table(run, "fluid").get("freeze_after_s") == "never"
+    unsettled = off_mm > 0 and flat_mm is None and never_frozen and not solver.get("settle_s")
+    if unsettled or off_mm > AT_REST * run.radius_mm:
+        facts.append(doubted("fluid.unsettled", off_mm, "mm", unsettled=unsettled, flat_mm=flat_mm))
+    if not kept_volume(volume_ratio) and (sound or spilled > MUCH_SPILLED):
+        facts.append(doubted("fluid.spilled", run.spilled_particles, share=spilled))
+    if (bond := health.bond) is not None and bond < LEAST_BOND:
+        facts.append(doubted("fluid.bond", bond))
+    return tuple(facts)
+
+
+def _table(run: Run | Simulation, name: str) -> dict[str, Any]:
+    """Return a table of the run's settings in effect; empty if there is none of that name."""
+    table = run.settings.get(name)
+    return table if isinstance(table, dict) else {}
+
+
+def facts_of_runs(by_run: Mapping[int, Sequence[Fact]], total: int) -> list[Fact]:
+    """Return a fact for each key that runs have, with the number of runs of ``total`` that have it.
+
+    ``by_run`` has the facts of a run by its number. If sentences of a key differ, that of the first of these runs is
+    returned, and the run is named.
+    """
+    by_key: dict[str, dict[int, Fact]] = {}
+    for number, facts in by_run.items():
+        for fact in facts:
+            by_key.setdefault(fact.key, {}).setdefault(number, fact)
+    shared = []
+    for by_number in by_key.values():
+        number, fact = next(iter(by_number.items()))
+        as_run = f" (as of run {number})" if len({*by_number.values()}) > 1 else ""
+        shared.append(replace(fact, text=f"{len(by_number)} of {total} runs{as_run}: {fact.text}"))
+    return shared
+
+
+def names_of(seeds: SeedRuns) -> str:
+    """Return the seeds in words."""
+    first, *_, last = seeds.seeds
+    if last - first == len(seeds.seeds) - 1 > 1:
+        return f"{first} to {last}"
+    return f"{', '.join(map(str, seeds.seeds[:-1]))} and {last}"
+
+
+def levels_in_words(seeds: SeedRuns | None, one: str) -> str:
+    """Return the plural of ``one``, a simulated level, of which several may be averaged."""
+    return f"{one}s" if seeds is None else f"means of {len(seeds.seeds)} {one}s"
+
+
+def mean_sentence(seeds: SeedRuns | None) -> str:
+    """Return the sentence on the mean of several runs and its band; empty for a single run."""
+    return "" if seeds is None else sentence("seeds.mean", seeds=seeds, names=names_of(seeds))
+
+
+def seed_facts(seeds: SeedRuns | None, *, draft: bool) -> tuple[Fact, ...]:
+    """Return the facts on the mean, on what the first run alone shows, and on drafts; none for a single run."""
+    if seeds is None:
+        return ()
+    mean = stated("seeds.mean", len(seeds.seeds), seeds=seeds, names=names_of(seeds))
+    return mean, stated("seeds.first", seeds.seeds[0], seeds=seeds), *((stated("seeds.drafts"),) if draft else ())

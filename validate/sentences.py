@@ -1,0 +1,98 @@
+"""Sentences and tables of the report: blocks of templates/report_words.j2, filled with facts.
+
+The block of a fact has the fact's key as its name, with underscores for dots and hyphens.
+"""
+
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import Any
+
+import jinja2
+
+from sealtwin.core.facts import Fact, Kind, Level
+from validate.units import LABELS, PageTable, counted, millimetres, percent, setting_name, signed, span
+
+Value = float | int | str | None
+
+
+def sentence(key: str, **parts: Any) -> str:
+    """Return the text of a block on one line. ``parts`` are the names that it uses."""
+    return _rendered(key, parts)[0]
+
+
+def stated(
+    key: str, value: Value = None, unit: str = "", kind: Kind = "finding", level: Level = "plain", **parts: Any
+) -> Fact:
+    """Return a fact with the text of the key's block, which may use ``value`` and ``parts``."""
+    return Fact(key, sentence(key, value=value, **parts), value, unit, kind, level)
+
+
+def doubted(key: str, value: Value = None, unit: str = "", **parts: Any) -> Fact:
+    """Return a doubt, to be read before the result."""
+    return stated(key, value, unit, "doubt", "caution", **parts)
+
+
+def assumed(key: str, value: Value = None, unit: str = "", **parts: Any) -> Fact:
+    """Return something that was taken for granted or left out."""
+    return stated(key, value, unit, "assumption", **parts)
+
+
+def table(key: str, **parts: Any) -> PageTable:
+    """Return the table of a block, which calls ``title`` once and ``row`` for each row."""
+    _, (title, *_), rows = _rendered(key, parts)
+    return PageTable(title, tuple((label, text) for label, text in rows))
+
+
+def tile(key: str, **parts: Any) -> tuple[str, str, str]:
+    """Return title, figure and text of a block, which calls ``tile`` once."""
+    ((title, figure, text),) = _rendered(key, parts)[2]
+    return title, figure, text
+
+
+def _rendered(key: str, parts: dict[str, Any]) -> tuple[str, list[str], list[tuple[str, ...]]]:
+    """Return the text of a block, the titles in it, and its calls with their texts."""
+    titles, calls = list[str](), list[tuple[str, ...]]()
+
+    def title(text: str) -> str:
+        titles.append(text)
+        return ""
+
+    def call(*heads: str, caller: Callable[[], str]) -> str:
+        calls.append((*heads, _on_one_line(caller())))
+        return ""
+
+    template = _template()
+    context = template.new_context({"title": title, "row": call, "tile": call, **parts})
+    block = template.blocks[key.replace(".", "_").replace("-", "_")]
+    return _on_one_line("".join(block(context))), titles, calls
+
+
+def _on_one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+@cache
+def _template() -> jinja2.Template:
+    # The page escapes the text; a PDF and a terminal print it as it is.
+    loader = jinja2.PackageLoader("validate")
+    environment = jinja2.Environment(loader=loader, undefined=jinja2.StrictUndefined, autoescape=False)
+    environment.globals.update(
+        counted=counted, each=_each, from_face=_from_face, labels=LABELS, listed=_listed, millimetres=millimetres,
+        percent=percent, signed=signed, span=span,
+    )  # fmt: skip
+    environment.filters["setting_name"] = setting_name
+    return environment.get_template("report_words.j2")
+
+
+def _each(form: str, values: Iterable[float]) -> str:
+    return ", ".join(form % value for value in values)
+
+
+def _from_face(level_mm: float) -> str:
+    if round(level_mm, 1) == 0:
+        return "at the face"
+    return f"{abs(level_mm):.1f} mm {'above' if level_mm > 0 else 'below'} the face"
+
+
+def _listed(places_mm: list[float]) -> str:
+    return _each("%g", places_mm[:5]) + (" ..." if len(places_mm) > 5 else "")

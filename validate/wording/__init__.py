@@ -1,1 +1,0 @@
-"""Results in words: headline, cautions, tables and sentences of a report."""
