@@ -4,6 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from digitise.settings import CrackShape, NozzlePath
+from sealtwin.core.facts import texts
 from sealtwin.core.settings import doubts_of
 from sealtwin.study.extra_runs import RATIO
 from simulate.remarks import remarks_on
@@ -107,7 +108,7 @@ def test_a_long_thin_crack_has_the_finest_radius_of_a_run_and_a_remark():
     assert 1.0 / 8 < solver.size_mm < 1.0 / 4
     schedule = plan_releases(poured.trajectory, solver.size_mm, 2.4, 0)
     remarks = remarks_on(fluid, poured.outline, poured.solid, solver, schedule)
-    assert "four particles across" in next(remarks)
+    assert "four particles across" in next(remarks).text
 
 
 @pytest.mark.parametrize("width_mm", [3.0886, 5.23])
@@ -161,4 +162,4 @@ def test_a_draft_has_fewer_substeps_and_measures_shear_once_a_frame(monkeypatch)
     ],
 )
 def test_a_value_that_is_likely_in_another_unit_is_asked_about(table, slip):
-    assert re.fullmatch(f"{slip}.*" if slip else "", " ".join(doubts_of(table, width_mm=2.9)))
+    assert re.fullmatch(f"{slip}.*" if slip else "", " ".join(texts(doubts_of(table, width_mm=2.9))))

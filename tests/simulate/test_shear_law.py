@@ -1,5 +1,6 @@
 """The laws of shear flow: on the host and on the device, and what has no law for the fast model."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -7,11 +8,12 @@ import pytest
 import warp as wp
 
 from sealtwin.core.errors import InputError
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.pour import Pour
+from simulate.settings import Fluid, Solver
 from simulate.setup.rheology import Rheology, paste_on_device, viscous_weight
 from simulate.shear_law import FLOW_BETWEEN_PLATES, Law
 from simulate.slot.run import paste_of
-from tests.fluids import path, slot
+from tests.fluids import path, sample_of, slot
 from tests.kernels import weigh
 
 SUPPORT_CM, STEP_S = 0.16, 2e-3
@@ -36,7 +38,8 @@ def test_the_law_of_the_host_is_that_of_the_device(law: Law):
 
 def test_the_fast_model_refuses_a_law_without_a_flow_between_plates(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delitem(FLOW_BETWEEN_PLATES, Law.HERSCHEL_BULKLEY)
-    inputs = Solver(), Nozzle(), path(slot(40.0)[1], 1.2), 0
-    paste_of(Fluid(viscosity_pa_s=2.0), *inputs)
+    crack = slot(40.0)
+    inputs = Pour(sample_of(crack, path(crack[1], 1.2)), (Fluid(viscosity_pa_s=2.0),), Solver())
+    paste_of(inputs)
     with pytest.raises(InputError, match=r"fluid\.consistency_pa_s_n gives .*particles"):
-        paste_of(Fluid(consistency_pa_s_n=2.0, flow_index=0.5), *inputs)
+        paste_of(replace(inputs, fluids=(Fluid(consistency_pa_s_n=2.0, flow_index=0.5),)))

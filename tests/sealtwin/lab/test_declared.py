@@ -43,7 +43,7 @@ def test_what_is_not_said_of_the_fluid_is_the_starters(small, tmp_path, fluid, s
     assert (given.yield_stress_pa, given.viscosity_pa_s) == (stress_pa, viscosity_pa_s)
     # Without a rest the jet, still falling, is read as a spike of the level.
     assert trial.solver.settle_s == 2.0
-    assert any("fluid.yield_stress_pa = 5.0" in text.text for text in ingested.samples[0].remarks) is assumed
+    assert any("fluid.yield_stress_pa = 5.0" in text for text in ingested.samples[0].remarks) is assumed
     assert ("fluid.yield_stress_pa = 5.0" in trial.note) is assumed, "which every report shows"
 
 

@@ -80,7 +80,7 @@ def test_a_stage_that_goes_on_from_files_of_another_number_says_so_and_records_i
         run_stages(job, ("simulate",))
         assert job.folder.numbers_of("simulate") == numbers_up_to("simulate") | {"digitise": before["digitise"]}
     words = f"computed by digitise {before['digitise']}, while this version has digitise 999. 'sealtwin run TRIAL"
-    assert any(words in note.text for note in narration.notes)
+    assert any(words in note for note in narration.notes)
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated
     assert {"figures/levels-1.csv", "figures/settings.csv", "figures/combinations.csv"} <= set(names)
     measured = calibration_page(_calibrated(emulated=False, predictions=(), warned=("40 of 40 runs: a hollow.",)))
     assert measured.cautions == ["40 of 40 runs: a hollow."]
-    assert not any("EMULATED" in caution.text for caution in measured.cautions)
+    assert not any("EMULATED" in caution for caution in measured.cautions)
 
 
 @pytest.mark.parametrize(
