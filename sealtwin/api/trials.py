@@ -167,8 +167,8 @@ def run_trial(
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     with shown_progress(progress) as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads, by_studies())
-    said = [] if wanted(progress) else [warning.text for warning in shown.warned]
-    warn(dict.fromkeys([*said, *texts(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
+    sentences = [] if wanted(progress) else [warning.text for warning in shown.warned]
+    warn(dict.fromkeys([*sentences, *texts(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 
 

@@ -368,7 +368,7 @@ class Solid(Shown):
 
     @property
     def doubts(self) -> tuple[Fact, ...]:
-        """What may be wrong with the solid."""
+        """Doubts about the solid."""
         return self.figures.warnings
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
