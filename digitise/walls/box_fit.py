@@ -43,9 +43,8 @@ class BoxModel:
 
 MODEL = BoxModel()
 INTERVAL = 0.025, 0.975  # Probabilities of the ends of an interval
-GROUND = 75  # Percentile of the light across a crack that is the ground's
 HALO_PX = 5.0  # Breadth of a dirty edge
-DIRTY = 0.08  # Least darkness of its outer half over the crack's: clean edges have at most 0.06, on 54 drawn cracks
+LEAST_DIRTY_PX = 0.8  # Width that they may have added from which on they count: clean edges have at most 0.6
 DARKNESS = np.linspace(1.0, 0.7, 13)  # Values of the darkness, 1 less the inner light, for which the rest is fitted
 TONES = DISPLAY_GAMMA + MODEL.gamma_sd * np.sqrt(3) * np.array([-1, 0, 1])  # Exponents with that mean and deviation
 TONE_WEIGHTS = np.array([1, 4, 1]) / 6  # Their weights (Gauss-Hermite)
@@ -111,11 +110,12 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
 
 
 def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
-    """Return the width that dirty edges may have added to a crack: as much light is missing beside its walls."""
-    dark = 1 - np.median(light / np.percentile(light, GROUND, axis=1, keepdims=True), axis=0)
+    """Return the width that dirty edges may have added to a crack: twice what is dark in their outer halves."""
+    dark = 1 - np.median(light / light[:, [0, -1]].mean(axis=1, keepdims=True), axis=0)
     beside_px = np.abs(places_px) - width_px / 2
-    share = dark[(beside_px > HALO_PX / 2) & (beside_px < HALO_PX)].mean() / dark.max()
-    return 2 * HALO_PX * share * (share > DIRTY)
+    outer = dark[(beside_px > HALO_PX / 2) & (beside_px < HALO_PX)]
+    dirty_px = 2 * (places_px[1] - places_px[0]) * outer.sum() / dark.max()
+    return dirty_px * (dirty_px > LEAST_DIRTY_PX)
 
 
 def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape, rounds: int) -> _Shape:

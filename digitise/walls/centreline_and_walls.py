@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_closing
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
@@ -116,8 +115,6 @@ def trace(
     kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
     width_px = walls.usual_width_mm / photo.mm_per_px
     seen = (walls.clear_step | walls.covered).all(axis=0) & (walls.open_line | walls.covered.any(axis=0))
-    # At a corner or a chip a wall has no step for a few px, which is not worth a word.
-    seen = np.asarray(binary_closing(seen, np.ones(1 + round(width_px / 2 / STATION_PX))), dtype=bool)
     missing = _check_found(photo, strip, seen, span_mm, MOST_MISSING)
     least_px = max(least_px, walls.blur_px / MOST_BLUR)
     if width_px < least_px:

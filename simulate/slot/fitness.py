@@ -53,7 +53,7 @@ class Fitness:
 
     @property
     def unfit(self) -> tuple[Fact, ...]:
-        """Reasons why the model is unfit; there are none if it is fit."""
+        """Reasons why the model is unfit; empty if it is fit."""
         reasons = list[Fact]()
 
         def unless(allowed: bool, key: str, text: str, value: float, unit: str = "") -> None:

@@ -65,6 +65,6 @@ def test_a_slip_of_unit_is_named_once_on_the_terminal_and_in_the_answer_and_the_
     result = run_trial(trial, tmp_path, tmp_path / "out", STAGES, "cpu", terminal := Progress()).result
     answer = *present(result.sample, "sample").warnings, *present(result.fluid, "fluid").warnings
     report = read_json(tmp_path / "out" / "report.json")
-    warned = [warning.text for warning in terminal.warned]
-    for sentences in (warned, texts(answer), [fact["text"] for fact in report["assumptions"]]):
+    printed = [warning.text for warning in terminal.warned]
+    for sentences in (printed, texts(answer), [fact["text"] for fact in report["assumptions"]]):
         assert [sum(f"{name.partition('.')[2]} is " in text for text in sentences) for name in slips] == [1, 1, 1, 0]
