@@ -165,7 +165,7 @@ def run_trial(
         settings = checked(Trial, Path("run_trial"), {**content, "seeds": seeds})
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     with shown_progress(progress) as shown:
-        outcome = run_trial(settings, home, target, STAGES, device, shown, threads, by_studies())
+        outcome = run_trial(settings, home, target, STAGES, device, shown, threads)
     sentences = [] if wanted(progress) else [warning.text for warning in shown.warned]
     warn(dict.fromkeys([*sentences, *texts(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
