@@ -115,7 +115,7 @@ def test_python_is_warned_of_what_a_run_cannot_show(way):
     assert all(one.filename == __file__ for one in caught)
     for sentence in ("fluid.U is 30: at any U", "Set a longer solver.settle_s"):
         assert any(sentence in text for text in texts), (sentence, texts)
-    assert run.remarks == tuple(text for text in texts if text.startswith("fluid."))
+    assert [remark.text for remark in run.remarks] == [text for text in texts if text.startswith("fluid.")]
 
 
 def test_python_is_warned_of_doubtful_readings():

@@ -175,7 +175,7 @@ def test_a_proposed_crack_is_named_as_one(tmp_path):
     photo, out = tmp_path / "wide.png", tmp_path / "run"
     write_png(photo, with_crack(mortar(), wandering([(40, 150), (460, 140)])))
     answer = sealtwin("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, "--json")
-    assert any("found automatically" in warning for warning in json.loads(answer.stdout)["sample"]["warnings"])
+    assert any("found automatically" in warning["text"] for warning in json.loads(answer.stdout)["sample"]["warnings"])
     assert json.loads((out / "manifest.json").read_text())["stages"]["digitise"]["path_source"] == "automatic"
 
 
