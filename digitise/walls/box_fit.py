@@ -105,7 +105,7 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
         widths_px=weight @ np.array([shape.widths_px for shape in shapes]),
         offsets_px=weight @ np.array([shape.offsets_px for shape in shapes]),
         mean_px=mean_px,
-        interval_px=(float(low_px) - _dirty_px(light, places_px, mean_px), float(high_px)),
+        interval_px=(float(low_px - _dirty_px(light, places_px, mean_px)), float(high_px)),
     )
 
 
