@@ -43,6 +43,7 @@ class BoxModel:
 
 MODEL = BoxModel()
 INTERVAL = 0.025, 0.975  # Probabilities of the ends of an interval
+MOST_DIRTY = 0.75  # Largest share of a crack that dirty edges may be
 HALO_PX = 5.0  # Breadth of a dirty edge
 LEAST_DARK_PX = 0.4  # Width of a crack as dark as those halves, from which on they count: clean edges have at most 0.3
 DARKNESS = np.linspace(1.0, 0.7, 13)  # Values of the darkness, 1 less the inner light, for which the rest is fitted
@@ -105,7 +106,7 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
         widths_px=weight @ np.array([shape.widths_px for shape in shapes]),
         offsets_px=weight @ np.array([shape.offsets_px for shape in shapes]),
         mean_px=mean_px,
-        interval_px=(float(low_px - _dirty_px(light, places_px, mean_px)), float(high_px)),
+        interval_px=(float(low_px - min(_dirty_px(light, places_px, mean_px), MOST_DIRTY * low_px)), float(high_px)),
     )
 
 
