@@ -187,6 +187,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
 
     def swept(part: CrossSection) -> CrossSection:
         """Return the room that a part of the crack takes at any depth, with some clearance."""
+        part = part.simplify(CLEAR_MM / 4)
         moved = [part.translate((float(x), float(y))) for x, y in steps_mm[:, None] * lean]
         return CrossSection.batch_boolean(moved, OpType.Add).offset(grown_mm, JoinType.Square)
 

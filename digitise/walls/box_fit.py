@@ -43,8 +43,9 @@ class BoxModel:
 
 MODEL = BoxModel()
 INTERVAL = 0.025, 0.975  # Probabilities of the ends of an interval
+MOST_DIRTY = 0.75  # Largest share of a crack that dirty edges may be
 HALO_PX = 5.0  # Breadth of a dirty edge
-LEAST_DIRTY_PX = 0.8  # Width that they may have added from which on they count: clean edges have at most 0.6
+LEAST_DARK_PX = 0.4  # Width of a crack as dark as those halves, from which on they count: clean edges have at most 0.3
 DARKNESS = np.linspace(1.0, 0.7, 13)  # Values of the darkness, 1 less the inner light, for which the rest is fitted
 TONES = DISPLAY_GAMMA + MODEL.gamma_sd * np.sqrt(3) * np.array([-1, 0, 1])  # Exponents with that mean and deviation
 TONE_WEIGHTS = np.array([1, 4, 1]) / 6  # Their weights (Gauss-Hermite)
@@ -105,17 +106,17 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
         widths_px=weight @ np.array([shape.widths_px for shape in shapes]),
         offsets_px=weight @ np.array([shape.offsets_px for shape in shapes]),
         mean_px=mean_px,
-        interval_px=(float(low_px) - _dirty_px(light, places_px, mean_px), float(high_px)),
+        interval_px=(float(low_px - min(_dirty_px(light, places_px, mean_px), MOST_DIRTY * low_px)), float(high_px)),
     )
 
 
 def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
-    """Return the width that dirty edges may have added to a crack: twice what is dark in their outer halves."""
+    """Return the width that dirty edges may have added to a crack: three times what is dark in their outer halves."""
     dark = 1 - np.median(light / light[:, [0, -1]].mean(axis=1, keepdims=True), axis=0)
     beside_px = np.abs(places_px) - width_px / 2
     outer = dark[(beside_px > HALO_PX / 2) & (beside_px < HALO_PX)]
-    dirty_px = 2 * (places_px[1] - places_px[0]) * outer.sum() / dark.max()
-    return dirty_px * (dirty_px > LEAST_DIRTY_PX)
+    dark_px = (places_px[1] - places_px[0]) * outer.sum() / dark.max()
+    return 3 * dark_px * (dark_px > LEAST_DARK_PX)
 
 
 def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape, rounds: int) -> _Shape:

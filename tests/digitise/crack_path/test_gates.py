@@ -76,7 +76,7 @@ def test_a_click_on_a_faint_crack_that_is_moved_to_a_line_beside_it_is_named(tmp
     assert any("moved" in warning or "joint" in warning.text for warning in path.warnings)
 
 
-@pytest.mark.parametrize("ahead_px", [0.0, 12.0])
+@pytest.mark.parametrize("ahead_px", [0.0, 14.0])
 def test_a_sound_crack_is_taken_without_a_word(tmp_path, ahead_px):
     path = path_in(tmp_path, with_crack(mortar(), WAVE, 7), ((42.0 - ahead_px, WAVE[0][1] + 2.0), WAVE[-1]))
     assert path.warnings == ()

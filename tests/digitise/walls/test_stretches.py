@@ -78,11 +78,13 @@ def test_an_end_that_much_of_the_path_does_not_reach_is_refused(photo):
         judge_reach(photo, path_px, path_px[150:], ("closed", "closed"))
 
 
-def in_a_joint(folder, width_px=5):
-    """The outline of a crack of 5 px in a grey joint of 38 px."""
+def in_a_joint(folder, darkness=1.0):
+    """The outline of a crack of 5 px in a grey joint of 38 px; a darkness of 0 is that of the joint."""
     ends = [(-20, 150), (520, 150)]
     picture = np.minimum(mortar(), np.where(with_crack(mortar(), ends, 38) < 0.1, 0.3 * mortar(), 1.0))
-    photo = evenly_scaled(write_png(folder / "joint.png", with_crack(picture, ends, width_px)))
+    photo = evenly_scaled(
+        write_png(folder / "joint.png", darkness * with_crack(picture, ends, 5) + (1 - darkness) * picture)
+    )
     return trace_outline(photo, CrackPath(np.array([(40.0, 150.0), (460.0, 150.0)]), 38.0, "ends"))
 
 
@@ -98,12 +100,12 @@ def test_if_the_fit_takes_the_joint_for_the_crack_both_widths_are_doubted(tmp_pa
     assert {wall.doubt_mm for wall in outline.walls} == {(low_mm / 2, high_mm / 2)}
 
 
-@pytest.mark.parametrize("width_px", [5, 3])
-def test_a_dark_crack_in_a_grey_joint_is_measured_and_both_widths_are_named(tmp_path, width_px):
+@pytest.mark.parametrize(("darkness", "width_mm"), [(1.0, 0.7), (0.5, 0.4)])
+def test_a_dark_crack_in_a_grey_joint_is_measured_and_both_widths_are_named(tmp_path, darkness, width_mm):
     """The walls of the joint, 38 px apart, were taken for those of the crack of 5 px in it."""
-    outline = in_a_joint(tmp_path, width_px)
+    outline = in_a_joint(tmp_path, darkness)
     low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
-    assert outline.mean_width_mm == pytest.approx(0.1 * (width_px + 1), abs=0.2)
+    assert outline.mean_width_mm == pytest.approx(width_mm, abs=0.1)
     assert low_mm < 0.8
     assert high_mm > 3.5
     assert any("a joint: the interval covers both" in warning.text for warning in outline.warnings)
