@@ -7,6 +7,7 @@ import pytest
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import path_report, plan_trajectory
+from sealtwin.core.facts import texts
 from sealtwin.core.records import Outline, Sections
 from sealtwin.core.solid_figures import PathFigures
 from tests.shapes import arc_slot, dog_leg, straight_slot, wandering_crack
@@ -48,7 +49,7 @@ def test_the_doses_of_a_varying_section_and_the_speeds_of_a_ramp_are_told():
 
 def test_a_sharp_turn_and_a_path_beside_the_crack_are_remarked_on():
     _, (turn,) = reported(dog_leg(40.0), smoothing_mm=0.0, spacing_mm=5.0)
-    assert "turns by 40 degrees at s = 40.0 mm" in turn
+    assert "turns by 40 degrees at s = 40.0 mm" in turn.text
     assert reported(dog_leg(15.0), smoothing_mm=0.0, spacing_mm=5.0)[1] == ()
     _, warnings = reported(dog_leg(60.0), smoothing_mm=2.0)
-    assert any("smoothing takes the nozzle" in text and "3.00 mm wide" in text for text in warnings)
+    assert any("smoothing takes the nozzle" in text and "3.00 mm wide" in text for text in texts(warnings))

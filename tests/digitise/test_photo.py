@@ -81,4 +81,4 @@ def test_a_mask_that_cannot_be_the_crack_is_refused(tmp_path, changes, refused):
 @pytest.mark.parametrize(("mm_per_px", "warned"), [(0.1, False), (0.104, True)])
 def test_markers_beside_a_typed_scale_are_named_if_they_contradict_it(mm_per_px, warned):
     photo = PhotoInput(file=ROOT / "fixtures" / "paper-trial" / "photo.jpg", data="synthetic", mm_per_px=mm_per_px)
-    assert any("markers of 4x4_50" in text for text in load_photo(photo, ROOT).warnings) is warned
+    assert any("markers of 4x4_50" in warning.text for warning in load_photo(photo, ROOT).warnings) is warned

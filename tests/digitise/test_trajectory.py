@@ -199,6 +199,6 @@ def test_a_volume_far_from_the_cavity_s_is_remarked_on():
     """The paper's trial gives 0.84 cavities (4.8 of 5.71 ml); 1000 ml for 3.17 is a slip, and so is a thousandth."""
     assert volume_warnings(4800.0, 5710.0) == ()
     (flood,) = volume_warnings(1e6, 3170.0)
-    assert "1000 ml of sealant to a cavity of 3.17 ml, 315 times" in flood
+    assert "1000 ml of sealant to a cavity of 3.17 ml, 315 times" in flood.text
     (drop,) = volume_warnings(1.0, 3170.0)
-    assert "0.000315 times" in drop
+    assert "0.000315 times" in drop.text

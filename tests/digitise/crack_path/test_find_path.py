@@ -49,7 +49,7 @@ def test_of_several_pieces_the_largest_is_taken_or_that_of_the_ends_and_it_is_sa
     photo = with_paint(plain, strokes(CRACK) | strokes(scratch, width_px=5))
     largest = find_path(photo, None)
     assert distance_to(largest.points_px, np.array(CRACK)).max() < 4
-    assert "the mask has 2 pieces; " in largest.warnings[0]
+    assert "the mask has 2 pieces; " in largest.warnings[0].text
     other = find_path(photo, ((55.0, 270.0), (190.0, 271.0)))
     assert distance_to(other.points_px, np.array(scratch)).max() < 3
     assert other.warnings

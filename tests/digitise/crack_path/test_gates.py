@@ -5,6 +5,7 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import texts
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 
 WAVE = [(x, round(150 + 25 * np.sin(x / 40) + 9 * np.sin(x / 11))) for x in range(40, 461, 6)]
@@ -31,7 +32,7 @@ def test_a_long_stretch_as_bright_as_the_ground_is_refused_with_its_place(tmp_pa
 
 def test_a_short_one_is_doubted(tmp_path):
     (doubt,) = path_in(tmp_path, broken(45), (WAVE[0], WAVE[-1])).warnings
-    assert "hardly any crack" in doubt
+    assert "hardly any crack" in doubt.text
 
 
 def test_a_path_in_the_shade_of_a_light_crack_is_doubted(tmp_path):
@@ -44,7 +45,8 @@ def test_a_path_in_the_shade_of_a_light_crack_is_doubted(tmp_path):
 def test_a_light_crack_without_a_shade_is_refused_or_doubted_by_name(tmp_path, width_px):
     """The darkest way between the clicks is a rim of the light line, or bare ground beside it."""
     try:
-        answer = " ".join(path_in(tmp_path, light_line(mortar(seed=2), WAVE, width_px), (WAVE[0], WAVE[-1])).warnings)
+        path = path_in(tmp_path, light_line(mortar(seed=2), WAVE, width_px), (WAVE[0], WAVE[-1]))
+        answer = " ".join(texts(path.warnings))
     except InputError as refusal:
         answer = str(refusal)
     assert "light crust, paint it in photo.mask" in answer
@@ -59,7 +61,7 @@ def tiled():
 def test_a_way_round_by_two_joints_is_doubted_with_its_place(tmp_path, tiled):
     path = path_in(tmp_path, tiled, ((60.0, 40.0), (430.0, 200.0)))
     (doubt,) = path.warnings
-    assert "as straight as a joint" in doubt
+    assert "as straight as a joint" in doubt.text
 
 
 def test_a_crack_with_corners_but_no_line_beyond_them_is_not(tmp_path):
@@ -73,7 +75,7 @@ def test_a_click_on_a_faint_crack_that_is_moved_to_a_line_beside_it_is_named(tmp
     joint = with_crack(mortar(), [(-10, 140), (510, 140)], 7)
     faint = 0.85 * joint + 0.15 * with_crack(joint, [(x, y) for x, y in [(60, 152), (250, 153), (440, 152)]], 2)
     path = path_in(tmp_path, faint, ((60.0, 152.0), (440.0, 152.0)))
-    assert any("moved" in warning or "joint" in warning.text for warning in path.warnings)
+    assert any("moved" in warning.text or "joint" in warning.text for warning in path.warnings)
 
 
 @pytest.mark.parametrize("ahead_px", [0.0, 14.0])

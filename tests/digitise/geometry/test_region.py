@@ -53,7 +53,9 @@ def test_islands_stand_in_the_crack_whichever_way_they_run():
 def test_a_small_island_is_filled_and_its_place_named():
     footprint = lay_out(with_islands(stone(5.0, 0.2, 0.17), stone(12.0, 0.0, 0.8)), VERTICAL, 0.0)
     assert footprint.crack.num_contour() == 2
-    assert footprint.warnings == ("Island of 0.090 mm² near (5.0, 0.2) mm filled (smaller than 0.1 mm²).",)
+    (filled,) = footprint.warnings
+    assert filled.key == "solid.island-filled"
+    assert filled.text == "Island of 0.090 mm² near (5.0, 0.2) mm filled (smaller than 0.1 mm²)."
 
 
 def test_islands_that_fill_the_crack_are_refused():

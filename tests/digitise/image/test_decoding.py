@@ -130,7 +130,8 @@ def test_transparent_pixels_are_read_and_remarked_on(tmp_path, picture):
     alpha[:20] = 0
     Image.fromarray(np.dstack([picture, alpha])).save(path)
     decoded = read_photo(path)
-    assert decoded.warnings == ("25.00% of the photo is transparent; its hidden colours were used",)
+    (remark,) = decoded.warnings
+    assert (remark.key, remark.value) == ("photo.transparent", 0.25)
     assert np.array_equal(decoded.image, picture)
 
 

@@ -74,7 +74,7 @@ def test_crumbs_and_pores_are_left_out_and_told(mesh):
     vertices, faces, _ = one_surface(*mesh)
     body, (note,) = closed_body(vertices, faces)
     assert body.volume() == pytest.approx(VOLUME_MM3)
-    assert note.startswith("1 loose crumbs or closed pores")
+    assert note.text.startswith("1 loose crumbs or closed pores")
 
 
 FOLD = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])

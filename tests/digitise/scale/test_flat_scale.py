@@ -33,8 +33,8 @@ def test_a_ruler_warns_of_the_tilt_that_it_does_not_show_with_its_true_cost(tilt
     ends_px = view.to_px(np.array([[30.0, 0], [130, 0]]))
     scale = scale_by_ruler((tuple(ends_px[0]), tuple(ends_px[1])), 100.0, view.size_px, FILE)
     (warning,) = scale.warnings
-    assert "5 degrees" in warning
-    assert "3.5 %" in warning
+    assert "5 degrees" in warning.text
+    assert "3.5 %" in warning.text
     grid_mm = face_grid_mm()
     first, second = np.triu_indices(len(grid_mm), 1)
     true_mm = np.linalg.norm(grid_mm[first] - grid_mm[second], axis=1)

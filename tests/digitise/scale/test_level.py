@@ -55,9 +55,9 @@ def test_markers_beside_the_plane_of_the_face_are_told_with_their_offset(below_m
     excess, warnings = check_level(picture(gap_px), looked_at_mm(grown), FACE_MM, None, DISTANCE_MM, FILE)
     assert excess == pytest.approx(grown, abs=0.0017)
     (warning,) = warnings
-    assert "1.7%" in warning
-    assert f"mm {side} the face, 300 mm from the camera" in warning
-    assert f"{70 * (1 + grown):.1f} x {40 * (1 + grown):.1f} mm, but face_mm is 70 x 40" in warning
+    assert "1.7%" in warning.text
+    assert f"mm {side} the face, 300 mm from the camera" in warning.text
+    assert f"{70 * (1 + grown):.1f} x {40 * (1 + grown):.1f} mm, but face_mm is 70 x 40" in warning.text
 
 
 def test_an_offset_that_is_no_bent_frame_is_refused():
@@ -80,5 +80,5 @@ def test_where_it_cannot_be_seen_the_rule_is_told_with_its_number(light, face_mm
     excess, warnings = check_level(light, looked_at_mm(0.0), face_mm, None, distance_mm, FILE)
     assert excess is None
     (warning,) = warnings
-    assert why in warning
-    assert cost in warning
+    assert why in warning.text
+    assert cost in warning.text

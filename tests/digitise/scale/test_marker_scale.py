@@ -91,7 +91,7 @@ def test_markers_below_the_face_or_printed_smaller_make_the_scale_unsure(bent, b
     assert photo.scale_uncertainty == pytest.approx(grown - 1, rel=0.2)
     assert any("mm below the face, 262 mm from the camera" in warning.text for warning in photo.warnings)
     assert any("the scale's standard uncertainty is 2.0%" in warning.text for warning in photo.warnings)
-    assert re.search(r"a print at 9[78]\.\d% \(.*photo\.markers\.printed_ruler_mm", photo.warnings[0])
+    assert re.search(r"a print at 9[78]\.\d% \(.*photo\.markers\.printed_ruler_mm", photo.warnings[0].text)
     mended = by_table(grown, printed_ruler_mm=100 / grown)
     assert mended.mm_per_px == pytest.approx(bent_photo.mm_per_px, rel=1e-4)
     assert mended.warnings == ()

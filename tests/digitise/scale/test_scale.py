@@ -9,6 +9,7 @@ from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.specimen import Recipe, Specimen, make_specimen
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import texts
 from sealtwin.core.records import Floats
 from tests.pictures import SMALL_FACE, mortar, photo_of, write_png
 
@@ -56,7 +57,7 @@ def test_markers_place_the_face_to_a_hundredth_of_a_millimetre(specimen, tmp_pat
 def test_a_marker_out_of_sight_is_named_and_the_others_used(specimen, photo_with):
     corner = np.rint(specimen.to_px(np.array([[-14.0, -14.0]]))[0]).astype(int)
     photo = photo_with(lambda image: cv2.circle(image, tuple(corner), 120, (200, 200, 200), -1))
-    assert photo.warnings == ("markers not found: [0]",)
+    assert texts(photo.warnings) == ("markers not found: [0]",)
     assert photo.scale_source.startswith("7 ")
 
 

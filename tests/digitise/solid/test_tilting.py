@@ -50,8 +50,8 @@ def test_a_slot_closes_by_both_its_angles():
     assert solid.figures.closing_depth_mm.mean == pytest.approx(3.1 / closing)
     assert solid.figures.closing_depth_mm.share_above_floor == 1.0
     assert solid.figures.floor_width_mm == 0.0
-    assert "At 6° left and 14° right the walls meet" in solid.figures.warnings[0]
-    assert "8.7 mm" in solid.figures.warnings[0]
+    assert "At 6° left and 14° right the walls meet" in solid.figures.warnings[0].text
+    assert "8.7 mm" in solid.figures.warnings[0].text
 
 
 def test_a_wall_without_an_angle_stands_upright_up_to_the_tip():

@@ -86,7 +86,7 @@ def test_walls_go_straight_on_across_mouths(scene, dropped):
 def test_side_cracks_left_out_are_named(scene, dropped):
     truth, *_ = scene
     (warning,) = dropped.warnings
-    lengths = re.fullmatch(r'2 side cracks \((\d+) and (\d+) mm\) are left out; .* branches = "keep" .*', warning)
+    lengths = re.fullmatch(r'2 side cracks \((\d+) and (\d+) mm\) are left out; .* branches = "keep" .*', warning.text)
     # The way that they wander inside the main crack nobody sees.
     assert lengths
     assert [int(length) for length in lengths.groups()] == pytest.approx([14, 12], abs=1)
@@ -125,7 +125,7 @@ def test_hairs_pores_and_broken_edges_are_no_side_cracks_to_measure(tmp_path):
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
     outline = trace_outline(photo, find_path(photo, ((40.0, 200.0), (460.0, 200.0))), how_traced(branches="keep"))
     assert outline.branches_kept
-    (narrow,) = [warning for warning in outline.warnings if "narrow" in warning]
-    assert narrow.startswith("1 side crack (11 mm) is left out: under 8 px wide")
+    (narrow,) = [warning for warning in outline.warnings if "narrow" in warning.text]
+    assert narrow.text.startswith("1 side crack (11 mm) is left out: under 8 px wide")
     # The whole one, as long as drawn, and the hair.
     assert [np.linalg.norm(line[-1] - line[0]) for line in outline.branches_mm] == pytest.approx([15, 11], abs=1)

@@ -36,8 +36,8 @@ def test_narrow_places_no_longer_than_a_tip_are_nothing_to_say(photo):
 
 def test_a_narrow_stretch_is_named_with_its_place(photo):
     (warning,) = judge_stretches(photo, *straight((200, 12.0), (80, 6.0), (220, 12.0)))
-    assert warning.startswith("16% of the crack is under 8 px wide")
-    assert "20 to 28 mm along the crack, from (200, 49) to (278, 49) px, about 6.0 px wide" in warning
+    assert warning.text.startswith("16% of the crack is under 8 px wide")
+    assert "20 to 28 mm along the crack, from (200, 49) to (278, 49) px, about 6.0 px wide" in warning.text
 
 
 def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
@@ -65,8 +65,8 @@ def test_an_end_before_which_the_crack_closes_is_named_with_its_place(tmp_path):
     outline = trace_outline(photo, find_path(photo, ENDS))
     assert outline.centreline_px[0] == pytest.approx(start, abs=8)
     warning = outline.warnings[0]
-    assert warning.startswith("the end (40, 200) px is not reached: no walls were found on the last ")
-    assert f"{outline.centreline_px[0, 0]:.0f}" in warning
+    assert warning.text.startswith("the end (40, 200) px is not reached: no walls were found on the last ")
+    assert f"{outline.centreline_px[0, 0]:.0f}" in warning.text
 
 
 def test_an_end_that_much_of_the_path_does_not_reach_is_refused(photo):

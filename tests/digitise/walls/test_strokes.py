@@ -6,9 +6,11 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
-from digitise.outline import DoubtfulWalls, trace_outline
+from digitise.outline import trace_outline
 from digitise.settings import MOST_STROKES, MOST_WALL_POINTS
+from digitise.walls.doubts import BY_STROKES
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import of_keys
 from tests.pictures import evenly_scaled, how_traced, mortar, with_crack, write_png
 
 ENDS = ((30.0, 150.0), (470.0, 150.0))
@@ -76,7 +78,7 @@ def test_two_plausible_walls_are_named_until_a_stroke_decides(banded):
     assert low_mm < 0.1 * (CORE_PX + 1)  # at the middle of a blurred edge
     assert high_mm > 0.1 * (CORE_PX + 0.9 * share * BAND_PX)
     assert len(outline.bands_mm) == 1
-    assert [type(text) for text in outline.warnings if "two walls are plausible" in text] == [DoubtfulWalls]
+    assert [warning.key for warning in of_keys(outline.warnings, BY_STROKES)] == [f"{BY_STROKES}.band"]
     decided = traced(banded, crack=(((170.0, 163.0), (330.0, 163.0)),))
     assert not decided.bands_mm
     assert decided.width_95_mm is None
