@@ -7,13 +7,13 @@ import pytest
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import path_report, plan_trajectory
-from sealtwin.core.facts import texts
+from sealtwin.core.facts import Fact, texts
 from sealtwin.core.records import Outline, Sections
 from sealtwin.core.solid_figures import PathFigures
 from tests.shapes import arc_slot, dog_leg, straight_slot, wandering_crack
 
 
-def reported(outline: Outline, sections: Sections | None = None, **changes: Any) -> tuple[PathFigures, tuple[str, ...]]:
+def reported(outline: Outline, sections: Sections | None = None, **changes: Any) -> tuple[PathFigures, tuple[Fact, ...]]:
     path = NozzlePath.model_validate({"volume_ml": 4.8} | changes)
     return path_report(plan_trajectory(outline, path, 1.0, sections), outline, path)
 
