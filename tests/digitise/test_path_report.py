@@ -13,9 +13,9 @@ from sealtwin.core.solid_figures import PathFigures
 from tests.shapes import arc_slot, dog_leg, straight_slot, wandering_crack
 
 
-def reported(outline: Outline, sections: Sections | None = None, **changes: Any) -> tuple[PathFigures, tuple[Fact, ...]]:
+def reported(outline: Outline, cavity: Sections | None = None, **changes: Any) -> tuple[PathFigures, tuple[Fact, ...]]:
     path = NozzlePath.model_validate({"volume_ml": 4.8} | changes)
-    return path_report(plan_trajectory(outline, path, 1.0, sections), outline, path)
+    return path_report(plan_trajectory(outline, path, 1.0, cavity), outline, path)
 
 
 def test_an_arc_has_its_radius_and_turns_by_a_step_of_it():
