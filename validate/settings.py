@@ -147,8 +147,9 @@ class Readings(Declared):
     """Rounding of each number to the last digit. "nearest", as by a digital caliper; "down", to the next lower number;
     "toward_zero", as by a ruler that is read to the last passed mark. The last two differ for negative numbers: -12.3
     becomes -12.5 or -12 in steps of 0.5. Default: undeclared, which reports state."""
-    limit_mm: float = Field(default=0.02, ge=0, le=10)
-    """Limit of the caliper's error, by its scale too: 2 % of 10 mm are 0.2. Digital calipers up to 150 mm have 0.02."""
+    limit_mm: float | None = Field(default=None, ge=0, le=10)
+    """Limit of the caliper's error, by its scale too: 2 % of 10 mm are 0.2. Default: 0.02, as of digital calipers up to
+    150 mm, and the error of scale counts as undeclared."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
     """Width of the tip that touches the sealant; it reads the highest point below it."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)

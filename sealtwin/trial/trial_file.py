@@ -16,7 +16,7 @@ from sealtwin.core.records import Outline, Sample, Solid
 from sealtwin.core.settings import Settings, checked, dotted_names, read_toml
 from simulate.material_file import Material
 from simulate.pour import Pour
-from simulate.settings import Fluid, Nozzle, SampleSlope, Solver, excluded_by
+from simulate.settings import LAWS, Fluid, Nozzle, SampleSlope, Solver, excluded_by
 from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
@@ -283,16 +283,11 @@ def _seen_from(folder: Path, value: Any, source: Path) -> Any:
         return file.absolute().as_posix()
 
 
-_CURVES = ("fluid.curve", "fluid.cooling")
-_SHEARED = ("fluid.consistency_pa_s_n", "fluid.flow_index")
 IN_PLACE_OF = {
-    "fluid.U": (("fluid.viscosity_pa_s",), _SHEARED, _CURVES),
-    "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _SHEARED, _CURVES),
-    "fluid.consistency_pa_s_n": (("fluid.U", "fluid.D_cm"), ("fluid.viscosity_pa_s",), _CURVES),
-    "path.volume_ml": (("path.weighed",), ("path.fill",)),
-    "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in excluded_by("curve"))),
+    **{f"fluid.{key}": [f"fluid.{name}" for name in excluded_by(key)] for key in LAWS if key != "material"},
+    "path.volume_ml": ["path.weighed", "path.fill"],
 }
-"""Groups of settings that a given setting removes from the trial. A group is removed if the trial has its first one."""
+"""Settings that a given setting removes from the trial: those of other laws of flow, or of another volume."""
 
 
 def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -305,10 +300,11 @@ def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> di
             home[table] = dict(inner) if isinstance(inner := home.get(table), dict) else {}
             home = home[table]
         home[key] = value
-        for group in IN_PLACE_OF.get(name, ()) if value is not None else ():
-            if group[0].rpartition(".")[2] in home:
-                for other in set(group) - set(settings):
-                    home.pop(other.rpartition(".")[2], None)
+        others = [other for other in IN_PLACE_OF.get(name, ()) if value is not None and other.partition(".")[2] in home]
+        # D is the drag of the walls that was fitted together with U.
+        others += ["fluid.D_cm"] * ("fluid.U" in others)
+        for other in set(others) - set(settings):
+            home.pop(other.partition(".")[2], None)
     return changed
 
 

@@ -100,7 +100,8 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
         components.append(passes_error(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
     present, missing = _hidden_errors(measured, settings, declared, mouth, resolution_mm)
-    limit_mm = settings.limit_mm * np.ones(stations) * (2 * uniforms("limit", 1, draws) - 1)
+    limit_mm = CALIPER_MM if settings.limit_mm is None else settings.limit_mm
+    limit_mm = limit_mm * np.ones(stations) * (2 * uniforms("limit", 1, draws) - 1)
     components += [
         Component("limit of error of the caliper", "declared", limit_mm, shared=True, setting="readings.limit_mm"),
         *present,
@@ -186,6 +187,7 @@ ALIKE_MM = 15.0
 UNSURE = 0.8
 """Standard deviation of the slope at a station, over its mean change there and at both neighbours. Chosen so that bands
 of tips of 2 to 4 mm contain 94 to 99 % of stations."""
+CALIPER_MM = 0.02  # Limit of error of a digital caliper up to 150 mm
 USUAL = {"readings.probe_mm": 2.0, "readings.limit_mm": 0.02}
 """Sizes of undeclared errors: width of a tip, and a gauge's error of scale, relative."""
 OF_READINGS = ("datum_error_mm", "probe_mm")
@@ -203,7 +205,7 @@ def _hidden_errors(
         **{f"readings.{name}": getattr(settings, name) for name in OF_READINGS},
         **{f"uncertainty.{name}": getattr(declared, name) for name in OF_THE_READINGS},
     }
-    if "limit_mm" not in settings.model_fields_set:
+    if settings.limit_mm is None:
         sizes_mm["readings.limit_mm"] = None
     height_mm, stations = measured.level_mm - (settings.datum_level_mm or 0.0), len(measured.s_mm)
     present, missing = list[Component](), list[Component]()

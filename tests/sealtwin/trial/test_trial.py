@@ -10,7 +10,8 @@ import pytest
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.trial.starter_files import DEMO, TRIAL, place_paper_trial, write_starter
-from sealtwin.trial.trial_file import load_trial, sample_trial, seen_from, trial_text
+from sealtwin.trial.trial_file import load_trial, sample_trial, seen_from, trial_text, with_settings
+from simulate.settings import LAWS
 from tests.places import FIXTURE
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
@@ -58,6 +59,14 @@ def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, old, new, named):
         load_trial(_trial(tmp_path, (old, new)))
     for words in ["trial.toml", *named]:
         assert words in str(fault.value)
+
+
+@pytest.mark.parametrize("key", [key for key in LAWS if key != "material"])
+def test_a_law_replaces_every_other_law_with_what_belongs_to_it(key):
+    """For a law that comes later, too. U and D belong together."""
+    every = {"D_cm", *LAWS, *(name for law in LAWS.values() for name in law.beside)}
+    fluid = with_settings({"fluid": dict.fromkeys(every, 1)}, {f"fluid.{key}": 2})["fluid"]
+    assert fluid.keys() == {key, "material", *LAWS[key].beside} | ({"D_cm"} if key == "U" else set())
 
 
 def test_all_faults_of_a_file_are_named_at_once_and_a_nozzle_wider_than_the_face(tmp_path):

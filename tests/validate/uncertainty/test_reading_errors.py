@@ -131,6 +131,8 @@ def test_what_is_not_declared_is_named_with_what_it_would_do():
     others = dict.fromkeys((*OF_THE_READINGS, "surface_tension_n_m"), 0.1)
     names = {one.setting.partition(".")[2] for one in budget(profile).missing}
     assert names == {*of_readings, *others}
+    written = Readings.model_validate_json(readings().model_dump_json(exclude_none=True))  # As in a run's trial.toml
+    assert len(budget_of(profile, written, Uncertainty(), MOUTH).missing) == len(names)
     assert {"operator_mm", "datum_tilt_mm", "sinks_mm"} < names
     assert budget(profile, Uncertainty(**others), **of_readings).missing == ()
     whole = budget(profile).summary(ERROR)
