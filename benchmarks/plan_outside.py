@@ -24,7 +24,7 @@ from digitise.settings import CrackShape, NozzlePath, PhotoInput
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.progress import PlainProgress
-from sealtwin.core.records import Outline, Sample, Trajectory
+from sealtwin.core.records import Outline, Profile, Sample, Trajectory
 from sealtwin.plan import RESERVE_MM, PlanOptions
 from sealtwin.plan.make_plan import LESS_STRESS, MORE_FLOW, case_of, plan_on
 from sealtwin.plan.search import Goal, Knots, limits_of, search, target_of
@@ -136,7 +136,7 @@ def _poured(sample: Sample, path: Trajectory, flow_factor: float, stress_factor:
     # A waypoint's flow holds until the next one.
     times_s, flow = np.repeat(path.t_s, 2)[1:-1], flow_factor * np.repeat(path.flow_mm3_s[:-1], 2)
     bed = poured(cavity, paste, Pour(path.t_s, path.s_mm, times_s, flow), None, Numerics(settle_s=SETTLE_S))
-    own = misfit(sample, bed.s_mm, bed.middle_mm)
+    own = misfit(sample, Profile(bed.s_mm, bed.middle_mm))
     return Spilt(own.under_mm3, bed.above_face_mm3, own)
 
 

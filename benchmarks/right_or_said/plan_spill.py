@@ -20,16 +20,16 @@ SAMPLE = Sample(OUTLINE, SOLID, plan_trajectory(OUTLINE, OWN.path, SOLID.cavity_
 def filled(path, more=1.0):
     path = plan_trajectory(OUTLINE, path, SOLID.cavity_volume_mm3, SOLID.sections)
     bed = make_plan.case_of(SAMPLE, OWN).fill(replace(path, flow_mm3_s=more * path.flow_mm3_s))
-    return bed.sections.s_mm, bed.level_mm
+    return Profile(bed.sections.s_mm, bed.level_mm)
 
 
 class Lower(Verifier):
-    def levels(self, title, paths, *, drafts=False, later_s=0.0):
-        return [Profile(s_mm, level_mm - 0.5) for s_mm, level_mm in (filled(path) for _, path, _ in paths)]
+    def levels(self, title, paths, *, drafts=False):
+        return [replace(bed, level_mm=bed.level_mm - 0.5) for bed in (filled(path) for _, path, _ in paths)]
 
 
 verifier = Lower(OWN.shown_by.file, OWN, SAMPLE, "cpu", Progress())
 first, *_, last = make_plan.plan_on(verifier, PlanOptions(verify=2, seeds=1, accurate=True), []).rounds
-before, after = (misfit(SAMPLE, *filled(plan.path, 1.1)).over_mm3 for plan in (first, last))
+before, after = (misfit(SAMPLE, filled(plan.path, 1.1)).over_mm3 for plan in (first, last))
 figures = f"{after:.0f} mm3 over the face with 10 % more flow, {before:.0f} before the correction"
 print("right:" if after <= 1.001 * before else "silent:", figures)

@@ -39,11 +39,6 @@ class PlanOptions(Settings):
     drafts except the last two, which correct the plan and give its level."""
 
     @property
-    def accurate_runs(self) -> int:
-        """Accurate runs at the end of a search by drafts: of the best plan, and of the plan corrected by this run."""
-        return 0 if self.accurate else 2
-
-    def launches(self, jobs: int, rounds: int = 0) -> list[bool]:
-        """Return whether each launch of particle runs after ``rounds`` rounds is of drafts, for the time left."""
-        seeds = -(-(self.seeds - 1) // max(1, jobs))
-        return [*[not self.accurate] * (self.verify - rounds + seeds), *[False] * self.accurate_runs]
+    def aim_mm(self) -> float:
+        """Distance below the face of the level that a plan aims at."""
+        return self.margin_mm + self.reserve_mm

@@ -12,7 +12,6 @@ from digitise.planned_path import COLUMNS, PathTable, planned_path
 from digitise.robots.cell import ProgramOptions, RobotCell
 from digitise.robots.pump import PumpTable
 from digitise.settings import NozzlePath
-from digitise.trajectory import plan_trajectory
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
@@ -22,12 +21,23 @@ from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, requi
 from sealtwin.core.settings import checked
 from sealtwin.plan import PlanOptions
 from sealtwin.plan import search as searching
-from sealtwin.plan.search import Case, Goal, Knots, discrepancy, limits_of, require_possible, target_of
+from sealtwin.plan.search import (
+    Case,
+    Goal,
+    Knots,
+    corrected_level_mm,
+    discrepancy,
+    limits_of,
+    path_over,
+    require_possible,
+    target_of,
+)
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
 from sealtwin.trial.robot_files import CellFile, write_programs
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text
+from simulate.slot.run import paste_of
 from simulate.slot.sections import Trapezoids
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
 
@@ -41,7 +51,7 @@ MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Limits of volume and level above th
 
 def aim_of(options: PlanOptions, sections: Trapezoids) -> Floats:
     """Return the area to fill in each section. Raises InputError if the plan aims below a floor."""
-    aims_mm, shallowest_mm = options.margin_mm + options.reserve_mm, float(sections.depth_mm.min())
+    aims_mm, shallowest_mm = options.aim_mm, float(sections.depth_mm.min())
     if aims_mm >= shallowest_mm:
         raise InputError(
             f"--margin-mm {options.margin_mm:g} and --reserve-mm {options.reserve_mm:g}: the crack is only "
@@ -120,8 +130,6 @@ class PlanInputs:
 
 def case_of(sample: Sample, trial: Trial) -> Case:
     """Return a trial as a case for the fast model. Raises InputError if the fast model does not support its paste."""
-    from simulate.slot.run import paste_of
-
     pour = trial.pour(sample)
     return Case(pour, paste_of(pour))
 
@@ -130,159 +138,120 @@ def plan_on(
     verifier: Verifier,
     options: PlanOptions,
     draws: Sequence[Trial],
-    limits_by: Any = None,
+    limits_by: tuple[RobotCell | None, PumpTable | None] = (None, None),
     where: Path = Path("trial.toml"),
 ) -> Planned:
-    """Make a plan for a digitised crack. ``limits_by`` has the robot's cell and its pump's table, or is None.
+    """Make a plan for a digitised crack. ``limits_by`` has the robot's cell and its pump's table.
 
     ``draws`` are trials with settings drawn from a posterior; the plan is for the trial itself if there are none.
     Raises InputError if no plan is possible, NumericalError if a particle run fails.
     """
-    sample, trial, progress, drafts = verifier.sample, verifier.trial, verifier.progress, not options.accurate
-    cell, pump = limits_by or (None, None)
-    own = sample.trajectory
-    knots = Knots(own, options.knots)
-    limits = limits_of(own, cell, pump, options.flow_max_mm3_s, options.keep_speed)
+    sample, trial, drafts = verifier.sample, verifier.trial, not options.accurate
     nominal = case_of(sample, trial)
     cases = [case_of(sample, draw) for draw in draws] or [nominal]
     few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
-    sections = nominal.fill(own).sections
-    filled = float(target_of(sections, options.margin_mm).sum() / sections.full_mm2.sum())
+    sections = nominal.fill(sample.trajectory).sections
     target_mm2 = aim_of(options, sections)
-    unfilled_mm3 = float((sections.full_mm2 - target_mm2).sum()) * sections.step_mm
-    require_possible(limits, target_mm2, sections.s_mm, own, where)
-
-    def missed(s_mm: Floats, level_mm: Floats) -> Misfit:
-        return misfit(sample, s_mm, level_mm)
-
-    paths = {
-        name: trial.path.model_copy(update={"volume_ml": "cavity", "fill": filled, "flow": flow})
+    knots = Knots(sample.trajectory, options.knots)
+    limits = limits_of(sample.trajectory, *limits_by, options.flow_max_mm3_s, options.keep_speed)
+    require_possible(limits, target_mm2, sections.s_mm, sample.trajectory, where)
+    filled = float(target_of(sections, options.margin_mm).sum() / sections.full_mm2.sum())
+    paths = [
+        (name, trial.path.model_copy(update={"volume_ml": "cavity", "fill": filled, "flow": flow}), trial.seed)
         for name, flow in (("constant flow", "constant"), ("flow by local area", "cross_section"))
-    }
-    of_baselines = [(name, path, trial.seed) for name, path in paths.items()]
-
-    def later_s(rounds: int, searches: int) -> float:
-        """Return the time by the model of what follows ``rounds`` particle runs and ``searches``."""
-        launches = options.launches(verifier.jobs, rounds)
-        return verifier.model_s(launches) + (options.verify + drafts - searches) * len(few) * SEARCH_S
-
-    whole_s = verifier.model_s([drafts]) + later_s(0, 0)
-    progress.note(
+    ]
+    search_s = len(few) * SEARCH_S
+    verifier.ahead_s = (options.verify + drafts) * search_s + 2 * drafts * verifier.work_s(1, drafts=False)
+    for runs in (len(paths), *[1] * options.verify, options.seeds - 1):
+        verifier.ahead_s += verifier.work_s(runs, drafts=drafts)
+    verifier.progress.note(
         f"Two baselines, {options.verify} rounds and {options.seeds} seeds: about "
-        f"{in_words(verifier.corrected_s(whole_s))} in all, from a model; the first runs will correct it."
+        f"{in_words(verifier.corrected_s(verifier.ahead_s))} in all, from a model; the first runs will correct it."
     )
-    levels = verifier.levels("Baselines by particles", of_baselines, drafts=drafts, later_s=later_s(0, 0))
-    baselines = [
-        Round(name, path, level, missed(level.s_mm, level.level_mm))
-        for (name, path), level in zip(paths.items(), levels, strict=True)
-    ]
-    goal = Goal(target_mm2, np.zeros_like(target_mm2))
-    plan = knots.first_guess(target_mm2, sections.s_mm, limits)
-    rounds, plans = list[Round](), list[Floats]()
+    rounds, baselines = list[Round](), verifier.judge("Baselines by particles", paths, drafts=drafts)
 
-    def searched(name: str, goal: Goal, start: Floats, *, drafts: bool, rest_s: tuple[float, float]) -> Floats:
-        """Search a plan, add its round, and return it. ``rest_s``: time that follows the search, and the run."""
-        progress.start(f"Searching, {name}", searching.MOST_STEPS)
-        progress.later(verifier.corrected_s(rest_s[0]))
+    def corrected(name: str, start: Floats, apart_mm2: Floats, *, drafts: bool) -> Round:
+        """Search a plan from ``start`` with the fast model corrected by ``apart_mm2``, and judge it by particles."""
+        verifier.begin(f"Searching, {name}", searching.MOST_STEPS, search_s)
         # Corrections keep the reserve: if the fast model is right, sealant that they add is over the face.
-        plan = searching.search(few, knots, limits, goal, start, progress.advance, *plans[: options.reserve_mm > 0])
+        most = rounds[0].plan if rounds and options.reserve_mm > 0 else None
+        goal = Goal(target_mm2, apart_mm2)
+        plan = searching.search(few, knots, limits, goal, start, verifier.progress.advance, most)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
-        bed = nominal.fill(plan_trajectory(sample.outline, path))
-        predicted_mm = sections.bottom_mm + sections.height_mm(bed.read_mm2 + goal.discrepancy_mm2)
-        title = f"Particles, {name}"
-        (level,) = verifier.levels(title, [(name, path, trial.seed)], drafts=drafts, later_s=rest_s[1])
-        off_mm = float(np.abs(level.level_at_mm(sections.s_mm) - predicted_mm).mean())
-        it = missed(level.s_mm, level.level_mm)
-        rounds.append(Round(name, path, level, it, off_mm))
-        progress.note(
-            f"{name}: {it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it; "
-            f"prediction and particles differ by {off_mm:.2f} mm"
+        (judged,) = verifier.judge(f"Particles, {name}", [(name, path, trial.seed)], drafts=drafts)
+        expected_mm = corrected_level_mm(nominal.along(path), apart_mm2)
+        off_mm = float(np.abs(judged.level.level_at_mm(sections.s_mm) - expected_mm).mean())
+        verifier.progress.note(
+            f"{name}: {judged.misfit.under_mm3:.0f} mm3 are missing below the face and {judged.misfit.over_mm3:.0f} "
+            f"mm3 are above it; prediction and particles differ by {off_mm:.2f} mm"
         )
-        return plan
+        return replace(judged, off_mm=off_mm, plan=plan)
 
-    def goal_after(path: NozzlePath, level: Profile) -> Goal:
-        bed = nominal.fill(plan_trajectory(sample.outline, path))
-        return Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
-
+    plan, apart_mm2 = knots.first_guess(target_mm2, sections.s_mm, limits), np.zeros_like(target_mm2)
     for number in range(1, options.verify + 1):
-        rest_s = later_s(number - 1, number), later_s(number, number)
-        plan = searched(f"round {number}", goal, plan, drafts=drafts, rest_s=rest_s)
-        plans.append(plan)
-        goal = goal_after(rounds[-1].path, rounds[-1].level)
-    best = min([*rounds, *baselines], key=lambda one: one.misfit.cost_mm3)
-    seeds = [
-        (f"{best.name}, seed {seed}", best.path, seed) for seed in range(trial.seed + 1, trial.seed + options.seeds)
-    ]
-    levels = [best.level]
-    if seeds:
-        last_s = verifier.model_s([False] * options.accurate_runs)
-        levels += verifier.levels("The plan with other seeds", seeds, drafts=drafts, later_s=last_s)
-    s_mm = best.level.s_mm
-    levels_mm = np.array([level.level_at_mm(s_mm) for level in levels])
-    names = [f"with seed = {trial.seed + number}" for number in range(len(levels))]
-    require_different(levels_mm, names, f"{where}: {best.name}")
-    misfits = tuple(missed(s_mm, level_mm) for level_mm in levels_mm)
-    level_mm, it, runs = levels_mm.mean(axis=0), mean_of(misfits), len(levels)
-    of_draft, off_draft_mm = None, np.zeros(len(s_mm))
+        rounds.append(corrected(f"round {number}", plan, apart_mm2, drafts=drafts))
+        plan, apart_mm2 = rounds[-1].plan, discrepancy(nominal.along(rounds[-1].path), rounds[-1].level)
+    best = draft = min([*rounds, *baselines], key=_cost_mm3)
+    others = range(trial.seed + 1, trial.seed + options.seeds)
+    seeds = [(f"{draft.name}, seed {seed}", draft.path, seed) for seed in others]
+    judged = [draft, *verifier.judge("The plan with other seeds", seeds, drafts=drafts)]
+    levels_mm, s_mm = np.array([one.level.level_mm for one in judged]), draft.level.s_mm
+    names = [f"with seed = {trial.seed + number}" for number in range(len(judged))]
+    require_different(levels_mm, names, f"{where}: {draft.name}")
+    misfits = tuple(one.misfit for one in judged)
+    level, it, runs = replace(draft.level, level_mm=levels_mm.mean(axis=0)), mean_of(misfits), len(judged)
+    steady = baselines[0]
     if drafts:
-        one_s, of_draft, corrected = verifier.model_s([False]), best.misfit, list[Round]()
-        (level,) = verifier.levels("Accurate run of the plan", [(best.name, best.path, trial.seed)], later_s=one_s)
-        judged = missed(level.s_mm, level.level_mm)
-        off_draft_mm = level.level_at_mm(s_mm) - best.level.level_mm
-        if (start := next((plan for plan, one in zip(plans, rounds, strict=True) if one is best), None)) is not None:
+        (run,) = verifier.judge("Accurate run of the plan", [(draft.name, draft.path, trial.seed)])
+        best = replace(draft, level=run.level, misfit=run.misfit)
+        # Constant flow has only a draft: an accurate run of it would differ as that of the plan differs from its draft.
+        accurate_mm = steady.level.level_mm + run.level.level_at_mm(s_mm) - draft.level.level_mm
+        steady = replace(steady, level=replace(steady.level, level_mm=accurate_mm))
+        if len(draft.plan):
             # A draft's particles are larger, and the plan suits them: the accurate run corrects it once.
-            goal = goal_after(best.path, level)
-            searched("corrected by the accurate run", goal, start, drafts=False, rest_s=(one_s, 0.0))
-            corrected = [rounds.pop()]
-        best = min([replace(best, level=level, misfit=judged), *corrected], key=lambda one: one.misfit.cost_mm3)
-        level_mm, runs = best.level.level_at_mm(s_mm), 1
-        it = missed(s_mm, level_mm)
-    trajectory = plan_trajectory(sample.outline, best.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
-    bed = nominal.fill(trajectory)
-    apart_mm2 = discrepancy(bed, s_mm, level_mm)
-
-    def over_with_more_mm3(trajectory: Trajectory, apart_mm2: Floats) -> float:
-        soft = replace(
-            nominal, paste=replace(nominal.paste, yield_stress_pa=LESS_STRESS * nominal.paste.yield_stress_pa)
-        )
-        poured = soft.fill(replace(trajectory, flow_mm3_s=MORE_FLOW * trajectory.flow_mm3_s))
-        height_mm = sections.height_mm(np.maximum(poured.read_mm2 + apart_mm2, 0.0))
-        return missed(sections.s_mm, sections.bottom_mm + height_mm).over_mm3
-
-    # Constant flow has only a draft: an accurate run of it would differ as that of the plan differs from its draft.
-    constant = baselines[0]
-    steady_mm = constant.level.level_at_mm(s_mm) + off_draft_mm
-    steady = plan_trajectory(sample.outline, constant.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
-    steady_apart_mm2 = discrepancy(nominal.fill(steady), s_mm, steady_mm)
-    with_more = WithMore(over_with_more_mm3(trajectory, apart_mm2), over_with_more_mm3(steady, steady_apart_mm2))
-    chances, variance = None, np.zeros(len(s_mm))
-    if len(levels) > 1:
+            apart_mm2 = discrepancy(nominal.along(draft.path), run.level)
+            again = corrected("corrected by the accurate run", draft.plan, apart_mm2, drafts=False)
+            best = min(best, again, key=_cost_mm3)
+        level, it, runs = best.level, best.misfit, 1
+    variance = np.zeros(len(level.s_mm))
+    if len(judged) > 1:
         # Variance of a further run about the mean of these. Drafts scatter at least as much as accurate runs.
         variance += further_run_mm2(levels_mm, runs)
+    trajectory = path_over(sample, best.path)
+    apart_mm2, chances = discrepancy(nominal.along(best.path), level), None
     if draws:
-        drawn_mm = np.array(
-            [sections.bottom_mm + sections.height_mm(case.fill(trajectory).read_mm2 + apart_mm2) for case in cases]
-        )
-        chances = _chances([missed(sections.s_mm, level_mm) for level_mm in drawn_mm])
-        variance = variance + np.interp(s_mm, sections.s_mm, drawn_mm.var(axis=0, ddof=1))
+        drawn_mm = np.array([corrected_level_mm(case.fill(trajectory), apart_mm2) for case in cases])
+        chances = _chances([misfit(sample, Profile(sections.s_mm, level_mm)) for level_mm in drawn_mm])
+        variance += np.interp(level.s_mm, sections.s_mm, drawn_mm.var(axis=0, ddof=1))
+    alike = (best.path, level), (steady.path, steady.level)
     return Planned(
+        options=options,
         best=best,
         rounds=tuple(rounds),
         baselines=tuple(baselines),
         trajectory=trajectory,
-        margin_mm=options.margin_mm,
-        reserve_mm=options.reserve_mm,
-        s_mm=s_mm,
-        level_mm=level_mm,
-        half_width_mm=Z_95 * np.sqrt(variance) if len(levels) > 1 else None,
+        level=level,
+        half_width_mm=Z_95 * np.sqrt(variance) if len(judged) > 1 else None,
         misfit=it,
         misfits=misfits,
         chances=chances,
-        with_more=with_more,
-        drafts=drafts,
-        of_draft=of_draft,
-        unfilled_mm3=unfilled_mm3,
+        with_more=WithMore(*(_over_with_more_mm3(nominal, path, bed) for path, bed in alike)),
+        of_draft=draft.misfit if drafts else None,
+        unfilled_mm3=float((sections.full_mm2 - target_mm2).sum()) * sections.step_mm,
     )
+
+
+def _cost_mm3(judged: Round) -> float:
+    return judged.misfit.cost_mm3
+
+
+def _over_with_more_mm3(case: Case, path: NozzlePath, level: Profile) -> float:
+    """Return the volume over the face if the pump gives more and the paste is softer, by the corrected fast model."""
+    soft = replace(case, paste=replace(case.paste, yield_stress_pa=LESS_STRESS * case.paste.yield_stress_pa))
+    trajectory = path_over(case.pour.sample, path)
+    poured = soft.fill(replace(trajectory, flow_mm3_s=MORE_FLOW * trajectory.flow_mm3_s))
+    level_mm = corrected_level_mm(poured, discrepancy(case.fill(trajectory), level))
+    return misfit(case.pour.sample, Profile(poured.sections.s_mm, level_mm)).over_mm3
 
 
 def _chances(misfits: Sequence[Misfit]) -> dict[str, float]:
@@ -348,13 +317,13 @@ def make_plan(
 
 
 def write_tables(
-    folder: Path, table: str, trajectory: Trajectory, s_mm: Floats, level_mm: Floats, half_mm: Floats | float
+    folder: Path, table: str, trajectory: Trajectory, level: Profile, half_mm: Floats | float = np.nan
 ) -> PathTable:
     """Write a plan's path, and its level with the half-width of its band, as tables. Return the path as written."""
     path = planned_path(trajectory)
     rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
     files.write_table(folder / table, COLUMNS, rows)
-    rows = np.column_stack([s_mm, level_mm, level_mm - half_mm, level_mm + half_mm])
+    rows = np.column_stack([level.s_mm, level.level_mm, level.level_mm - half_mm, level.level_mm + half_mm])
     files.write_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS, rows)
     return path
 
@@ -362,7 +331,7 @@ def write_tables(
 def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[str]) -> dict[str, Any]:
     """Write the plan's path and level as tables, and return the content of plan.json."""
     half_mm = np.nan if planned.half_width_mm is None else planned.half_width_mm
-    path = write_tables(folder, TABLE, planned.trajectory, planned.s_mm, planned.level_mm, half_mm)
+    path = write_tables(folder, TABLE, planned.trajectory, planned.level, half_mm)
     return {
         "version": 1,
         "name": name,
@@ -370,13 +339,12 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
         "stage_numbers": numbers_up_to("simulate"),
         "fluid_warnings": fluid_warnings,
         "kept": planned.best.name,
-        "drafts": planned.drafts,
+        "drafts": not planned.options.accurate,
         "verified": planned.verified,
         "expected_off_mm": planned.best.off_mm,
         "sealant_mm3": float((path.flow[:-1] * np.diff(path.t_s)).sum()),
         "duration_s": path.t_s[-1] - path.t_s[0],
-        "margin_mm": planned.margin_mm,
-        "reserve_mm": planned.reserve_mm,
+        **planned.options.model_dump(include={"margin_mm", "reserve_mm"}),
         **planned.misfit.figures,
         "seeds": [one.figures for one in planned.misfits],
         "band_95_mm": planned.band_95_mm,

@@ -15,7 +15,7 @@ BASELINES = {"constant flow": "--", "flow by local area": ":"}
 
 
 def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Sequence[str]) -> None:
-    draft = ", draft" if planned.drafts else ""
+    draft = ", draft" if not planned.options.accurate else ""
     by, others = "accurate" if draft else "mean of its seeds", [*planned.baselines, *planned.rounds]
     columns = [
         FigureColumn("path", [f"the plan, {by}", *(f"{other.name}{draft}" for other in others)]),
@@ -31,7 +31,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     key_figures = [
         ("sealant", f"{it.dispensed_mm3 / 1000:.3g} ml"),
         ("duration", f"{it.duration_s:.1f} s"),
-        ("aims below the face by", f"{planned.margin_mm + planned.reserve_mm:.2f} mm"),
+        ("aims below the face by", f"{planned.options.aim_mm:.2f} mm"),
     ]
     if (band_mm := planned.band_95_mm) is not None:
         runs = counted(len(planned.misfits), "draft" if draft else "run")
@@ -88,7 +88,7 @@ def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
         not_verified = f"NOT VERIFIED: no plan was better than {planned.best.name}, which is the result."
         if planned.unfilled_mm3 > planned.best.misfit.cost_mm3:
             not_verified += (
-                f" A plan aims {planned.margin_mm + planned.reserve_mm:.2f} mm below the face, which leaves "
+                f" A plan aims {planned.options.aim_mm:.2f} mm below the face, which leaves "
                 f"{planned.unfilled_mm3:.0f} mm3 unfilled by itself: give a smaller --margin-mm or --reserve-mm."
             )
         return [f"{not_verified} No robot program is written.", *cautions]
@@ -111,7 +111,7 @@ def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
 def _draw_levels(planned: Planned) -> Figure:
     _, axes = wide_axes(3.2, face=True)
     plan = {"color": SIMULATED, "label": "the plan"}
-    draw_curve(axes, planned.s_mm, planned.level_mm, "-", planned.half_width_mm, 0.2, "95 % band", **plan)
+    draw_curve(axes, planned.level.s_mm, planned.level.level_mm, "-", planned.half_width_mm, 0.2, "95 % band", **plan)
     for baseline in planned.baselines:
         level, style = baseline.level, BASELINES[baseline.name]
         draw_curve(axes, level.s_mm, level.level_mm, style, color=MUTED, label=baseline.name)

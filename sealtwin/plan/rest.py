@@ -8,16 +8,26 @@ from typing import Any
 
 import numpy as np
 
-from digitise.trajectory import plan_trajectory
 from sealtwin.core import files
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats, Trajectory
+from sealtwin.core.records import Floats, Profile, Trajectory
 from sealtwin.plan import PlanOptions
 from sealtwin.plan.make_plan import MadePlan, PlanInputs, aim_of, case_of, write_tables
-from sealtwin.plan.search import Case, Goal, Knots, Limits, areas_of, discrepancy, limits_of, search
+from sealtwin.plan.search import (
+    Case,
+    Goal,
+    Knots,
+    Limits,
+    areas_of,
+    corrected_level_mm,
+    discrepancy,
+    limits_of,
+    path_over,
+    search,
+)
 from sealtwin.plan.verify import Misfit, misfit
 from sealtwin.trial.job import shown
 from simulate.slot.fill import Filled
@@ -53,8 +63,7 @@ class Rest:
     trajectory: Trajectory
     reached_mm: float  # Station at which the pour paused
     flow_factor: float  # Sealant in the crack divided by the sealant of the path so far
-    s_mm: Floats
-    level_mm: Floats
+    level: Profile
     misfit: Misfit
     unchanged: Misfit  # Of the first path, if it is poured to its end
 
@@ -91,14 +100,10 @@ def rest_of(
             f"crack of {sample.outline.length_mm:.1f} mm. Measure from the beginning of the pour up to the nozzle."
         )
     poured = _until(path, float(np.interp(onward * reached_mm, np.maximum.accumulate(way_mm), path.t_s[part])))
-    factor, bed, seen_mm = _flow_factor(case, poured, s_mm, level_mm, where)
-    it, apart_mm2 = bed.sections, discrepancy(bed, bed.sections.s_mm, seen_mm)
-    target_mm2 = aim_of(options, it)
-
-    def level_of(filled: Filled) -> Floats:
-        return it.bottom_mm + it.height_mm(np.maximum(filled.read_mm2 + apart_mm2, 0.0))
-
-    unchanged_mm, aim_mm = level_of(case.fill(_scaled(path, factor))), -options.margin_mm - options.reserve_mm
+    factor, bed, seen = _flow_factor(case, poured, Profile(s_mm, level_mm), where)
+    it, apart_mm2 = bed.sections, discrepancy(bed, seen)
+    target_mm2, aim_mm = aim_of(options, it), -options.aim_mm
+    unchanged_mm = corrected_level_mm(case.fill(_scaled(path, factor)), apart_mm2)
     there = (onward * it.s_mm > way_mm[0]) & (onward * it.s_mm < onward * reached_mm)
     low = there & (unchanged_mm < aim_mm - LOW_MM)
     begin_mm = min([onward * reached_mm, *(onward * it.s_mm[low])])
@@ -110,21 +115,20 @@ def rest_of(
     rest = Continued(**vars(case), poured=poured, flow_factor=factor)
     start = knots.first_guess(lacks_mm2, it.s_mm, limits)
     trajectory = knots.trajectory(search([rest], knots, limits, Goal(target_mm2, apart_mm2), start))
-    end_mm = level_of(rest.fill(trajectory))
-    planned, unchanged = (misfit(sample, it.s_mm, level) for level in (end_mm, unchanged_mm))
-    return Rest(trajectory, reached_mm, factor, it.s_mm, end_mm, planned, unchanged)
+    end, unchanged = (
+        Profile(it.s_mm, level_mm) for level_mm in (corrected_level_mm(rest.fill(trajectory), apart_mm2), unchanged_mm)
+    )
+    return Rest(trajectory, reached_mm, factor, end, misfit(sample, end), misfit(sample, unchanged))
 
 
-def _flow_factor(
-    case: Case, poured: Trajectory, s_mm: Floats, level_mm: Floats, where: str
-) -> tuple[float, Filled, Floats]:
+def _flow_factor(case: Case, poured: Trajectory, measured: Profile, where: str) -> tuple[float, Filled, Profile]:
     """Return the factor of the flow at which the fast model has the measured volume, its bed, and the level.
 
     The level is that of the bed if there is no station.
     """
-    factor, bed = 1.0, case.fill(poured)
+    factor, bed, s_mm = 1.0, case.fill(poured), measured.s_mm
     covered = (bed.sections.s_mm >= s_mm[0]) & (bed.sections.s_mm <= s_mm[-1])
-    measured_mm3 = areas_of(bed.sections, s_mm, level_mm)[covered].sum()
+    measured_mm3 = areas_of(bed.sections, measured)[covered].sum()
     for _ in range(ROUNDS):
         factor *= float(measured_mm3 / max(bed.read_mm2[covered].sum(), 1e-9))
         if not FLOW_FACTORS[0] <= factor <= FLOW_FACTORS[1]:
@@ -133,7 +137,8 @@ def _flow_factor(
                 f"{FLOW_FACTORS[1]:g} is allowed. Check nozzle and paste, and that levels below the face are negative."
             )
         bed = case.fill(_scaled(poured, factor))
-    return factor, bed, np.where(covered, np.interp(bed.sections.s_mm, s_mm, level_mm), bed.level_mm)
+    level_mm = np.where(covered, measured.level_at_mm(bed.sections.s_mm), bed.level_mm)
+    return factor, bed, Profile(bed.sections.s_mm, level_mm)
 
 
 def _scaled(path: Trajectory, factor: float) -> Trajectory:
@@ -178,11 +183,10 @@ def plan_rest(
     where = str(levels) if isinstance(levels, str | PathLike) else "levels"
     folder = out or Path("reports", f"{inputs.given.folder_name}-rest")
     with inputs.digitised(folder, progress) as sample:
-        solid = sample.solid
-        path = plan_trajectory(sample.outline, inputs.trial.path, solid.cavity_volume_mm3, solid.sections)
+        path = path_over(sample, inputs.trial.path)
         limits = limits_of(path, *inputs.limits_by, options.flow_max_mm3_s, options.keep_speed)
         rest = rest_of(case_of(replace(sample, trajectory=path), inputs.trial), path, rows, limits, options, where)
-        write_tables(folder, TABLE, rest.trajectory, rest.s_mm, rest.level_mm, np.nan)
+        write_tables(folder, TABLE, rest.trajectory, rest.level)
         content = {
             "version": 1,
             "name": inputs.trial.name,
@@ -192,8 +196,7 @@ def plan_rest(
             "flow_factor": rest.flow_factor,
             "sealant_mm3": rest.trajectory.dispensed_mm3,
             "duration_s": rest.trajectory.duration_s,
-            "margin_mm": options.margin_mm,
-            "reserve_mm": options.reserve_mm,
+            **options.model_dump(include={"margin_mm", "reserve_mm"}),
             **rest.misfit.figures,
             "unchanged": rest.unchanged.figures,
         }

@@ -12,9 +12,11 @@ import numpy as np
 
 from digitise.robots.cell import RobotCell
 from digitise.robots.pump import PumpTable
+from digitise.settings import NozzlePath
+from digitise.trajectory import plan_trajectory
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Trajectory
+from sealtwin.core.records import Floats, Profile, Sample, Trajectory
 from simulate.pour import Pour
 from simulate.slot.fill import Filled
 from simulate.slot.flux import HerschelBulkley
@@ -161,6 +163,9 @@ class Case:
     def fill(self, trajectory: Trajectory) -> Filled:
         return bed_of(self.pour, self.paste, trajectory, cells=CELLS, steps=STEPS)
 
+    def along(self, path: NozzlePath) -> Filled:
+        return self.fill(path_over(self.pour.sample, path))
+
 
 @dataclass(frozen=True)
 class Goal:
@@ -175,20 +180,30 @@ def target_of(sections: Trapezoids, margin_mm: float) -> Floats:
     return sections.area_mm2(sections.depth_mm - margin_mm)[0]
 
 
-def discrepancy(filled: Filled, s_mm: Floats, level_mm: Floats) -> Floats:
+def discrepancy(filled: Filled, level: Profile) -> Floats:
     """Return the smoothed difference of areas, (cells,): those of a level by particles minus those of the fast model.
 
     Both are areas under the level on the crack's centreline, since a plan is judged by this level.
     """
     it = filled.sections
     apart = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2)
-    return apart @ (areas_of(it, s_mm, level_mm) - filled.read_mm2) / apart.sum(axis=1)
+    return apart @ (areas_of(it, level) - filled.read_mm2) / apart.sum(axis=1)
 
 
-def areas_of(sections: Trapezoids, s_mm: Floats, level_mm: Floats) -> Floats:
-    """Return the area of each section, (cells,), under the mean of the level ``level_mm`` in its cell."""
+def corrected_level_mm(filled: Filled, discrepancy_mm2: Floats) -> Floats:
+    """Return the level in the middle of each section, (cells,), if the areas of the fast model are corrected."""
+    sections = filled.sections
+    return sections.bottom_mm + sections.height_mm(np.maximum(filled.read_mm2 + discrepancy_mm2, 0.0))
+
+
+def path_over(sample: Sample, path: NozzlePath) -> Trajectory:
+    return plan_trajectory(sample.outline, path, sample.solid.cavity_volume_mm3, sample.solid.sections)
+
+
+def areas_of(sections: Trapezoids, level: Profile) -> Floats:
+    """Return the area of each section, (cells,), under the mean of a level in its cell."""
     fine_mm = np.linspace(-0.5, 0.5, 11)[:, None] * sections.step_mm + sections.s_mm
-    return sections.area_mm2(np.interp(fine_mm, s_mm, level_mm).mean(axis=0) - sections.bottom_mm)[0]
+    return sections.area_mm2(level.level_at_mm(fine_mm).mean(axis=0) - sections.bottom_mm)[0]
 
 
 def search(

@@ -2,19 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, astuple, dataclass, field, replace
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
 from digitise.settings import NozzlePath
-from digitise.trajectory import plan_trajectory
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
 from sealtwin.core.stage_keys import stage_key
-from sealtwin.plan.search import OVER_WEIGHT
+from sealtwin.plan import PlanOptions
+from sealtwin.plan.search import OVER_WEIGHT, path_over
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import Forecast, size_of, timings_of
 from sealtwin.study.runner import StudyOptions, WantedRun, bring_up_to_date, require_done, schedule, write_sample
@@ -50,10 +49,10 @@ class Misfit:
         return {**asdict(self), "total_mm3": self.total_mm3}
 
 
-def misfit(sample: Sample, s_mm: Floats, level_mm: Floats) -> Misfit:
+def misfit(sample: Sample, level: Profile) -> Misfit:
     """Return the volume that a level along a crack lacks below the face, and the volume that it has above the face."""
     it = sections_of(sample.outline, sample.solid, CELLS, reach_per_mm=0.0)
-    level_mm = np.interp(it.s_mm, s_mm, level_mm)
+    level_mm = level.level_at_mm(it.s_mm)
     filled_mm2, _ = it.area_mm2(np.minimum(level_mm, 0.0) - it.bottom_mm)
     under_mm2 = it.full_mm2 - np.maximum(filled_mm2, 0.0)
     over_mm2 = it.mouth_mm * np.maximum(level_mm, 0.0)
@@ -73,6 +72,7 @@ class Round:
     level: Profile
     misfit: Misfit
     off_mm: float | None = None  # Mean difference from the expected level; None for a baseline
+    plan: Floats = field(default_factory=lambda: np.zeros(0))  # Numbers of the path's plan; none for a baseline
 
 
 @dataclass(frozen=True)
@@ -85,25 +85,22 @@ class WithMore:
 
 @dataclass(frozen=True)
 class Planned:
-    """A finished plan, with its rounds and baselines."""
+    """A finished plan, with its rounds and baselines. Without ``options.accurate`` they and the seeds are drafts."""
 
+    options: PlanOptions
     best: Round
     rounds: tuple[Round, ...]
     baselines: tuple[Round, ...]
     trajectory: Trajectory  # Path of the best
-    margin_mm: float  # Level below the face that it aims at
-    s_mm: Floats
-    level_mm: Floats  # Mean of the seeds, or that of the accurate run if the seeds are drafts
+    level: Profile  # Mean of the seeds, or that of the accurate run if the seeds are drafts
     half_width_mm: Floats | None
     """Half-width of the 95 % band for a further run's level; None if the plan has one seed, which shows no scatter."""
     misfit: Misfit  # Misfit of the level: the mean of the seeds', or the accurate run's
     misfits: tuple[Misfit, ...]  # Misfit of each seed
     chances: dict[str, float] | None
-    with_more: WithMore = WithMore(0.0, 0.0)
-    of_draft: Misfit | None = None  # Misfit of the best plan as a draft, before the accurate run corrected it
-    reserve_mm: float = 0.0  # Further depth below the face that it aims at
-    drafts: bool = False  # True if all rounds, baselines and seeds are drafts
-    unfilled_mm3: float = 0.0  # Volume below the face of a crack that is filled up to the level that it aims at
+    with_more: WithMore
+    of_draft: Misfit | None  # Misfit of the best plan as a draft, before the accurate run corrected it
+    unfilled_mm3: float  # Volume below the face of a crack that is filled up to the level that the plan aims at
 
     @property
     def verified(self) -> bool:
@@ -117,13 +114,21 @@ class Planned:
     @property
     def low_stretches(self) -> list[dict[str, float]]:
         """Stretches of the crack, at least ``SHORTEST_LOW_MM`` long, with a level over ``LOW_MM`` below its target."""
-        lacks_mm, stretches = -self.margin_mm - self.level_mm, list[dict[str, float]]()
-        for low, group in groupby(range(len(self.s_mm)), key=lambda place: bool(lacks_mm[place] > LOW_MM)):
-            part = list(group)
-            if low and self.s_mm[part[-1]] - self.s_mm[part[0]] >= SHORTEST_LOW_MM:
-                ends = {"from_mm": float(self.s_mm[part[0]]), "to_mm": float(self.s_mm[part[-1]])}
-                stretches.append({**ends, "mean_mm": float(lacks_mm[part].mean())})
-        return stretches
+        s_mm, lacks_mm = self.level.s_mm, -self.options.margin_mm - self.level.level_mm
+        parts = np.split(np.arange(len(s_mm)), np.flatnonzero(np.diff(lacks_mm > LOW_MM)) + 1)
+        return [
+            {
+                "from_mm": float(s_mm[part[0]]),
+                "to_mm": float(s_mm[part[-1]]),
+                "mean_mm": float(lacks_mm[part].mean()),
+            }
+            for part in parts
+            if lacks_mm[part[0]] > LOW_MM and s_mm[part[-1]] - s_mm[part[0]] >= SHORTEST_LOW_MM
+        ]
+
+
+NamedPath = tuple[str, NozzlePath, int]
+"""A path to judge, with a short name before it and the seed of its run after it."""
 
 
 @dataclass
@@ -136,42 +141,47 @@ class Verifier:
     device: str
     progress: Progress
     jobs: int = 1
+    ahead_s: float = 0.0
+    """Expected time, by the model of ``sealtwin.study.estimate``, of the work of the command that has not begun."""
     _runs: list[study_folder.StudyRun] = field(default_factory=list)
 
-    def levels(
-        self,
-        title: str,
-        paths: Sequence[tuple[str, NozzlePath, int]],
-        *,
-        drafts: bool = False,
-        later_s: float = 0.0,
-    ) -> list[Profile]:
-        """Return the level by particles for each of ``paths``, which has a short name, a path and a seed.
+    def begin(self, title: str, steps: int, work_s: float) -> None:
+        """Show that a part of the work ahead begins."""
+        self.ahead_s -= work_s
+        self.progress.start(title, steps)
+        self.progress.later(self.corrected_s(self.ahead_s))
 
-        ``drafts``: by drafts of the trial. ``later_s`` is the expected time of what follows, by the model of
-        ``sealtwin.study.estimate``.
+    def judge(self, title: str, paths: Sequence[NamedPath], *, drafts: bool = False) -> list[Round]:
+        """Return a round for each of ``paths``. Arguments and faults are those of ``levels``."""
+        self.ahead_s -= self.work_s(len(paths), drafts=drafts)
+        levels = self.levels(title, paths, drafts=drafts) if paths else []
+        return [
+            Round(name, path, level, misfit(self.sample, level))
+            for (name, path, _), level in zip(paths, levels, strict=True)
+        ]
+
+    def levels(self, title: str, paths: Sequence[NamedPath], *, drafts: bool = False) -> list[Profile]:
+        """Return the level by particles for each of ``paths``, by drafts of the trial if ``drafts`` is True.
+
         Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
         """
-        sample, wanted = self.sample, list[WantedRun]()
+        wanted = list[WantedRun]()
         for number, (label, path, seed) in enumerate(paths, start=len(self._runs) + 1):
             trial = self.trial.model_copy(update={"path": path, "seed": seed})
-            trajectory = plan_trajectory(sample.outline, path, sample.solid.cavity_volume_mm3, sample.solid.sections)
-            poured = replace(sample, trajectory=trajectory)
-            if drafts:
-                trial = drafted(trial, poured)
+            poured = replace(self.sample, trajectory=path_over(self.sample, path))
+            trial = drafted(trial, poured) if drafts else trial
             depends = {"path": path.model_dump(mode="json", exclude_none=True)}
             home = stage_key({}, depends, numbers_up_to("digitise"))[:12]
-            wanted.append(WantedRun(number, {"path": label, "seed": seed}, trial, poured, home, {}, depends))
-            write_sample(self.folder, wanted[-1])
+            run = WantedRun(number, {"path": label, "seed": seed}, trial, poured, home, {}, depends)
+            write_sample(self.folder, run)
             digitised = self.folder / "samples" / home
             inputs = {file: files.sha256(digitised / file) for file in ("outline.json", "crack.ply", "trajectory.csv")}
-            wanted[-1] = replace(wanted[-1], inputs=inputs)
+            wanted.append(replace(run, inputs=inputs))
         asked, largest, _ = schedule(wanted, self.device, numbers_up_to("simulate"))
-        earlier = {run.key for run in self._runs}
-        self._runs += {run.key: run for run in asked if run.key not in earlier}.values()
+        self._runs = [*{run.key: run for run in (*asked, *self._runs)}.values()]
         plan = study_folder.Plan("verification", self._runs, numbers=numbers_up_to("simulate"))
         jobs = min(self.jobs, len(asked)) if self.jobs > 1 else 0
-        options = StudyOptions(self.device, jobs, later_s=later_s, retry=True)
+        options = StudyOptions(self.device, jobs, later_s=self.ahead_s, retry=True)
         self._runs = bring_up_to_date(self.folder, plan, largest, options, self.progress, title).runs
         require_done(self.folder, self._runs, "there is no plan")
         return [study_folder.read_level(self.folder, run) for run in asked]
@@ -180,10 +190,10 @@ class Verifier:
         """Return a time by the model, corrected by the runs that are finished."""
         return Forecast(1, timings_of(self._runs)).scaled_s(model_s)
 
-    def model_s(self, launches: Sequence[bool]) -> float:
-        """Return the time by the model of launches, whose values are the ``drafts`` of ``levels``."""
-        trials = {True: drafted(self.trial, self.sample), False: self.trial}
-        return sum(size_of(trials[drafts].pour(self.sample)).work_s for drafts in launches)
+    def work_s(self, runs: int, *, drafts: bool) -> float:
+        """Return the time by the model of particle runs of which ``jobs`` are computed side by side."""
+        trial = drafted(self.trial, self.sample) if drafts else self.trial
+        return size_of(trial.pour(self.sample)).work_s * -(-runs // max(1, self.jobs))
 
     @property
     def fluid_warnings(self) -> list[str]:

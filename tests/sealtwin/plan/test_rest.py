@@ -15,7 +15,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.cli.app import app
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Sample, Trajectory
+from sealtwin.core.records import Profile, Sample, Trajectory
 from sealtwin.plan import PlanOptions, search
 from sealtwin.plan.rest import Continued, Rest, read_levels, rest_of
 from sealtwin.plan.search import Case, Knots, Limits
@@ -50,7 +50,7 @@ def with_flow(path, factor) -> Trajectory:
 
 
 def judged(bed) -> Misfit:
-    return misfit(SAMPLE, bed.sections.s_mm, bed.level_mm)
+    return misfit(SAMPLE, Profile(bed.sections.s_mm, bed.level_mm))
 
 
 def paused(path) -> Trajectory:

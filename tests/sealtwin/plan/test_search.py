@@ -22,7 +22,7 @@ from sealtwin.plan import search as searching
 from sealtwin.plan.make_plan import case_of, plan_on
 from sealtwin.plan.pages import plan_cautions
 from sealtwin.plan.search import Case, Goal, Knots, Limits, discrepancy, limits_of, require_possible, search, target_of
-from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit
+from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, misfit
 from sealtwin.trial.trial_file import load_trial
 from simulate.pour import Pour
 from simulate.settings import Fluid, Solver
@@ -61,6 +61,10 @@ def test_dwell_gives_its_own_sealant_at_the_ends():
     assert not longer.given_mm3[:first].any()
 
 
+def level_of(bed, higher_mm=0.0) -> Profile:
+    return Profile(bed.sections.s_mm, bed.level_mm + higher_mm)
+
+
 def with_other_last_bits(*inputs: Any) -> Any:
     """``lsq_linear`` as another processor's BLAS solves it."""
     solution = lsq_linear(*inputs)
@@ -78,8 +82,8 @@ def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
     """Four times better on the model that is searched; particles judge it elsewhere."""
     own, path = CASE.fill(OWN), KNOTS.trajectory(searched())
     bed = CASE.fill(path)
-    planned = misfit(SAMPLE, bed.sections.s_mm, bed.level_mm).total_mm3
-    assert planned < 0.25 * misfit(SAMPLE, own.sections.s_mm, own.level_mm).total_mm3
+    planned = misfit(SAMPLE, level_of(bed)).total_mm3
+    assert planned < 0.25 * misfit(SAMPLE, level_of(own)).total_mm3
     giving = path.flow_mm3_s[path.giving][:-1]
     assert giving.min() >= 9.99
     assert giving.max() <= 500.01
@@ -96,13 +100,13 @@ def test_last_bits_of_a_solver_do_not_reach_a_plan(monkeypatch):
 def test_a_discrepancy_moves_the_goal():
     bed = CASE.fill(OWN)
     assert bed.level_mm[:12].max() < 0
-    np.testing.assert_allclose(discrepancy(bed, bed.sections.s_mm, bed.level_mm)[:20], 0.0, atol=0.05)
-    below = discrepancy(bed, bed.sections.s_mm, bed.level_mm - 0.5)[:8]
+    np.testing.assert_allclose(discrepancy(bed, level_of(bed))[:20], 0.0, atol=0.05)
+    below = discrepancy(bed, level_of(bed, -0.5))[:8]
     np.testing.assert_allclose(below, -2.0, atol=0.05)
 
 
 def test_under_and_over_are_volumes_at_the_face():
-    volumes = misfit(SAMPLE, np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5]))
+    volumes = misfit(SAMPLE, Profile(np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5])))
     assert volumes.under_mm3 == pytest.approx(80.0, rel=0.01)
     assert volumes.over_mm3 == pytest.approx(40.0, rel=0.01)
 
@@ -131,13 +135,9 @@ def test_a_pump_that_gives_no_less_bounds_from_below():
 class FastModelItself(Verifier):
     """Stands for particles that do what the fast model says."""
 
-    def levels(self, title, paths, *, drafts=False, later_s=0.0):
-        case, solid = (
-            case_of(replace(self.sample, trajectory=OWN), self.trial),
-            (SOLID.cavity_volume_mm3, SOLID.sections),
-        )
-        beds = [case.fill(plan_trajectory(OUTLINE, path, *solid)) for _, path, _ in paths]
-        return [Profile(bed.sections.s_mm, bed.level_mm) for bed in beds]
+    def levels(self, title, paths, *, drafts=False):
+        case = case_of(replace(self.sample, trajectory=OWN), self.trial)
+        return [level_of(case.along(path)) for _, path, _ in paths]
 
 
 def verifier(kind: type[FastModelItself], folder: Path) -> FastModelItself:
@@ -167,7 +167,7 @@ class DraftsStandLower(FastModelItself):
 
     draft_mm = -0.8
 
-    def levels(self, title, paths, *, drafts=False, later_s=0.0):
+    def levels(self, title, paths, *, drafts=False):
         levels = super().levels(title, paths)
         return [replace(level, level_mm=level.level_mm + self.draft_mm * drafts) for level in levels]
 
@@ -217,16 +217,10 @@ def test_constant_flow_with_more_is_judged_as_by_an_accurate_run(corrected, part
     assert corrected.with_more.constant_flow_over_mm3 == pytest.approx(over_mm3, rel=0.05)
 
 
-@pytest.mark.parametrize(
-    ("options", "jobs", "rounds", "drafts"),
-    [
-        (PlanOptions(verify=3, seeds=3), 1, 0, [True] * 5 + [False] * 2),
-        (PlanOptions(verify=3, seeds=3), 2, 1, [True] * 3 + [False] * 2),
-        (PlanOptions(verify=2, seeds=1, accurate=True), 0, 1, [False]),
-    ],
-)
-def test_the_time_left_of_a_plan_is_of_all_its_launches(options, jobs, rounds, drafts):
-    assert options.launches(jobs, rounds) == drafts
+@pytest.mark.parametrize("accurate", [False, True])
+def test_the_time_ahead_of_a_plan_is_that_of_all_its_runs_and_searches(particles, accurate):
+    plan_on(particles, PlanOptions(knots=3, verify=2, seeds=1, accurate=accurate), [])
+    assert particles.ahead_s == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -251,15 +245,17 @@ def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
     level_mm = np.where(s_mm > 80, -2.5, -0.5) - np.where((s_mm > 10) & (s_mm < 14), 3.0, 0.0)
     none = Misfit(0.0, 0.0, 0.0)
     best = Round("round 1", NozzlePath(), Profile(s_mm, level_mm), none)
-    planned = Planned(best, (best,), (), OWN, 0.0, s_mm, level_mm, None, none, (none,), None)
+    more, options = WithMore(0.0, 0.0), PlanOptions()
+    planned = Planned(options, best, (best,), (), OWN, best.level, None, none, (none,), None, more, None, 0.0)
     (low,) = planned.low_stretches
     assert (low["from_mm"], low["to_mm"], low["mean_mm"]) == (81.0, 100.0, 2.5)
-    assert not replace(planned, margin_mm=2.0).low_stretches[1:], "a plan that aims lower is not low there"
+    lower = replace(planned, options=PlanOptions(margin_mm=2.0))
+    assert not lower.low_stretches[1:], "a plan that aims lower is not low there"
 
 
 def test_a_plan_that_loses_because_it_aims_low_names_the_reserve(particles):
     planned = plan_on(particles, PlanOptions(knots=3, reserve_mm=3.0, seeds=1, verify=1), [])
-    assert planned.unfilled_mm3 == pytest.approx((planned.margin_mm + 3.0) * 40.0 * 4.0, rel=0.01)
+    assert planned.unfilled_mm3 == pytest.approx(planned.options.aim_mm * 40.0 * 4.0, rel=0.01)
     lost = replace(planned, best=planned.baselines[0])
     (first, *_), (other, *_) = (plan_cautions(one, []) for one in (lost, replace(lost, unfilled_mm3=0.0)))
     assert "--reserve-mm" in first
