@@ -16,8 +16,8 @@ from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Sample
 from sealtwin.core.stage_keys import number_words, stage_key
 from sealtwin.study.study_file import load_study
-from sealtwin.study.study_folder import read_plan
-from sealtwin.study.study_map import map_study, watch_runs
+from sealtwin.study.study_folder import FILL, read_plan, run_path
+from sealtwin.study.study_map import map_study, read_fill
 from sealtwin.trial.job import NUMBERS, numbers_up_to
 from sealtwin.trial.trial_file import load_trial
 from validate.figures.chart import pace_of
@@ -118,7 +118,7 @@ def _summary(swept: st.SweepResult, number: int) -> dict[str, Any]:
 def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], float]:
     """Draw the figures of the study. Return figures of the chosen pair, and the median R² of frame times."""
     progress = progress_for_stderr(quiet=False)
-    mapped = map_study(folder, None, None, None, "cpu", progress)
+    mapped = map_study(folder, None, None, None, progress)
     figures.mkdir(exist_ok=True)
     for name in MAPPED:
         shutil.copyfile(mapped.folder / "figures" / f"{name}.svg", figures / f"{name}.svg")
@@ -127,7 +127,7 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
     trial = load_trial(TRIAL)
     size_mm, nozzle_mm = trial.solver.size_mm, trial.nozzle.diameter_mm
     scene = FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, nozzle_mm)
-    courses = watch_runs(folder, read_plan(folder).runs, "cpu", progress)
+    courses = [read_fill(run_path(folder, run.key) / FILL) for run in read_plan(folder).runs]
     fills = {
         run.at: Fill(run, mapped.chart.said(run), scene, course)
         for run, course in zip(mapped.chart.runs, courses, strict=True)

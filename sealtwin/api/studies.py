@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.api import FilePath, path_or_none, settings_from, shown_progress, warn
+from sealtwin.api import FilePath, path_or_none, settings_from, warn
 from sealtwin.calibration import CalibrationOptions
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
-from sealtwin.core.progress import wanted
+from sealtwin.core.progress import Progress, wanted
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import as_json, checked
 from sealtwin.core.settings_text import keywords_of
@@ -217,8 +217,6 @@ def write_map(
     data: DataKind | None = None,
     any_volume: bool = False,
     fills: bool = False,
-    device: str = "cpu",
-    progress: bool | None = None,
 ) -> Path:
     """Draw a sweep of two settings as a page: levels, map of the error, influences, cost.
 
@@ -232,9 +230,8 @@ def write_map(
         A sheet of readings other than the trial's, and its origin.
     any_volume
         True includes runs whose volume error is over 5 %.
-    fills, device, progress
-        ``fills=True`` draws how about nine runs fill; those whose fill was not kept are computed again on ``device``.
-        ``progress`` as in ``run_trial``.
+    fills
+        True draws how about nine runs fill, as the sweep kept it.
 
     Returns
     -------
@@ -263,9 +260,15 @@ def write_map(
 
     folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
     target, caliper = path_or_none(out), path_or_none(readings)
-    drawn_on, shown = device if fills else None, shown_progress(progress)
-    mapped = map_study(folder, target, caliper, data, drawn_on, shown, any_volume=any_volume)
-    warn([*mapped.content["other_versions"], *mapped.content["fluid_warnings"]])
+    progress = Progress()
+    mapped = map_study(folder, target, caliper, data, progress, fills=fills, any_volume=any_volume)
+    warn(
+        [
+            *(warned.text for warned in progress.warned),
+            *mapped.content["other_versions"],
+            *mapped.content["fluid_warnings"],
+        ]
+    )
     return mapped.folder / PAGE
 
 

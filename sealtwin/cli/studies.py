@@ -43,7 +43,7 @@ def compare(
     command.reply(Answer(content, compared_lines(content, page)))
 
 
-@answers(device=True)
+@answers()
 def map(
     command: Command,
     folder: Annotated[Path, argument("STUDY", "The folder of a sweep.")],
@@ -61,9 +61,7 @@ def map(
     any_volume: Annotated[
         bool, flag("--any-volume", 'Include runs whose volume error is over 5 %, as with preset "paper".')
     ] = False,
-    fills: Annotated[
-        bool, option("Draw how the crack fills in about nine runs; runs whose fill was not kept are computed again.")
-    ] = True,
+    fills: Annotated[bool, option("Draw how the crack fills in about nine runs, as the sweep kept it.")] = True,
 ) -> None:
     """Draw a study of two settings with the paper's figures: levels, map of the error, influences, fills, cost.
 
@@ -73,10 +71,8 @@ def map(
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
     from sealtwin.study.study_map import map_study
-    from simulate.device import choose_device
 
-    drawn_on = choose_device(command.device) if fills else None
-    mapped = map_study(folder, out, caliper, data, drawn_on, command.progress(), any_volume=any_volume)
+    mapped = map_study(folder, out, caliper, data, command.progress(), fills=fills, any_volume=any_volume)
     command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 

@@ -10,14 +10,11 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core import files, record_files
-from sealtwin.core.cluster import cores, run_tasks
-from sealtwin.core.errors import InputError, NumericalError, present
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Fact, texts
 from sealtwin.core.plain_files import opened
-from sealtwin.core.progress import Progress, in_words
+from sealtwin.core.progress import Progress
 from sealtwin.core.records import DataKind, Profile
-from sealtwin.core.run_folder import holding
-from sealtwin.core.stage_keys import other_numbers
 from sealtwin.core.vtk_files import Frame
 from sealtwin.study.runner import INPUTS
 from sealtwin.study.study_folder import (
@@ -28,12 +25,11 @@ from sealtwin.study.study_folder import (
     is_intact,
     other_versions,
     profile_path,
-    read_level,
     read_plan,
     run_path,
 )
 from sealtwin.study.sweep import screening
-from sealtwin.trial.job import check_sheet, numbers_up_to, shown
+from sealtwin.trial.job import check_sheet, shown
 from sealtwin.trial.trial_file import Trial, as_run
 from validate.figures.chart import (
     UNFIT,
@@ -57,8 +53,6 @@ from validate.settings import Readings
 MAP = "map"  # Default folder of the map in the study's
 PAGE, CONTENT = "map.html", "map.json"
 FEWEST = 4  # Fewest runs of a map: three would span a triangle with nothing inside
-WATCHED, SEEN = "watched", "again.json"
-"""Folder in a run's folder with the fill of the repeated run, and the file that is written last in it."""
 DIGITS = {"mean_error_mm": 4, "bias_mm": 4, "worst_error_mm": 4, "worst_at_mm": 2, "share_under_1_mm": 4}
 """Decimals of a run's errors in map.json."""
 LARGEST_FILL_BYTES = 1_000_000_000  # Of a million particles at forty moments
@@ -80,21 +74,18 @@ def map_study(
     out: Path | None,
     caliper: Path | None,
     data: DataKind | None,
-    device: str | None,
     progress: Progress,
     *,
+    fills: bool = True,
     any_volume: bool = False,
 ) -> Mapped:
     """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out`` (default: map/ in its folder).
 
-    Runs are compared with the sheet ``caliper`` of origin ``data`` (default: the readings of the study's trial). How
-    some runs fill the crack is drawn as the sweep kept it, or computed again on ``device``; nothing is drawn if it is
-    None. Runs whose volume is off by over 5 %, and runs outside the domain of the fast model, are excluded unless
-    ``any_volume`` is True.
+    Runs are compared with the sheet ``caliper`` of origin ``data`` (default: the readings of the study's trial). If
+    ``fills`` is True, draws how some runs fill the crack, as the sweep kept it. Runs whose volume is off by over 5 %,
+    and runs outside the domain of the fast model, are excluded unless ``any_volume`` is True.
 
-    Raises:
-        InputError: The folder is not a study, it cannot be mapped, or the readings cannot be read.
-        BusyError: The study is being computed, and ``device`` is given.
+    Raises InputError if the folder is not a study, it cannot be mapped, or the readings cannot be read.
     """
     plan = read_plan(folder)
     done = {run.number: run for run in plan.runs if run.state == "done"}
@@ -108,83 +99,38 @@ def map_study(
             "more substeps, or give --any-volume to map all runs."
         )
     chart = chart_of(folder, ranked, plan, caliper, data)
-    fills: list[Fill] = []
-    if device is not None:
-        # The fast model has no particles to draw.
-        chosen = [run for run in chosen_few(chart) if not done[run.number].fast]
-        other = other_numbers(plan.numbers, numbers_up_to("simulate"))
-        if chosen and other:
-            progress.warn(f"{folder}: its runs were computed by {other}; the drawn fills may differ from them.")
-        with holding(folder), progress:
-            watched = watch_runs(folder, [done[run.number] for run in chosen], device, progress, other)
-        for letter, run, frames in zip(ascii_lowercase, chosen, watched, strict=False):
-            scene = _scene(folder, done[run.number])
-            fills.append(Fill(run, f"{letter}  {chart.said(run)}", scene, frames))
+    # The fast model has no particles to draw.
+    chosen = [run for run in chosen_few(chart) if fills and not done[run.number].fast]
+    kept = [run for run in chosen if _fill_path(folder, done[run.number]).is_file()]
+    if missing := sorted(run.number for run in chosen if run not in kept):
+        progress.warn(
+            f"{folder}: the sweep kept no pictures of how runs {', '.join(map(str, missing))} fill, as in launches of several "
+            "runs; --batch 1 keeps them."
+        )
+    drawn = [
+        Fill(
+            run,
+            f"{letter}  {chart.said(run)}",
+            _scene(folder, done[run.number]),
+            read_fill(_fill_path(folder, done[run.number])),
+        )
+        for letter, run in zip(ascii_lowercase, kept, strict=False)
+    ]
     target = out or folder / MAP
     # The map itself compares the levels, so the number of validate does not count.
     others = other_versions(folder, plan, "simulate")
-    page = map_page(chart, fills, others)
+    page = map_page(chart, drawn, others)
     written = write_page(target / PAGE, page)
     content = {**_content(chart, plan, target, written), "other_versions": others}
     files.write_json(target / CONTENT, content)
     return Mapped(content, chart, page, target)
 
 
-def watch_runs(
-    folder: Path, runs: Sequence[StudyRun], device: str, progress: Progress, other: str = ""
-) -> list[Watched]:
-    """Return how finished runs filled the crack: as the sweep kept it, or computed again.
-
-    They are computed again if the sweep kept nothing, as in launches of several runs, or if ``other`` names the version
-    that computed them. On a CPU the second run equals the first to the last bit. What is computed is kept for the next
-    call. Raises NumericalError if a second run fails.
-    """
-    kept = [] if other else [run for run in runs if (run_path(folder, run.key) / FILL).is_file()]
-    waiting = [run for run in runs if run not in kept and not (run_path(folder, run.key) / WATCHED / SEEN).is_file()]
-    if waiting:
-        jobs = min(cores() if device == "cpu" else 1, len(waiting))
-        time_s = sum(run.wall_s or 0.0 for run in waiting) / max(1, jobs)
-        why = "they were computed by another version" if other else "the sweep kept no pictures of them"
-        progress.note(
-            f"Computing {len(waiting)} runs again to draw how the crack fills, since {why}. This takes about "
-            f"{in_words(time_s)}."
-        )
-        progress.start("Computing again", len(waiting))
-        tasks = ((run, (folder.resolve(), run, device)) for run in waiting)
-        for done, (run, lost) in enumerate(run_tasks(_watch, tasks, jobs), start=1):
-            if lost is not None:
-                raise NumericalError(f"{folder}: run {run.number}, computed again to be drawn, failed: {lost.reason}.")
-            progress.advance(done, f"run {run.number}")
-    return [_watched(run_path(folder, run.key), again=run not in kept) for run in runs]
+def _fill_path(folder: Path, run: StudyRun) -> Path:
+    return run_path(folder, run.key) / FILL
 
 
-def _watched(home: Path, *, again: bool) -> Watched:
-    if not again:
-        return read_fill(home / FILL)
-    home = home / WATCHED
-    with files.understood(home / SEEN):
-        return read_fill(home / FILL, float(files.read_json(home / SEEN)["differs_mm"]))
-
-
-def _watch(folder: Path, run: StudyRun, device: str) -> None:
-    """Compute a run again and write the files that ``_watched`` reads. Raises NumericalError if the run fails."""
-    from simulate.injection import ComputeOptions
-    from simulate.run import fill
-    from simulate.watchers import KeptFill
-
-    home, trial = run_path(folder, run.key) / WATCHED, run.checked_trial
-    sample = record_files.read_sample(folder / "samples" / run.sample)
-    kept = KeptFill(trial.output.snapshots_s)
-    _, again = fill(trial.pour(sample), ComputeOptions(device, watchers=[kept], in_study=True))
-    before = read_level(folder, run)
-    # profile.csv is rounded to 1e-6 mm.
-    level_mm = np.round(again.level_at_mm(before.s_mm), 6)
-    differs_mm = float(np.abs(level_mm - before.level_mm).mean())
-    files.write_bytes(home / FILL, kept.content())
-    files.write_json(home / SEEN, {"version": 2, "differs_mm": differs_mm})
-
-
-def read_fill(path: Path, differs_mm: float | None = None) -> Watched:
+def read_fill(path: Path) -> Watched:
     """Read a file fill.npz. Speeds and densities are NaN, since no map shows them. Raises InputError if damaged."""
     from simulate.watchers import GRAIN_MM
 
@@ -205,9 +151,11 @@ def read_fill(path: Path, differs_mm: float | None = None) -> Watched:
             for t_s, place, age_s, state in zip(content["t_s"], places, ages, states, strict=True)
         )
         moved = content["moving"] > 0
-        return Watched(frames, content["moving"][moved], content["frame_ms"][moved], differs_mm)
+        return Watched(frames, content["moving"][moved], content["frame_ms"][moved])
     except (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
-        raise InputError(f"{path}: damaged ({fault}). Delete it; 'sealtwin map' then computes the run again.") from None
+        raise InputError(
+            f"{path}: damaged ({fault}). Delete it; the map is then without this run's pictures."
+        ) from None
 
 
 def chart_of(

@@ -390,9 +390,6 @@ class Watched:
     frames: tuple[Frame, ...]  # Frames in the order of time; the last one is the end of the run
     particles: Floats  # Number of moving particles, every few frames, (k,)
     frame_ms: Floats  # Computing time of a frame at the same moments, (k,)
-    differs_mm: float | None
-    """Mean distance of the level of a repeated run from that in the study, 0 on the same kind of device; None if it is
-    the study's own run."""
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:

@@ -49,7 +49,6 @@ from validate.units import percent, setting_words, signed
 
 MOST_ROWS = 200  # Most rows on the page, the nearest runs first; the CSV has all
 MOST_COLUMNS = 1_000  # Most levels in a CSV; in larger studies each run's folder has its profile
-SAME_MM = 1e-6  # Precision of a profile's file
 ERRORS = {
     "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
     "bias (mm)": ("bias_mm", partial(signed, decimals=3)),
@@ -105,7 +104,7 @@ def map_page(chart: Chart, fills: Sequence[Fill], cautions: Sequence[str] = ()) 
     ]
     if fills:
         caption = "Sections along the crack during the fill in chosen runs, coloured by age, as in the paper's Fig. 6."
-        sections.append(Section("Fills", [_repeated(fills), Plot("fills", caption, lambda: draw_fills(fills))]))
+        sections.append(Section("Fills", [Plot("fills", caption, lambda: draw_fills(fills))]))
     sections += [Section("Cost", [*_cost(chart, fills)]), Section("Runs", [_runs(chart)])]
     if chart.excluded:
         sections.append(Section("Not ranked", [chart.exclusion, _left_out(chart)]))
@@ -176,20 +175,6 @@ def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
     x, y = chart.pairs.T
     numbers = {first.setting: x, second.setting: y, "run": [run.number for run in chart.runs]}
     return Plot("points", caption, draw, numbers | {"mean_error_mm": chart.errors_mm})
-
-
-def _repeated(fills: Sequence[Fill]) -> str:
-    repeated = [fill.course.differs_mm for fill in fills if fill.course.differs_mm is not None]
-    if not repeated:
-        return "These pictures were kept when the runs were computed."
-    which = "These runs were" if len(repeated) == len(fills) else f"{len(repeated)} of these {len(fills)} runs were"
-    differing = [differs_mm for differs_mm in repeated if differs_mm > SAME_MM]
-    if not differing:
-        return f"{which} repeated to draw them; their levels are the same to the last digit."
-    return (
-        f"{which} repeated to draw them; the levels of {len(differing)} changed, by at most {max(differing):.2g} mm on "
-        "average."
-    )
 
 
 def _cost(chart: Chart, fills: Sequence[Fill]) -> Iterator[str | Plot]:

@@ -12,7 +12,6 @@ from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
-from sealtwin.study import study_map
 from sealtwin.study.study_folder import (
     FILL,
     forget_outcome,
@@ -22,7 +21,7 @@ from sealtwin.study.study_folder import (
     write_outcome,
     write_plan,
 )
-from sealtwin.study.study_map import map_study, watch_runs
+from sealtwin.study.study_map import map_study, read_fill
 from tests.labs import sealtwin
 
 pytestmark = pytest.mark.usefixtures("without_pictures")
@@ -30,7 +29,7 @@ pytestmark = pytest.mark.usefixtures("without_pictures")
 
 def mapped_without_fills(folder, out=None, caliper=None, data=None):
     """One of the four tiny runs gains a tenth of its volume, which is not the matter here."""
-    return map_study(folder, out, caliper, data, None, Progress(), any_volume=True)
+    return map_study(folder, out, caliper, data, Progress(), fills=False, any_volume=True)
 
 
 def test_errors_are_those_of_the_ledger(unbroken, tmp_path):
@@ -47,46 +46,21 @@ def test_errors_are_those_of_the_ledger(unbroken, tmp_path):
     assert all((tmp_path / name).is_file() for name in content["files"])
 
 
-@pytest.mark.parametrize("other", ["", "simulate 1"])
-def test_a_run_seen_once_more_is_the_same_run(done, here, other):
-    """As the sweep kept it; or computed again if another version did, on a CPU to the last bit, and then only once."""
-    run = read_plan(done).runs[0]
-    (kept,) = watch_runs(done, [run], "cpu", Progress())
-    (seen,) = watch_runs(done, [run], "cpu", Progress(), other)
-    assert kept.differs_mm is None
-    assert (seen.differs_mm is None) == (not other)
-    assert (seen.differs_mm or 0.0) < 1e-6
-    assert seen.frames[-1].t_s >= seen.frames[0].t_s > 0
-    assert len(seen.frames[-1].position_mm) == present(run.figures, "figures").particles
-    for one, two in zip(kept.frames, seen.frames, strict=True):
-        assert one.t_s == two.t_s
-        assert (one.position_mm == two.position_mm).all()
-    profile_path(done, run.key).unlink()  # computed again, it would be missed
-    assert watch_runs(done, [run], "cpu", Progress(), other)[0].differs_mm == seen.differs_mm
-
-
-@pytest.fixture
-def here(monkeypatch):
-    """Computed in this process: starting others takes seconds."""
-    monkeypatch.setattr(study_map, "cores", lambda: 0)
-
-
-@pytest.mark.parametrize(
-    ("lost", "computed", "origin"),
-    [(0, [], "pictures were kept"), (4, [1, 2, 3, 4], "their levels are the same to the last digit")],
-)
-def test_fills_of_chosen_runs_are_drawn(done, here, lost, computed, origin):
-    """As the sweep kept them; what it did not keep is computed again."""
-    for run in read_plan(done).runs[:lost]:
+@pytest.mark.parametrize("lost", [0, 1, 4])
+def test_fills_of_chosen_runs_are_drawn_as_the_sweep_kept_them(done, lost):
+    """What it did not keep, as in a launch of several runs, is named."""
+    runs = read_plan(done).runs
+    fill = read_fill(run_path(done, runs[0].key) / FILL)
+    assert fill.frames[-1].t_s >= fill.frames[0].t_s > 0
+    assert len(fill.frames[-1].position_mm) == present(runs[0].figures, "figures").particles
+    for run in runs[:lost]:
         (run_path(done, run.key) / FILL).unlink()
-    progress, steps = Progress(), []
-    progress.advance = lambda done, note="": steps.append((done, note))
-    mapped = map_study(done, None, None, None, "cpu", progress, any_volume=True)
-    assert [done for done, _ in steps] == computed
-    assert {note for _, note in steps} == {f"run {number}" for number in computed}
-    page = (done / "map" / "map.html").read_text(encoding="utf-8")
-    assert origin in page
-    assert {"figures/fills.svg", "figures/thumbnails.svg"} <= set(mapped.content["files"])
+    progress = Progress()
+    mapped = map_study(done, None, None, None, progress, any_volume=True)
+    named = ", ".join(str(run.number) for run in runs[:lost])
+    assert [f"how runs {named} fill" in warned.text for warned in progress.warned] == [True] * bool(lost)
+    drawn = {"figures/fills.svg", "figures/thumbnails.svg"} & set(mapped.content["files"])
+    assert len(drawn) == (0 if lost == 4 else 2)
 
 
 def test_runs_without_a_result_are_left_out_and_told(done):
@@ -118,7 +92,7 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking(done):
     write_plan(done, replace(plan, runs=[*plan.runs, fifth]))
     write_outcome(done, replace(fifth, figures=figures))
     assert mapped_without_fills(done).chart.best.number == 5
-    mapped = map_study(done, None, None, None, None, Progress())
+    mapped = map_study(done, None, None, None, Progress(), fills=False)
     assert mapped.chart.best.number == best
     assert [(each["number"], each["volume_ratio"]) for each in mapped.content["excluded"]] == [(5, 1.051)]
     assert mapped.content["beats_flat_level"] is (
@@ -130,7 +104,7 @@ def test_a_study_that_is_not_there_too_small_or_edited_is_refused(done, tmp_path
     with pytest.raises(InputError, match="not a study"):
         mapped_without_fills(tmp_path / "nowhere")
     with pytest.raises(InputError, match=r"of 4 finished runs can be ranked; .* at least 4"):
-        map_study(done, None, None, None, None, Progress())
+        map_study(done, None, None, None, Progress(), fills=False)
     run = read_plan(done).runs[2]
     with profile_path(done, run.key).open("a") as changed:
         changed.write("99.0,1.0\n")

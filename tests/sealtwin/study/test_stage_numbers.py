@@ -78,7 +78,7 @@ def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch,
     """The readings are compared anew, so that the number of validate is this version's."""
     own = NUMBERS[raised]
     monkeypatch.setitem(NUMBERS, raised, 999)
-    mapped = map_study(done, None, None, None, None, Progress(), any_volume=True)
+    mapped = map_study(done, None, None, None, Progress(), fills=False, any_volume=True)
     sentence = f"4 finished runs were computed by {raised} {own}, while this version has {raised} 999."
     assert [sentence in other for other in mapped.content["other_versions"]] == [True] * times
     assert "\n".join(mapped_lines(mapped)).count(sentence) == times
