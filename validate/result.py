@@ -212,7 +212,7 @@ class Evidence:
     commands: tuple[str, ...] = ()  # Commands that make this report again, in order
     sheet: ReadingsSheet | None = None  # File of the readings; None without readings
     edited: tuple[str, ...] = ()  # Files of the run that were changed after their stage wrote them
-    extra_runs: str = ""  # Time in words that 'sealtwin validate RUN --uncertainty' takes; empty if unknown
+    can_be_varied: bool = False  # True if 'sealtwin validate RUN --uncertainty' adds something
     frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time
     can_be_planned: bool = False  # True if 'sealtwin plan' takes the sealant
 

@@ -84,7 +84,7 @@ def _reply(
 
     result = done.result
     missed = "validate" in stages and result.comparison is not None and result.comparison.passed is False
-    lines = result_lines(result, stages[-1], done.extra_runs, warned, verbose=command.verbose)
+    lines = result_lines(result, stages[-1], warned, can_be_varied=done.can_be_varied, verbose=command.verbose)
     if "validate" in stages and result.comparison is None and done.can_be_planned:
         lines.append(f"{'Next':<{LABEL_LETTERS}}{sentence('terminal_next', file=trial_file)}")
     command.reply(Answer(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0))
@@ -93,9 +93,9 @@ def _reply(
 def result_lines(
     result: "TrialResult",
     last: "StageName",
-    extra_runs: str = "",
     warned: "Sequence[Warned]" = (),
     *,
+    can_be_varied: bool = False,
     verbose: bool = False,
 ) -> list[str]:
     """Return the lines that describe a result, after a command whose last stage was ``last``.
@@ -103,8 +103,8 @@ def result_lines(
     Args:
         result: Result of the trial.
         last: Last stage of the command.
-        extra_runs: Time of the runs of 'sealtwin validate RUN --uncertainty' in words; empty if it is unknown.
         warned: Warnings that the command has printed. They are not repeated.
+        can_be_varied: True if 'sealtwin validate RUN --uncertainty' adds something, which is then suggested.
         verbose: True for all figures and sentences.
     """
     from validate.sentences import sentence
@@ -116,7 +116,7 @@ def result_lines(
         *(("Warning", text) for text in map(str, _warnings(result, last)) if text not in printed),
         *(_concluded(result) if compared else ()),
     ]
-    report = sentence("terminal_report", result=result, adds=_adds(result), extra_runs=extra_runs)
+    report = sentence("terminal_report", result=result, adds=_adds(result) if can_be_varied else "")
     rows.append(("Report", report) if compared else ("Folder", result.folder))
     if verbose:
         rows += [("Details", text) for text in _details(result, last, compared=compared)]

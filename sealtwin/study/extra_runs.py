@@ -8,7 +8,6 @@ like a sweep's. They are computed once: if the process is killed, the same comma
 import math
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,13 +21,11 @@ from sealtwin.core.facts import Fact, without
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
-from sealtwin.study.estimate import REPORT_S, Timing, expected_time, in_words, size_of, time_of_all
+from sealtwin.study.estimate import REPORT_S, Timing, in_words, size_of
 from sealtwin.study.moved_inputs import (
-    PLACES,
     Base,
     draw,
     fast_level,
-    level_of,
     moved_paste,
     moved_sample,
     refuse_immovable,
@@ -68,7 +65,6 @@ four times the computing time, and of larger particles too few would fit across 
 REPLICATES = 3
 """Runs of each particle size, with different seeds. With two runs the error would have 4 instead of 7 degrees of
 freedom and sqrt(3/2) times the noise: an interval 1.4 times as wide."""
-A_LITTLE = 0.1  # Share of its standard uncertainty by which each input is moved in the timed run
 MOST_SEED = 2**31  # Seeds of a trial are below it
 
 Variant = tuple[dict[str, float], Trial, Sample]
@@ -186,35 +182,6 @@ def vary(job: Job) -> bool:
     wall_s = drew_s + sum(run.wall_s or 0.0 for run in runs)
     job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], wall_s, numbers=numbers)
     return True
-
-
-def time_of_extra_runs(job: Job) -> str:
-    """Return the time of the extra runs in words, estimated from the time of the trial's own run.
-
-    Empty if it is unknown, or if the trial has neither readings nor a declared input.
-    """
-    if job.trial.readings is None and not job.trial.uncertainty.moved:
-        return ""
-    # A fault of the run is for its stages to report, and one of the extra runs for --uncertainty.
-    with suppress(InputError):
-        base = Base.of(job)
-        drawn, drawn_s = bool(base.inputs) and takes_draws(base), 0.0
-        if drawn:
-            began_s = time.perf_counter()
-            level_of(base, {name: A_LITTLE * by for name, by in base.inputs.items()}, np.linspace(0.0, 1.0, PLACES))
-            drawn_s = RUNS * (time.perf_counter() - began_s) / max(1, cores())
-        if not base.run.has_particles:
-            return in_words(drawn_s) if drawn else ""
-        designed = len(two_level_design(len(base.inputs))) if base.inputs and not drawn else 0
-        # Some runs of the trial's own size are done.
-        numbers = REPLICATES, max(0, REPLICATES - len(base.levels_mm)), REPLICATES + designed
-        pour, timings, expected_s = base.trial.pour(base.sample), own_timing(base), list[float]()
-        for radius_mm, number in zip(_sizes_mm(base), numbers, strict=True):
-            sized = pour.solver.model_copy(update={"radius_mm": radius_mm})
-            expected_s += [expected_time(size_of(replace(pour, solver=sized)).work_s, timings)] * number
-        jobs = min(cores(), len(expected_s)) if base.run.device.startswith("CPU") else 1
-        return in_words(drawn_s + time_of_all(expected_s, [0.0] * max(1, jobs)))
-    return ""
 
 
 def _variants(base: Base, *, designed: bool) -> list[Variant]:

@@ -12,7 +12,7 @@ from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.solid_figures import SolidFigures
 from sealtwin.study.estimate import REPORT_S
-from sealtwin.study.extra_runs import announce_seeds, compute_other_seeds, rounds_of_seeds, time_of_extra_runs
+from sealtwin.study.extra_runs import announce_seeds, compute_other_seeds, rounds_of_seeds
 from sealtwin.trial import digitise_stage, simulate_stage, validate_stage
 from sealtwin.trial.job import (
     SEEDS,
@@ -46,7 +46,7 @@ class FinishedStages:
     result: TrialResult
     redone: tuple[StageName, ...]
     can_be_planned: bool  # True if 'sealtwin plan' takes the sealant
-    extra_runs: str  # Time of 'sealtwin validate RUN --uncertainty' in words; empty if unknown or nothing is validated
+    can_be_varied: bool  # True if 'sealtwin validate RUN --uncertainty' adds something
 
 
 def run_trial(
@@ -90,8 +90,6 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
             announce_seeds(job)
         if stage == "validate" and {"simulate", "validate"} & set(stages):
             more = _bring_seeds_up_to_date(job)
-        if stage == "validate" and stage in stages:
-            job = replace(job, extra_runs=time_of_extra_runs(job))
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)
@@ -106,7 +104,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     from simulate.slot.run import has_sealant
 
     can_be_planned = job.trial.fluid is not None and has_sealant(job.trial.fluid)
-    return FinishedStages(result, tuple(redone), can_be_planned, job.extra_runs)
+    return FinishedStages(result, tuple(redone), can_be_planned, job.trial.can_be_varied)
 
 
 def _bring_seeds_up_to_date(job: Job) -> bool:

@@ -60,8 +60,6 @@ class Job:
     progress: Progress
     threads: int = 1  # Number of CPU threads of a fluid run; it does not change the result
     jobs: int = 0  # Worker processes of the runs with the other seeds; 0 computes them in this process
-    extra_runs: str = ""
-    """Time of 'sealtwin validate RUN --uncertainty' in words, for the report; empty if it is unknown."""
     traced: dict[str, Any] = field(default_factory=dict)
     """The latest crack that this command digitised, by its key without the path: jobs that share it trace it once."""
 

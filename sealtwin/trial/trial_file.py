@@ -180,6 +180,11 @@ class Trial(Settings):
         return inputs if weighed is None else inputs.model_copy(update={"volume_ml": weighed.volume_sd_ml})
 
     @property
+    def can_be_varied(self) -> bool:
+        """True if extra runs add something: the effect of declared inputs, or particles' error beside readings."""
+        return bool(self.uncertainty.moved) or (self.readings is not None and self.solver.has_particles)
+
+    @property
     def folder_name(self) -> str:
         return folder_name(self.name)
 

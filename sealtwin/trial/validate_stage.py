@@ -32,7 +32,7 @@ from validate.result import COMPARISON, PREDICTION, ReadingsSheet, SeedRuns, pro
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
-REPORT_FORM = 10  # Version of the report; those of another version, also of other words or looks, are written anew
+REPORT_FORM = 11  # Version of the report; those of another version, also of other words or looks, are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
 SEED_RUNS = "seeds.json"
@@ -110,7 +110,7 @@ def bring_up_to_date(job: Job) -> bool:
         commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),
         sheet=sheet,
         edited=tuple(name for stage in stages for name in job.folder.edited(stage) if name in used),
-        extra_runs=job.extra_runs,
+        can_be_varied=trial.can_be_varied,
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
         can_be_planned=has_sealant(trial.given_fluid),
     )

@@ -4,7 +4,6 @@ import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,12 +13,10 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress
 from sealtwin.study import extra_runs, runner
-from sealtwin.study.estimate import size_of
-from sealtwin.study.extra_runs import time_of_extra_runs, vary
+from sealtwin.study.extra_runs import vary
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import Outcome, read_plan
-from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
 from tests.labs import edit
 from tests.narration import Narration
@@ -234,37 +231,6 @@ def test_what_cannot_be_moved_as_declared_is_refused(path, declared, message, he
     edit(path / "trial.toml", "speed_mm_s = 1.0\n", f"{declared}\n")
     with pytest.raises(InputError, match=message):
         _vary(path)
-
-
-@pytest.fixture(scope="module")
-def own_run(tmp_path_factory):
-    return run_tiny(tmp_path_factory.mktemp("lab"))
-
-
-def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_path, monkeypatch):
-    """A run of the fast model with moved inputs, timed as 36 s: a thousand on two cores take 5 h."""
-    text = TRIAL.replace("freeze_after_s = 0.2\n", 'freeze_after_s = "never"\nyield_stress_pa = 3.0\n').replace(
-        "substeps = 2\n", 'model = "slot"\n'
-    )
-    run = run_tiny(tmp_path, text + DECLARED)
-    monkeypatch.setattr(extra_runs, "cores", lambda: 2)
-    ticks = iter([0.0, 36.0])
-    monkeypatch.setattr(extra_runs, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
-    with job_in(run) as job:
-        assert time_of_extra_runs(job) == "5.0 h"
-
-
-def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault(own_run):
-    """The run stands, and its report is written: what cannot be is for 'sealtwin validate RUN --uncertainty' to say."""
-    stiff = TRIAL.replace("readings.csv", "inputs/readings.csv").replace("U = 30.0", "viscosity_pa_s = 1000")
-    (own_run / "trial.toml").write_text(stiff)
-    trial, sample = load_trial(own_run / "trial.toml"), record_files.read_sample(own_run)
-    size_of(trial.pour(sample))
-    finer = trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 / 1.3})})
-    with pytest.raises(InputError, match=r"fluid\.viscosity_pa_s is 1000"):
-        size_of(finer.pour(sample))
-    with job_in(own_run) as job:
-        assert time_of_extra_runs(job) == ""
 
 
 def test_an_extra_run_that_was_computed_anew_is_named(again, monkeypatch):

@@ -44,7 +44,7 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypat
     report = read_json(out / "report.json")
     assert "the fast model, not by particles" in report["cautions"][0]["text"]
     assert "gate of 9 mm is not applied" in report["headline"][0]["text"]
-    lines = result_lines(finished.result, "validate", finished.extra_runs)
+    lines = result_lines(finished.result, "validate", can_be_varied=finished.can_be_varied)
     assert not [line for line in lines if "--uncertainty" in line]
     assert report["outcome"] == "open"
     assert compared.passed is None
