@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import date as day
-from math import ceil
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,9 +14,8 @@ from sealtwin.calibration.search import (
     CONFIRM,
     DRAWS,
     SearchResult,
-    Setting,
     Source,
-    launches_after,
+    ends_of_launches,
     search,
     settings_at,
 )
@@ -27,6 +26,7 @@ from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.material import material_text
+from sealtwin.study.estimate import WorkAhead
 from sealtwin.study.runner import StudyOptions
 from sealtwin.trial.job import NUMBERS, shown
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced, sets_resolution
@@ -79,41 +79,24 @@ def calibrate(
     if folder.is_dir() and not (folder / LIBRARY).is_dir():
         refuse_foreign(folder, "calibration")
     with holding(folder), progress:
-        twins, others = (
-            [Twin(file, folder / LIBRARY, how, progress, settings) for file in group] for group in (trials, held_out)
-        )
+        work = folder / LIBRARY, how, progress, settings
+        twins = [Twin(file, *work, drafts=budget - CONFIRM) for file in trials]  # The last round is accurate
+        others = [Twin(file, *work) for file in held_out]
         _require_different([*twins, *others])
         frees = [Free(free.name, free.low, free.high, _measured(free, twins)) for free in frees]
         for twin in twins:
             twin.require(frees)
-
-        drafts = budget - CONFIRM  # The last round is accurate
-
-        def left_s(done: Mapping[Twin, int]) -> float:
-            """Return the time of all runs after ``done`` runs of each trial, by the model."""
-            launches = {twin: launches_after(done.get(twin, 0), budget) for twin in twins}
-            launches |= {twin: [PREDICTING] for twin in others}
-            # A launch begins when all runs of the one before are done. The last of each trial is accurate.
-            return sum(
-                twin.work_s(accurate=number == len(counts)) * ceil(count / max(1, how.jobs))
-                for twin, counts in launches.items()
-                for number, count in enumerate(counts, start=1)
-            )
-
-        done: dict[Twin, int] = {}
-
-        def source(twin: Twin) -> Source:
-            def run(wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
-                done[twin] = len(wanted)
-                return twin.run(wanted, left_s(done), drafts=drafts)
-
-            return Source(twin.name, twin.evidence, run)
-
+        ahead = WorkAhead()
+        for twin in (*twins, *others):
+            twin.ahead = ahead
+            ends = ends_of_launches(budget) if twin in twins else [0, PREDICTING]
+            ahead.model_s += sum(twin.work_s(begin, end) for begin, end in pairwise(ends))
         progress.note(
             f"{budget} runs of {counted(len(twins), 'trial')}, and {PREDICTING * len(others)} runs of held-out trials: "
-            f"about {in_words(left_s({}))} in all, from a model; the first runs will correct it."
+            f"about {in_words(ahead.model_s)} in all, from a model; the first runs will correct it."
         )
-        result = search(frees, [source(twin) for twin in twins], budget, progress.note)
+        sources = [Source(twin.name, twin.evidence, twin.run) for twin in twins]
+        result = search(frees, sources, budget, progress.note)
         predictions = list[Prediction]()
         if (draws := result.draws) is not None:
             for emulator, evidence, twin in zip(
@@ -277,14 +260,14 @@ def _written(
         "stage_numbers": NUMBERS,
         "free": [_free(one) for one in calibrated.marginals] or [free.name for free in result.frees],
         "combinations": [
-            {"parts": dict(zip((free.name for free in result.frees), _rounded(one.parts), strict=True)),
-             "deviation_over_prior": round(one.deviation, 4)}
+            {"parts": dict(zip((free.name for free in result.frees), list(one.parts), strict=True)),
+             "deviation_over_prior": one.deviation}
             for one in calibrated.combinations
         ],
-        "confounded": [[a.name, b.name, round(r, 3)] for a, b, r in calibrated.confounded],
-        "least_implausibility": round(calibrated.least_implausibility, 4),
-        "mixing": round(calibrated.mixing, 4),
-        "discrepancy_mm": None if calibrated.discrepancy_mm is None else round(calibrated.discrepancy_mm, 4),
+        "confounded": [[a.name, b.name, r] for a, b, r in calibrated.confounded],
+        "least_implausibility": calibrated.least_implausibility,
+        "mixing": calibrated.mixing,
+        "discrepancy_mm": calibrated.discrepancy_mm,
         "smooth_errors_mm": SMOOTH_ERRORS_MM,
         "trials": [
             {
@@ -296,13 +279,13 @@ def _written(
             for twin in (*twins, *others)
         ],
         "gates": [
-            {"trial": name, "residual_mm": round(reach.residual_mm, 4), "noise_mm": round(reach.noise_mm, 4),
-             "components": reach.components, "possible": reach.possible, "scatter_of_runs_mm": round(noise, 4)}
+            {"trial": name, "residual_mm": reach.residual_mm, "noise_mm": reach.noise_mm,
+             "components": reach.components, "possible": reach.possible, "scatter_of_runs_mm": noise}
             for (name, reach), noise in zip(calibrated.reaches, calibrated.run_noise_mm, strict=True)
         ],
         "predictions": [
-            {"trial": one.trial, "role": one.role, "rms_mm": round(one.rms_mm, 4),
-             "flat_rms_mm": round(one.flat_rms_mm, 4), "stations_in_band": round(one.held, 4)}
+            {"trial": one.trial, "role": one.role, "rms_mm": one.rms_mm,
+             "flat_rms_mm": one.flat_rms_mm, "stations_in_band": one.held}
             for one in calibrated.predictions
         ],
         "confirmed_rms_mm": [_confirmed_mm(result, number) for number in range(len(twins))] if result.possible else [],
@@ -318,14 +301,10 @@ def _free(one: Marginal) -> dict[str, Any]:
         "range": [one.free.low, one.free.high],
         "measured": None if one.free.measured is None else list(one.free.measured),
         "best": float(f"{one.best:.6g}"),
-        "interval_90": _rounded((one.low, one.high)),
-        "width_over_prior": round(one.width_over_prior, 4),
+        "interval_90": [one.low, one.high],
+        "width_over_prior": one.width_over_prior,
         "identified": one.identified,
     }
-
-
-def _rounded(values: Sequence[float]) -> list[float]:
-    return [float(f"{value:.4g}") for value in values]
 
 
 def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
@@ -334,7 +313,7 @@ def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
     if not len(levels_mm):
         return None
     read_mm = result.posterior.evidence[trial].level_mm
-    return round(float(np.sqrt(np.mean((levels_mm.mean(axis=0) - read_mm) ** 2))), 4)
+    return float(np.sqrt(np.mean((levels_mm.mean(axis=0) - read_mm) ** 2)))
 
 
 def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
@@ -374,7 +353,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
         yield_stress_error_pa=error_pa,
         yield_stress_95_pa=(low_pa, high_pa),
         **law,
-        viscosity_error_percent=round(min(percent, 1000.0), 4) if thick_pa_s else None,
+        viscosity_error_percent=min(percent, 1000.0) if thick_pa_s else None,
         density_kg_m3=fluid.density_kg_m3,
         density_error_kg_m3=getattr(fluid.material, "density_error_kg_m3", 0.0),
         basis=tuple(sentence[:300] for sentence in basis),

@@ -8,7 +8,6 @@ likely setting. The emulator models the profile, not its error (Astudillo and Fr
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -135,10 +134,9 @@ class _Search:
         return np.array(chosen)
 
 
-def launches_after(done: int, budget: int) -> list[int]:
-    """Return the sizes of a trial's launches that follow ``done`` runs, if the search does not stop."""
-    ends = sorted({0, FIRST, *range(FIRST + AGAIN, budget - CONFIRM, ROUND), budget - CONFIRM, budget})
-    return [end - max(begin, done) for begin, end in pairwise(ends) if end > done]
+def ends_of_launches(budget: int) -> list[int]:
+    """Return how many runs of a trial are done before each launch and at the end, if the search does not stop."""
+    return sorted({0, FIRST, *range(FIRST + AGAIN, budget - CONFIRM, ROUND), budget - CONFIRM, budget})
 
 
 def settings_at(frees: Sequence[Free], point: Floats) -> Setting:

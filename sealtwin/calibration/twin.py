@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
+from sealtwin.study.estimate import WorkAhead
 from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import adopt, brought_up_to_date
@@ -45,13 +47,18 @@ class Twin:
         options: StudyOptions,
         progress: Progress,
         settings: Mapping[str, Any] | None = None,
+        drafts: int = 0,
     ) -> None:
-        """Digitise the crack and read the sheet. Raises InputError as a sweep does, and without readings."""
+        """Digitise the crack and read the sheet; the first ``drafts`` runs may be drafts.
+
+        Raises InputError as a sweep does, and without readings.
+        """
         from validate.readings.read_readings import read_readings
         from validate.uncertainty.meniscus import Mouth
         from validate.uncertainty.reading_errors import budget_of
 
         self.file, self._options, self._progress = file, options, progress
+        self._first_accurate, self._done, self.ahead = drafts + 1, 0, WorkAhead()
         trial = load_trial(file, settings)
         sheet_settings = fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
@@ -110,21 +117,20 @@ class Twin:
             for end in (free.low, free.high):
                 self._planned(1, {free.name: end}, 0)
 
-    def work_s(self, *, accurate: bool) -> float:
-        """Expected computing time of one run, by the model of ``sealtwin.study.estimate``."""
-        return self._work_s[accurate]
+    def work_s(self, done: int, end: int) -> float:
+        """Return the time of the runs after ``done`` up to ``end``, by the model of ``sealtwin.study.estimate``."""
+        return self._work_s[end >= self._first_accurate] * ceil((end - done) / max(1, self._options.jobs))
 
-    def run(
-        self, wanted: Sequence[tuple[Setting, int]], later_s: float = 0.0, *, drafts: int = 0
-    ) -> Sequence[Floats | None]:
+    def run(self, wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
         """Compute the runs that are not done. Return each run's levels at the stations, or None if it is not used.
 
-        ``wanted`` begins with those of the last call. The first ``drafts`` of them may be drafts. ``later_s`` is the
-        expected time of the runs of the calibration after these.
+        ``wanted`` begins with those of the last call.
         """
-        self._options = replace(self._options, later_s=later_s)
+        self.ahead.model_s -= self.work_s(self._done, len(wanted))
+        self._done = len(wanted)
+        self._options = replace(self._options, later_s=self.ahead.model_s)
         planned = [
-            self._planned(number, setting, seed, accurate=number > drafts)
+            self._planned(number, setting, seed, accurate=number >= self._first_accurate)
             for number, (setting, seed) in enumerate(wanted, start=1)
         ]
         self.plan = self._plan(planned)

@@ -90,6 +90,13 @@ def checked_size(pour: Pour) -> tuple[RunSize, list[Fact]]:
     return size, [*pour.doubts, *remarks_on(pour.fluid, *crack, pour.solver, case.schedule)]
 
 
+@dataclass
+class WorkAhead:
+    """Expected time, by the model, of the work of a command that has not begun."""
+
+    model_s: float = 0.0
+
+
 Timing = tuple[float, float]
 """Computing time of a finished run in seconds: the model's estimate, and the measured time."""
 

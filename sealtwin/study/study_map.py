@@ -104,8 +104,8 @@ def map_study(
     kept = [run for run in chosen if _fill_path(folder, done[run.number]).is_file()]
     if missing := sorted(run.number for run in chosen if run not in kept):
         progress.warn(
-            f"{folder}: the sweep kept no pictures of how runs {', '.join(map(str, missing))} fill, as in launches of several "
-            "runs; --batch 1 keeps them."
+            f"{folder}: the sweep kept no pictures of how runs {', '.join(map(str, missing))} fill, as in launches of "
+            "several runs; --batch 1 keeps them."
         )
     drawn = [
         Fill(

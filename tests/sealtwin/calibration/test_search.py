@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sealtwin.calibration import search as searching
-from sealtwin.calibration.search import FEWEST, FIRST, Source, launches_after, search
+from sealtwin.calibration.search import FEWEST, FIRST, Source, ends_of_launches, search
 from sealtwin.core.errors import InputError, NumericalError
 from validate.calibration.free import Free, marginals_of
 from validate.calibration.posterior import ReadLevels
@@ -119,14 +119,11 @@ def test_seeds_that_change_nothing_are_no_replicates():
 
 def test_the_launches_that_follow_are_those_of_the_search():
     """The time left of a calibration counts them."""
-    twin, launches = Twin(), list[int]()
+    twin, ends = Twin(), [0]
 
     def run(wanted):
-        launches.append(len(wanted) - sum(launches))
+        ends.append(len(wanted))
         return twin.run(wanted)
 
-    budget = FEWEST + 2
-    search(FREES, [replace(_source(twin), run=run)], budget, lambda _: None)
-    assert launches_after(0, budget) == launches
-    assert launches_after(FIRST + 1, budget) == [2, *launches[2:]]
-    assert launches_after(budget, budget) == []
+    search(FREES, [replace(_source(twin), run=run)], FEWEST + 2, lambda _: None)
+    assert ends_of_launches(FEWEST + 2) == ends
