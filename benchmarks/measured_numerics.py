@@ -4,7 +4,7 @@
 
 Each figure is a front at outline 8 over that of ``benchmarks/measured.py``, which has 12.5 particles across the
 shortest side, one substep and local pressure. The last rows are geometric means over fronts above 10 mm. Nothing is
-judged. Fronts with one substep and with two are written to ``measured/computed.csv``, for 'sealtwin demo --measured'.
+judged. Fronts with one substep and with two are written to ``measured/computed.csv``.
 """
 
 from collections.abc import Iterator, Mapping

@@ -19,7 +19,7 @@ HEADER = ("Distance along crack [mm]", *(f"Depth below face {repeat} [mm]" for r
 STATIONS = 30  # Empty rows with a frame
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
 """Files of the paper's reconstructed trial, which is a fixture of the tests. The wheel has them too."""
-MEASURED = ("measured.toml", "fronts.csv", "computed.csv", "flow_curve_okonomiyaki.csv")
+MEASURED = ("measured.toml", "fronts.csv", "flow_curve_okonomiyaki.csv")
 """Files of 'sealtwin demo --measured', which the benchmarks read too. The wheel has them too."""
 
 

@@ -286,7 +286,7 @@ def _holds(lab, answer):
 def test_runs_are_drafts_unless_the_solvers_resolution_is_given(lab, monkeypatch, given, drafts):
     chosen = []
 
-    def twin(_file, _library, how, *_, **_):
+    def twin(_file, _library, how, *_, **__):
         chosen.append(how.drafts)
         raise InputError("computes nothing")
 
