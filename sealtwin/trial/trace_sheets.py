@@ -94,7 +94,7 @@ def _opened(path: Path, given: Mapping[str, Any]) -> Opened:
         runs, new = loaded.fluid is not None, False
         tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key, None), tuple)]
     else:
-        trial = NewTrial(path, given)
+        trial = new_trial(path, given)
         settings, hints = _of_photo(path, given)
         shape, tables = _shape(path, given)
         facts = {"saves_to": f"Writes {trial.path.name} beside the photo, with the starter's sealant."}
@@ -134,29 +134,35 @@ def _shape(path: Path, given: Mapping[str, Any]) -> tuple[Shape, list[str]]:
 
 
 class TrialFile:
-    """A trial file as it was when the page was opened."""
+    """A trial file as it was when the page was opened, or the text of one that does not exist yet."""
 
-    def __init__(self, path: Path, settings: Mapping[str, Any] | None = None) -> None:
-        """Read a trial file. ``settings`` by dotted name replace those of the file when it is saved."""
+    def __init__(self, path: Path, settings: Mapping[str, Any] | None = None, new: str = "") -> None:
+        """Read a trial file, or take its text from ``new``. ``settings`` by dotted name replace those of the file.
+
+        Raises InputError if the file of a new trial exists; it can be traced instead.
+        """
         # A link is kept: its target is written.
-        self.path = path
-        self._settings = seen_from(path.parent, settings or {})
-        self._target = path.resolve()
-        self._content = read_bytes(self._target)
-        self._keys = list(Hints.model_fields)
+        self.path, self._target = path, path.resolve()
+        self._settings, self._keys = seen_from(path.parent, settings or {}), list(Hints.model_fields)
+        self._new, self._content = bool(new), new.encode() if new else read_bytes(self._target)
+        self._require_unchanged()
+
+    def _require_unchanged(self) -> None:
+        there = self._target.exists()
+        if there != (not self._new) or (there and read_bytes(self._target) != self._content):
+            fault = "already exists" if self._new else "changed since the page was opened"
+            raise InputError(
+                f"{self.path}: {fault}, and not overwritten. Run 'sealtwin trace {self.path}' to trace it."
+            )
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
-        """Write the hints into [photo] and the shape into [crack]; return the changed keys.
+        """Write the hints into [photo] and the shape into [crack]; return the changed keys, and what a new trial has.
 
         Keys that ``hints`` lacks are removed; keys that ``shape`` lacks are not changed.
 
         Raises InputError, and does not change the file, if it was edited meanwhile or would not be a valid trial.
         """
-        if not self._target.is_file() or read_bytes(self._target) != self._content:
-            raise InputError(
-                f"{self.path}: changed since the page was opened, and not overwritten. Run 'sealtwin trace "
-                f"{self.path}' again."
-            )
+        self._require_unchanged()
         # Notepad on Windows writes a mark before the text.
         mark = BOM_UTF8 if self._content.startswith(BOM_UTF8) else b""
         text = self._content.removeprefix(mark).decode("utf-8")
@@ -174,52 +180,30 @@ class TrialFile:
                 f"{self.path}: [photo] or [crack] has a form that cannot be edited without changing more than the "
                 f"hints. Write them yourself: {lines}"
             )
-        checked(Trial, self.path, after)
+        data = checked(Trial, self.path, after).shown_by.data
         if changed:
             self._content = mark + edited.encode("utf-8")
             write_bytes(self._target, self._content)
         # The page may remove the markers of a frame that it wrote.
         self._keys += ["markers"] * bool(hints.frame)
+        if self._new:
+            changed += ['data = "undeclared"'] * (data == "undeclared") + [f"the starter's [{name}]" for name in NEEDED]
+        self._new = False
         return changed
 
 
-class NewTrial:
-    """A new trial file in the folder of a photo, with the photo's name."""
+def new_trial(photo: Path, settings: Mapping[str, Any] | None = None) -> TrialFile:
+    """Return a new trial file in the folder of a photo, with the photo's name. Raises InputError if it exists."""
+    import tomlkit
 
-    def __init__(self, photo: Path, settings: Mapping[str, Any] | None = None) -> None:
-        """Raise InputError if a trial file of this name exists already; that file can be traced instead."""
-        self.photo, self.path = photo, photo.with_suffix(".toml")
-        self._settings = seen_from(photo.parent, settings or {})
-        self._refuse_another()
-
-    def save(self, hints: Hints, shape: Shape) -> list[str]:
-        """Write the new file and return the names of its content. Raises InputError as ``TrialFile.save`` does.
-
-        ``shape`` must have the depth, since no photo shows it.
-        """
-        import tomlkit
-
-        self._refuse_another()
-        document: Any = tomlkit.parse(NEW_TRIAL)
-        document["name"] = self.photo.stem[:80]
-        document["photo"]["file"] = self.photo.name
-        text = "\n".join([tomlkit.dumps(document), *map(_from_starter, NEEDED)])
-        text, changed = with_hints(text, hints, shape, self._settings)
-        trial = checked(Trial, self.path, tomllib.loads(text))
-        write_bytes(self.path, text.encode("utf-8"))
-        undeclared = ['data = "undeclared"'] if trial.shown_by.data == "undeclared" else []
-        return [*changed, *undeclared, *(f"the starter's [{name}]" for name in NEEDED)]
-
-    def _refuse_another(self) -> None:
-        if self.path.exists():
-            raise InputError(
-                f"{self.path}: already exists and is not overwritten. Run 'sealtwin trace {self.path}' to trace its "
-                "photo, or move it away."
-            )
+    document: Any = tomlkit.parse(NEW_TRIAL)
+    document["name"], document["photo"]["file"] = photo.stem[:80], photo.name
+    text = "\n".join([tomlkit.dumps(document), *map(_from_starter, NEEDED)])
+    return TrialFile(photo.with_suffix(".toml"), settings, text)
 
 
 def with_hints(
-    text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any], keys: Iterable[str] = Hints.model_fields
+    text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any], keys: Iterable[str]
 ) -> tuple[str, list[str]]:
     """Return the text of a trial file with hints, shape and settings, and the changed keys.
 

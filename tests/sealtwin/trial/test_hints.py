@@ -8,7 +8,7 @@ from digitise.trace_page.session import Hints, Shape
 from sealtwin.core.errors import InputError, present
 from sealtwin.trial import trace_sheets as hints_module
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trace_sheets import NewTrial, TrialFile, sheet_of
+from sealtwin.trial.trace_sheets import TrialFile, new_trial, sheet_of
 from sealtwin.trial.trial_file import load_trial
 from tests.pictures import mortar, with_crack, write_png
 
@@ -186,7 +186,7 @@ def test_an_edit_that_would_change_more_is_refused(tmp_path, monkeypatch):
 
 def test_a_photo_gets_a_trial_of_its_own_name(tmp_path):
     photo = tmp_path / 'crack "7".jpg'
-    new = NewTrial(photo)
+    new = new_trial(photo)
     new.save(TRACED, Shape(depth_mm=16.0))
     trial = load_trial(tmp_path / 'crack "7".toml')
     read, crack = present(trial.photo, "photo"), present(trial.crack, "crack")
@@ -196,12 +196,12 @@ def test_a_photo_gets_a_trial_of_its_own_name(tmp_path):
 
 
 def test_no_depth_is_ever_made_up_and_a_trial_that_is_there_is_not_replaced(tmp_path):
-    new = NewTrial(tmp_path / "crack.jpg")
+    new = new_trial(tmp_path / "crack.jpg")
     with pytest.raises(InputError, match=r"crack.depth_mm is missing"):
         new.save(TRACED, SAME)
     assert not list(tmp_path.iterdir())
     (tmp_path / "crack.toml").write_text("mine")
-    for attempt in (lambda: NewTrial(tmp_path / "crack.jpg"), lambda: new.save(TRACED, Shape(depth_mm=16.0))):
+    for attempt in (lambda: new_trial(tmp_path / "crack.jpg"), lambda: new.save(TRACED, Shape(depth_mm=16.0))):
         with pytest.raises(InputError, match="already exists"):
             attempt()
     assert (tmp_path / "crack.toml").read_text() == "mine"
