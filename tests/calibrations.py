@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sealtwin.calibration.twin import Twin
+from sealtwin.calibration.search import Twin
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
 from tests.studies import HERE, tiny_lab

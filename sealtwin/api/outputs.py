@@ -160,7 +160,7 @@ def write_robot_program(
     ['path.csv', 'robot.json']
     """
     options = settings_from(ProgramOptions, "write_robot_program", locals())
-    from sealtwin.trial.robot_files import REPORT, CellFile, require_confirmed, write_programs
+    from sealtwin.trial.exports import REPORT, CellFile, require_confirmed, write_programs
 
     of_one_crack("write_robot_program", crack, path)
     require_confirmed("write_robot_program", crack, options)

@@ -15,11 +15,12 @@ from sealtwin.calibration.search import (
     DRAWS,
     SearchResult,
     Source,
+    Twin,
     ends_of_launches,
+    fit_to_calibrate,
     search,
     settings_at,
 )
-from sealtwin.calibration.twin import Twin, fit_to_calibrate
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words

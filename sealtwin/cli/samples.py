@@ -184,7 +184,7 @@ def import_dxf(
 
     Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
     """
-    from sealtwin.trial.quick_trial import write_drawn_trial
+    from sealtwin.trial.starter_files import write_drawn_trial
 
     try:
         trial, notes = write_drawn_trial(drawing, out, options, settings)

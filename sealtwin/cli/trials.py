@@ -72,7 +72,7 @@ def robot(
     if folder is None or cell is None:
         raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
     from sealtwin.core.run_folder import open_folder
-    from sealtwin.trial.robot_files import REPORT, write_robot_files
+    from sealtwin.trial.exports import REPORT, write_robot_files
 
     with open_folder(folder, create=False) as run:
         report = write_robot_files(run, cell, options, out)
@@ -128,7 +128,7 @@ def quick(
     """
     from sealtwin.core.record_files import read_outline, read_sample
     from sealtwin.study import pipeline
-    from sealtwin.trial.quick_trial import fast_answer, quick_trial, write_quick_trial
+    from sealtwin.trial.starter_files import fast_answer, quick_trial, write_quick_trial
     from sealtwin.trial.trial_file import load_trial
 
     require_depth(settings)

@@ -26,7 +26,7 @@ from sealtwin.lab.files import (
 )
 from sealtwin.lab.notes import ALTERNATIVES, DEPTH, OF_READINGS, OWN, SCALE, Note, note_of_answers, read_note
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
-from sealtwin.trial.quick_trial import ASSUMED, toml_value
+from sealtwin.trial.starter_files import ASSUMED, toml_value
 from sealtwin.trial.trial_file import Trial, names_in, with_settings
 from validate.readings.grid import SheetFaults, listed
 from validate.readings.read_readings import read_readings

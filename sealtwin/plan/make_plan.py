@@ -34,8 +34,8 @@ from sealtwin.plan.search import (
 )
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
 from sealtwin.study.pipeline import run_stages
+from sealtwin.trial.exports import CellFile, write_programs
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
-from sealtwin.trial.robot_files import CellFile, write_programs
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
 from simulate.slot.sections import Trapezoids

@@ -1,22 +1,36 @@
-"""Files of runs for other programs: masks and COCO annotations for training, drawings for CAD, films."""
+"""Files of runs for other programs and machines: robot programs, masks and COCO annotations, drawings for CAD, films.
 
+A robot program is written for a confirmed path alone, within the limits of the cell.
+"""
+
+import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
+from digitise.robots.cell import LANGUAGES, ProgramOptions, RobotCell
+from digitise.robots.pump import PumpTable, read_pump
+from digitise.robots.robot_path import RobotPath, place_path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import look_into, require_folder
+from sealtwin.core.records import Outline, Trajectory
+from sealtwin.core.run_folder import RunFolder, look_into, require_folder
+from sealtwin.core.settings import checked, read_settings
+from sealtwin.core.stage_keys import stage_key
 from sealtwin.core.vtk_files import read_collection, read_frame
-from sealtwin.trial.job import require_digitised
+from sealtwin.trial.job import other_versions, require_digitised, shown
 from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import load_trial
 
 ExportKind = Literal["mask", "coco", "dxf"]
 KINDS: tuple[ExportKind, ...] = get_args(ExportKind)
 COCO = "coco.json"
+REPORT = "robot.json"
+USES = ("outline.json", "trajectory.csv")
 
 
 def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path) -> list[Path]:
@@ -78,3 +92,194 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
     progress.start("Filming", len(frames))
     write_film(path, [t_s for t_s, _ in frames], lambda number: read_frame(frames[number][1]), scene, progress.advance)
     return len(frames), frames[-1][0] - frames[0][0]
+
+
+@dataclass(frozen=True)
+class CellFile:
+    """A robot's cell as it was read, with the table of its pump."""
+
+    settings: RobotCell
+    name: str  # Of the file, for messages
+    pump: PumpTable | None
+    inputs: Mapping[str, str]  # Hashes of its files by their names
+
+    @classmethod
+    def read(cls, given: Path | Mapping[str, Any]) -> "CellFile":
+        """Read a cell file, or the content of one, whose pump's file is then relative to the current folder.
+
+        Raises InputError, as ``read_settings`` does, and if the weighings of the pump cannot be used.
+        """
+        if isinstance(given, Path):
+            starter = "'sealtwin robot --example cell.toml' writes one to start from"
+            settings = read_settings(RobotCell, given, name="cell file", starter=starter)
+            name, folder, paths = given.name, given.parent, [given]
+        else:
+            settings, name, folder, paths = checked(RobotCell, Path("cell"), given), "cell", Path(), []
+        paths += [] if settings.pump is None else [folder / settings.pump.file]
+        pump = None if settings.pump is None else read_pump(settings.pump, folder)
+        return cls(settings, name, pump, {path.name: files.sha256(path) for path in paths})
+
+
+def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOptions, out: Path | None) -> dict[str, Any]:
+    """Write the path in each format into ``out`` (default: robot/ of the run).
+
+    All files are computed before the first is written. Returns the content of robot.json, with its folder, the names
+    of edited files that were renamed, and sentences if other stage numbers computed the path.
+
+    Raises InputError if the run is not digitised, its path is automatic and not confirmed, the cell file has a fault,
+    or the path exceeds a limit of the cell.
+    """
+    began = time.monotonic()
+    require_digitised(folder)
+    outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
+    require_confirmed(str(folder.path), outline, options)
+    cell = CellFile.read(cell_file)
+    inputs = {name: files.sha256(folder.path / name) for name in USES}
+    origin = {
+        "trial": load_trial(folder.path / "trial.toml").name,
+        "run": folder.path.resolve().name,
+        "path_source": outline.path_source,
+        "inputs": inputs,
+        "edited_by_hand": sorted(set(folder.edited("digitise")) & set(USES)),
+    }
+    target = out or folder.path / "robot"
+    report, renamed = write_programs(target, trajectory, cell, options, origin, folder if out is None else None)
+    if out is None:
+        settings = {"formats": kinds_of(cell, options), "allow_automatic": options.allow_automatic}
+        inputs = report["inputs"]
+        outputs = [f"robot/{name}" for name in (*report["files"], REPORT)]
+        wall_time_s, numbers = time.monotonic() - began, folder.numbers_of("digitise")
+        facts = {"numbers": numbers, "given": [*cell.inputs]}
+        folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
+    others = other_versions(folder, stage="digitise")
+    return {**report, "folder": shown(target), "kept": renamed, "other_versions": others}
+
+
+def require_confirmed(where: str, outline: Outline, options: ProgramOptions) -> None:
+    """Raise InputError, naming ``where``, if the crack was found automatically and the options do not accept that."""
+    if outline.path_source == "automatic" and not options.allow_automatic:
+        raise InputError(
+            f"{where}: the crack was found automatically, but a robot file requires a confirmed crack. Look at "
+            "overlay.png. Then give the crack's ends or its number (photo.ends_px, photo.crack) and trace it again, or "
+            "give --allow-automatic (in Python, allow_automatic=True)."
+        )
+
+
+def write_programs(
+    target: Path,
+    trajectory: Trajectory,
+    cell: CellFile,
+    options: ProgramOptions,
+    origin: Mapping[str, Any],
+    run: RunFolder | None = None,
+) -> tuple[dict[str, Any], list[str]]:
+    """Write a path's files and robot.json; return the content of robot.json, and the new names of edited files.
+
+    ``origin`` has trial, run, path_source, inputs and edited_by_hand, for the head of each program. ``run`` is the run
+    folder if it contains ``target``. Without ``run``, raises InputError if ``target`` has files of another origin.
+    """
+    kinds = kinds_of(cell, options)
+    path = place_path(trajectory, cell.settings, cell.name, cell.pump)
+    report = _report(path, {**origin, "inputs": {**origin["inputs"], **cell.inputs}})
+    if cell.pump is not None:
+        report["pump"] = _pump(path, trajectory, cell.pump)
+    path = replace(path, head=_head(report))
+    texts = {LANGUAGES[kind].file: LANGUAGES[kind].text(path) for kind in kinds}
+    renamed = _clear_own(target, texts) if run is None else run.clear("robot")
+    for name, text in texts.items():
+        files.write_text(target / name, text)
+    report["files"] = {name: files.sha256(target / name) for name in texts}
+    files.write_json(target / REPORT, report)
+    return report, renamed
+
+
+def kinds_of(cell: CellFile, options: ProgramOptions) -> list[str]:
+    """Return the formats to write. Raises InputError if the cell lacks the table of one that is requested."""
+    formats = options.formats or cell.settings.formats
+    missing = {kind: cell.settings.missing_for(kind) for kind in LANGUAGES}
+    for kind, table in missing.items():
+        if kind in formats and table is not None:
+            raise InputError(
+                f"{cell.name}: no [{table}] table, which format {kind} needs; 'sealtwin robot --example FILE' has one."
+            )
+    return [kind for kind, table in missing.items() if table is None and (kind in formats or "all" in formats)]
+
+
+def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
+    trajectory, frame = path.trajectory, path.frame
+    return {
+        "version": 1,
+        "made_by": f"sealtwin {version('sealtwin')}",
+        **origin,
+        "cell": path.cell.name,
+        "confirmed": origin["path_source"] != "automatic",
+        "units": "; ".join(["mm, s, degrees", *(f"{it.title} {it.units}" for it in LANGUAGES.values() if it.units)]),
+        "length_mm": trajectory.length_mm,
+        "duration_s": trajectory.duration_s,
+        "waypoints": len(trajectory.t_s),
+        "largest_speed_mm_s": float(trajectory.speed_mm_s.max()),
+        "sealant_mm3": path.wanted_mm3,
+        "frame": {
+            "taught_points": len(frame.taught_mm),
+            "worst_residual_mm": float(frame.residual_mm.max()),
+            "limit_mm": path.cell.frame_limit_mm,
+            "scale_of_the_points": frame.scale,
+            "tilt_deg": path.tilt_deg,
+            "rotation": frame.rotation.tolist(),
+            "origin_mm": frame.origin_mm.tolist(),
+        },
+        "warnings": list(path.warnings),
+    }
+
+
+def _pump(path: RobotPath, wanted: Trajectory, pump: PumpTable) -> dict[str, Any]:
+    """Return the flows that the programs request from a pump, and the uncertainty of its flow."""
+    flows = wanted.flow_mm3_s[wanted.flow_mm3_s > 0]
+    requested = path.trajectory.flow_mm3_s[path.trajectory.flow_mm3_s > 0]
+    return {
+        "weighed_mm3_s": list(pump.range_mm3_s),
+        "wanted_mm3_s": [float(flows.min()), float(flows.max())],
+        "asked_mm3_s": [float(requested.min()), float(requested.max())],
+        "interval_95_percent": None if pump.error_95 is None else 100 * pump.error_95,
+        "waits_s": path.hold_s,
+    }
+
+
+def _head(report: dict[str, Any]) -> tuple[str, ...]:
+    """Return the lines at the head of each program, which identify it without another file."""
+    frame = report["frame"]
+    confirmed = "" if report["confirmed"] else " - NOT CONFIRMED BY ANYBODY"
+    edited = report["edited_by_hand"]
+    return (
+        f"{report['made_by']}: nozzle path, cell {report['cell']}",
+        f"trial {report['trial']}, run {report['run']}",
+        f"path found by: {report['path_source']}{confirmed}",
+        *([f"edited by hand after they were written: {', '.join(edited)}"] if edited else []),
+        *(f"{name} sha256 {digest}" for name, digest in report["inputs"].items()),
+        f"{report['length_mm']:.2f} mm in {report['duration_s']:.2f} s, {report['sealant_mm3']:.1f} mm3, "
+        f"{report['waypoints']} waypoints, at most {report['largest_speed_mm_s']:.3f} mm/s",
+        f"frame: {frame['taught_points']} taught points, worst residual {frame['worst_residual_mm']:.3f} mm, scale "
+        f"{frame['scale_of_the_points']:.5f}, face {frame['tilt_deg']:.2f} degrees from level",
+    )
+
+
+def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
+    """Delete the files of an earlier call, listed in robot.json, in a folder outside the run. Return an empty list.
+
+    Raises InputError if a file of another origin would be replaced.
+    """
+    require_folder(target)
+    written: dict[str, str] = {}
+    if (target / REPORT).is_file():
+        with files.understood(target / REPORT):
+            listed = files.read_json(target / REPORT)["files"]
+            written = {it.file: listed[it.file] for it in LANGUAGES.values() if it.file in listed}
+    for name in (*texts, *written):
+        path = target / name
+        if path.is_file() and written.get(name) != files.sha256(path):
+            raise InputError(
+                f"{path}: not written by sealtwin robot, or changed since; it is not replaced. Give another --out."
+            )
+    for name in written:
+        (target / name).unlink(missing_ok=True)
+    return []

@@ -151,9 +151,7 @@ class TrialFile:
         there = self._target.exists()
         if there != (not self._new) or (there and read_bytes(self._target) != self._content):
             fault = "already exists" if self._new else "changed since the page was opened"
-            raise InputError(
-                f"{self.path}: {fault}, and not overwritten. Run 'sealtwin trace {self.path}' to trace it."
-            )
+            raise InputError(f"{self.path}: {fault}, and not overwritten. Trace it: 'sealtwin trace {self.path}'.")
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
         """Write the hints into [photo] and the shape into [crack]; return the changed keys, and what a new trial has.

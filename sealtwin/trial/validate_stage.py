@@ -244,36 +244,26 @@ def keep_origin(job: Job) -> None:
 def _recorded_origin(source: Path) -> ReadingsSheet | None:
     """Return the recorded origin of the readings; None for a trial that was not ingested."""
     if (source / ORIGIN).is_file():
-        with files.understood(source / ORIGIN):
-            return _sheet(files.read_json(source / ORIGIN))
+        return record_files.read_record(ReadingsSheet, source / ORIGIN)
     content = files.read_json(source / RECORD) if (source / RECORD).is_file() else None
     if not isinstance(content, dict) or "ingested_utc" not in content:
         return None
     with files.understood(source / RECORD):
-        sheet = next((file for file in content["files"] if file["role"] == "readings"), None)
-        return None if sheet is None else _sheet(content | {"name": sheet["original"], "sha256": sheet["sha256"]})
-
-
-def _sheet(content: dict[str, Any]) -> ReadingsSheet:
-    operator, date = (None if content[key] is None else str(content[key]) for key in ("operator", "date"))
-    return ReadingsSheet(name=content["name"], sha256=content["sha256"], operator=operator, date=date)
-
-
-WRITTEN = {*DIGITISED, *SIMULATED}
-"""Inputs of a stage that an earlier stage wrote; the manifest has their hashes."""
+        of_lab = {key: content[key] for key in ("operator", "date")}
+        sheets = (file for file in content["files"] if file["role"] == "readings")
+        return next((ReadingsSheet(name=file["original"], sha256=file["sha256"], **of_lab) for file in sheets), None)
 
 
 def _provenance(job: Job, sheet: "ReadingsSheet | None", *, varied: bool, seeds: SeedRuns | None) -> dict[str, str]:
     done = ("digitise", "simulate", *([SEEDS] if seeds else []), *([UNCERTAINTY] if varied else []))
     stages = {stage: job.folder.manifest["stages"][stage] for stage in done}
     facts: dict[str, str] = {}
-    listed: set[tuple[str, str]] = set()
     for stage, entry in stages.items():
         facts[f"{stage}: finished"] = entry["finished_utc"]
         facts[f"{stage}: wall time"] = f"{entry['wall_time_s']:.1f} s"
-        new = [one for one in entry["inputs"].items() if one not in listed and one[0] not in WRITTEN]
-        facts |= {f"{stage}: {name}": f"sha256 {digest}" for name, digest in new}
-        listed.update(new)
+        facts |= {
+            f"{stage}: {name}": f"sha256 {digest}" for name, digest in entry["inputs"].items() if name in entry["given"]
+        }
     facts["validate: begun"] = datetime.now(UTC).isoformat(timespec="seconds")
     if sheet is not None:
         facts[f"validate: {sheet.name}"] = f"sha256 {sheet.sha256}"

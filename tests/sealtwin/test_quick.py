@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.core.record_files import read_sample
-from sealtwin.trial.quick_trial import QUICK, fast_answer
+from sealtwin.trial.starter_files import QUICK, fast_answer
 from sealtwin.trial.trial_file import load_trial
 from simulate.slot.run import pour
 from tests.pages import leave_out_pages

@@ -21,7 +21,7 @@ from sealtwin.calibration import CalibrationOptions
 from sealtwin.calibration import calibrate as calibrating
 from sealtwin.calibration import search as searching
 from sealtwin.calibration.calibrate import MOST_FREE, calibrate
-from sealtwin.calibration.twin import Twin
+from sealtwin.calibration.search import Twin
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.calibration.twin import Twin
+from sealtwin.calibration.search import Twin
 from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
