@@ -60,7 +60,6 @@ NOT_BESIDE = {
     "path_only": ("width_mm", "mean_width_mm"),
 }
 """Settings of a photo that go only with another one, and those that exclude others."""
-CHOICE = "photo.crack = 2"  # Words by which a refusal asks for a choice among cracks
 MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 

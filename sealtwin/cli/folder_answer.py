@@ -46,7 +46,7 @@ def batch_answer(batch: Batch) -> Answer:
     if undeclared := sum(row.data == "undeclared" for row in batch.done):
         origins = "photo.data declares it (measured, reconstructed, synthetic)"
         lines.append(f"{counted(undeclared, 'photo')} of undeclared origin; {origins}.")
-    lines += [f"failed: {row.fault}" for row in batch.failed]
+    lines += [f"failed: {row.folder}: {row.reason}" for row in batch.failed]
     return Answer(batch.content(), lines, batch.exit_code)
 
 

@@ -34,7 +34,7 @@ from sealtwin.plan.search import (
 )
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
 from sealtwin.study.pipeline import run_stages
-from sealtwin.trial.exports import CellFile, write_programs
+from sealtwin.trial.exports import CellFile, require_confirmed, write_programs
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
@@ -101,12 +101,8 @@ class PlanInputs:
             with open_folder(folder / SAMPLE, create=True) as home:
                 run_stages(start_job(self.trial, self.file.parent, home, "cpu", progress), ("digitise",))
             sample = record_files.read_sample(folder / SAMPLE)
-            if self.cell is not None and sample.outline.path_source == "automatic":
-                raise InputError(
-                    f"{self.file}: the crack was found automatically, but a robot's program requires a confirmed "
-                    f"crack. Look at {shown(folder / SAMPLE / 'overlay.png')} and give photo.ends_px, or plan without "
-                    "--cell."
-                )
+            if self.cell is not None:
+                require_confirmed(shown(folder / SAMPLE), sample.outline, ProgramOptions())
             yield sample
 
     def write_programs(self, folder: Path, table: str, sample: Sample, trajectory: Trajectory) -> dict[str, Any]:

@@ -7,12 +7,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, fields, replace
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
 from digitise.image.decoding import PHOTO_SUFFIXES
-from digitise.settings import CHOICE
 from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.doubts import ReadSheet
@@ -75,11 +74,6 @@ class BatchRow:
     crack: int | str | None = None  # Number of the crack that the user chose in the table
     warnings: tuple[str, ...] = ()
     reason: str = ""
-
-    @property
-    def fault(self) -> str:
-        """The reason, which begins with the photo's name."""
-        return self.reason if self.reason.startswith(self.file) else f"{self.file}: {self.reason}"
 
 
 @dataclass(frozen=True)
@@ -170,7 +164,7 @@ def digitise_many(
                 row = _failed(item, f"{outcome.reason}: {REMEDY}") if isinstance(outcome, Lost) else outcome
                 rows[row.folder] = row
                 if row.status != "ok":
-                    progress.note(row.fault)
+                    progress.note(f"{row.folder}: {row.reason}")
                 progress.advance(done, row.folder)
         finally:
             # If interrupted, list the photos that are finished.
@@ -223,13 +217,13 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
     folder = out / item.name
     try:
         with open_folder(folder, create=True) as opened:
+            (folder / REFUSED).unlink(missing_ok=True)
             trial = item.trial()
             done = run_stages(start_job(trial, item.file.parent, opened, "cpu", Progress()), ("digitise",))
         (folder / FAULT).unlink(missing_ok=True)
         return _done(item, folder, present(done.result.sample, "sample"))
     except SealtwinError as fault:
-        where = CHOICE if _is_trial(item.file) else f"a 2 in the column crack of {out / CSV}"
-        return _failed(item, str(fault).replace(CHOICE, where))
+        return _failed(item, str(fault))
     except OSError as fault:
         return _failed(item, f"{fault.filename or item.file}: {fault.strerror}.")
     except Exception as fault:
@@ -251,27 +245,23 @@ def write_trace(folder: Path) -> str:
 
 
 def _done(item: PlannedPhoto, folder: Path, sample: SampleFigures) -> BatchRow:
-    walls = sample.width_source != "none"
+    walls, cavity_mm3 = sample.width_source != "none", sample.cavity_volume_mm3
     return BatchRow(
         file=as_text(item.file),
         folder=item.name,
         status="ok",
-        mean_width_mm=_rounded(sample.mean_width_mm, 3),
-        length_mm=round(sample.length_mm, 2),
+        mean_width_mm=sample.mean_width_mm,
+        length_mm=sample.length_mm,
         depth_mm=read_record(SolidFile, folder / "solid.json").depth_mm if walls else None,
-        cavity_ml=_rounded(sample.cavity_volume_mm3, 3, 1e-3),
-        sealant_ml=round(sample.sealant_mm3 / 1000, 3) if walls else None,
-        mm_per_px=_rounded(sample.mm_per_px, 5),
+        cavity_ml=None if cavity_mm3 is None else cavity_mm3 / 1000,
+        sealant_ml=sample.sealant_mm3 / 1000 if walls else None,
+        mm_per_px=sample.mm_per_px,
         scale_source=sample.scale_source,
         path_source=sample.path_source,
         data=sample.data,
         crack=item.crack,
         warnings=texts(sample.warnings),
     )
-
-
-def _rounded(value: float | None, digits: int, per: float = 1.0) -> float | None:
-    return None if value is None else round(value * per, digits)
 
 
 def _parts(trial_file: Path) -> set[Path]:
@@ -285,28 +275,16 @@ def _parts(trial_file: Path) -> set[Path]:
 
 def _names(photos: Sequence[Path]) -> list[str]:
     """Return a folder's name for each photo: unique on any file system, not hidden, not that of a file of the batch."""
-    names = [
-        _whole(file) if file.stem.startswith(".") or file.stem.casefold() in OWN else _stem(file) for file in photos
-    ]
-    for longer in (_whole, lambda file: f"{file.absolute().parent.name.lstrip('.')}-{_stem(file)}"):
-        times = Counter(name.casefold() for name in names)
-        names = [longer(file) if times[name.casefold()] > 1 else name for file, name in zip(photos, names, strict=True)]
-    taken = {name.casefold() for name in names}
-    used: set[str] = set()
-    for place, name in enumerate(names):
-        if name.casefold() in used:
-            names[place] = next(longer for number in count(2) if (longer := f"{name}-{number}").casefold() not in taken)
-        used.add(name.casefold())
-        taken.add(names[place].casefold())
+    names = [as_text(Path(file.stem)) for file in photos]
+    times = Counter(name.casefold() for name in names)
+    taken = {*OWN, *times}
+    for number, (file, name) in enumerate(zip(photos, names, strict=True)):
+        if times[name.casefold()] > 1 or name.startswith(".") or name.casefold() in OWN:
+            longer = f"{file.absolute().parent.name}-{as_text(Path(file.name))}".replace(".", "-").lstrip("-")
+            several = chain([longer], (f"{longer}-{more}" for more in count(2)))
+            names[number] = next(free for free in several if free.casefold() not in taken)
+            taken.add(names[number].casefold())
     return names
-
-
-def _stem(file: Path) -> str:
-    return as_text(Path(file.stem))
-
-
-def _whole(file: Path) -> str:
-    return as_text(Path(file.name)).replace(".", "-")
 
 
 def _refuse_foreign(out: Path) -> None:
@@ -323,7 +301,11 @@ def _refuse_foreign(out: Path) -> None:
 def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
     columns = [field.name for field in fields(BatchRow) if field.name != "folder"]
     cells = [vars(row) | {"warnings": "; ".join(row.warnings)} for row in rows]
-    files.write_sheet(path, columns, ([row[column] for column in columns] for row in cells))
+    files.write_sheet(
+        path,
+        columns,
+        ([round(it, 4) if isinstance(it := row[name], float) else it for name in columns] for row in cells),
+    )
 
 
 def write_contact_sheet(
@@ -338,7 +320,7 @@ def write_contact_sheet(
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
     )
-    refused = [row.folder for row in rows if REFUSED in row.reason and (folder / row.folder / REFUSED).is_file()]
+    refused = [row.folder for row in rows if (folder / row.folder / REFUSED).is_file()]
     done = [row for row in rows if row.status == "ok"]
     page = environment.get_template("contact_sheet.html.j2").render(
         photos=rows,

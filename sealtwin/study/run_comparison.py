@@ -42,7 +42,6 @@ LISTED = (
     "fitted",
 )  # Figures of a comparison in compare.json
 NOT_SETTINGS = ("name", "note", "output")  # Tables of a trial that change no result
-OF_A_COMPARISON = ("readings", "uncertainty")  # Tables of a trial that change comparison.json alone
 WITHOUT_EFFECT = ("gate.", "uncertainty.")  # Tables of a trial that change neither a level nor its error
 
 
@@ -118,18 +117,13 @@ def _finished(folder: Path) -> Job:
     job = resume_job(look_into(folder), "cpu", Progress())
     made_by(job, "digitise", DIGITISED)
     made_by(job, "simulate", SIMULATED)
-    if job.trial.readings is None:
-        return job
-    again = f"Run 'sealtwin validate {job.path}'"
-    made_with = job.folder.settings_of("validate")
-    if made_with is None or not (job.path / COMPARISON).is_file():
-        raise InputError(f"{job.path}: not compared with its readings yet. {again}.")
-    wanted = stage_settings(job.trial, "validate")
-    changed = [
-        f"[{table}]" for table in OF_A_COMPARISON if _flat(made_with.get(table) or {}) != _flat(wanted[table] or {})
-    ]
-    if changed := [*changed, *job.folder.changed_since("validate")]:
-        raise InputError(f"{job.path}: {changed[0]} was changed since the readings were compared. {again} again.")
+    if job.trial.readings is not None:
+        made_by(job, "validate", [COMPARISON])
+        if changed := job.folder.changed_since("validate"):
+            raise InputError(
+                f"{job.path}: {changed[0]} was changed since the readings were compared. Run 'sealtwin validate "
+                f"{job.path}' again."
+            )
     return job
 
 

@@ -53,8 +53,7 @@ from validate.settings import Readings
 MAP = "map"  # Default folder of the map in the study's
 PAGE, CONTENT = "map.html", "map.json"
 FEWEST = 4  # Fewest runs of a map: three would span a triangle with nothing inside
-DIGITS = {"mean_error_mm": 4, "bias_mm": 4, "worst_error_mm": 4, "worst_at_mm": 2, "share_under_1_mm": 4}
-"""Decimals of a run's errors in map.json."""
+ERRORS = ("mean_error_mm", "bias_mm", "worst_error_mm", "worst_at_mm", "share_under_1_mm")  # In map.json
 LARGEST_FILL_BYTES = 1_000_000_000  # Of a million particles at forty moments
 NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study computes it."
 
@@ -255,27 +254,26 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         {
             "number": run.number,
             "settings": run.settings,
-            **{name: round(getattr(run, name), digits) for name, digits in DIGITS.items()},
+            **{name: getattr(run, name) for name in ERRORS},
             "as_near_as_the_best": near,
-            "wall_s": round(run.wall_s, 2),
+            "wall_s": run.wall_s,
         }
         for run, near in zip(chart.runs, chart.as_near, strict=True)
     ]
-    scatter_mm = chart.scatter_of_replicates_mm
     return {
         "version": 1,
         "name": chart.name,
         "stage_numbers": plan.numbers,
         "page": shown(target / PAGE),
         "readings": {"source": chart.readings.source, "data": chart.readings.data, "dialect": chart.readings.dialect},
-        "axes": [{"setting": axis.setting, "unit": axis.unit, "logarithmic": axis.logarithmic} for axis in chart.axes],
+        "axes": [{name: getattr(axis, name) for name in ("setting", "unit", "logarithmic")} for axis in chart.axes],
         "best": rows[int(np.argmin(chart.errors_mm))],
         "as_near_as_the_best": [row["number"] for row in rows if row["as_near_as_the_best"]],
-        "flat_level_error_mm": round(chart.best.flat_level_error_mm, 4),
+        "flat_level_error_mm": chart.best.flat_level_error_mm,
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
         "baselines": [asdict(one) for one in chart.baselines],
         "against_baselines": chart.beside_baselines,
-        "scatter_of_replicates_mm": scatter_mm and round(scatter_mm, 4),
+        "scatter_of_replicates_mm": chart.scatter_of_replicates_mm,
         "screening": chart.screening,
         "unused": chart.unused,
         "fluid_warnings": chart.fluid_warnings,

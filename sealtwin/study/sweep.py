@@ -230,8 +230,8 @@ def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
     return {
         "number": run.number,
         "settings": run.settings,
-        "mean_error_mm": round(error_mm, 4),
-        "flat_level_error_mm": None if flat_mm is None else round(flat_mm, 4),
+        "mean_error_mm": error_mm,
+        "flat_level_error_mm": flat_mm,
         "beats_flat_level": None if flat_mm is None else error_mm < flat_mm,
         **_baselines(run, figures, error_mm),
     }
@@ -261,7 +261,7 @@ def _baselines(run: study_folder.StudyRun, figures: study_folder.StudyFigures, e
 def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
     """Return the runs whose volume is off by over 5 %, each with its settled volume divided by the dispensed one."""
     ratios = ((run.number, run.figures.volume_ratio) for run in runs if run.figures is not None)
-    return [{"number": number, "volume_ratio": round(ratio, 4)} for number, ratio in ratios if not kept_volume(ratio)]
+    return [{"number": number, "volume_ratio": ratio} for number, ratio in ratios if not kept_volume(ratio)]
 
 
 def screening(runs: Sequence[study_folder.StudyRun]) -> str:
@@ -290,7 +290,7 @@ def _row(run: study_folder.StudyRun) -> dict[str, Any]:
         "unfit": " ".join(texts(figures.unfit if figures else ())) or None,
         "state": run.state,
         **{name: getattr(figures, name, None) for name in FIGURES},
-        "wall_s": None if run.wall_s is None else round(run.wall_s, 2),
+        "wall_s": run.wall_s,
         "reason": run.reason,
         "folder": f"runs/{run.key[:16]}" if run.state == "done" else None,
     }

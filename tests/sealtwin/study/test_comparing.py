@@ -138,7 +138,7 @@ def test_what_is_no_finished_run_of_its_own_trial_is_refused_by_name(run, other,
         (other / name).write_bytes(content)
     compare_runs([run, other], tmp_path / "page")
     (other / "comparison.json").unlink()
-    refused(other, "second: not compared with its readings yet")
+    refused(other, "second: validate is not finished (comparison.json is missing)")
     (other / "profile.csv").unlink()
     refused(other, "second: simulate is not finished (profile.csv is missing)")
 
