@@ -32,12 +32,10 @@ def run_trial(
     *,
     trial: "Trial | None" = None,
     threads: int = 1,
-    warned: "Sequence[Warned]" = (),
 ) -> None:
     """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
 
-    If ``trial`` is given, ``file`` is the photo or the mesh for which it was made. The command has printed the
-    warnings ``warned`` before.
+    If ``trial`` is given, ``file`` is the photo or the mesh for which it was made.
     """
     from sealtwin.core.cluster import cores
     from sealtwin.study import pipeline
@@ -46,7 +44,7 @@ def run_trial(
     made, trial = trial is not None, trial or load_trial(file, settings)
     with command.progress() as progress:
         done = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, cores())
-    _reply(command, done, stages, (*warned, *progress.warned), "TRIAL" if made else file.as_posix())
+    _reply(command, done, stages, progress.warned, "TRIAL" if made else file.as_posix())
 
 
 def resume(

@@ -117,8 +117,7 @@ def quick(
 ) -> None:
     """Go from a photo and a depth to mesh, path, fluid run and report, with the fluid and nozzle of 'sealtwin init'.
 
-    Level, underfill and overfill by the fast model are printed within seconds, for screening; then the particles are
-    computed, as a draft.
+    The run is a draft.
 
     Settings that you do not give are assumed. They are printed, marked in DIR/trial.toml and listed in the report.
     Correct them there and continue with 'sealtwin run'. Walls are assumed to be upright, since no photo shows them; a
@@ -126,10 +125,7 @@ def quick(
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
-    from sealtwin.core.record_files import read_outline, read_sample
-    from sealtwin.study import pipeline
-    from sealtwin.trial.starter_files import fast_answer, quick_trial, write_quick_trial
-    from sealtwin.trial.trial_file import load_trial
+    from sealtwin.trial.starter_files import quick_trial, write_quick_trial
 
     require_depth(settings)
     folder = out or Path("reports", f"{photo.stem}-quick")
@@ -138,12 +134,7 @@ def quick(
     write_quick_trial(file, text)
     command.warn(f"Assumed, because you did not give them: {', '.join(assumed)}.")
     command.say(f"Correct them in {file}, then: sealtwin run {quote(str(file))} --out {quote(str(run))}")
-    trial = load_trial(file)
-    with command.progress() as progress:
-        pipeline.run_trial(trial, folder, run, ("digitise",), command.device, progress)
-    if read_outline(run).width_source != "none":
-        command.say(fast_answer(trial.loaded(folder), read_sample(run)))
-    run_trial(command, file, run, ALL_STAGES, warned=progress.warned)
+    run_trial(command, file, run, ALL_STAGES)
 
 
 @answers(device=True, verbose=True)

@@ -34,7 +34,7 @@ from sealtwin.plan.search import (
 )
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
 from sealtwin.study.pipeline import run_stages
-from sealtwin.trial.exports import CellFile, require_confirmed, write_programs
+from sealtwin.trial.exports import CellFile, origin_of, require_confirmed, write_programs
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
@@ -109,13 +109,7 @@ class PlanInputs:
         """Write the robot's programs for a path. Return their names for JSON, or an empty dict without a cell."""
         if self.cell is None:
             return {}
-        origin = {
-            "trial": self.trial.name,
-            "run": folder.resolve().name,
-            "path_source": sample.outline.path_source,
-            "inputs": {table: files.sha256(folder / table)},
-            "edited_by_hand": [],
-        }
+        origin = origin_of(folder, self.trial.name, sample.outline, [table])
         report, _ = write_programs(folder / "robot", trajectory, self.cell, ProgramOptions(), origin)
         return {"robot": sorted(report["files"])}
 

@@ -21,7 +21,7 @@ from sealtwin.core.facts import Fact, without
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
-from sealtwin.study.estimate import REPORT_S, Timing, in_words, size_of
+from sealtwin.study.estimate import REPORT_S, Timing, size_of
 from sealtwin.study.moved_inputs import (
     Base,
     draw,
@@ -114,16 +114,6 @@ def compute_other_seeds(job: Job) -> bool:
     wall_s = sum(run.wall_s or 0.0 for run in runs)
     job.folder.record(SEEDS, key, settings, inputs, OF_SEEDS, wall_s, numbers=numbers)
     return True
-
-
-def announce_seeds(job: Job) -> None:
-    """Note the expected time of the runs with all seeds, unless the first is finished."""
-    if "simulate" not in job.folder.finished():
-        whole_s = size_of(job.trial.pour(record_files.read_sample(job.path))).work_s * (1 + rounds_of_seeds(job))
-        job.progress.note(
-            f"{job.trial.seeds} runs, with seeds from {job.trial.seed}: about {in_words(whole_s + REPORT_S)} in all, "
-            "from a model; the first run will correct it."
-        )
 
 
 def _other_warnings(job: Job, base: Base, runs: list[StudyRun]) -> list[Fact]:

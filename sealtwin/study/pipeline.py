@@ -12,7 +12,7 @@ from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.solid_figures import SolidFigures
 from sealtwin.study.estimate import REPORT_S
-from sealtwin.study.extra_runs import announce_seeds, compute_other_seeds, rounds_of_seeds
+from sealtwin.study.extra_runs import compute_other_seeds, rounds_of_seeds
 from sealtwin.trial import digitise_stage, simulate_stage, validate_stage
 from sealtwin.trial.job import (
     SEEDS,
@@ -86,8 +86,6 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         if both and (readings := validate_stage.readings_of(job)) is not None:
             validate_stage.note_doubts(job, readings)
         job.progress.later(REPORT_S if both else 0.0, rounds_of_seeds(job))
-        if stage == "simulate" and stage in stages and job.trial.seeds is not None:
-            announce_seeds(job)
         if stage == "validate" and {"simulate", "validate"} & set(stages):
             more = _bring_seeds_up_to_date(job)
         if stage in stages and work[stage].bring_up_to_date(job):

@@ -46,12 +46,9 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
         require_digitised(look_into(folder))
     trials = [load_trial(folder / "trial.toml") for folder in folders]
     names = [trial.shown_by.file.name for trial in trials]
-    counts = Counter(names)
-    # Ingest gives the photo of each sample the same name; the name of the trial is that of the sample.
-    names = [
-        name if counts[name] == 1 else f"{trial.name}{Path(name).suffix}"
-        for name, trial in zip(names, trials, strict=True)
-    ]
+    if len({*names}) < len(names):
+        # Ingest gives the photo of each sample the same name; the name of the trial is that of the sample.
+        names = [f"{trial.name}{trial.shown_by.file.suffix}" for trial in trials]
     if twice := [stem for stem, times in Counter(Path(name).stem for name in names).items() if times > 1]:
         raise InputError(
             f"{twice[0]}: several runs have files and trials of this name; export them into separate folders."
@@ -134,14 +131,8 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
     outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
     require_confirmed(str(folder.path), outline, options)
     cell = CellFile.read(cell_file)
-    inputs = {name: files.sha256(folder.path / name) for name in USES}
-    origin = {
-        "trial": load_trial(folder.path / "trial.toml").name,
-        "run": folder.path.resolve().name,
-        "path_source": outline.path_source,
-        "inputs": inputs,
-        "edited_by_hand": sorted(set(folder.edited("digitise")) & set(USES)),
-    }
+    origin = origin_of(folder.path, load_trial(folder.path / "trial.toml").name, outline, USES)
+    origin["edited_by_hand"] = sorted(set(folder.edited("digitise")) & set(USES))
     target = out or folder.path / "robot"
     report, renamed = write_programs(target, trajectory, cell, options, origin, folder if out is None else None)
     if out is None:
@@ -165,6 +156,17 @@ def require_confirmed(where: str, outline: Outline, options: ProgramOptions) -> 
         )
 
 
+def origin_of(folder: Path, trial: str, outline: Outline, names: Sequence[str]) -> dict[str, Any]:
+    """Return the origin of a path for the head of a program. ``names`` are the files in ``folder`` that it is from."""
+    return {
+        "trial": trial,
+        "run": folder.resolve().name,
+        "path_source": outline.path_source,
+        "inputs": {name: files.sha256(folder / name) for name in names},
+        "edited_by_hand": [],
+    }
+
+
 def write_programs(
     target: Path,
     trajectory: Trajectory,
@@ -175,8 +177,8 @@ def write_programs(
 ) -> tuple[dict[str, Any], list[str]]:
     """Write a path's files and robot.json; return the content of robot.json, and the new names of edited files.
 
-    ``origin`` has trial, run, path_source, inputs and edited_by_hand, for the head of each program. ``run`` is the run
-    folder if it contains ``target``. Without ``run``, raises InputError if ``target`` has files of another origin.
+    ``origin`` is that of ``origin_of``. ``run`` is the run folder if it contains ``target``; without it, raises
+    InputError if ``target`` has files of another origin.
     """
     kinds = kinds_of(cell, options)
     path = place_path(trajectory, cell.settings, cell.name, cell.pump)

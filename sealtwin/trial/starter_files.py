@@ -16,7 +16,6 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
 from sealtwin.core.files import write_bytes, write_text, write_unless_other
 from sealtwin.core.plain_files import read_bytes
-from sealtwin.core.records import Sample
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import checked, doubts_of
 from sealtwin.trial.trial_file import Trial, checked_trial, name_of, names_in, seen_from, trial_text, with_settings
@@ -189,30 +188,6 @@ def write_quick_trial(path: Path, text: str) -> None:
 
 def _check(content: str) -> str:
     return hashlib.sha256(content.encode()).hexdigest()[:12]
-
-
-def fast_answer(trial: Trial, sample: Sample) -> str:
-    """Return a line with level, underfill and overfill by the fast model, and with the reason if it is unfit.
-
-    For a trial that the fast model cannot compute, the line has only the reason.
-    """
-    from sealtwin.core.run_figures import FAST
-    from simulate.slot.run import pour
-    from validate.metrics.volumes import fill_volumes
-
-    trial = trial.model_copy(update={"solver": trial.solver.model_copy(update={"model": FAST})})
-    try:
-        run, profile = pour(trial.pour(sample))
-    except InputError as fault:
-        return f"The fast model cannot answer: {fault}"
-    volumes = fill_volumes(profile, sample.outline, sample.solid, 0.0, sample.outline.length_mm)
-    level_mm = profile.level_mm
-    unfit = f" It is UNFIT for this case, so wait for the particles: {run.unfit[0]}" if run.unfit else ""
-    return (
-        f"By the fast model, for screening: level {level_mm.mean():.2f} mm on average, {level_mm.min():.2f} to "
-        f"{level_mm.max():.2f} mm; {volumes.underfill_mm3:.0f} mm3 are missing below the face and "
-        f"{volumes.overfill_mm3:.0f} mm3 are above it.{unfit}"
-    )
 
 
 def write_drawn_trial(
