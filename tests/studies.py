@@ -104,9 +104,9 @@ def job_in(path: Path, progress: Progress | None = None) -> Iterator[Job]:
         yield resume_job(folder, "cpu", progress or Progress())
 
 
-def compute_here(out: Path, *, batch: int = 1, keep_runs: bool = False) -> None:
+def compute_here(out: Path, *, batch: int = 1) -> None:
     """Compute the waiting runs of a planned study in this process: starting others takes seconds."""
-    compute(out, read_plan(out).runs, StudyOptions("cpu", 0, batch, keep_runs), "", Progress())
+    compute(out, read_plan(out).runs, StudyOptions("cpu", 0, batch), "", Progress())
 
 
 def results_of(out: Path) -> dict[int, tuple[bytes, dict]]:

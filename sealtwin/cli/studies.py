@@ -109,7 +109,6 @@ def sweep(
             "tls://HOST:PORT",
         ),
     ] = None,
-    keep_runs: Annotated[bool, flag("--keep-runs", "Also keep the particles of each run.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
     accurate: Accurate = False,
     dry_run: Annotated[
@@ -155,7 +154,6 @@ def sweep(
         device=device,
         jobs=count,
         batch=batch or (1 if device == "cpu" else LAUNCH),
-        keep_runs=keep_runs,
         retry=retry,
         dry_run=dry_run,
         drafts=not accurate,

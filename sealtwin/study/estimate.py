@@ -26,9 +26,8 @@ MOVER_BYTES = 1810.0
 """Memory of one moving particle: a list of 224 neighbours of 4 bytes, 128 pairs of 6 bytes, and work space."""
 ALIKE = 0.1  # Runs whose expected times differ by less than this share count as of one size
 OVERDUE = 0.1  # A run that takes longer than expected is expected to take this share of its time so far in addition
-RUN_BYTES = 25e3  # Files of a run without its particles
+RUN_BYTES = 25e3  # Files of a run without fill.npz
 FILL_PARTICLE_BYTES = 25  # Of fill.npz, which has some moments of the run; measured, per particle
-PARTICLE_ROW_BYTES = 75  # One line of particles.csv
 
 
 @dataclass(frozen=True)
@@ -106,8 +105,6 @@ def estimate(
     largest: RunSize,
     jobs: int,
     batch: int,
-    *,
-    keep_runs: bool,
     timings: Sequence[Timing] = (),
 ) -> Estimate:
     """Estimate the resources that the waiting runs among ``runs`` need with ``jobs`` processes.
@@ -124,8 +121,7 @@ def estimate(
         processor_s=sum(expected_s),
         measured=bool(timed),
         memory_bytes=jobs * (PROCESS_BYTES + largest.particles * WALLS_BYTES + batch * largest.bytes),
-        disk_bytes=len(waiting)
-        * (RUN_BYTES + largest.particles * (FILL_PARTICLE_BYTES + keep_runs * PARTICLE_ROW_BYTES)),
+        disk_bytes=len(waiting) * (RUN_BYTES + largest.particles * FILL_PARTICLE_BYTES),
     )
 
 
@@ -221,7 +217,7 @@ def require_disk(expected: Estimate, free_bytes: float, folder: str) -> None:
     if expected.disk_bytes > free_bytes:
         raise InputError(
             f"{folder}: {free_bytes / 1e6:.0f} MB are free, but the results need {expected.disk_bytes / 1e6:.0f} MB. "
-            "Set --out to another disk, or leave out --keep-runs."
+            "Set --out to another disk."
         )
 
 

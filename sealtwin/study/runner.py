@@ -65,7 +65,6 @@ class Sealing:
     profile: Profile
     figures: RunFigures
     wall_s: float
-    run: Run | None  # The particles; None unless they are written too
     fill: bytes | None = None  # Content of fill.npz, if it is written too
 
 
@@ -76,7 +75,6 @@ class StudyOptions:
     device: str
     jobs: int  # Worker processes on this machine; 0 computes in the calling process
     batch: int = 1  # Largest number of runs in one launch
-    keep_runs: bool = False
     keep_fills: bool = False  # Keep how the crack fills, of launches of one run by particles
     later_s: float = 0.0  # Expected time of what follows these runs in the command, by the model of ``estimate``
     scheduler: str | None = None  # Address of a Dask scheduler whose workers compute instead
@@ -151,8 +149,8 @@ def bring_up_to_date(
     """
     from simulate.device import free_bytes
 
-    runs = resume(folder, plan, progress.note, retry=options.retry, keep_runs=options.keep_runs)
-    expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs, timings=timings)
+    runs = resume(folder, plan, progress.note, retry=options.retry)
+    expected = estimate(runs, largest, options.jobs, options.batch, timings)
     if announced and (expected.runs or options.dry_run):
         progress.note(f"{announced} {expected.sentence}")
     for doubt in doubts if expected.runs else ():
@@ -353,8 +351,6 @@ def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> Stu
     home = run_path(folder, run.key)
     if isinstance(outcome, Sealing):
         record_files.write_profile(home, outcome.profile)
-        if outcome.run is not None:
-            record_files.write_run(home, outcome.run)
         if outcome.fill is not None:
             files.write_bytes(home / FILL, outcome.fill)
         figures = outcome.figures.model_dump(exclude_unset=True)
@@ -390,7 +386,7 @@ def _seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> lis
         else:
             content = next((fill.content() for fill in fills), None)
             wall_s = launch_s + time.monotonic() - began
-            judged.append(Sealing(profile, figures, wall_s, run if options.keep_runs else None, content))
+            judged.append(Sealing(profile, figures, wall_s, content))
     return judged
 
 

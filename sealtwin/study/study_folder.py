@@ -222,20 +222,16 @@ def _part(of: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str, Any]:
     return {one.name: getattr(run, one.name) for one in fields(of)}
 
 
-def resume(
-    folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool, keep_runs: bool = False
-) -> list[StudyRun]:
+def resume(folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool) -> list[StudyRun]:
     """Write a plan, and return its runs with their outcomes so far. ``note`` gets a sentence on runs to recompute.
 
-    A run waits again if its files were changed. So does a run without particles if ``keep_runs`` is True, and a failed
-    run if ``retry`` is True.
+    A run waits again if its files were changed. So does a failed run if ``retry`` is True.
     """
     if holds_study(folder) and (others := _computed_by_others(read_plan(folder), plan.numbers)):
         note(f"{folder}: {others}, so they are computed again.")
     runs = []
     for run in (with_outcome(folder, run) for run in plan.runs):
-        complete = not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
-        lost = run.state == "done" and not (complete and is_intact(folder, run))
+        lost = run.state == "done" and not is_intact(folder, run)
         runs.append(forget_outcome(folder, run) if lost or (run.state == "failed" and retry) else run)
     write_plan(folder, plan)
     return runs

@@ -57,9 +57,6 @@ def sweep(
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
     planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]
     require_sample(planned[0].trial, base.parent)
-    fast = sum(not run.trial.solver.has_particles for run in planned)
-    if fast and options.keep_runs:
-        raise InputError(f"--keep-runs: {_of_fast(fast, len(planned))}, which has no particles to keep. Leave it out.")
     folder = out or Path("reports", study.folder_name)
     require_own(folder)
     if sets_resolution((*study.names, *given)):
@@ -272,13 +269,9 @@ def screening(runs: Sequence[study_folder.StudyRun]) -> str:
     unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
     which = f"{unfit} of them, which are not ranked" if unfit else "none of them"
     return (
-        f"{_of_fast(len(fast), len(runs))}, which is for screening only: confirm its levels with particles. It is "
-        f"unfit for {which}."
+        f"{len(fast)} of {len(runs)} runs are by the fast model, which is for screening only: confirm its levels with "
+        f"particles. It is unfit for {which}."
     )
-
-
-def _of_fast(fast: int, runs: int) -> str:
-    return f"{fast} of {runs} runs are by the fast model"
 
 
 def _row(run: study_folder.StudyRun) -> dict[str, Any]:

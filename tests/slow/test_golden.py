@@ -99,7 +99,7 @@ COMMANDS = {
     "mesh-obj": "import-mesh block.obj --units mm --set mesh.data=synthetic --set mesh.up=y --out {out}",
     "mesh-glb": "import-mesh block.glb --units m --set mesh.data=synthetic --set mesh.path=path.csv"
     " --set path.volume_ml=1.5 --out {out}",
-    "sweep": "sweep tiny/study.toml --device cpu --jobs 1 --keep-runs --out {out}",
+    "sweep": "sweep tiny/study.toml --device cpu --jobs 1 --out {out}",
     "ingest": "ingest measurements --out {out}",
     "list": "lab list ingest",
     "export": "lab export ingest --out {out}/export.csv",

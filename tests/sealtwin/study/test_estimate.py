@@ -36,11 +36,11 @@ def test_runs_that_are_done_correct_the_model():
     """It expected 10 s for them and they took 30: the two that are left take 9 and 15, side by side 15."""
     runs = [_run("done", 4.0, 12.0), _run("done", 6.0, 18.0), _run("failed", 5.0, 1.0)]
     runs += [_run("waiting", 3.0), _run("waiting", 5.0)]
-    by_runs = estimate(runs, RunSize(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
+    by_runs = estimate(runs, RunSize(1000, 1000, 1.0), jobs=2, batch=1)
     assert (by_runs.runs, by_runs.measured) == (2, True)
     assert (by_runs.time_s, by_runs.processor_s) == (pytest.approx(15.0), pytest.approx(24.0))
     assert "from the runs that are done" in by_runs.sentence
-    unknown = estimate(runs[2:], RunSize(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
+    unknown = estimate(runs[2:], RunSize(1000, 1000, 1.0), jobs=2, batch=1)
     assert unknown.time_s == pytest.approx(5.0)
     assert "from a model" in unknown.sentence
 
@@ -126,9 +126,9 @@ def test_a_disk_that_is_too_small_is_told_before_the_first_run():
 
 def test_a_launch_that_a_gpu_cannot_hold_is_told_before_the_first_run():
     size, runs = RunSize(14_527, 14_527, 1.0), [_run("waiting", 1.0) for _ in range(132)]
-    wanted = estimate(runs, size, jobs=1, batch=132, keep_runs=False)
+    wanted = estimate(runs, size, jobs=1, batch=132)
     # As many as there are, and not as there may be.
-    assert wanted == estimate(runs, size, jobs=1, batch=256, keep_runs=False)
+    assert wanted == estimate(runs, size, jobs=1, batch=256)
     # 26 MB each, as measured on a GPU before links of 6 bytes took the place of weights of 4.
     # And what one process needs beside them.
     assert wanted.memory_bytes == pytest.approx(132 * (26.3e6 + 14_527 * 128 * 2), rel=0.2)

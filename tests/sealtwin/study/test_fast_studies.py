@@ -2,10 +2,7 @@
 
 import csv
 
-import pytest
-
 from sealtwin.cli.studies import swept_lines
-from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_folder import read_plan
@@ -67,9 +64,3 @@ def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):
         plan = read_plan(out)
         band_mm.append(chart_of(out, [run for run in plan.runs if run.ranked], plan).band_mm.mean())
     assert band_mm[0] > band_mm[1]
-
-
-def test_particles_that_are_none_are_not_kept(tmp_path):
-    with pytest.raises(InputError, match="--keep-runs: 6 of 6 runs"):
-        sweep(tiny_lab(tmp_path, FAST), tmp_path / "out", StudyOptions("cpu", 0, keep_runs=True), Progress())
-    assert not (tmp_path / "out").exists()

@@ -274,12 +274,6 @@ def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp
     assert read_plan(tmp_path / "out").runs == []
 
 
-def test_particles_are_kept_on_request_also_of_runs_that_are_done(lab, unbroken, done):
-    sweep(lab, done, replace(HERE, keep_runs=True), Progress())
-    assert len(list(done.glob("runs/*/particles.csv"))) == 4
-    assert results_of(done) == results_of(unbroken)
-
-
 def test_folders_that_are_somebody_else_s_in_use_or_edited_are_refused(lab, tmp_path, fresh):
     (tmp_path / "theirs").mkdir()
     (tmp_path / "theirs" / "thesis.txt").write_text("mine")
