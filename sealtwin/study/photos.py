@@ -312,24 +312,22 @@ def write_contact_sheet(
     path: Path, folder: Path, rows: Sequence[BatchRow], sheets: Mapping[str, ReadSheet] | None = None
 ) -> None:
     """Write a self-contained page; its pictures link to the run folders. ``sheets`` are in question."""
-    import jinja2
+    from validate.figures.page import page_environment
 
-    environment = jinja2.Environment(
-        loader=jinja2.ChoiceLoader([jinja2.PackageLoader("sealtwin"), jinja2.PackageLoader("validate")]),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-    )
     refused = [row.folder for row in rows if (folder / row.folder / REFUSED).is_file()]
     done = [row for row in rows if row.status == "ok"]
-    page = environment.get_template("contact_sheet.html.j2").render(
-        photos=rows,
-        thumbnails={row.folder: _thumbnail(folder / row.folder / "overlay.png") for row in done},
-        refused={name: _thumbnail(folder / name / REFUSED) for name in refused},
-        done=done,
-        sheets=sheets or {},
-        letters=letters,
-        sealant_ml=sum(row.sealant_ml or 0.0 for row in done),
+    page = (
+        page_environment("sealtwin")
+        .get_template("contact_sheet.html.j2")
+        .render(
+            photos=rows,
+            thumbnails={row.folder: _thumbnail(folder / row.folder / "overlay.png") for row in done},
+            refused={name: _thumbnail(folder / name / REFUSED) for name in refused},
+            done=done,
+            sheets=sheets or {},
+            letters=letters,
+            sealant_ml=sum(row.sealant_ml or 0.0 for row in done),
+        )
     )
     files.write_text(path, page)
 

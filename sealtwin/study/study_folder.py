@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator, with_config
 
@@ -29,7 +29,7 @@ PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
 FILL = "fill.npz"  # How a run filled its crack, for the pictures of a map
 AGAIN = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes what is missing."
 State = Literal["waiting", "done", "failed"]
-STATES: tuple[State, ...] = ("waiting", "done", "failed")
+STATES: tuple[State, ...] = get_args(State)
 
 
 class RunErrors(Result):

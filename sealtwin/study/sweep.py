@@ -14,10 +14,21 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
-from sealtwin.study import study_folder
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import INPUTS, MOST_NUMBERS, StudyOptions, WantedRun, bring_up_to_date, schedule
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
+from sealtwin.study.study_folder import (
+    STATES,
+    Plan,
+    StudyFigures,
+    StudyRun,
+    fluid_warnings,
+    holds_study,
+    other_versions,
+    read_plan,
+    remove_temporary_files,
+    write_plan,
+)
 from sealtwin.trial.job import DIGITISED, numbers_up_to, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.trial_file import drafted, load_trial, refuse_seeds, replaced, sets_resolution
 from validate.metrics.verdict import kept_volume
@@ -77,7 +88,7 @@ def brought_up_to_date(
     progress: Progress,
     *,
     part: bool = False,
-) -> study_folder.Plan:
+) -> Plan:
     """Compute the runs of a study that are not done, and return its plan. The caller must have locked ``folder``.
 
     File names in the trials are relative to ``source``. A later call may plan more runs; finished ones are not computed
@@ -88,7 +99,7 @@ def brought_up_to_date(
     started_s = time.time()
     samples = _digitise(planned, source, folder, options, progress)
     runs, largest, doubts = schedule(_wanted(planned, samples, folder, options), options.device, numbers)
-    plan = study_folder.Plan(name, runs, started_s, numbers)
+    plan = Plan(name, runs, started_s, numbers)
     size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
     announced = "" if part else f"{name}: {len(runs)} runs of {size}."
     return bring_up_to_date(folder, plan, largest, options, progress, "Sweeping", announced, doubts)
@@ -96,24 +107,24 @@ def brought_up_to_date(
 
 def status(folder: Path) -> dict[str, Any]:
     """Return the state of a sweep, also while it runs. Raises InputError if ``folder`` has none."""
-    return report(folder, study_folder.read_plan(folder), _holder(folder), table=False)
+    return report(folder, read_plan(folder), _holder(folder), table=False)
 
 
 def require_own(folder: Path) -> None:
     """Raise InputError if a folder has files, but no study."""
     require_folder(folder)
-    if folder.is_dir() and not study_folder.holds_study(folder):
+    if folder.is_dir() and not holds_study(folder):
         refuse_foreign(folder, "sweep")
 
 
 def adopt(folder: Path, study: str) -> None:
     """Assign the folder to a study. Raises InputError if another study is in it."""
-    if not study_folder.holds_study(folder):
-        study_folder.write_plan(folder, study_folder.Plan(study, [], time.time()))
-    present = study_folder.read_plan(folder).study
+    if not holds_study(folder):
+        write_plan(folder, Plan(study, [], time.time()))
+    present = read_plan(folder).study
     if present != study:
         raise InputError(f"{folder}: has the study '{present}'; this is '{study}'. Give --out another folder.")
-    study_folder.remove_temporary_files(folder)
+    remove_temporary_files(folder)
 
 
 def _digitise(
@@ -162,7 +173,7 @@ def _wanted(
     return wanted
 
 
-def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
+def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
     """Return the --json object of a study. If ``table`` is True, also write its runs as runs.csv."""
     runs = plan.runs
     failed = [run for run in runs if run.state == "failed"]
@@ -176,21 +187,21 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
         "version": 1,
         "name": plan.study,
         "folder": shown(folder),
-        "states": {state: sum(run.state == state for run in runs) for state in study_folder.STATES},
+        "states": {state: sum(run.state == state for run in runs) for state in STATES},
         "stage_numbers": plan.numbers,
-        "other_versions": study_folder.other_versions(folder, plan),
+        "other_versions": other_versions(folder, plan),
         "computed_by": holder,
         "left_s": _left_s(plan) if holder else None,
         "best": _best(runs),
         "not_ranked": _not_ranked(runs),
         "screening": screening(runs),
-        "fluid_warnings": study_folder.fluid_warnings(runs),
+        "fluid_warnings": fluid_warnings(runs),
         "exit_code": BUG if any(run.trace for run in failed) else SOME_FAILED if failed else 0,
         "runs": rows,
     }
 
 
-def _left_s(plan: study_folder.Plan) -> float | None:
+def _left_s(plan: Plan) -> float | None:
     """Estimate the time until all runs are finished from the pace since the last start; None until a run finishes."""
     since = [run for run in plan.runs if (run.finished_unix_s or 0.0) > plan.started_unix_s]
     if not since:
@@ -213,7 +224,7 @@ def _holder(folder: Path) -> str | None:
         return None
 
 
-def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
+def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:
     """Return the ranked run with the least mean error, and its baselines; None without readings or ranked runs."""
     compared = [
         (run.figures.mean_error_mm, run, run.figures)
@@ -234,7 +245,7 @@ def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
     }
 
 
-def _baselines(run: study_folder.StudyRun, figures: study_folder.StudyFigures, error_mm: float) -> dict[str, Any]:
+def _baselines(run: StudyRun, figures: StudyFigures, error_mm: float) -> dict[str, Any]:
     """Compare the best run with baseline curves that have as many coefficients as settings vary or were fitted."""
     from validate.metrics.baselines import ALWAYS, against_baselines, beaten
 
@@ -255,13 +266,13 @@ def _baselines(run: study_folder.StudyRun, figures: study_folder.StudyFigures, e
     }
 
 
-def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
+def _not_ranked(runs: Sequence[StudyRun]) -> list[dict[str, Any]]:
     """Return the runs whose volume is off by over 5 %, each with its settled volume divided by the dispensed one."""
     ratios = ((run.number, run.figures.volume_ratio) for run in runs if run.figures is not None)
     return [{"number": number, "volume_ratio": ratio} for number, ratio in ratios if not kept_volume(ratio)]
 
 
-def screening(runs: Sequence[study_folder.StudyRun]) -> str:
+def screening(runs: Sequence[StudyRun]) -> str:
     """Return a sentence on the runs of the fast model, or on drafts; empty if all runs are by particles, accurately."""
     if not (fast := [run for run in runs if run.fast]):
         drafts = sum(run.trial.get("solver", {}).get("preset") == "draft" for run in runs)
@@ -274,7 +285,7 @@ def screening(runs: Sequence[study_folder.StudyRun]) -> str:
     )
 
 
-def _row(run: study_folder.StudyRun) -> dict[str, Any]:
+def _row(run: StudyRun) -> dict[str, Any]:
     figures = run.figures
     return {
         "number": run.number,

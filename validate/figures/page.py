@@ -108,11 +108,10 @@ class Page:
     sections: Sequence[Section]
 
 
-def page_environment() -> jinja2.Environment:
-    """Return the environment of the package's templates, which escapes all text."""
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
-    )
+def page_environment(*packages: str) -> jinja2.Environment:
+    """Return the environment of the templates of ``packages`` and of this one, which escapes all text."""
+    loader = jinja2.ChoiceLoader([jinja2.PackageLoader(package) for package in (*packages, "validate")])
+    return jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
 
 
 def write_page(path: Path, page: Page) -> list[str]:
