@@ -18,7 +18,6 @@ from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, without
-from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study.estimate import REPORT_S, Timing, size_of
@@ -92,9 +91,8 @@ def compute_other_seeds(job: Job) -> bool:
     alone = job.trial.model_copy(update={"seeds": None, "readings": None, "gate": None})
     base, folder, device = Base.of(replace(job, trial=alone)), job.path / "seeds", choose_device(job.device)
     others: list[Variant] = [({"seed": number}, with_seed(alone, number), base.sample) for number in range(1, count)]
-    options = StudyOptions(device, min(job.jobs, len(others) if device == "cpu" else 1), later_s=REPORT_S, retry=True)
-    why = f"the mean of {count} seeds"
-    runs = compute_variants(folder, SEEDS, others, base, inputs, options, job.progress, why)
+    jobs = min(job.jobs, len(others) if device == "cpu" else 1)
+    runs = compute_variants(job, folder, others, base, inputs, device, jobs, f"the mean of {count} seeds")
     seeds = [job.trial.seed, *(int(run.trial["seed"]) for run in runs)]
     profiles = [base.profile, *(read_level(folder, run) for run in runs)]
     s_mm = base.profile.s_mm
@@ -163,9 +161,8 @@ def vary(job: Job) -> bool:
     drew_s = time.monotonic() - began
     runs = list[StudyRun]()
     if particles:
-        options = StudyOptions(device, cores() if device == "cpu" else 1, later_s=REPORT_S, retry=True)
-        variants = _variants(base, designed=not drawn)
-        runs = compute_variants(folder, UNCERTAINTY, variants, base, inputs, options, job.progress, "the uncertainty")
+        variants, jobs = _variants(base, designed=not drawn), cores() if device == "cpu" else 1
+        runs = compute_variants(job, folder, variants, base, inputs, device, jobs, "the uncertainty")
     spread = _spread(base, [read_level(folder, run) for run in runs], draws)
     job.folder.clear(UNCERTAINTY)
     files.write_json(job.path / SPREAD, spread.content())
@@ -268,16 +265,16 @@ def with_seed(trial: Trial, number: int) -> Trial:
 
 
 def compute_variants(
+    job: Job,
     folder: Path,
-    name: str,
     variants: Sequence[Variant],
     base: Base,
     inputs: Mapping[str, str],
-    options: StudyOptions,
-    progress: Progress,
+    device: str,
+    jobs: int,
     why: str,
 ) -> list[StudyRun]:
-    """Compute the variants that are not done yet, and return the runs of all, those of a study called ``name``.
+    """Compute the variants that are not done yet in ``folder``, and return the runs of all.
 
     ``inputs`` are the hashes of the trial's own run; ``why`` completes "Extra runs for ". Raises InputError if
     particles do not fit a crack, and NumericalError if a run failed.
@@ -294,19 +291,19 @@ def compute_variants(
         wanted.append(WantedRun(number, moved, trial, sample, home, inputs, depends))
         write_sample(folder, wanted[-1])
     try:
-        runs, largest, doubts = schedule(wanted, options.device, numbers_up_to("simulate"))
+        runs, largest, doubts = schedule(wanted, device, numbers_up_to("simulate"))
     except InputError as fault:
         raise InputError(
             f"{folder}: an extra run is not possible. {fault}\nExtra runs may have smaller and larger particles than "
             "the trial's: give the trial another solver.radius_mm."
         ) from None
-    plan = Plan(name, runs, numbers=numbers_up_to("simulate"))
-    announced = f"Extra runs for {why}:"
-    timings = own_timing(base)
-    plan = bring_up_to_date(folder, plan, largest, options, progress, "Extra runs", announced, doubts, timings)
+    plan = Plan(folder.name, runs, numbers=numbers_up_to("simulate"))
+    options = StudyOptions(device, jobs, later_s=REPORT_S, retry=True)
+    words = "Extra runs", f"Extra runs for {why}:"
+    plan = bring_up_to_date(folder, plan, largest, options, job.progress, *words, doubts, own_timing(base))
     require_done(folder, plan.runs, f"there is no result for {why}")
     if finer := [words_of(run.settings) for run in plan.runs if run.figures and run.figures.health.finer]:
-        progress.warn(
+        job.progress.warn(
             f"{len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
             f"({finer[0]}). They may differ from the others by more than by the seed: give the trial a number of "
             "solver.substeps with which none fails."

@@ -1,6 +1,5 @@
 """Compute the runs of a study in one folder, which is a sweep."""
 
-import hashlib
 import json
 import platform
 import time
@@ -14,6 +13,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
+from sealtwin.core.stage_keys import content_key
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import INPUTS, MOST_NUMBERS, StudyOptions, WantedRun, bring_up_to_date, schedule
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
@@ -137,8 +137,7 @@ def _digitise(
     """
     runs: dict[str, list[PlannedRun]] = {}
     for run in planned:
-        settings = json.dumps(stage_settings(run.trial, "digitise"), sort_keys=True)
-        runs.setdefault(hashlib.sha256(settings.encode()).hexdigest()[:12], []).append(run)
+        runs.setdefault(content_key(stage_settings(run.trial, "digitise"))[:12], []).append(run)
     faults: dict[str, list[int]] = {}
     for name, alike in runs.items():
         try:
