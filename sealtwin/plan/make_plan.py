@@ -32,7 +32,19 @@ from sealtwin.plan.search import (
     require_possible,
     target_of,
 )
-from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
+from sealtwin.plan.verify import (
+    Misfit,
+    Planned,
+    Round,
+    Verifier,
+    WithMore,
+    mean_of,
+    misfit,
+    plan_cautions,
+    plan_finding,
+    require_plannable,
+    write_plan_page,
+)
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.exports import CellFile, origin_of, require_confirmed, write_programs
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
@@ -292,8 +304,6 @@ def make_plan(
     with inputs.digitised(folder, progress) as sample:
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
         planned = plan_on(verifier, options, draws, inputs.limits_by, file)
-        from sealtwin.plan.pages import plan_cautions, plan_finding, write_plan_page
-
         warned = verifier.fluid_warnings
         content = _write(folder, planned, trial.name, warned)
         write_plan_page(folder / PAGE, trial.name, planned, warned)

@@ -9,5 +9,5 @@ To add a figure to the report, write a function that returns a ``Figure``, besid
 
 To add a figure to the page of a study, write the function, and list it as a ``Plot`` with its caption and the numbers
 of its CSV in the function of that page: ``map_page``, ``compare_page``, ``calibration_page``, or the plan's
-(``sealtwin.plan.pages``). ``page`` writes all of them.
+(``sealtwin.plan.verify``). ``page`` writes all of them.
 """

@@ -20,9 +20,8 @@ from sealtwin.core.records import Profile, Sample
 from sealtwin.plan import PlanOptions
 from sealtwin.plan import search as searching
 from sealtwin.plan.make_plan import case_of, plan_on
-from sealtwin.plan.pages import plan_cautions
 from sealtwin.plan.search import Case, Goal, Knots, Limits, discrepancy, limits_of, require_possible, search, target_of
-from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, misfit
+from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, misfit, plan_cautions
 from sealtwin.trial.trial_file import load_trial
 from simulate.pour import Pour
 from simulate.settings import Fluid, Solver
