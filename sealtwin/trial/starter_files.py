@@ -27,7 +27,6 @@ STUDY = TEMPLATES.joinpath("study.toml").read_text(encoding="utf-8")
 SHEET = "caliper.xlsx"
 HEADER = ("Distance along crack [mm]", *(f"Depth below face {repeat} [mm]" for repeat in (1, 2, 3)))
 """Header of the empty sheet of readings, with three repeats at each station."""
-STATIONS = 30  # Empty rows with a frame
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
 """Files of the paper's reconstructed trial, which is a fixture of the tests. The wheel has them too."""
 MEASURED = ("measured.toml", "fronts.csv", "flow_curve_okonomiyaki.csv")
@@ -75,21 +74,16 @@ def write_starter(folder: Path) -> list[Path]:
 def empty_sheet() -> bytes:
     """Return an XLSX for readings. It is read without a question once numbers are in it."""
     import openpyxl
-    from openpyxl.styles import Alignment, Border, Font, Side
+    from openpyxl.styles import Font
     from openpyxl.utils import get_column_letter
 
     book, content = openpyxl.Workbook(), BytesIO()
     sheet = book.worksheets[0]
     sheet.title = "Readings"
     sheet.append(HEADER)
-    line = Side(style="thin", color="999999")
-    for row in sheet.iter_rows(min_row=1, max_row=1 + STATIONS, max_col=len(HEADER)):
-        for cell in row:
-            cell.border = Border(line, line, line, line)
-            cell.number_format = "0.00"
-    for column, cell in enumerate(sheet[1], start=1):
-        cell.font, cell.alignment = Font(bold=True), Alignment(wrap_text=True, vertical="top")
-        sheet.column_dimensions[get_column_letter(column)].width = 18
+    for column, text in enumerate(HEADER, start=1):
+        sheet.cell(1, column).font = Font(bold=True)
+        sheet.column_dimensions[get_column_letter(column)].width = len(text)
     sheet.freeze_panes = "A2"
     book.save(content)
     return content.getvalue()
