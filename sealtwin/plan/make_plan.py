@@ -148,7 +148,7 @@ def plan_on(
     ``draws`` are trials with settings drawn from a posterior; the plan is for the trial itself if there are none.
     Raises InputError if no plan is possible, NumericalError if a particle run fails.
     """
-    sample, trial, drafts = verifier.sample, verifier.trial, not options.accurate
+    sample, trial, progress, drafts = verifier.sample, verifier.trial, verifier.progress, not options.accurate
     nominal = case_of(sample, trial)
     cases = [case_of(sample, draw) for draw in draws] or [nominal]
     few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
@@ -166,7 +166,7 @@ def plan_on(
     verifier.ahead_s = (options.verify + drafts) * search_s + 2 * drafts * verifier.work_s(1, drafts=False)
     for runs in (len(paths), *[1] * options.verify, options.seeds - 1):
         verifier.ahead_s += verifier.work_s(runs, drafts=drafts)
-    verifier.progress.note(
+    progress.note(
         f"Two baselines, {options.verify} rounds and {options.seeds} seeds: about "
         f"{in_words(verifier.corrected_s(verifier.ahead_s))} in all, from a model; the first runs will correct it."
     )
@@ -174,16 +174,18 @@ def plan_on(
 
     def corrected(name: str, start: Floats, apart_mm2: Floats, *, drafts: bool) -> Round:
         """Search a plan from ``start`` with the fast model corrected by ``apart_mm2``, and judge it by particles."""
-        verifier.begin(f"Searching, {name}", searching.MOST_STEPS, search_s)
+        verifier.ahead_s -= search_s
+        progress.start(f"Searching, {name}", searching.MOST_STEPS)
+        progress.later(verifier.corrected_s(verifier.ahead_s))
         # Corrections keep the reserve: if the fast model is right, sealant that they add is over the face.
         most = rounds[0].plan if rounds and options.reserve_mm > 0 else None
         goal = Goal(target_mm2, apart_mm2)
-        plan = searching.search(few, knots, limits, goal, start, verifier.progress.advance, most)
+        plan = searching.search(few, knots, limits, goal, start, progress.advance, most)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         (judged,) = verifier.judge(f"Particles, {name}", [(name, path, trial.seed)], drafts=drafts)
         expected_mm = corrected_level_mm(nominal.along(path), apart_mm2)
         off_mm = float(np.abs(judged.level.level_at_mm(sections.s_mm) - expected_mm).mean())
-        verifier.progress.note(
+        progress.note(
             f"{name}: {judged.misfit.under_mm3:.0f} mm3 are missing below the face and {judged.misfit.over_mm3:.0f} "
             f"mm3 are above it; prediction and particles differ by {off_mm:.2f} mm"
         )

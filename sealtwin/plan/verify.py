@@ -157,12 +157,6 @@ class Verifier:
     """Expected time, by the model of ``sealtwin.study.estimate``, of the work of the command that has not begun."""
     _runs: list[study_folder.StudyRun] = field(default_factory=list)
 
-    def begin(self, title: str, steps: int, work_s: float) -> None:
-        """Show that a part of the work ahead begins."""
-        self.ahead_s -= work_s
-        self.progress.start(title, steps)
-        self.progress.later(self.corrected_s(self.ahead_s))
-
     def judge(self, title: str, paths: Sequence[NamedPath], *, drafts: bool = False) -> list[Round]:
         """Return a round for each of ``paths``. Arguments and faults are those of ``levels``."""
         self.ahead_s -= self.work_s(len(paths), drafts=drafts)
