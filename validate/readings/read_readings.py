@@ -88,6 +88,7 @@ def readings_of(
         doubts=tuple(map(str, questions)),
         questions=questions,
         understood=understood,
+        means=rows.means,
         is_depth=cells.is_depth,
     )
 
@@ -145,5 +146,4 @@ def _understood(table: Table, rows: ReadRows) -> ReadSheet:
         tuple(texts),
         frozenset((row, column.index) for row in first if row in rows.read for column in table.used),
         frozenset(header),
-        rows.means,
     )

@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from operator import itemgetter
@@ -10,12 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sealtwin.core.doubts import CONFIRMS, Mean
+from sealtwin.core.doubts import CONFIRMS
+from sealtwin.core.records import QuantityMean
 from validate.readings.grid import BLANK, Cell, letters, listed, quoted
 from validate.readings.screens import ReadCells
 from validate.readings.table import Column, Table, numeric
 from validate.readings.words import (
+    MINUS,
     MM,
+    NUMBER,
+    QUANTITIES,
     Role,
     common_mark,
     decimals_of,
@@ -23,6 +27,7 @@ from validate.readings.words import (
     is_calculated,
     is_missing,
     number,
+    plain_letters,
 )
 from validate.settings import Decimal
 
@@ -57,7 +62,7 @@ class ReadRows:
     mark: Decimal | None
     read: frozenset[int]  # Rows with a place and a reading
     passed: frozenset[int]  # Rows to skip, rows of means, and rows that are asked about
-    means: tuple[Mean, ...]  # Of the other quantities
+    means: dict[str, QuantityMean]  # Of the other quantities
 
 
 def read_rows(table: Table) -> ReadRows:
@@ -67,7 +72,7 @@ def read_rows(table: Table) -> ReadRows:
     passed = frozenset(_passed(table))
     stations = dict(_station_cells(table, passed))
     cells = _read_cells(table, _readings(table, numbers, stations))
-    return ReadRows(cells, numbers.mark, frozenset(stations), passed, tuple(_means(table, numbers, stations)))
+    return ReadRows(cells, numbers.mark, frozenset(stations), passed, dict(_means(table, numbers.mark, cells)))
 
 
 def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, Cell]]:
@@ -246,12 +251,48 @@ def _declared_places(table: Table, numbers: list[float]) -> list[float]:
     return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
 
 
-def _means(table: Table, numbers: _Numbers, rows: Iterable[int]) -> Iterator[Mean]:
-    """Yield the mean of each column of another quantity, over the rows with readings."""
-    for column in table.others.values():
-        values = [value_of(table.cell(row, column), numbers.mark) for row in rows]
-        if column.role.is_quantity and (values := [value for value in values if value is not None]):
-            yield Mean(column.role.value, float(np.mean(values)), column.unit or "", len(values))
+def _means(table: Table, mark: Decimal | None, cells: ReadCells) -> Iterator[tuple[str, QuantityMean]]:
+    """Yield the means of the other quantities over the stations that are read, and ask about what is left out."""
+    for role in QUANTITIES:
+        columns = [column for column in table.others.values() if column.role is role]
+        if columns[1:]:
+            finding = f"column {columns[0].letters} has the {role.value} too, and only its mean is shown."
+            others = [column.letters for column in columns[1:]]
+            table.ask(role.value, f"column {listed(others)}: {finding}", "", {CONFIRMS: others}, others)
+        for column in columns[:1]:
+            values, unit = _values_of(table, column, mark, np.unique(cells.rows).tolist())
+            of_stations = [[values[row] for row in {*rows} & values.keys()] for rows in cells.rows.tolist()]
+            if means := [float(np.mean(of_station)) for of_station in of_stations if of_station]:
+                yield role.value, QuantityMean(value=float(np.mean(means)), unit=unit, stations=len(means))
+
+
+def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[int]) -> tuple[dict[int, float], str]:
+    """Return the values of a quantity by row, and their unit; ask about cells that have none within its limits."""
+    role, unit, values, left_out = column.role, column.unit or "", dict[int, float](), dict[str, str]()
+    for row in rows:
+        cell = table.cell(row, column)
+        # Texts without digits are remarks.
+        if cell.kind == "text" and (is_missing(cell.text) or not any(map(str.isdigit, cell.text))):
+            continue
+        text = cell.text.translate(MINUS)
+        end = match.end() if (match := NUMBER.match(text)) else 0
+        value = number(text[:end], None if cell.kind == "number" else mark)
+        behind = plain_letters(f"{text[end:]}{cell.unit}").strip(" \u00b0")
+        if value is not None and cell.kind == "number" and behind == "%":
+            value *= 100  # A workbook has 45 % as 0.45.
+        units = role.units_in([behind])
+        unit = unit or "".join(units)
+        low, high = role.limits_in(unit)
+        if value is not None and low <= value <= high and (not behind or units == [unit]):
+            values[row] = value
+        else:
+            left_out[f"{column.letters}{row}"] = cell.text
+    if left_out:
+        texts = listed([f"{name} {quoted(text)}" for name, text in left_out.items()])
+        low, high = role.limits_in(unit)
+        finding = f"{texts}: no {role.value} of {low:g} to {high:g} {unit or 'in its unit'}, so left out of the mean."
+        table.ask(role.value, finding, "Correct it, or clear the cell.", {CONFIRMS: [*left_out]}, [*left_out])
+    return values, unit
 
 
 def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:

@@ -56,6 +56,13 @@ def test_numbers_are_read_as_they_are_stored(read):
     assert (grid.written, grid.sheet, grid.elsewhere) == (("XLSX", "sheet 'Sheet'"), "Sheet", [])
 
 
+def test_a_humidity_that_excel_stores_as_a_share_is_a_percentage(first, read, tmp_path):
+    for row, value in enumerate(("Luftfeuchte", 0.4, 0.5, 60), start=1):
+        first.cell(row, 4, value).number_format = "0 %" if row < 4 else "General"
+    assert read().rows[2][3] == Cell("0.4", "number", "%")
+    assert read_readings(tmp_path / "lab.xlsx", Declared()).means["humidity"].value == pytest.approx(50)
+
+
 @pytest.mark.parametrize("code", ['0.0" mm days"', "[Red]0.0;-0.0", "0.0E+00", "Standard", "Est\u00e1ndar"])
 @pytest.mark.parametrize("value", [0.25, 2, 60.5, -2.5])
 def test_formats_of_numbers_make_no_dates(first, read, code, value):
