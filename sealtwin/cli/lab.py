@@ -85,7 +85,7 @@ def lab(
 
 def _run(command: Command, folder: Path, jobs: int | None) -> Answer:
     from sealtwin.cli.folder_answer import samples_answer
-    from sealtwin.lab.run_samples import run_samples
+    from sealtwin.lab.catalogue import run_samples
     from sealtwin.study.runner import StudyOptions
 
     options = StudyOptions(*command.device_and_jobs(jobs))

@@ -15,8 +15,8 @@ from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record
-from sealtwin.lab.files import PAIRING, TRIAL, LeftOut, Placed, find_files, pairing_text, read_decisions
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, Record
+from sealtwin.lab.files import PAIRING, TRIAL, CatalogueFault, Placed, find_files, pairing_text, read_decisions
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults
 from sealtwin.lab.sample import Fate, LabSample, gather, pair, prepare, read_sheets
 from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
@@ -36,7 +36,8 @@ class Ingested:
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool
     samples: list[LabSample]  # And files that belong to no photo
-    left_out: list[LeftOut]
+    unused: list[CatalogueFault]  # Files that are not used
+    lost: list[CatalogueFault]  # Files that are not used and may have data of the lab
     placed: Placed
     decisions: Placed
     traced: Batch | None = None  # None if nothing was to be traced
@@ -49,7 +50,7 @@ class Ingested:
             for sample in self.samples
             for sentence, question in sample.questions.items()
         ]
-        return faults + [CatalogueFault(each.file, each.reason) for each in self.left_out if each.lost]
+        return [*faults, *self.lost]
 
 
 def ingest(
@@ -67,7 +68,7 @@ def ingest(
     """
     _require_usable(folder, lab)
     folder = folder.resolve()
-    named, left_out = find_files(folder)
+    named, unused, lost = find_files(folder)
     defaults = read_defaults(folder)
     way = os.path.relpath(folder, lab.resolve())
     # Without the path of the folder; it does not change if folder and lab are moved together.
@@ -82,8 +83,8 @@ def ingest(
             decisions = earlier.decisions if earlier else {}
         catalogue.content.pairing = digest
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
-        samples = pair(folder, placed, [each.file for each in left_out if each.lost])
-        ingested = Ingested(lab, source, dry_run, samples, left_out, placed, decisions)
+        samples = pair(folder, placed, [fault.name for fault in lost])
+        ingested = Ingested(lab, source, dry_run, samples, unused, lost, placed, decisions)
         if not samples and not ingested.faults:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {counted(len(samples), 'sample')}", len(samples))

@@ -5,11 +5,10 @@ The columns have a unit, and the readings a direction, by the names in the heade
 
 import re
 from bisect import bisect_left
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import takewhile
+from itertools import chain, takewhile
 from typing import Any, get_args
 
 from sealtwin.core.doubts import Doubt
@@ -155,22 +154,18 @@ def find_header(part: Rows, top: int) -> Header:
     Without names of columns, the header has no rows.
     """
     rows = [*part]
-    inside = [row for row in rows if row >= top]
+    start, end = bisect_left(rows, top), len(rows)
     # A part without a header has that of the rows above it.
-    above = [row for row in reversed(rows) if row < top]
-    for begin in (*inside[:FIRST_ROWS], *above):
-        index = bisect_left(rows, begin)
+    for index in (*range(start, min(start + FIRST_ROWS, end)), *range(start - 1, -1, -1)):
         # Rows with units and with the numbers of repeats belong to the header above them.
         for count in range(MOST_ROWS, 0, -1):
             header = rows[index : index + count]
             if names := _names_if_header([part[row] for row in header]):
                 return Header(tuple(header), names, max(header[-1] + 1, top))
     # Without known names, it is the rows of texts above the first row with numbers.
-    first = next((row for row in inside if _has_numbers(part[row])), inside[0] if inside else top)
-    texts = takewhile(
-        lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]),
-        range(first - 1, first - 1 - MOST_ROWS, -1),
-    )
+    first = next((row for row in rows[start:] if _has_numbers(part[row])), rows[start] if start < end else top)
+    above = reversed(range(first - MOST_ROWS, first))
+    texts = takewhile(lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]), above)
     header = tuple(texts)[::-1]
     return Header(header, _names_of([part[row] for row in header]), first)
 
@@ -180,16 +175,15 @@ def _names_of(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str]:
 
     A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
     """
-    names, above = defaultdict[int, list[str]](list), [BLANK] * len(rows)
+    names, left = dict[int, str](), [""] * len(rows)
     for column in sorted({column for cells in rows for column in cells}):
-        is_last = True
-        for i, cells in reversed([*enumerate(rows)]):
-            cell = cells.get(column, BLANK)
-            above[i] = cell if cell.text else above[i]
-            text = cell.text if is_last else above[i].text
-            is_last = is_last and not cell.text
-            names[column] += [text] if text else []
-    return {column: " ".join(dict.fromkeys(reversed(parts))) for column, parts in names.items() if parts}
+        texts = [cells.get(column, BLANK).text for cells in rows]
+        left = [text or beside for text, beside in zip(texts, left, strict=True)]
+        while texts and not texts[-1]:
+            texts.pop()
+        if parts := [*filter(None, left[: len(texts)])]:
+            names[column] = " ".join(dict.fromkeys(parts))
+    return names
 
 
 def _names_if_header(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str] | None:
@@ -243,14 +237,14 @@ def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
 
 def _set_columns(table: Table) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
-    chosen, cells = table.chosen, [each for row in table.body for each in table.part[row].items()]
+    chosen, cells = table.chosen, chain.from_iterable(table.part[row].items() for row in table.body)
     numbers = sorted({column for column, cell in cells if numeric(cell) or cell.kind == "formula"})
     meanings = {column: what for column, name in table.header.names.items() if (what := meaning(name)) is not None}
-    settings = {Role.STATION: chosen.s, Role.READING: chosen.levels, Role.REPEAT: chosen.repeat}
+    settings = {Role.STATION: (chosen.s,), Role.READING: chosen.levels or (None,), Role.REPEAT: (chosen.repeat,)}
     stations, readings, repeats = (
-        [column for column, what in meanings.items() if what.role is role]
-        if entries is None
-        else _lettered(table, (entries,) if isinstance(entries, str) else entries, numbers)
+        _lettered(table, [*filter(None, entries)], numbers)
+        if any(entries)
+        else [column for column, what in meanings.items() if what.role is role]
         for role, entries in settings.items()
     )
     if chosen.levels is not None:
