@@ -58,7 +58,7 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
             return _read_text(path, content, separator).require_size()
         finding = f"a text file, which has no sheets, but [readings] sheet = {sheet!r}."
         raise refused(path, finding, "Remove this setting, or give the workbook.")
-    from validate.readings import open_document, workbook
+    from validate.readings import workbooks
 
     try:
         archive = zipfile.ZipFile(io.BytesIO(content))
@@ -67,10 +67,10 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
             raise refused(path, finding, SMALLER)
         # openpyxl warns about skipped styles and extensions, which contain no readings.
         with warnings.catch_warnings(action="ignore"):
-            if open_document.MIMETYPE in content[:128]:
-                sheets = [*open_document.read_worksheets(path, archive)]
+            if workbooks.MIMETYPE in content[:128]:
+                sheets = [*workbooks.read_ods(path, archive)]
             elif "[Content_Types].xml" in archive.namelist():
-                sheets = [*workbook.read_worksheets(path, archive, content)]
+                sheets = [*workbooks.read_xlsx(path, archive, content)]
             else:
                 raise refused(path, "a zip file, but not an XLSX.", SAVE_AGAIN)
     except SheetFaults:
