@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from operator import itemgetter
@@ -31,10 +31,9 @@ from validate.readings.words import (
 )
 from validate.settings import Decimal
 
-CLOSEST_MM = 0.01
-"""Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
+CLOSEST = 2
+"""Decimals of s in mm that distinguish stations: up to the last digit of a caliper. Others are one, read twice."""
 SLACK_MM = 2.0
-HUGE_MM = 1e9  # Numbers above are no places, and too large to be divided
 LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
 COMPLAINTS = {
     "formula": ("a formula without a stored result", "Open the workbook in a spreadsheet program and save it."),
@@ -102,35 +101,30 @@ class _Numbers:
         self.mark: Decimal | None = _decimal_mark(table)
         self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
 
-    def reading(self, row: int, column: Column) -> Reading:
-        cell = self.table.cell(row, column)
-        if f"{column.letters}{row}" in self.table.chosen.skip or (cell.kind == "text" and is_missing(cell.text)):
+    def reading(self, row: int, column: Column, cell: Cell) -> Reading:
+        """Return the number of a cell that counts for a row; NaN if it is missing, or after noting what is wrong."""
+        name, is_reading = f"{column.letters}{row}", column.role is Role.READING
+        if name in self.table.chosen.skip or (is_reading and cell.kind == "text" and is_missing(cell.text)):
             return Reading(math.nan, row, column.index)
         (text, _), factor = numeric(cell) or ("", ""), MM[column.unit or "mm"]
-        return Reading(self.in_mm(row, column, cell), row, column.index, factor * 10.0 ** -decimals_of(text))
-
-    def in_mm(self, row: int, column: Column, cell: Cell) -> float:
-        """Return the number of a cell in millimetres, or NaN after noting what is wrong."""
-        if (value := value_of(cell, self.mark)) is not None:
-            return value * MM[column.unit or "mm"]
-        has_digits = any(map(str.isdigit, cell.text)) or column.role is not Role.READING
+        # The numbers of a workbook have a point.
+        if (value := number(text, "point" if cell.kind == "number" else self.mark)) is not None:
+            return Reading(value * factor, row, column.index, factor * 10.0 ** -decimals_of(text))
+        has_digits = any(map(str.isdigit, cell.text)) or not is_reading
         text_kind = "mark" if number(cell.text) is not None else "number" if has_digits else "word"
-        kind = cell.kind if cell.kind in COMPLAINTS else text_kind
-        self.unread[kind][f"{column.letters}{row}"] = cell.text
-        return math.nan
+        self.unread[cell.kind if cell.kind in COMPLAINTS else text_kind][name] = cell.text
+        return Reading(math.nan, row, column.index)
 
     def report(self) -> None:
         """Ask about cells that are no numbers, with one question for each kind of mistake."""
         for kind, cells in self.unread.items():
             finding, remedy = COMPLAINTS[kind]
-            texts = listed([f"{name} {quoted(text)}" for name, text in cells.items()])
-            self.table.ask("cell", f"{texts}: {finding}.", remedy, skipping(self.table, [*cells]), [*cells])
+            self.table.ask("cell", f"{_listed(cells)}: {finding}.", remedy, skipping(self.table, [*cells]), [*cells])
 
 
-def value_of(cell: Cell, mark: Decimal | None) -> float | None:
-    """Return the number of a cell in its own unit; None for another cell, or another decimal mark."""
-    text, _ = numeric(cell) or ("", "")
-    return float(text) if cell.kind == "number" else number(text, mark)
+def _listed(cells: Mapping[str, str]) -> str:
+    """Return cells with their texts in words."""
+    return listed([f"{name} {quoted(text)}" for name, text in cells.items()])
 
 
 def _decimal_mark(table: Table) -> Decimal | None:
@@ -188,12 +182,13 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
     for row, cell in stations.items():
         name = f"{column.letters}{row}"
         is_blank = not table.cell(row, column).text
-        s_mm, readings = numbers.in_mm(row, column, cell), [numbers.reading(row, each) for each in table.readings]
+        s_mm = numbers.reading(row, column, cell).value_mm
+        readings = [numbers.reading(row, each, table.cell(row, each)) for each in table.readings]
         if is_blank:
             blank.append(name)
         if math.isnan(s_mm):
             continue
-        s_mm = nearest.setdefault(round(s_mm / CLOSEST_MM) if abs(s_mm) < HUGE_MM else s_mm, s_mm)
+        s_mm = nearest.setdefault(round(s_mm, CLOSEST), s_mm)
         of_station = by_s.setdefault(s_mm, {})
         is_twice = bool(of_station) and not is_long
         for reading in () if is_twice else readings:
@@ -288,9 +283,10 @@ def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[in
         else:
             left_out[f"{column.letters}{row}"] = cell.text
     if left_out:
-        texts = listed([f"{name} {quoted(text)}" for name, text in left_out.items()])
         low, high = role.limits_in(unit)
-        finding = f"{texts}: no {role.value} of {low:g} to {high:g} {unit or 'in its unit'}, so left out of the mean."
+        finding = (
+            f"{_listed(left_out)}: no {role.value} of {low:g} to {high:g} {unit or 'in its unit'}, not in the mean."
+        )
         table.ask(role.value, finding, "Correct it, or clear the cell.", {CONFIRMS: [*left_out]}, [*left_out])
     return values, unit
 
