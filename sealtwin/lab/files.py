@@ -14,7 +14,7 @@ from typing import Literal, get_args
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.files import as_text_cell, sheet_text
-from validate.readings.files import table_of
+from validate.readings.grid import table_of
 from validate.readings.words import WORDS, plain_letters, sample_key
 from validate.settings import Columns, Declared
 

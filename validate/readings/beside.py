@@ -202,12 +202,8 @@ def _ask_about_marks(table: Table, rows: ReadRows) -> None:
     for kind, (words, mark_of) in MARKS.items():
         answers = list[str]()
         for column in table.used:
-            cells = {row: f"{column.letters}{row}" for row in sorted(rows.read)}
-            marks = {
-                cell: mark_of(table.grid, row, column.index)
-                for row, cell in cells.items()
-                if cell not in table.chosen.skip
-            }
+            marks = {f"{column.letters}{row}": mark_of(table.grid, row, column.index) for row in sorted(rows.read)}
+            marks = {cell: mark for cell, mark in marks.items() if cell not in table.chosen.skip}
             usual = Counter(marks.values()).most_common(1)[0][0] if kind == "coloured" and marks else False
             unlike = [cell for cell, mark in marks.items() if mark != usual]
             answers += [column.letters] if kind == "hidden" and len(unlike) == len(rows.read) > 0 else unlike

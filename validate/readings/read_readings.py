@@ -10,8 +10,7 @@ from sealtwin.core.doubts import CONFIRMS, Doubt, ReadSheet
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from validate.readings.beside import ask_about_rest
-from validate.readings.files import read_grid
-from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed
+from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed, read_grid
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
 from validate.readings.screens import Filling, SheetAndCrack, screens
 from validate.readings.table import WAYS, Table, find_table

@@ -128,8 +128,7 @@ def _listed(cells: Mapping[str, str]) -> str:
 
 
 def _decimal_mark(table: Table) -> Decimal | None:
-    columns = [column for column in table.used if column is not table.repeat]
-    cells = [table.cell(row, column) for row in table.body for column in columns]
+    cells = [table.cell(row, column) for row in table.body for column in table.used if column is not table.repeat]
     texts = [value[0] for cell in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
     mark = table.declared.decimal or common_mark(texts, table.grid.separator)
     if mark is None and (ambiguous := [*filter(is_ambiguous, texts)]):

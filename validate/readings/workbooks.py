@@ -117,8 +117,8 @@ def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[tuple[str, bool, str
         value, (unit, is_struck, colours) = each["value"], looks[each["style_id"]]
         cell = _cell(value, each["data_type"], unit)
         if cell != BLANK:
-            rich_text = value if isinstance(value, list) else ()
-            is_struck = is_struck or any(part.font.strike for part in rich_text if not isinstance(part, str))
+            blocks = [part for part in value if not isinstance(part, str)] if isinstance(value, list) else []
+            is_struck = is_struck or any(block.font.strike for block in blocks)
             # One column too many is enough for a refusal.
             column = min(each["column"] - 1, MOST_COLUMNS)
             marked = cell._replace(is_formula=each["formula"], is_struck=is_struck, colours=colours)

@@ -11,8 +11,7 @@ from openpyxl.styles import Font, PatternFill
 from openpyxl.styles.colors import Color
 
 from tests.sheet_writers import rewritten
-from validate.readings.files import LARGEST_UNPACKED_MB, read_grid
-from validate.readings.grid import FORMULA, Cell, Grid, SheetFaults
+from validate.readings.grid import FORMULA, LARGEST_UNPACKED_MB, Cell, Grid, SheetFaults, read_grid
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 
