@@ -77,9 +77,9 @@ def read_rows(table: Table) -> ReadRows:
 def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, Cell]]:
     """Yield the rows with readings, and the cell with the place of each."""
     above = BLANK
-    for row in table.body if table.station else ():
+    for row in table.body:
         # A row that is skipped has the place of the repeats below it.
-        cell = table.cell(row, table.used[0])
+        cell = table.cell(row, table.station)
         above = cell if cell.text else above
         if row not in passed and _has_readings(table, row):
             yield row, above
@@ -87,8 +87,7 @@ def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, 
 
 def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
     """Return the answer that skips some readings, and the rows of some places; none for half of all rows."""
-    station = "" if table.station is None else table.station.letters
-    entries = [int(row) if (row := cell.removeprefix(station)).isdigit() else cell for cell in cells]
+    entries = [int(row) if (row := cell.removeprefix(table.station.letters)).isdigit() else cell for cell in cells]
     rows = {cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ") for cell in cells}
     return {"columns.skip": entries} if 2 * len(rows) < len(table.body) else {}
 
@@ -174,8 +173,7 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
 
     ``stations`` has the cell of the place of each row.
     """
-    column, *_ = [*table.used, Column(0, Role.STATION)]
-    repeat, is_long = table.repeat, table.repeat is not None or table.confirms("repeats")
+    column, repeat = table.station, table.repeat
     by_s, nearest = dict[float, dict[str, Reading]](), dict[float, float]()
     twice, blank = list[str](), list[str]()
     for row, cell in stations.items():
@@ -189,7 +187,7 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
             continue
         s_mm = nearest.setdefault(round(s_mm, CLOSEST), s_mm)
         of_station = by_s.setdefault(s_mm, {})
-        is_twice = bool(of_station) and not is_long
+        is_twice = bool(of_station) and repeat is None and not table.confirms("repeats")
         for reading in () if is_twice else readings:
             label = f"{len(of_station) + 1}" if repeat is None else table.cell(row, repeat).text
             is_twice = is_twice or label in of_station or is_missing(label)
@@ -216,9 +214,10 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
 def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCells:
     # Numbers by their size
     labels = sorted({*chain.from_iterable(by_s.values())}, key=lambda label: (len(label), label))
-    first = [next(iter(readings.values())) for readings in by_s.values()]
-    lacking = [Reading(math.nan, reading.row, -1) for reading in first]
-    rows = [[of_s.get(label, no) for label in labels] for of_s, no in zip(by_s.values(), lacking, strict=True)]
+    rows = list[list[Reading]]()
+    for readings in by_s.values():
+        lacking = Reading(math.nan, next(iter(readings.values())).row, -1)
+        rows.append([readings.get(label, lacking) for label in labels])
     parts = np.array(rows, dtype=float).reshape(len(by_s), len(labels), len(Reading._fields))
     readings_mm, cell_rows, columns, digits_mm = np.moveaxis(parts, -1, 0)
     return ReadCells(
@@ -229,7 +228,7 @@ def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCell
         digits_mm=digits_mm,
         is_depth=table.quantity == "depth",
         datum_level_mm=table.declared.datum_level_mm or 0.0,
-        station_column=0 if table.station is None else table.station.index,
+        station_column=table.station.index,
     )
 
 

@@ -66,7 +66,7 @@ class Table:
     header: Header
     body: list[int]  # Rows with cells below the header
     doubts: list[Doubt]  # All that is open in the sheet so far, and what may be a mistake
-    station: Column | None = None
+    station: Column = field(default_factory=lambda: Column(0, Role.STATION))
     readings: list[Column] = field(default_factory=list[Column])
     repeat: Column | None = None
     others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to be others
@@ -79,7 +79,7 @@ class Table:
 
     @property
     def used(self) -> list[Column]:
-        return [column for column in (self.station, self.repeat, *self.readings) if column is not None]
+        return [self.station, *filter(None, [self.repeat]), *self.readings]
 
     @property
     def quantity(self) -> Quantity | None:
@@ -240,11 +240,11 @@ def _set_columns(table: Table) -> None:
     chosen, cells = table.chosen, chain.from_iterable(table.part[row].items() for row in table.body)
     numbers = sorted({column for column, cell in cells if numeric(cell) or cell.kind == "formula"})
     meanings = {column: what for column, name in table.header.names.items() if (what := meaning(name)) is not None}
-    settings = {Role.STATION: (chosen.s,), Role.READING: chosen.levels or (None,), Role.REPEAT: (chosen.repeat,)}
+    settings = {Role.STATION: chosen.s, Role.READING: chosen.levels, Role.REPEAT: chosen.repeat}
     stations, readings, repeats = (
-        _lettered(table, [*filter(None, entries)], numbers)
-        if any(entries)
-        else [column for column, what in meanings.items() if what.role is role]
+        [column for column, what in meanings.items() if what.role is role]
+        if entries is None
+        else _lettered(table, [entries] if isinstance(entries, str) else entries, numbers)
         for role, entries in settings.items()
     )
     if chosen.levels is not None:
@@ -263,7 +263,7 @@ def _set_columns(table: Table) -> None:
         repeats = []
         # Another column may be the answer: its name is asked about in the same round.
         table.unclear = sorted({*unknown} - {*stations, *readings})
-    table.station = next((table.column(k, Role.STATION) for k in stations), None)
+    table.station = table.column((stations or [0])[0], Role.STATION)
     table.readings = [table.column(k, Role.READING) for k in readings]
     table.repeat = next((table.column(k, Role.REPEAT) for k in repeats), None)
     used = {column.index for column in table.used}
