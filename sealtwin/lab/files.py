@@ -222,8 +222,6 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
     The file may be as any spreadsheet program saves it. Raises InputError with every fault: an unknown column, a file
     that does not exist or is not read, rows of a file that are not of different parts, a role that is not possible.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
     faults = list[str]()
     by_name = {file.as_posix(): file for file in named}
     decisions: Placed = {}

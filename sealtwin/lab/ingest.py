@@ -53,16 +53,14 @@ class Ingested:
         return [*faults, *self.lost]
 
 
-def ingest(
-    folder: Path, lab: Path, progress: Progress, *, pairing: Path | None = None, dry_run: bool = False, jobs: int = 0
-) -> Ingested:
+def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False, jobs: int = 0) -> Ingested:
     """Take a folder of photos, sheets and notes into ``lab``: a trial for each sample, and a catalogue.
 
     A sample that the lab already has is skipped; the trial of a changed one is written again, or stays beside a new
     revision if it was run or edited. Waits for another ingest into the same lab. If the process is killed, repeat the
-    same call to complete the ingest. The user's corrections and answers come from ``pairing``, or from the lab's
-    pairing file if it was edited. The catalogue stores them for ``folder``. The trials are traced and checked by
-    ``jobs`` processes; 0 leaves that out.
+    same call to complete the ingest. The user's corrections and answers come from the lab's pairing file if it was
+    edited. The catalogue stores them for ``folder``. The trials are traced and checked by ``jobs`` processes; 0 leaves
+    that out.
 
     Raises InputError if the folder, its lab.toml or the pairing cannot be used.
     """
@@ -73,14 +71,11 @@ def ingest(
     way = os.path.relpath(folder, lab.resolve())
     # Without the path of the folder; it does not change if folder and lab are moved together.
     source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
-    decisions = None if pairing is None else read_decisions(pairing, named)
     with nullcontext() if dry_run else holding(lab, progress.note):
         catalogue = Catalogue(lab)
         digest, earlier = _pairing_sha256(lab), catalogue.content.sources.get(source)
-        if decisions is None and digest not in ("", catalogue.content.pairing):
-            decisions = read_decisions(lab / PAIRING, named)
-        elif decisions is None:
-            decisions = earlier.decisions if earlier else {}
+        is_edited = digest not in ("", catalogue.content.pairing)
+        decisions = read_decisions(lab / PAIRING, named) if is_edited else earlier.decisions if earlier else {}
         catalogue.content.pairing = digest
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
         samples = pair(folder, placed, [fault.name for fault in lost])

@@ -57,12 +57,6 @@ BLANK = Cell("")
 FORMULA = Cell("", "formula", is_formula=True)
 
 
-class Comment(NamedTuple):
-    row: int  # From 1
-    column: int  # From 0
-    text: str
-
-
 @dataclass(frozen=True, eq=False)
 class Grid:
     """The cells of a sheet, and what else is in its file."""
@@ -74,11 +68,11 @@ class Grid:
     separator: str | None = None  # Separator of a text file
     sheet: str | None = None  # Name of a workbook's sheet
     is_hidden: bool = False
-    comments: list[Comment] = field(default_factory=list)
+    comments: list[tuple[int, int, str]] = field(default_factory=list)  # Row from 1, column from 0, and text
     hidden_rows: set[int] = field(default_factory=set)
     hidden_columns: set[int] = field(default_factory=set)
     elsewhere: list[tuple[str, str]] = field(default_factory=list)
-    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm"), ("page header", "P01")."""
+    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm")."""
 
     doubts: tuple[Doubt, ...] = ()  # What is open about the file
 
@@ -119,12 +113,12 @@ class Grid:
 
     def all_texts(self) -> Iterator[tuple[str, str]]:
         """Yield the texts of a worksheet with their places; those of a row are one."""
-        sheet, texts = f"sheet {quoted(f'{self.sheet}')}", [*self.elsewhere]
-        texts += [(f"comment in row {row}", text) for row, _, text in self.comments]
+        sheet = f"sheet {quoted(f'{self.sheet}')}"
+        for row, _, text in self.comments:
+            yield f"{sheet}, comment in row {row}", text
         for row, cells in self.rows.items():
             if words := [cell.text for cell in cells.values() if cell.kind == "text"]:
-                texts.append((f"row {row}", " ".join(words)))
-        yield from ((f"{sheet}, {part}", text) for part, text in texts)
+                yield f"{sheet}, row {row}", " ".join(words)
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
@@ -278,7 +272,7 @@ def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
     sheet = (chosen or named)[0]
     # Sheets that may have the readings of another sample are no remarks on this one.
     others = [other for other in sheets if other is not sheet and (other.is_hidden or other not in tables)]
-    elsewhere = [*sheet.elsewhere, *(text for other in others for text in other.all_texts())]
+    elsewhere = [text for other in others for text in other.all_texts()]
     rows = {row: dict(sorted(cells.items())) for row, cells in sorted(sheet.rows.items())}
     return replace(sheet, rows=rows, elsewhere=elsewhere, doubts=doubts)
 

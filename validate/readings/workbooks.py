@@ -28,7 +28,7 @@ from openpyxl.utils.escape import unescape
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.xml.constants import COMMENTS_NS
 
-from validate.readings.grid import BLANK, FORMULA, MOST_COLUMNS, MOST_ROWS, Cell, Comment, Grid, Kind, quoted
+from validate.readings.grid import BLANK, FORMULA, MOST_COLUMNS, MOST_ROWS, Cell, Grid, Kind, quoted
 
 LEFT_TO_OTHERS = b'fullCalcOnLoad="1"'  # Mark of a program that calculates nothing. Excel removes it
 HIDDEN_XLSX = {("hidden", "1"), ("hidden", "true"), ("ht", "0"), ("width", "0")}  # Attributes of rows and columns
@@ -39,7 +39,6 @@ SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
 """Text, quoted or letter by letter, that a format shows behind a number."""
 PLAIN_XLSX = re.compile(r"rgb ..(?:000000|FFFFFF)|theme [01] 0\.0|indexed (?:0|1|8|9|6\d) |auto")
 """Colours that are black, white or automatic, with their tint."""
-FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, place or field of a page header, such as &P
 MIMETYPE = b"application/vnd.oasis.opendocument.spreadsheet"
 PARTS = ("styles.xml", "content.xml")
 OFFICE, TABLE, TEXT, STYLE, LOOK = (
@@ -98,7 +97,7 @@ def read_xlsx(path: Path, archive: zipfile.ZipFile, content: bytes) -> Iterator[
                 row, column = coordinate_to_tuple(cell)
                 # Excel begins a comment with its author.
                 text = comment.text.strip().removeprefix(f"{comment.author}:").strip()
-                sheet.comments.append(Comment(row, column - 1, text))
+                sheet.comments.append((row, column - 1, text))
         yield sheet
 
 
@@ -127,10 +126,6 @@ def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[tuple[str, bool, str
     for each in parser.column_dimensions.values():
         if HIDDEN_XLSX & each.items():
             sheet.hidden_columns.update(range(int(each["min"]) - 1, min(int(each["max"]), MOST_COLUMNS)))
-    page = getattr(parser, "HeaderFooter", None)
-    for name in page.__elements__ if page else ():
-        if text := FIELD.sub(" ", str(getattr(page, name))).strip():
-            sheet.elsewhere.append(("page header" if "Header" in name else "page footer", text))
 
 
 def _cell(value: Any, data_type: str, unit: str) -> Cell:
@@ -186,7 +181,7 @@ def _ods_sheet(path: Path, table: Element, look: Look) -> Grid:
                 # One column too many is enough for a refusal.
                 cells |= dict.fromkeys(range(column, min(after, MOST_COLUMNS + 1)), marked)
             if (note := cell.find(f"{OFFICE}annotation")) is not None:
-                sheet.comments.append(Comment(number, column, _text(note)))
+                sheet.comments.append((number, column, _text(note)))
             column = after
         after = number + _count(row, "rows")
         if cells:
