@@ -101,47 +101,50 @@ def read_xlsx(path: Path, archive: zipfile.ZipFile, content: bytes) -> Iterator[
         yield sheet
 
 
-def _look(style: Any, code: str, book: Any) -> tuple[str, bool, str]:
-    """Return the unit that the format of a style shows, whether the style is struck through, and its colours."""
+def _look(style: Any, code: str, book: Any) -> Cell:
+    """Return a cell without content, with the unit that the format of a style shows, and with the style's marks."""
     font, fill = book._fonts[style.fontId], book._fills[style.fillId]
     behind = SHOWN_BEHIND.search(code.partition(";")[0])
     unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
     colours = font.color, fill.fill_type and getattr(fill, "fgColor", None)
     names = [f"{each.type} {each.value} {each.tint}" for each in colours if each is not None]
-    return unit, bool(font.strike), " ".join(name for name in names if not PLAIN_XLSX.match(name))
+    colours = " ".join(name for name in names if not PLAIN_XLSX.match(name))
+    return Cell("", unit=unit, is_struck=bool(font.strike), colours=colours)
 
 
-def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[tuple[str, bool, str]]) -> None:
+def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:
     for each in chain.from_iterable(cells for _, cells in parser.parse()):
-        value, (unit, is_struck, colours) = each["value"], looks[each["style_id"]]
-        cell = _cell(value, each["data_type"], unit)
-        if cell != BLANK:
+        value, look = each["value"], looks[each["style_id"]]
+        text, kind = _content(value, each["data_type"])
+        if text or kind == "formula":
             blocks = [part for part in value if not isinstance(part, str)] if isinstance(value, list) else []
-            is_struck = is_struck or any(block.font.strike for block in blocks)
             # One column too many is enough for a refusal.
-            column = min(each["column"] - 1, MOST_COLUMNS)
-            marked = cell._replace(is_formula=each["formula"], is_struck=is_struck, colours=colours)
-            sheet.rows.setdefault(each["row"], {})[column] = marked
+            sheet.rows.setdefault(each["row"], {})[min(each["column"] - 1, MOST_COLUMNS)] = look._replace(
+                text=text,
+                kind=kind,
+                unit=look.unit if kind == "number" else "",
+                is_formula=each["formula"],
+                is_struck=look.is_struck or any(block.font.strike for block in blocks),
+            )
     sheet.hidden_rows.update(int(row) for row, each in parser.row_dimensions.items() if HIDDEN_XLSX & each.items())
     for each in parser.column_dimensions.values():
         if HIDDEN_XLSX & each.items():
             sheet.hidden_columns.update(range(int(each["min"]) - 1, min(int(each["max"]), MOST_COLUMNS)))
 
 
-def _cell(value: Any, data_type: str, unit: str) -> Cell:
-    if data_type == "f":
-        return FORMULA
-    if value is None:
-        return BLANK
+def _content(value: Any, data_type: str) -> tuple[str, Kind]:
+    """Return the text and the kind of a cell."""
+    if data_type == "f" or value is None:
+        return "", "formula" if data_type == "f" else "text"
     if data_type == "e":
-        return Cell(value.strip(), "error")
+        return value.strip(), "error"
     if isinstance(value, bool):
-        return Cell(str(value).upper(), "truth")
+        return f"{value}".upper(), "truth"
     if isinstance(value, int | float):
-        return Cell(f"{value:.15g}", "number" if math.isfinite(value) else "error", unit)
+        return f"{value:.15g}", "number" if math.isfinite(value) else "error"
     if isinstance(value, date):
-        return Cell(f"{value:%Y-%m-%d %H:%M}".removesuffix(" 00:00"), "date")
-    return Cell(unescape(str(value)).strip(), "date" if data_type == "d" else "text")
+        return f"{value:%Y-%m-%d %H:%M}".removesuffix(" 00:00"), "date"
+    return unescape(f"{value}").strip(), "date" if data_type == "d" else "text"
 
 
 def read_ods(path: Path, archive: zipfile.ZipFile) -> Iterator[Grid]:
@@ -174,10 +177,7 @@ def _ods_sheet(path: Path, table: Element, look: Look) -> Grid:
         for cell in row.iterfind(f"{TABLE}*"):
             after = column + _count(cell, "columns")
             if (value := _ods_value(cell)) != BLANK:
-                style = cell.get(STYLE_NAME) or row.get(USUAL_STYLE) or usual.get(column)
-                is_struck, colours = _marks(cell, style, look)
-                is_formula = cell.get(FORMULA_KEY) is not None
-                marked = value._replace(is_formula=is_formula, is_struck=is_struck, colours=colours)
+                marked = _marked(value, cell, look, cell.get(STYLE_NAME) or row.get(USUAL_STYLE) or usual.get(column))
                 # One column too many is enough for a refusal.
                 cells |= dict.fromkeys(range(column, min(after, MOST_COLUMNS + 1)), marked)
             if (note := cell.find(f"{OFFICE}annotation")) is not None:
@@ -193,12 +193,14 @@ def _ods_sheet(path: Path, table: Element, look: Look) -> Grid:
     return sheet
 
 
-def _marks(cell: Element, style: str | None, look: Look) -> tuple[bool, str]:
-    """Return whether the text of a cell is struck through, and its colours."""
+def _marked(value: Cell, cell: Element, look: Look, style: str | None) -> Cell:
+    """Return a cell with its marks."""
     looks = [look(style), *(look(span.get(f"{TEXT}style-name")) for span in cell.iter(f"{TEXT}span"))]
-    struck = any(each.get(f"{STYLE}text-line-through-style", "none") != "none" for each in looks)
-    colours = " ".join(colour for key in COLOURS if (colour := looks[0].get(key, "").lower()) not in PLAIN_ODS)
-    return struck, colours
+    return value._replace(
+        is_formula=cell.get(FORMULA_KEY) is not None,
+        is_struck=any(each.get(f"{STYLE}text-line-through-style", "none") != "none" for each in looks),
+        colours=" ".join(colour for key in COLOURS if (colour := looks[0].get(key, "").lower()) not in PLAIN_ODS),
+    )
 
 
 def _below(element: Element, tag: str) -> Iterator[Element]:
