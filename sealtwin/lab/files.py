@@ -136,14 +136,15 @@ def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
     words = [*WORD.finditer(name)]
     meant = list[Role]()
     for end in (-1, 0):
-        while words and (role := next((role for role in roles if _is_word_for(role, words[end][0])), None)):
+        while words and (role := _role_of(words[end][0], roles)):
             meant.append(role)
             del words[end]
     return (name[words[0].start() : words[-1].end()] if words else ""), meant
 
 
-def _is_word_for(role: Role, word: str) -> bool:
-    return plain_letters(word) in WORDS["files"].get(role, "").split()
+def _role_of(word: str, roles: Sequence[Role]) -> Role | None:
+    letters = plain_letters(word)
+    return next((role for role in roles if letters in WORDS["files"].get(role, "").split()), None)
 
 
 def as_label(text: str) -> str:
