@@ -20,7 +20,7 @@ from sealtwin.core.doubts import CONFIRMS
 from validate.readings.grid import Grid, letters, listed, quoted, shown
 from validate.readings.rows import ReadRows
 from validate.readings.table import Table, numeric, roles_in
-from validate.readings.words import Role, is_missing, is_note, meaning, parsed, sample_key
+from validate.readings.words import NUMBER, Role, is_missing, is_note, meaning, parsed, sample_key
 
 LETTERS = str.maketrans(
     "łø\u0131æc\u2019абвгґдеєжзиіклмнопрстуфхцчшщыэюяαβγδεζηθικλμνξοπρσςτυφχψω",
@@ -173,7 +173,10 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
         return table.repeat is not None and column == table.repeat.index and LABEL.fullmatch(cell.text) is None
     if is_missing(cell.text) or (numeric(cell) and not is_note(name)):
         return False
-    return column not in table.others or not is_harmless(f"{name}: {cell.text}", sample)
+    other = table.others.get(column)
+    if other is not None and other.role.is_quantity and NUMBER.match(cell.text):
+        return False  # It is read as a value of the quantity, or in doubt.
+    return other is None or not is_harmless(f"{name}: {cell.text}", sample)
 
 
 def _names(grid: Grid, sample: str | None) -> Iterator[Text]:

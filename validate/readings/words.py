@@ -94,7 +94,7 @@ class Role(Enum):
         return min(lowest), max(highest)
 
 
-QUANTITIES = tuple(role for role in Role if role.is_quantity)
+QUANTITIES = tuple(map(Role, WORDS["quantities"]))
 
 
 @dataclass(frozen=True)

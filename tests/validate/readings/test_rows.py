@@ -119,6 +119,7 @@ QUANTITIES = {
     "with a unit": (CELLS_OF.format("Temp. [°C]", "21,5", "22"), {"temperature": (21.75, "°C", 2)}, ""),
     "without": (CELLS_OF.format("temperature", "21,5", "22"), {"temperature": (21.75, "", 2)}, ""),
     "units in cells": (CELLS_OF.format("temperature", "21,5 °C", "22"), {"temperature": (21.75, "°C", 2)}, ""),
+    "a word of its unit": (CELLS_OF.format("RH", "45 percent", "46"), {"humidity": (45.5, "%", 2)}, ""),
     "two units": (CELLS_OF.format("Temp", "21,5 °C", "72 F"), {"temperature": (21.5, "°C", 1)}, "temperature C3 = C3"),
     "another thing": (CELLS_OF.format("Temp. Sonde [°C]", "21,5", "22"), {}, ""),
     "two columns": (
