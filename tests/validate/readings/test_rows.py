@@ -115,18 +115,15 @@ def test_rows_and_arrays_are_a_sheet():
 
 LONG_RH = "s_mm;Wdh;depth_mm;RH\n0;1;1;40\n0;2;1;40\n0;3;1;\n5;1;2;60\n9;1;;90\n"
 CELLS_OF = "s [mm];Tiefe [mm];{}\n0;1;{}\n5;2;{}\n7;9;99\n10;3;\n"
+WARM = {"temperature": (21.75, "°C", 2)}
 QUANTITIES = {
-    "with a unit": (CELLS_OF.format("Temp. [°C]", "21,5", "22"), {"temperature": (21.75, "°C", 2)}, ""),
+    "with a unit": (CELLS_OF.format("Temp. [°C]", "21,5", "22"), WARM, ""),
     "without": (CELLS_OF.format("temperature", "21,5", "22"), {"temperature": (21.75, "", 2)}, ""),
-    "units in cells": (CELLS_OF.format("temperature", "21,5 °C", "22"), {"temperature": (21.75, "°C", 2)}, ""),
+    "units in cells": (CELLS_OF.format("temperature", "21,5 °C", "22"), WARM, ""),
     "a word of its unit": (CELLS_OF.format("RH", "45 percent", "46"), {"humidity": (45.5, "%", 2)}, ""),
     "two units": (CELLS_OF.format("Temp", "21,5 °C", "72 F"), {"temperature": (21.5, "°C", 1)}, "temperature C3 = C3"),
     "another thing": (CELLS_OF.format("Temp. Sonde [°C]", "21,5", "22"), {}, ""),
-    "two columns": (
-        CELLS_OF.format("Temp. [°C];Temp. [°F]", "21,5;71", "22;72"),
-        {"temperature": (21.75, "°C", 2)},
-        "temperature D = D",
-    ),
+    "two columns": (CELLS_OF.format("Temp. [°C];Temp. [°F]", "21,5;71", "22;72"), WARM, "temperature D = D"),
     "over stations with readings, not rows": (LONG_RH, {"humidity": (50, "%", 2)}, ""),
     "no number": (
         CELLS_OF.format("RH", "45 %", "ca. 46"),

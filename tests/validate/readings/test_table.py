@@ -109,14 +109,7 @@ ASKED = {
     },
     **{
         f"a mark in {name}": (f"{S}{name}\n" + SINGLE, {**B, **MM_DOWN}, "name B = B")
-        for name in [
-            "depth (+5 mm)",
-            "depth [mm-5]",
-            "depth [mm²]",
-            "depth [nm]",
-            "Tiefe x10 [mm]",
-            "Tiefe rechts [mm]",
-        ]
+        for name in "depth (+5 mm)|depth [mm-5]|depth [mm²]|depth [nm]|Tiefe x10 [mm]|Tiefe rechts [mm]".split("|")
     },
 }
 
