@@ -163,15 +163,14 @@ def _has_labels(table: Table, rows: ReadRows, column: int) -> bool:
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:
     """Return whether a text in the header, or beside readings, is neither a known name nor a word for nothing."""
     cell, name = table.grid.cell(row, column), table.header.names.get(column, "")
-    role = next((each.role for each in table.used if each.index == column), None)
-    other = table.others.get(column)
+    roles, other = {each.role for each in table.used if each.index == column}, table.others.get(column)
     if row in table.header.rows:
         # A column of numbers under an unknown name is asked about, but not a title above it.
         is_title = row < table.header.rows[-1] and table.is_open("columns", "range")
-        return is_title or not (role or other or column in numbers)
-    if role is not None:
+        return is_title or not (roles or other or column in numbers)
+    if roles:
         # The number of a repeat is no reading, and no word.
-        return role is Role.REPEAT and LABEL.fullmatch(cell.text) is None
+        return Role.REPEAT in roles and LABEL.fullmatch(cell.text) is None
     if is_missing(cell.text) or (numeric(cell) and not is_note(name)):
         return False
     if other is not None and other.role.is_quantity and NUMBER.match(cell.text):

@@ -121,7 +121,7 @@ def _dialect(table: Table, rows: ReadRows) -> str:
     counting = f"{WAYS[table.quantity]} in {' and '.join(units)} from {LABELS['datums'][table.declared.datum]}"
     if table.declared.datum != "sample_surface":
         counting += f", {table.declared.datum_level_mm or 0.0:+g} mm from the sample surface"
-    if units != [table.station.unit]:
+    if table.station is not None and units != [table.station.unit]:
         counting += f", places in {table.station.unit}"
     mark = () if rows.mark is None else (f"decimal {rows.mark}",)
     repeats = counted(rows.cells.levels_mm.shape[1], "repeat")

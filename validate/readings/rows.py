@@ -77,9 +77,9 @@ def read_rows(table: Table) -> ReadRows:
 def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, Cell]]:
     """Yield the rows with readings, and the cell with the place of each."""
     above = BLANK
-    for row in table.body:
+    for row in table.body if table.station else ():
         # A row that is skipped has the place of the repeats below it.
-        cell = table.cell(row, table.station)
+        cell = table.cell(row, table.used[0])
         above = cell if cell.text else above
         if row not in passed and _has_readings(table, row):
             yield row, above
@@ -87,7 +87,8 @@ def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, 
 
 def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
     """Return the answer that skips some readings, and the rows of some places; none for half of all rows."""
-    entries = [int(row) if (row := cell.removeprefix(table.station.letters)).isdigit() else cell for cell in cells]
+    station = table.station.letters if table.station else ""
+    entries = [int(row) if (row := cell.removeprefix(station)).isdigit() else cell for cell in cells]
     rows = {cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ") for cell in cells}
     return {"columns.skip": entries} if 2 * len(rows) < len(table.body) else {}
 
@@ -173,7 +174,7 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
 
     ``stations`` has the cell of the place of each row.
     """
-    column, repeat = table.station, table.repeat
+    column, repeat = table.station or Column(0, Role.STATION), table.repeat
     by_s, nearest = dict[float, dict[str, Reading]](), dict[float, float]()
     twice, blank = list[str](), list[str]()
     for row, cell in stations.items():
@@ -228,7 +229,7 @@ def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCell
         digits_mm=digits_mm,
         is_depth=table.quantity == "depth",
         datum_level_mm=table.declared.datum_level_mm or 0.0,
-        station_column=table.station.index,
+        station_column=table.station.index if table.station else 0,
     )
 
 

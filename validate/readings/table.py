@@ -66,7 +66,7 @@ class Table:
     header: Header
     body: list[int]  # Rows with cells below the header
     doubts: list[Doubt]  # All that is open in the sheet so far, and what may be a mistake
-    station: Column = field(default_factory=lambda: Column(0, Role.STATION))
+    station: Column | None = None
     readings: list[Column] = field(default_factory=list[Column])
     repeat: Column | None = None
     others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to be others
@@ -79,7 +79,7 @@ class Table:
 
     @property
     def used(self) -> list[Column]:
-        return [self.station, *filter(None, [self.repeat]), *self.readings]
+        return [column for column in (self.station, self.repeat, *self.readings) if column is not None]
 
     @property
     def quantity(self) -> Quantity | None:
@@ -271,7 +271,7 @@ def _set_columns(table: Table) -> None:
         repeats = []
         # Another column may be the answer: its name is asked about in the same round.
         table.unclear = sorted({*unknown} - {*stations, *readings})
-    table.station = table.column((stations or [0])[0], Role.STATION)
+    table.station = next((table.column(k, Role.STATION) for k in stations), None)
     table.readings = [table.column(k, Role.READING) for k in readings]
     table.repeat = next((table.column(k, Role.REPEAT) for k in repeats), None)
     used = {column.index for column in table.used}
