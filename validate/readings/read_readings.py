@@ -70,8 +70,10 @@ def readings_of(
     ask_about_rest(table, rows)
     if is_sure and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
-        crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None)
-        doubts = screens(SheetAndCrack(cells, *crack), grid.location())
+        sheet = SheetAndCrack(cells, depth_mm, length_mm, filling)
+        if not has_levels:
+            sheet = SheetAndCrack(cells, None, length_mm if has_places else None)
+        doubts = screens(sheet, grid.location())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, table))
     understood = _understood(table, rows)

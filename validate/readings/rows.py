@@ -22,7 +22,6 @@ from validate.readings.words import (
     QUANTITIES,
     Role,
     common_mark,
-    decimals_of,
     is_ambiguous,
     is_calculated,
     is_missing,
@@ -109,7 +108,8 @@ class _Numbers:
         (text, _), factor = numeric(cell) or ("", ""), MM[column.unit or "mm"]
         # The numbers of a workbook have a point.
         if (value := number(text, "point" if cell.kind == "number" else self.mark)) is not None:
-            return Reading(value * factor, row, column.index, factor * 10.0 ** -decimals_of(text))
+            decimals = len(text.replace(",", ".").rstrip("0").partition(".")[2])
+            return Reading(value * factor, row, column.index, factor * 10.0**-decimals)
         has_digits = any(map(str.isdigit, cell.text)) or not is_reading
         text_kind = "mark" if number(cell.text) is not None else "number" if has_digits else "word"
         self.unread[cell.kind if cell.kind in COMPLAINTS else text_kind][name] = cell.text
@@ -266,7 +266,7 @@ def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[in
     for row in rows:
         cell = table.cell(row, column)
         # Texts without digits are remarks.
-        if cell.kind == "text" and (is_missing(cell.text) or not any(map(str.isdigit, cell.text))):
+        if cell.kind == "text" and not any(map(str.isdigit, cell.text)):
             continue
         text = cell.text.translate(MINUS)
         end = match.end() if (match := NUMBER.match(text)) else 0

@@ -56,7 +56,6 @@ UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
 """Number such as 1.250: a decimal, or 1250 with a thousands separator. 0.125 can only be a decimal."""
-DECIMALS = re.compile(r"[.,]([0-9]+)$")
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
 """The typographic minus, and the dash that word processors substitute for a hyphen."""
 OTHER_MARKS: dict[Decimal | None, str] = {"point": ",", "comma": "."}
@@ -90,8 +89,8 @@ class Role(Enum):
     def limits_in(self, unit: str) -> tuple[float, float]:
         """Return the smallest and the largest value of this quantity in a unit, or in any of its units if it is ""."""
         limits = WORDS["quantities"][self.value]["limits"].items()
-        lowest, highest = zip(*(ends for each, ends in limits if unit in ("", each)), strict=True)
-        return min(lowest), max(highest)
+        ends = [end for each, ends in limits if unit in ("", each) for end in ends]
+        return min(ends), max(ends)
 
 
 QUANTITIES = tuple(map(Role, WORDS["quantities"]))
@@ -256,9 +255,3 @@ def number(text: str, mark: Decimal | None = None) -> float | None:
         return None
     value = float(text.replace(",", "."))
     return value if math.isfinite(value) else None
-
-
-def decimals_of(text: str) -> int:
-    """Return the number of decimals of a number, without trailing zeros."""
-    match = DECIMALS.search(text)
-    return len(match[1].rstrip("0")) if match else 0
