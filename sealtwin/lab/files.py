@@ -111,7 +111,7 @@ def place_of(file: PurePath) -> FilePlace | None:
     count too: photos/P01.jpg and sheets/P01.csv belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a
     note unless its own name has another role.
     """
-    possible, names = roles_of(file), dict[str, str]()
+    possible, names = POSSIBLE.get(file.suffix.lower()), dict[str, str]()
     if not possible:
         return None
     roles: list[Role] = []
@@ -124,11 +124,6 @@ def place_of(file: PurePath) -> FilePlace | None:
     # A mask in a folder of photos is a mask: roles other than the default of the ending count.
     roles = [role for role in roles if role in possible[1:]] or [*possible]
     return FilePlace(as_label("-".join(names.values()) or file.name), roles[0])
-
-
-def roles_of(file: PurePath) -> tuple[Role, ...]:
-    """Return the roles that a file may have by its ending, the default first."""
-    return POSSIBLE.get(file.suffix.lower(), ())
 
 
 def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
@@ -237,7 +232,7 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
         written, role = cells.get("file", ""), cells.get("role", "")
         if (file := by_name.get(written)) is None:
             faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")
-        elif role not in (possible := (*roles_of(file), "ignore")):
+        elif role not in (possible := (*POSSIBLE[file.suffix.lower()], "ignore")):
             faults.append(f"{where}: {file} cannot be {role!r:.40}; write one of {', '.join(possible)}.")
         else:
             answers = {name: cells[name] for name in ANSWERS if name in cells}
