@@ -205,7 +205,7 @@ def ordinary_rows(scratch: Path) -> list[Row]:
         writer = csv.DictWriter(pairing, list(dict.fromkeys(name for row in rows for name in row)))
         writer.writeheader()
         writer.writerows(rows)
-    again = ingest(folder, lab, Progress(), pairing=lab / PAIRING)
+    again = ingest(folder, lab, Progress())
     taken = {outcome.name for outcome in again.samples if not outcome.questions}
     wrong = [name for number, name in enumerate(names) if name in taken and not _as_written(lab / name, number)]
     unchanged = all((folder / name).read_bytes() == content for name, content in before.items())

@@ -3,14 +3,15 @@
 The docstring of a figure is its description in the published schema of report.json.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from pydantic import ConfigDict, with_config
+from pydantic import ConfigDict, Field, with_config
 
 from sealtwin.core.facts import Fact, texts
 from sealtwin.core.record_files import Amount, Positive
-from sealtwin.core.records import DataKind, JsonRecord, Numbers
+from sealtwin.core.records import DataKind, JsonRecord, Numbers, QuantityMean
 from sealtwin.core.run_figures import Known
 from validate.intervals import PART, ErrorUncertainty, StationError, in_unit
 from validate.settings import Gate, Role
@@ -212,6 +213,8 @@ class Comparison(JsonRecord):
     """Origin of the readings; only measured data can validate."""
     readings_dialect: str
     """A sentence on how the sheet of readings was interpreted."""
+    means: Mapping[str, QuantityMean] = Field(default_factory=dict, exclude_if=lambda means: not means)
+    """Means of the other quantities in the sheet, such as the temperature, by quantity; left out if it has none."""
     photo_data: DataKind
     """Origin of the photo or the mesh."""
     escaped_particles: int

@@ -355,7 +355,7 @@ def schema() -> dict[str, Any]:
         meanings = described(next(vars(one)[record["title"]] for one in modules if record["title"] in vars(one)))
         for name, field in record.get("properties", {}).items():
             field |= {"description": meaning} if (meaning := meanings.get(name)) else {}
-            if record is not content and '"number"' in json.dumps(field):
+            if record is not content and "unit" not in record["properties"] and '"number"' in json.dumps(field):
                 field.setdefault("unit", "1" if name.startswith("share") else unit_of(name))
     return content
 

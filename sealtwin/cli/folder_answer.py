@@ -10,15 +10,14 @@ from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import (
     RUN,
     Catalogue,
-    CatalogueFault,
     Record,
+    SampleRun,
     latest_trials,
     progress_of,
     read_run,
 )
-from sealtwin.lab.files import PAIRING, TRIAL, plain
+from sealtwin.lab.files import PAIRING, TRIAL, CatalogueFault, plain
 from sealtwin.lab.ingest import Ingested
-from sealtwin.lab.run_samples import SampleRun
 from sealtwin.lab.sample import LabSample
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
@@ -64,8 +63,7 @@ def ingest_answer(ingested: Ingested) -> Answer:
     lines += _together(
         [CatalogueFault(sample.name, remark) for sample in samples for remark in sample.remarks], "note: "
     )
-    unused = [CatalogueFault(each.file, each.reason) for each in ingested.left_out if not each.lost]
-    lines += _together(unused, "Not used: ")
+    lines += _together(ingested.unused, "Not used: ")
     lines += [*_together(ingested.faults), *_ending(ingested)]
     # The run folder of a sample is in that of its trial.
     warned = [CatalogueFault(row.folder.split("/")[-2], text) for row in traced.done for text in row.warnings]
@@ -78,7 +76,9 @@ def ingest_answer(ingested: Ingested) -> Answer:
         "lab": shown(ingested.lab),
         "dry_run": ingested.dry_run,
         "samples": [*map(_sample, samples)],
-        "left_out": [{"file": each.file, "reason": each.reason} for each in ingested.left_out],
+        "left_out": [
+            {"file": each.name, "reason": each.sentence} for each in sorted((*ingested.unused, *ingested.lost))
+        ],
         "faults": [*map(asdict, ingested.faults)],
         "exit_code": code,
         **({} if ingested.traced is None else {"traced": traced.content()}),

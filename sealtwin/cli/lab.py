@@ -14,9 +14,6 @@ def ingest(
     command: Command,
     folder: Annotated[Path, argument("FOLDER", "Photos, sheets and notes; nothing in this folder is changed.")],
     out: Annotated[Path, option("Folder for the trials, pairing.csv and the catalogue.", "LAB")],
-    pairing: Annotated[
-        File, option("Another pairing.csv; by default LAB/pairing.csv is read if you edited it.", "CSV")
-    ] = None,
     dry_run: Annotated[bool, flag("--dry-run", "Pair, read and report; trace and write nothing.")] = False,
     jobs: Annotated[int, count_option("Samples traced at the same time.", 1, 64)] = 1,
 ) -> None:
@@ -25,8 +22,7 @@ def ingest(
     Files are paired by name: P01.jpg, "p 01 Messung.xlsx" and notes/P01.toml belong to one sample. Everything else is
     a question in LAB/pairing.csv, beside which LAB/index.html shows how the sheets were understood. Answer there, or
     in lab.toml at the top of FOLDER; you need not edit your own files. Settings that no photo shows are keys of a
-    trial: in NAME.toml, in a text of lines such as crack.depth_mm = 16.0, or in a table with the columns sample and
-    crack.depth_mm.
+    trial: in NAME.toml, or in a text of lines such as crack.depth_mm = 16.0.
 
     A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
     of samples in question are traced too, so that all questions come at once. The lab keeps each tracing, so that
@@ -43,7 +39,7 @@ def ingest(
     from sealtwin.lab.ingest import ingest as take_in
 
     with command.progress() as progress:
-        ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run, jobs=0 if dry_run else jobs)
+        ingested = take_in(folder, out, progress, dry_run=dry_run, jobs=0 if dry_run else jobs)
     command.reply(ingest_answer(ingested))
 
 
@@ -85,7 +81,7 @@ def lab(
 
 def _run(command: Command, folder: Path, jobs: int | None) -> Answer:
     from sealtwin.cli.folder_answer import samples_answer
-    from sealtwin.lab.run_samples import run_samples
+    from sealtwin.lab.catalogue import run_samples
     from sealtwin.study.runner import StudyOptions
 
     options = StudyOptions(*command.device_and_jobs(jobs))

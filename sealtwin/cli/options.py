@@ -123,7 +123,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
             expected = f"expected millimetres, or a CSV with the columns s_mm and {column}"
             raise typer.BadParameter(f"{option} {text}: {expected}; {fault}") from None
     from digitise.settings import DEEPEST_MM, MOST_STATIONS
-    from validate.readings.files import read_grid
+    from validate.readings.grid import read_grid
     from validate.readings.words import number, unit_of
 
     grid = read_grid(path)

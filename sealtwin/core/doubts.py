@@ -69,15 +69,6 @@ class Doubt:
         return self.in_words()
 
 
-class Mean(NamedTuple):
-    """Mean of a quantity that a sheet has beside its readings."""
-
-    quantity: str
-    value: float
-    unit: str  # Empty if the sheet has none
-    numbers: int  # How many it is the mean of
-
-
 @dataclass(frozen=True)
 class ReadSheet:
     """A sheet as it was understood, for the eyes of whoever measured: roles of its columns, and its first rows."""
@@ -86,7 +77,6 @@ class ReadSheet:
     rows: tuple[tuple[int, tuple[str, ...]], ...]  # Number and texts of the first rows
     read: frozenset[tuple[int, int]]  # Cells that are read as places and readings: row from 1, column from 0
     header: frozenset[int] = frozenset()  # Rows of the header
-    means: tuple[Mean, ...] = ()  # Means of other quantities, such as the temperature
 
 
 def _column(key: str) -> str:

@@ -11,7 +11,7 @@ Conventions, everywhere:
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
 from html import escape
@@ -491,6 +491,17 @@ class Run(Shown, Bed, FilledBy):
         return float((height_mm <= 0).mean()) if len(height_mm) else 0.0
 
 
+class QuantityMean(JsonRecord):
+    """Mean of a quantity that a sheet has beside its readings, such as the temperature."""
+
+    value: float
+    """Mean over the stations that are read and have a value."""
+    unit: str
+    """Unit of the value; empty if the sheet has none."""
+    stations: int
+    """Number of these stations."""
+
+
 @dataclass(frozen=True, repr=False)
 class Profile(Shown):
     """Level of the sealant along the crack, relative to the face: negative below it, positive above."""
@@ -504,6 +515,8 @@ class Profile(Shown):
     doubts: tuple[str, ...] = ()  # Doubts about the interpretation, a sentence each with the cell and how to answer
     questions: tuple[Doubt, ...] = ()  # The same doubts in parts
     understood: ReadSheet | None = None  # Interpretation of the sheet of readings
+    means: Mapping[str, QuantityMean] = field(default_factory=dict[str, QuantityMean])
+    """Means of the other quantities in the sheet of readings, by quantity."""
     is_depth: bool = False  # True if the sheet counts downward from its datum
     made_of: Origins = ()
 

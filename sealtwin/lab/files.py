@@ -14,7 +14,7 @@ from typing import Literal, get_args
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.files import as_text_cell, sheet_text
-from validate.readings.files import table_of
+from validate.readings.grid import table_of
 from validate.readings.words import WORDS, plain_letters, sample_key
 from validate.settings import Columns, Declared
 
@@ -97,13 +97,11 @@ class KeptFile:
     size_bytes: int
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """A file or a folder that is not used, and the reason."""
-
-    file: str
-    reason: str
-    lost: bool  # True if it may contain data of the lab
+@dataclass(frozen=True, order=True)
+class CatalogueFault:
+    name: str  # Name of the sample, or of a file that belongs to none
+    sentence: str
+    can_be_confirmed: bool = False  # True for a doubt about readings
 
 
 def place_of(file: PurePath) -> FilePlace | None:
@@ -113,7 +111,7 @@ def place_of(file: PurePath) -> FilePlace | None:
     count too: photos/P01.jpg and sheets/P01.csv belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a
     note unless its own name has another role.
     """
-    possible, names = roles_of(file), dict[str, str]()
+    possible, names = POSSIBLE.get(file.suffix.lower()), dict[str, str]()
     if not possible:
         return None
     roles: list[Role] = []
@@ -128,24 +126,20 @@ def place_of(file: PurePath) -> FilePlace | None:
     return FilePlace(as_label("-".join(names.values()) or file.name), roles[0])
 
 
-def roles_of(file: PurePath) -> tuple[Role, ...]:
-    """Return the roles that a file may have by its ending, the default first."""
-    return POSSIBLE.get(file.suffix.lower(), ())
-
-
 def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
     """Return a name without the words at its ends that mean one of ``roles``, and the roles that they mean."""
     words = [*WORD.finditer(name)]
-    meant: list[Role] = []
+    meant = list[Role]()
     for end in (-1, 0):
-        while words:
-            letters = plain_letters(words[end][0])
-            of_word: list[Role] = [role for role in roles if letters in WORDS["files"].get(role, "").split()]
-            if not of_word:
-                break
-            meant += of_word[:1]
+        while words and (role := _role_of(words[end][0], roles)):
+            meant.append(role)
             del words[end]
     return (name[words[0].start() : words[-1].end()] if words else ""), meant
+
+
+def _role_of(word: str, roles: Sequence[Role]) -> Role | None:
+    letters = plain_letters(word)
+    return next((role for role in roles if letters in WORDS["files"].get(role, "").split()), None)
 
 
 def as_label(text: str) -> str:
@@ -156,16 +150,22 @@ def as_label(text: str) -> str:
     return OUTSIDE_LABELS.sub(lambda mark: f"u{ord(mark[0]):04x}", text.strip())
 
 
-def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[LeftOut]]:
-    """Return the photos, sheets and notes in ``folder`` and its subfolders, and the files that are not used.
+def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueFault], list[CatalogueFault]]:
+    """Return the photos, sheets and notes in ``folder`` and its subfolders, the files that are not used, and lost ones.
 
-    Paths are relative to ``folder``. Hidden files are skipped, such as macOS's ._photo.jpg and Excel's ~$sheet.xlsx.
+    Files and folders are lost if they may have data of the lab, but cannot be read. Paths are relative to ``folder``.
+    Hidden files are skipped, such as macOS's ._photo.jpg and Excel's ~$sheet.xlsx.
     Raises InputError if it is not a folder, or if it contains more than ``MOST_ENTRIES`` files and folders.
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder; give the folder of photos, sheets and notes.")
-    files, left_out, shut, entries = dict[PurePath, FilePlace](), list[LeftOut](), list[OSError](), 0
-    for parent, folders, names in os.walk(folder, onerror=shut.append):
+    files, unused, lost, entries = dict[PurePath, FilePlace](), list[CatalogueFault](), list[CatalogueFault](), 0
+
+    def shut(fault: OSError) -> None:
+        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
+        lost.append(CatalogueFault(plain(as_text(Path(fault.filename).relative_to(folder))), reason))
+
+    for parent, folders, names in os.walk(folder, onerror=shut):
         entries += len(folders) + len(names)
         if entries > MOST_ENTRIES:
             raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
@@ -173,14 +173,13 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[LeftOut]]:
         names += [name for name in folders if Path(parent, name).is_symlink()]
         for file in (Path(parent, name).relative_to(folder) for name in names if not name.startswith(HIDDEN)):
             place, shown = place_of(file), plain(as_text(file))
-            if place is None or shown != str(file):
-                left_out.append(LeftOut(shown, UNSHOWN if place else NOT_READ, lost=place is not None))
+            if place is None:
+                unused.append(CatalogueFault(shown, NOT_READ))
+            elif shown != str(file):
+                lost.append(CatalogueFault(shown, UNSHOWN))
             elif str(file) != DEFAULTS:
                 files[file] = place
-    for fault in shut:
-        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
-        left_out.append(LeftOut(plain(as_text(Path(fault.filename).relative_to(folder))), reason, lost=True))
-    return files, sorted(left_out, key=lambda each: each.file)
+    return files, sorted(unused), sorted(lost)
 
 
 def plain(text: str) -> str:
@@ -209,8 +208,7 @@ def pairing_text(placed: Placed, questions: Mapping[tuple[PurePath, str], Sequen
         }
         for file, place in rows_of(placed)
     ]
-    used = {*NAMES, "question"}.union(asked, *rows)
-    columns = [name for name in COLUMNS if name in used]
+    columns = [name for name in COLUMNS if name in asked.union(NAMES, ["question"], *rows)]
     return sheet_text(columns, [[row.get(name, "") for name in columns] for row in rows])
 
 
@@ -220,8 +218,6 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
     The file may be as any spreadsheet program saves it. Raises InputError with every fault: an unknown column, a file
     that does not exist or is not read, rows of a file that are not of different parts, a role that is not possible.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
     faults = list[str]()
     by_name = {file.as_posix(): file for file in named}
     decisions: Placed = {}
@@ -236,7 +232,7 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
         written, role = cells.get("file", ""), cells.get("role", "")
         if (file := by_name.get(written)) is None:
             faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")
-        elif role not in (possible := (*roles_of(file), "ignore")):
+        elif role not in (possible := (*POSSIBLE[file.suffix.lower()], "ignore")):
             faults.append(f"{where}: {file} cannot be {role!r:.40}; write one of {', '.join(possible)}.")
         else:
             answers = {name: cells[name] for name in ANSWERS if name in cells}

@@ -15,8 +15,8 @@ from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record
-from sealtwin.lab.files import PAIRING, TRIAL, LeftOut, Placed, find_files, pairing_text, read_decisions
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, Record
+from sealtwin.lab.files import PAIRING, TRIAL, CatalogueFault, Placed, find_files, pairing_text, read_decisions
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults
 from sealtwin.lab.sample import Fate, LabSample, gather, pair, prepare, read_sheets
 from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
@@ -36,7 +36,8 @@ class Ingested:
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool
     samples: list[LabSample]  # And files that belong to no photo
-    left_out: list[LeftOut]
+    unused: list[CatalogueFault]  # Files that are not used
+    lost: list[CatalogueFault]  # Files that are not used and may have data of the lab
     placed: Placed
     decisions: Placed
     traced: Batch | None = None  # None if nothing was to be traced
@@ -49,41 +50,36 @@ class Ingested:
             for sample in self.samples
             for sentence, question in sample.questions.items()
         ]
-        return faults + [CatalogueFault(each.file, each.reason) for each in self.left_out if each.lost]
+        return [*faults, *self.lost]
 
 
-def ingest(
-    folder: Path, lab: Path, progress: Progress, *, pairing: Path | None = None, dry_run: bool = False, jobs: int = 0
-) -> Ingested:
+def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False, jobs: int = 0) -> Ingested:
     """Take a folder of photos, sheets and notes into ``lab``: a trial for each sample, and a catalogue.
 
     A sample that the lab already has is skipped; the trial of a changed one is written again, or stays beside a new
     revision if it was run or edited. Waits for another ingest into the same lab. If the process is killed, repeat the
-    same call to complete the ingest. The user's corrections and answers come from ``pairing``, or from the lab's
-    pairing file if it was edited. The catalogue stores them for ``folder``. The trials are traced and checked by
-    ``jobs`` processes; 0 leaves that out.
+    same call to complete the ingest. The user's corrections and answers come from the lab's pairing file if it was
+    edited. The catalogue stores them for ``folder``. The trials are traced and checked by ``jobs`` processes; 0 leaves
+    that out.
 
     Raises InputError if the folder, its lab.toml or the pairing cannot be used.
     """
     _require_usable(folder, lab)
     folder = folder.resolve()
-    named, left_out = find_files(folder)
+    named, unused, lost = find_files(folder)
     defaults = read_defaults(folder)
     way = os.path.relpath(folder, lab.resolve())
     # Without the path of the folder; it does not change if folder and lab are moved together.
     source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
-    decisions = None if pairing is None else read_decisions(pairing, named)
     with nullcontext() if dry_run else holding(lab, progress.note):
         catalogue = Catalogue(lab)
         digest, earlier = _pairing_sha256(lab), catalogue.content.sources.get(source)
-        if decisions is None and digest not in ("", catalogue.content.pairing):
-            decisions = read_decisions(lab / PAIRING, named)
-        elif decisions is None:
-            decisions = earlier.decisions if earlier else {}
+        is_edited = digest not in ("", catalogue.content.pairing)
+        decisions = read_decisions(lab / PAIRING, named) if is_edited else earlier.decisions if earlier else {}
         catalogue.content.pairing = digest
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
-        samples = pair(folder, placed, [each.file for each in left_out if each.lost])
-        ingested = Ingested(lab, source, dry_run, samples, left_out, placed, decisions)
+        samples = pair(folder, placed, [fault.name for fault in lost])
+        ingested = Ingested(lab, source, dry_run, samples, unused, lost, placed, decisions)
         if not samples and not ingested.faults:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {counted(len(samples), 'sample')}", len(samples))

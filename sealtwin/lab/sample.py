@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
@@ -119,7 +120,7 @@ class LabSample:
 
     def ask(self, *doubts: Doubt, rows: Iterable[PurePath] = ()) -> None:
         """Add questions, each to the row of the file that it is about, else to that of the photo; or to ``rows``."""
-        files = [file for files in self.files.values() for file in files]
+        files = [*chain(*self.files.values())]
         paths = {self.folder / file: file for file in files}
         paths |= {self.trial_folder / raw.kept_as: PurePath(raw.original) for raw in self.raw}
         for doubt in doubts:
@@ -130,7 +131,7 @@ class LabSample:
 
     def fault(self, finding: str, remedy: str = "", file: PurePath | None = None) -> None:
         """Ask about a fault of a file. Default: of the photo, or the first file without one."""
-        file = file or next(file for files in self.files.values() for file in files)
+        file = file or next(chain(*self.files.values()))
         self.ask(Doubt("fault", Location(file), finding, remedy))
 
     def refuse(self, fault: InputError, file: PurePath | None = None) -> None:

@@ -24,8 +24,7 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
-from validate.readings.files import table_of
-from validate.readings.grid import letters
+from validate.readings.grid import letters, table_of
 from validate.result import SampleFigures
 
 BUG, SOME_FAILED = 1, 6

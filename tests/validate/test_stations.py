@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sealtwin.core.doubts import Mean, ReadSheet
 from sealtwin.core.errors import present
+from sealtwin.core.records import QuantityMean
 from tests.evidence import make_evidence
-from validate.compare import worst_at_a_station
+from validate.compare import compare, worst_at_a_station
 from validate.intervals import StationError, StationErrors
-from validate.report.chapters import comparison_tables
+from validate.report.first_page import first_page
 from validate.report.report_facts import stretches_off
 
 S_MM = np.arange(0.0, 45.0, 5.0)
@@ -51,11 +51,14 @@ def test_a_worst_error_between_stations_or_beyond_the_readings_is_said_to_be_one
     assert worst_at_a_station(errors, S_MM[-1] + 0.4) == StationError(2.0, S_MM[2])
 
 
-def test_the_mean_of_another_quantity_is_beside_the_readings(tmp_path):
+def test_the_mean_of_another_quantity_is_in_the_comparison_and_on_page_one(tmp_path):
     evidence = make_evidence(tmp_path)
-    sheet = ReadSheet((), (), frozenset(), means=(Mean("temperature", 21.75, "°C", 4), Mean("humidity", 46.0, "", 3)))
-    readings = replace(present(evidence.readings, "readings"), understood=sheet)
-    *_, table = comparison_tables(replace(evidence, readings=readings))
-    rows = table.rows
-    assert ("temperature", "21.75 °C, mean of 4") in rows
-    assert ("humidity", "46 (no unit), mean of 3") in rows
+    means = {"temperature": QuantityMean(value=21.75, unit="°C", stations=4)}
+    means |= {"noise": QuantityMean(value=46, unit="", stations=1)}
+    readings = replace(present(evidence.readings, "readings"), means=means)
+    crack = evidence.outline, evidence.solid
+    comparison = compare(evidence.profile, readings, *crack, role="undeclared", photo_data="measured")
+    assert comparison.model_dump()["means"]["temperature"] == {"value": 21.75, "unit": "°C", "stations": 4}
+    assert "means" not in present(evidence.comparison, "comparison").model_dump()
+    text = "temperature 21.75 °C, mean of 4 stations; noise 46 (no unit), mean of 1 station."
+    assert ("Conditions:", text) in first_page(replace(evidence, comparison=comparison)).notes

@@ -31,7 +31,7 @@ model = "slot"
 """Of all samples: a depth that a note of one must not leave standing, and the fast model, which is checked soon."""
 NONE_SOUND, SOME_FAILED = 3, 6
 INGEST = "ingest {given}/folder --out {out} --dry-run --quiet"
-WITH_NOTE = "ingest {given}/folder --pairing {given}/pairing.csv --out {out} --dry-run --quiet"
+WITH_NOTE = "ingest {given}/folder --out {given}/lab --dry-run --quiet"
 
 
 noted, ingested = answers(WITH_NOTE), answers(INGEST)
@@ -52,9 +52,9 @@ def _folder(place: Path, lab: str = LAB, samples: Sequence[int] = (3,), **texts:
 def _with_row(text: str, settings: str) -> Callable[[Path], None]:
     def make(place: Path) -> None:
         _folder(place, N3__txt=text)
-        (place / "pairing.csv").write_text(
-            f'file,role,sample,settings\nN3.txt,note,N3,"{settings}"\n', encoding="utf-8"
-        )
+        (place / "lab").mkdir()
+        rows = f'file,role,sample,settings\nN3.txt,note,N3,"{settings}"\n'
+        (place / "lab" / "pairing.csv").write_text(rows, encoding="utf-8")
 
     return make
 

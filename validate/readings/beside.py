@@ -20,7 +20,7 @@ from sealtwin.core.doubts import CONFIRMS
 from validate.readings.grid import Grid, letters, listed, quoted, shown
 from validate.readings.rows import ReadRows
 from validate.readings.table import Table, numeric, roles_in
-from validate.readings.words import Role, is_missing, is_note, meaning, parsed, sample_key
+from validate.readings.words import NUMBER, Role, is_missing, is_note, meaning, parsed, sample_key
 
 LETTERS = str.maketrans(
     "łø\u0131æc\u2019абвгґдеєжзиіклмнопрстуфхцчшщыэюяαβγδεζηθικλμνξοπρσςτυφχψω",
@@ -163,17 +163,19 @@ def _has_labels(table: Table, rows: ReadRows, column: int) -> bool:
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:
     """Return whether a text in the header, or beside readings, is neither a known name nor a word for nothing."""
     cell, name = table.grid.cell(row, column), table.header.names.get(column, "")
-    is_used = any(column == each.index for each in table.used)
+    roles, other = {each.role for each in table.used if each.index == column}, table.others.get(column)
     if row in table.header.rows:
         # A column of numbers under an unknown name is asked about, but not a title above it.
         is_title = row < table.header.rows[-1] and table.is_open("columns", "range")
-        return is_title or not (is_used or column in table.others or column in numbers)
-    if is_used:
+        return is_title or not (roles or other or column in numbers)
+    if roles:
         # The number of a repeat is no reading, and no word.
-        return table.repeat is not None and column == table.repeat.index and LABEL.fullmatch(cell.text) is None
+        return Role.REPEAT in roles and LABEL.fullmatch(cell.text) is None
     if is_missing(cell.text) or (numeric(cell) and not is_note(name)):
         return False
-    return column not in table.others or not is_harmless(f"{name}: {cell.text}", sample)
+    if other is not None and other.role.is_quantity and NUMBER.match(cell.text):
+        return False  # It is read as a value of the quantity, or in doubt.
+    return other is None or not is_harmless(f"{name}: {cell.text}", sample)
 
 
 def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
@@ -202,12 +204,8 @@ def _ask_about_marks(table: Table, rows: ReadRows) -> None:
     for kind, (words, mark_of) in MARKS.items():
         answers = list[str]()
         for column in table.used:
-            cells = {row: f"{column.letters}{row}" for row in sorted(rows.read)}
-            marks = {
-                cell: mark_of(table.grid, row, column.index)
-                for row, cell in cells.items()
-                if cell not in table.chosen.skip
-            }
+            marks = {f"{column.letters}{row}": mark_of(table.grid, row, column.index) for row in sorted(rows.read)}
+            marks = {cell: mark for cell, mark in marks.items() if cell not in table.chosen.skip}
             usual = Counter(marks.values()).most_common(1)[0][0] if kind == "coloured" and marks else False
             unlike = [cell for cell, mark in marks.items() if mark != usual]
             answers += [column.letters] if kind == "hidden" and len(unlike) == len(rows.read) > 0 else unlike

@@ -1,12 +1,23 @@
-"""The cells of a sheet with their marks, and what else is in its file."""
+"""The cells of a sheet with their marks, and what else is in its file: a text with fields, or a workbook."""
 
+import csv
+import io
+import re
+import warnings
+import zipfile
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Literal, NamedTuple, Self
 
 from sealtwin.core.doubts import Doubt, Location, ReadSheet
 from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.plain_files import opened
+from validate.readings.words import number
+from validate.settings import Separator
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
 """Kind of a cell. Cells of a text file are all "text". A "formula" is one without a stored result."""
@@ -15,6 +26,22 @@ MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has
 MOST_NAMED = 8  # Cells or columns that a sentence names
 LONGEST_SHOWN = 60  # Limit on the letters of a cell that are quoted
 SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
+LARGEST_FILE_BYTES = 5_000_000  # Limit on the size of a sheet, or of a workbook with its pictures
+LARGEST_UNPACKED_MB = 32  # Limit on all parts together: 10,000 rows of 32 numbers take 13 MB
+SMALLER = "Remove pictures and other tables from it, or save it as CSV."
+ZIP = b"PK\x03\x04"
+OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # First bytes of .xls, and of an XLSX with a password
+OTHER_FORMAT = re.compile(
+    rb"(?:\xef\xbb\xbf)?\s*(<!doctype html|<html|<table|<\?xml|mime-version:|\{\\rtf|\{\"|%pdf-|bplist|sqlite format"
+    rb"|\x1f\x8b|rar!|7z\xbc\xaf)",
+    re.IGNORECASE,
+)
+"""First bytes of pages, texts, databases and archives that programs export with the file extension of a sheet."""
+SEPARATORS: dict[Separator | None, str] = {"tab": "\t", "semicolon": ";", "comma": ","}
+"""Separators in order of preference if two fit equally well: text contains commas, but rarely tabs."""
+UTF_16_MARKS = b"\xff\xfe", b"\xfe\xff"
+SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNORECASE)
+"""First line such as "sep=;", which states the separator for Excel."""
 
 
 class Cell(NamedTuple):
@@ -30,12 +57,6 @@ BLANK = Cell("")
 FORMULA = Cell("", "formula", is_formula=True)
 
 
-class Comment(NamedTuple):
-    row: int  # From 1
-    column: int  # From 0
-    text: str
-
-
 @dataclass(frozen=True, eq=False)
 class Grid:
     """The cells of a sheet, and what else is in its file."""
@@ -47,11 +68,11 @@ class Grid:
     separator: str | None = None  # Separator of a text file
     sheet: str | None = None  # Name of a workbook's sheet
     is_hidden: bool = False
-    comments: list[Comment] = field(default_factory=list)
+    comments: list[tuple[int, int, str]] = field(default_factory=list)  # Row from 1, column from 0, and text
     hidden_rows: set[int] = field(default_factory=set)
     hidden_columns: set[int] = field(default_factory=set)
     elsewhere: list[tuple[str, str]] = field(default_factory=list)
-    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm"), ("page header", "P01")."""
+    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm")."""
 
     doubts: tuple[Doubt, ...] = ()  # What is open about the file
 
@@ -92,12 +113,12 @@ class Grid:
 
     def all_texts(self) -> Iterator[tuple[str, str]]:
         """Yield the texts of a worksheet with their places; those of a row are one."""
-        sheet, texts = f"sheet {quoted(f'{self.sheet}')}", [*self.elsewhere]
-        texts += [(f"comment in row {row}", text) for row, _, text in self.comments]
+        sheet = f"sheet {quoted(f'{self.sheet}')}"
+        for row, _, text in self.comments:
+            yield f"{sheet}, comment in row {row}", text
         for row, cells in self.rows.items():
             if words := [cell.text for cell in cells.values() if cell.kind == "text"]:
-                texts.append((f"row {row}", " ".join(words)))
-        yield from ((f"{sheet}, {part}", text) for part, text in texts)
+                yield f"{sheet}, row {row}", " ".join(words)
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
@@ -106,6 +127,163 @@ class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet,
     def __init__(self, doubts: Sequence[Doubt], understood: ReadSheet | None = None) -> None:
         self.doubts, self.understood = tuple(doubts), understood
         super().__init__("\n".join(map(str, self.doubts)))
+
+
+def read_grid(path: Path, sheet: str | None = None, separator: Separator | None = None) -> Grid:
+    """Return the rows with content of a CSV, or of one sheet of a workbook (XLSX or ODS).
+
+    Raises SheetFaults if the file is neither, or if several sheets have a table and ``sheet`` names none of them.
+    Raises InputError if the file cannot be opened.
+    """
+    content = _content(path)
+    if not content.startswith(ZIP):
+        if sheet is None:
+            return _read_text(path, content, separator).require_size()
+        finding = f"a text file, which has no sheets, but [readings] sheet = {sheet!r}."
+        raise refused(path, finding, "Remove this setting, or give the workbook.")
+    from validate.readings import workbooks
+
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(content))
+        if (unpacked_mb := sum(entry.file_size for entry in archive.infolist()) / 1e6) > LARGEST_UNPACKED_MB:
+            raise refused(path, f"{unpacked_mb:.0f} MB when it is unpacked, over {LARGEST_UNPACKED_MB} MB.", SMALLER)
+        # openpyxl warns about skipped styles and extensions, which contain no readings.
+        with warnings.catch_warnings(action="ignore"):
+            if workbooks.MIMETYPE in content[:128]:
+                sheets = [*workbooks.read_ods(path, archive)]
+            elif "[Content_Types].xml" in archive.namelist():
+                sheets = [*workbooks.read_xlsx(path, archive, content)]
+            else:
+                raise refused(path, "a zip file, but not an XLSX.", SAVE_AGAIN)
+    except SheetFaults:
+        raise
+    except Exception as fault:  # Damaged files raise errors of any class.
+        cause = fault.__cause__ or fault
+        finding = f"damaged, or not a workbook ({type(cause).__name__}: {shown(str(cause))})."
+        raise refused(path, finding, SAVE_AGAIN) from fault
+    return _chosen(path, sheets, sheet).require_size()
+
+
+def table_of(path: Path) -> tuple[tuple[str, ...], list[tuple[int, list[tuple[str, str]]]]]:
+    """Return the names in the first row of any table, and the number of each other row with name and text of its cells.
+
+    Raises InputError if the file cannot be read.
+    """
+    grid = read_grid(path)
+    first, *rows = grid.rows or [1]
+    head = grid.texts(first)
+    return head, [(row, [*zip_longest(head, grid.texts(row), fillvalue="")]) for row in rows]
+
+
+def _content(path: Path) -> bytes:
+    """Return the bytes of a file. Raises InputError for what is no file, and SheetFaults for another format."""
+    try:
+        with opened(path) as file:
+            content = file.read(LARGEST_FILE_BYTES + 1)
+    except OSError as fault:
+        finding = f"readings cannot be opened ({fault.strerror})."
+        raise InputError(f"{as_text(path)}: {finding} Give the sheet's path in [readings] file.") from fault
+    if len(content) > LARGEST_FILE_BYTES:
+        raise refused(path, f"larger than {LARGEST_FILE_BYTES:,} bytes.", SMALLER)
+    if content.startswith(OLD_EXCEL):
+        raise refused(path, "an old Excel workbook (.xls), or one with a password.", SAVE_AGAIN)
+    if other := OTHER_FORMAT.match(content):
+        finding = f"another format with the file name of a sheet: it begins with {other[1].decode('latin-1')!r}."
+        raise refused(path, finding, SAVE_AGAIN)
+    return content
+
+
+def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
+    """Return the rows of a CSV. The number of a row is that of its line. Raises SheetFaults if it is not a table."""
+    text, encoding = _decoded(path, content)
+    if "\0" in text:
+        finding = "NUL bytes, of a logger that lost power or of UTF-16 without its mark."
+        raise refused(path, finding, "Save it as 'CSV UTF-8', and check for lost readings.")
+    if (stated := SEPARATOR_LINE.match(text)) is not None:
+        text = "\n" + text[stated.end() :]
+    mark = SEPARATORS.get(separator) or (stated and stated[1]) or _likeliest(text)
+    try:
+        lines = _fields(text, mark)
+    except csv.Error as fault:
+        raise refused(path, f"not a CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
+    rows = {}
+    for line, fields in lines.items():
+        within = [each for field in fields for each in field.splitlines()[1:]]
+        if any(re.search(rf"[0-9]\s?{mark}\s?[-+.,0-9]", each) for each in within):
+            finding = "a quotation mark of an earlier line closes here, and the quoted text contains rows of numbers."
+            where = Location(Path(as_text(path)), f"line {line}")
+            raise refused(where, finding, "Delete both marks, or the line breaks between them.")
+        rows[line] = {column: Cell(text) for column, text in enumerate(fields) if text}
+    return Grid(path, ("CSV", encoding, {"\t": "tabs", ";": "semicolons", ",": "commas"}[mark]), rows, mark)
+
+
+def _decoded(path: Path, content: bytes) -> tuple[str, str]:
+    """Return the text and the name of its encoding."""
+    # Latin-1 is Windows-1252 with control characters in place of some letters.
+    codecs = {"UTF-8": "utf-8-sig", "Windows-1252": "cp1252"}
+    for name, codec in {"UTF-16": "utf-16"}.items() if content.startswith(UTF_16_MARKS) else codecs.items():
+        with suppress(UnicodeDecodeError):
+            return content.decode(codec), name
+    raise refused(path, "not a text in UTF-8, UTF-16 or Windows-1252.", "Save the sheet as 'CSV UTF-8' or XLSX.")
+
+
+def _likeliest(text: str) -> str:
+    """Return the separator that splits the most rows into the same number of fields."""
+    alike = {}
+    for mark in SEPARATORS.values():
+        # Wrongly closed quotes exclude a separator.
+        with suppress(csv.Error):
+            widths = Counter(map(len, _fields(text, mark).values()))
+            alike[mark] = max((count for width, count in widths.items() if width > 1), default=0)
+    return max(alike, key=alike.__getitem__) if any(alike.values()) else ","
+
+
+def _fields(text: str, mark: str) -> dict[int, list[str]]:
+    """Return the fields of lines with content by line number. Raises csv.Error with the line where a row begins."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark, strict=True)
+    lines, begins = {}, 1
+    try:
+        for row in reader:
+            if any(map(str.strip, row)):
+                lines[reader.line_num] = [field.strip() for field in row]
+            begins = reader.line_num + 1
+    except csv.Error as fault:
+        raise csv.Error(f"{fault}: is a quotation mark of line {begins} not closed?") from fault
+    return lines
+
+
+def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
+    """Return the sheet ``wanted``, or the only visible one with a table; else ask for it."""
+    filled = [sheet for sheet in sheets if sheet.rows]
+    if not filled:
+        finding = "has no rows of readings: all its sheets are empty, or saved as Strict Open XML."
+        raise refused(path, finding, "Save it with its cells as an ordinary XLSX.")
+    tables = [sheet for sheet in filled if _has_table(sheet)] or filled
+    chosen = [sheet for sheet in tables if not sheet.is_hidden]
+    named, finding = chosen or tables, f"{'several' if chosen else 'only hidden'} sheets may have the readings:"
+    if wanted is not None:
+        chosen = [sheet for sheet in sheets if sheet.sheet == wanted]
+        named, finding = sheets, f"has no sheet {quoted(wanted)}, only"
+    doubts: tuple[Doubt, ...] = ()
+    if len(chosen) != 1:
+        finding += f" {listed([quoted(f'{sheet.sheet}') for sheet in named])}."
+        doubts = (Doubt("sheet", Location(Path(as_text(path))), finding, answers={"sheet": None}),)
+    # The first one stands in, so that what else is open is asked at the same time.
+    sheet = (chosen or named)[0]
+    # Sheets that may have the readings of another sample are no remarks on this one.
+    others = [other for other in sheets if other is not sheet and (other.is_hidden or other not in tables)]
+    elsewhere = [text for other in others for text in other.all_texts()]
+    rows = {row: dict(sorted(cells.items())) for row, cells in sorted(sheet.rows.items())}
+    return replace(sheet, rows=rows, elsewhere=elsewhere, doubts=doubts)
+
+
+def _has_table(sheet: Grid) -> bool:
+    """Return whether at least two rows have two numbers."""
+    rows = [
+        [cell for cell in cells.values() if cell.kind == "formula" or number(cell.text) is not None]
+        for cells in sheet.rows.values()
+    ]
+    return sum(len(numbers) > 1 for numbers in rows) > 1
 
 
 def refused(where: Location | Path, finding: str, remedy: str) -> SheetFaults:

@@ -10,8 +10,7 @@ from sealtwin.core.doubts import CONFIRMS, Doubt, ReadSheet
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from validate.readings.beside import ask_about_rest
-from validate.readings.files import read_grid
-from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed
+from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed, read_grid
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
 from validate.readings.screens import Filling, SheetAndCrack, screens
 from validate.readings.table import WAYS, Table, find_table
@@ -71,8 +70,10 @@ def readings_of(
     ask_about_rest(table, rows)
     if is_sure and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
-        sheet = SheetAndCrack(cells, None, length_mm if has_places else None)
-        doubts = screens(SheetAndCrack(cells, depth_mm, length_mm, filling) if has_levels else sheet, grid.location())
+        sheet = SheetAndCrack(cells, depth_mm, length_mm, filling)
+        if not has_levels:
+            sheet = SheetAndCrack(cells, None, length_mm if has_places else None)
+        doubts = screens(sheet, grid.location())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, table))
     understood = _understood(table, rows)
@@ -88,6 +89,7 @@ def readings_of(
         doubts=tuple(map(str, questions)),
         questions=questions,
         understood=understood,
+        means=rows.means,
         is_depth=cells.is_depth,
     )
 
@@ -145,5 +147,4 @@ def _understood(table: Table, rows: ReadRows) -> ReadSheet:
         tuple(texts),
         frozenset((row, column.index) for row in first if row in rows.read for column in table.used),
         frozenset(header),
-        rows.means,
     )

@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from operator import itemgetter
@@ -10,26 +10,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sealtwin.core.doubts import CONFIRMS, Mean
+from sealtwin.core.doubts import CONFIRMS
+from sealtwin.core.records import QuantityMean
 from validate.readings.grid import BLANK, Cell, letters, listed, quoted
 from validate.readings.screens import ReadCells
 from validate.readings.table import Column, Table, numeric
 from validate.readings.words import (
+    MINUS,
     MM,
+    NUMBER,
+    QUANTITIES,
     Role,
     common_mark,
-    decimals_of,
     is_ambiguous,
     is_calculated,
     is_missing,
     number,
+    plain_letters,
 )
 from validate.settings import Decimal
 
-CLOSEST_MM = 0.01
-"""Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
+CLOSEST = 2
+"""Decimals of s in mm that distinguish stations: up to the last digit of a caliper. Others are one, read twice."""
 SLACK_MM = 2.0
-HUGE_MM = 1e9  # Numbers above are no places, and too large to be divided
 LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
 COMPLAINTS = {
     "formula": ("a formula without a stored result", "Open the workbook in a spreadsheet program and save it."),
@@ -57,7 +60,7 @@ class ReadRows:
     mark: Decimal | None
     read: frozenset[int]  # Rows with a place and a reading
     passed: frozenset[int]  # Rows to skip, rows of means, and rows that are asked about
-    means: tuple[Mean, ...]  # Of the other quantities
+    means: dict[str, QuantityMean]  # Of the other quantities
 
 
 def read_rows(table: Table) -> ReadRows:
@@ -67,7 +70,7 @@ def read_rows(table: Table) -> ReadRows:
     passed = frozenset(_passed(table))
     stations = dict(_station_cells(table, passed))
     cells = _read_cells(table, _readings(table, numbers, stations))
-    return ReadRows(cells, numbers.mark, frozenset(stations), passed, tuple(_means(table, numbers, stations)))
+    return ReadRows(cells, numbers.mark, frozenset(stations), passed, dict(_means(table, numbers.mark, cells)))
 
 
 def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, Cell]]:
@@ -83,7 +86,7 @@ def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, 
 
 def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
     """Return the answer that skips some readings, and the rows of some places; none for half of all rows."""
-    station = "" if table.station is None else table.station.letters
+    station = table.station.letters if table.station else ""
     entries = [int(row) if (row := cell.removeprefix(station)).isdigit() else cell for cell in cells]
     rows = {cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ") for cell in cells}
     return {"columns.skip": entries} if 2 * len(rows) < len(table.body) else {}
@@ -97,40 +100,35 @@ class _Numbers:
         self.mark: Decimal | None = _decimal_mark(table)
         self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
 
-    def reading(self, row: int, column: Column) -> Reading:
-        cell = self.table.cell(row, column)
-        if f"{column.letters}{row}" in self.table.chosen.skip or (cell.kind == "text" and is_missing(cell.text)):
+    def reading(self, row: int, column: Column, cell: Cell) -> Reading:
+        """Return the number of a cell that counts for a row; NaN if it is missing, or after noting what is wrong."""
+        name, is_reading = f"{column.letters}{row}", column.role is Role.READING
+        if name in self.table.chosen.skip or (is_reading and cell.kind == "text" and is_missing(cell.text)):
             return Reading(math.nan, row, column.index)
         (text, _), factor = numeric(cell) or ("", ""), MM[column.unit or "mm"]
-        return Reading(self.in_mm(row, column, cell), row, column.index, factor * 10.0 ** -decimals_of(text))
-
-    def in_mm(self, row: int, column: Column, cell: Cell) -> float:
-        """Return the number of a cell in millimetres, or NaN after noting what is wrong."""
-        if (value := value_of(cell, self.mark)) is not None:
-            return value * MM[column.unit or "mm"]
-        has_digits = any(map(str.isdigit, cell.text)) or column.role is not Role.READING
+        # The numbers of a workbook have a point.
+        if (value := number(text, "point" if cell.kind == "number" else self.mark)) is not None:
+            decimals = len(text.replace(",", ".").rstrip("0").partition(".")[2])
+            return Reading(value * factor, row, column.index, factor * 10.0**-decimals)
+        has_digits = any(map(str.isdigit, cell.text)) or not is_reading
         text_kind = "mark" if number(cell.text) is not None else "number" if has_digits else "word"
-        kind = cell.kind if cell.kind in COMPLAINTS else text_kind
-        self.unread[kind][f"{column.letters}{row}"] = cell.text
-        return math.nan
+        self.unread[cell.kind if cell.kind in COMPLAINTS else text_kind][name] = cell.text
+        return Reading(math.nan, row, column.index)
 
     def report(self) -> None:
         """Ask about cells that are no numbers, with one question for each kind of mistake."""
         for kind, cells in self.unread.items():
             finding, remedy = COMPLAINTS[kind]
-            texts = listed([f"{name} {quoted(text)}" for name, text in cells.items()])
-            self.table.ask("cell", f"{texts}: {finding}.", remedy, skipping(self.table, [*cells]), [*cells])
+            self.table.ask("cell", f"{_listed(cells)}: {finding}.", remedy, skipping(self.table, [*cells]), [*cells])
 
 
-def value_of(cell: Cell, mark: Decimal | None) -> float | None:
-    """Return the number of a cell in its own unit; None for another cell, or another decimal mark."""
-    text, _ = numeric(cell) or ("", "")
-    return float(text) if cell.kind == "number" else number(text, mark)
+def _listed(cells: Mapping[str, str]) -> str:
+    """Return cells with their texts in words."""
+    return listed([f"{name} {quoted(text)}" for name, text in cells.items()])
 
 
 def _decimal_mark(table: Table) -> Decimal | None:
-    columns = [column for column in table.used if column is not table.repeat]
-    cells = [table.cell(row, column) for row in table.body for column in columns]
+    cells = [table.cell(row, column) for row in table.body for column in table.used if column is not table.repeat]
     texts = [value[0] for cell in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
     mark = table.declared.decimal or common_mark(texts, table.grid.separator)
     if mark is None and (ambiguous := [*filter(is_ambiguous, texts)]):
@@ -176,21 +174,21 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
 
     ``stations`` has the cell of the place of each row.
     """
-    column, *_ = [*table.used, Column(0, Role.STATION)]
-    repeat, is_long = table.repeat, table.repeat is not None or table.confirms("repeats")
+    column, repeat = table.station or Column(0, Role.STATION), table.repeat
     by_s, nearest = dict[float, dict[str, Reading]](), dict[float, float]()
     twice, blank = list[str](), list[str]()
     for row, cell in stations.items():
         name = f"{column.letters}{row}"
         is_blank = not table.cell(row, column).text
-        s_mm, readings = numbers.in_mm(row, column, cell), [numbers.reading(row, each) for each in table.readings]
+        s_mm = numbers.reading(row, column, cell).value_mm
+        readings = [numbers.reading(row, each, table.cell(row, each)) for each in table.readings]
         if is_blank:
             blank.append(name)
         if math.isnan(s_mm):
             continue
-        s_mm = nearest.setdefault(round(s_mm / CLOSEST_MM) if abs(s_mm) < HUGE_MM else s_mm, s_mm)
+        s_mm = nearest.setdefault(round(s_mm, CLOSEST), s_mm)
         of_station = by_s.setdefault(s_mm, {})
-        is_twice = bool(of_station) and not is_long
+        is_twice = bool(of_station) and repeat is None and not table.confirms("repeats")
         for reading in () if is_twice else readings:
             label = f"{len(of_station) + 1}" if repeat is None else table.cell(row, repeat).text
             is_twice = is_twice or label in of_station or is_missing(label)
@@ -217,9 +215,10 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
 def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCells:
     # Numbers by their size
     labels = sorted({*chain.from_iterable(by_s.values())}, key=lambda label: (len(label), label))
-    first = [next(iter(readings.values())) for readings in by_s.values()]
-    lacking = [Reading(math.nan, reading.row, -1) for reading in first]
-    rows = [[of_s.get(label, no) for label in labels] for of_s, no in zip(by_s.values(), lacking, strict=True)]
+    rows = list[list[Reading]]()
+    for readings in by_s.values():
+        lacking = Reading(math.nan, next(iter(readings.values())).row, -1)
+        rows.append([readings.get(label, lacking) for label in labels])
     parts = np.array(rows, dtype=float).reshape(len(by_s), len(labels), len(Reading._fields))
     readings_mm, cell_rows, columns, digits_mm = np.moveaxis(parts, -1, 0)
     return ReadCells(
@@ -230,7 +229,7 @@ def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCell
         digits_mm=digits_mm,
         is_depth=table.quantity == "depth",
         datum_level_mm=table.declared.datum_level_mm or 0.0,
-        station_column=0 if table.station is None else table.station.index,
+        station_column=table.station.index if table.station else 0,
     )
 
 
@@ -246,12 +245,49 @@ def _declared_places(table: Table, numbers: list[float]) -> list[float]:
     return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
 
 
-def _means(table: Table, numbers: _Numbers, rows: Iterable[int]) -> Iterator[Mean]:
-    """Yield the mean of each column of another quantity, over the rows with readings."""
-    for column in table.others.values():
-        values = [value_of(table.cell(row, column), numbers.mark) for row in rows]
-        if column.role.is_quantity and (values := [value for value in values if value is not None]):
-            yield Mean(column.role.value, float(np.mean(values)), column.unit or "", len(values))
+def _means(table: Table, mark: Decimal | None, cells: ReadCells) -> Iterator[tuple[str, QuantityMean]]:
+    """Yield the means of the other quantities over the stations that are read, and ask about what is left out."""
+    for role in QUANTITIES:
+        columns = [column for column in table.others.values() if column.role is role]
+        if columns[1:]:
+            finding = f"column {columns[0].letters} has the {role.value} too, and only its mean is shown."
+            others = [column.letters for column in columns[1:]]
+            table.ask(role.value, f"column {listed(others)}: {finding}", "", {CONFIRMS: others}, others)
+        for column in columns[:1]:
+            values, unit = _values_of(table, column, mark, np.unique(cells.rows).tolist())
+            of_stations = [[values[row] for row in {*rows} & values.keys()] for rows in cells.rows.tolist()]
+            if means := [float(np.mean(of_station)) for of_station in of_stations if of_station]:
+                yield role.value, QuantityMean(value=float(np.mean(means)), unit=unit, stations=len(means))
+
+
+def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[int]) -> tuple[dict[int, float], str]:
+    """Return the values of a quantity by row, and their unit; ask about cells that have none within its limits."""
+    role, unit, values, left_out = column.role, column.unit or "", dict[int, float](), dict[str, str]()
+    for row in rows:
+        cell = table.cell(row, column)
+        # Texts without digits are remarks.
+        if cell.kind == "text" and not any(map(str.isdigit, cell.text)):
+            continue
+        text = cell.text.translate(MINUS)
+        end = match.end() if (match := NUMBER.match(text)) else 0
+        value = number(text[:end], None if cell.kind == "number" else mark)
+        behind = plain_letters(f"{text[end:]}{cell.unit}").strip(" \u00b0")
+        if value is not None and cell.kind == "number" and behind == "%":
+            value *= 100  # A workbook has 45 % as 0.45.
+        units = role.units_in([behind])
+        unit = unit or "".join(units)
+        low, high = role.limits_in(unit)
+        if value is not None and low <= value <= high and (not behind or units == [unit]):
+            values[row] = value
+        else:
+            left_out[f"{column.letters}{row}"] = cell.text
+    if left_out:
+        low, high = role.limits_in(unit)
+        finding = (
+            f"{_listed(left_out)}: no {role.value} of {low:g} to {high:g} {unit or 'in its unit'}, not in the mean."
+        )
+        table.ask(role.value, finding, "Correct it, or clear the cell.", {CONFIRMS: [*left_out]}, [*left_out])
+    return values, unit
 
 
 def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:

@@ -5,11 +5,10 @@ The columns have a unit, and the readings a direction, by the names in the heade
 
 import re
 from bisect import bisect_left
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import takewhile
+from itertools import chain, takewhile
 from typing import Any, get_args
 
 from sealtwin.core.doubts import Doubt
@@ -155,22 +154,18 @@ def find_header(part: Rows, top: int) -> Header:
     Without names of columns, the header has no rows.
     """
     rows = [*part]
-    inside = [row for row in rows if row >= top]
+    start, end = bisect_left(rows, top), len(rows)
     # A part without a header has that of the rows above it.
-    above = [row for row in reversed(rows) if row < top]
-    for begin in (*inside[:FIRST_ROWS], *above):
-        index = bisect_left(rows, begin)
+    for index in (*range(start, min(start + FIRST_ROWS, end)), *range(start - 1, -1, -1)):
         # Rows with units and with the numbers of repeats belong to the header above them.
         for count in range(MOST_ROWS, 0, -1):
             header = rows[index : index + count]
             if names := _names_if_header([part[row] for row in header]):
                 return Header(tuple(header), names, max(header[-1] + 1, top))
     # Without known names, it is the rows of texts above the first row with numbers.
-    first = next((row for row in inside if _has_numbers(part[row])), inside[0] if inside else top)
-    texts = takewhile(
-        lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]),
-        range(first - 1, first - 1 - MOST_ROWS, -1),
-    )
+    first = next((row for row in rows[start:] if _has_numbers(part[row])), rows[start] if start < end else top)
+    above = reversed(range(first - MOST_ROWS, first))
+    texts = takewhile(lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]), above)
     header = tuple(texts)[::-1]
     return Header(header, _names_of([part[row] for row in header]), first)
 
@@ -180,16 +175,15 @@ def _names_of(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str]:
 
     A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
     """
-    names, above = defaultdict[int, list[str]](list), [BLANK] * len(rows)
+    names, left = dict[int, str](), [""] * len(rows)
     for column in sorted({column for cells in rows for column in cells}):
-        is_last = True
-        for i, cells in reversed([*enumerate(rows)]):
-            cell = cells.get(column, BLANK)
-            above[i] = cell if cell.text else above[i]
-            text = cell.text if is_last else above[i].text
-            is_last = is_last and not cell.text
-            names[column] += [text] if text else []
-    return {column: " ".join(dict.fromkeys(reversed(parts))) for column, parts in names.items() if parts}
+        texts = [cells.get(column, BLANK).text for cells in rows]
+        left = [text or beside for text, beside in zip(texts, left, strict=True)]
+        while texts and not texts[-1]:
+            texts.pop()
+        if parts := [*filter(None, left[: len(texts)])]:
+            names[column] = " ".join(dict.fromkeys(parts))
+    return names
 
 
 def _names_if_header(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str] | None:
@@ -197,11 +191,20 @@ def _names_if_header(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str] | Non
     if any(sum(bool(cell.text) for cell in cells.values()) < 2 for cells in rows):
         return None
     names = _names_of(rows)
-    roles = {column: what.role for column, name in names.items() if (what := meaning(name)) is not None}
-    stations = [column for column, role in roles.items() if role is Role.STATION]
-    if not stations or not {Role.READING, Role.REPEAT} & {*roles.values()}:
+    meanings = _meanings(names)
+    if not _are_of_a_header({what.role for what in meanings.values()}):
         return None
+    stations = [column for column, what in meanings.items() if what.role is Role.STATION]
     return None if any(numeric(cells.get(column, BLANK)) for cells in rows for column in stations) else names
+
+
+def _meanings(names: Mapping[int, str]) -> dict[int, Meaning]:
+    """Return the meanings of names by column, as far as they are known."""
+    return {column: what for column, name in names.items() if (what := meaning(name)) is not None}
+
+
+def _are_of_a_header(roles: set[Role]) -> bool:
+    return Role.STATION in roles and not roles.isdisjoint({Role.READING, Role.REPEAT})
 
 
 def _has_numbers(cells: Mapping[int, Cell]) -> bool:
@@ -228,8 +231,7 @@ def roles_in(cells: Iterable[Cell]) -> set[Role]:
 def _end_before_next_table(table: Table) -> None:
     """Take the first of several tables one below the other, and ask for a range."""
     for count, row in enumerate(table.body):
-        roles = roles_in(table.part[row].values())
-        if count and Role.STATION in roles and roles & {Role.READING, Role.REPEAT}:
+        if count and _are_of_a_header(roles_in(table.part[row].values())):
             _ask_for_range(table, f"another table begins in row {row}.")
             table.body = table.body[:count]
             return
@@ -243,14 +245,14 @@ def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
 
 def _set_columns(table: Table) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
-    chosen, cells = table.chosen, [each for row in table.body for each in table.part[row].items()]
+    chosen, cells = table.chosen, chain.from_iterable(table.part[row].items() for row in table.body)
     numbers = sorted({column for column, cell in cells if numeric(cell) or cell.kind == "formula"})
-    meanings = {column: what for column, name in table.header.names.items() if (what := meaning(name)) is not None}
+    meanings = _meanings(table.header.names)
     settings = {Role.STATION: chosen.s, Role.READING: chosen.levels, Role.REPEAT: chosen.repeat}
     stations, readings, repeats = (
         [column for column, what in meanings.items() if what.role is role]
         if entries is None
-        else _lettered(table, (entries,) if isinstance(entries, str) else entries, numbers)
+        else _lettered(table, [entries] if isinstance(entries, str) else entries, numbers)
         for role, entries in settings.items()
     )
     if chosen.levels is not None:
@@ -353,7 +355,7 @@ def _ask_for_units(table: Table) -> None:
         values = [numeric(table.cell(row, column)) for row in table.body]
         texts = dict.fromkeys(value[1] for value in values if value is not None)
         units = {column.unit, *(unit_of(text) or text for text in texts)} - {None, ""}
-        if units - {*MM} - {column.unit} or len(units) > 1 or (units and "" in texts and column.unit is None):
+        if units - MM.keys() or len(units) > 1 or (units and "" in texts and column.unit is None):
             finding = f"column {column.letters} has {' and '.join(filter(None, texts))} in its cells"
             table.ask("unit", f"{finding}, and its name has {column.unit or 'no unit'}.", "Write all in one unit.")
         setting = declared
@@ -361,16 +363,15 @@ def _ask_for_units(table: Table) -> None:
             setting = "mm" if isinstance(places, tuple) else places
         unit = next(filter(None, (column.unit, *map(unit_of, texts))), None)
         lacking += [column] if unit is None and setting is None else []
-        another += [column.index] if unit in MM and setting not in (None, unit) else []
+        another += [column.index] if unit and setting not in (None, unit) else []
         is_needed |= unit is None
         column.unit = unit or setting
     if another and places is None and not is_needed:
         finding = f"{table.named(another)} has another unit than the settings, {declared}."
         table.ask("unit", finding, "Remove the setting, or correct the header.")
     if lacking:
-        remedy, roles = f"Units are {', '.join(get_args(Unit))}.", {column.role for column in lacking}
-        settings = {Role.STATION: "columns.places", Role.READING: "unit"}
-        answers = {settings[role]: None for role in settings if role in roles}
+        remedy = f"Units are {', '.join(get_args(Unit))}."
+        answers = {"columns.places" if column is table.station else "unit": None for column in lacking}
         finding = f"{table.named([column.index for column in lacking])} has no unit."
         table.ask("unit", finding, remedy, answers, [column.letters for column in lacking])
 

@@ -7,7 +7,7 @@ import math
 import re
 import tomllib
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
@@ -25,10 +25,9 @@ COLUMNS = {kind: frozenset(words.split()) for kind, words in WORDS["columns"].it
 STATION, REPEAT, VALUE, COUNTER, SAMPLE = (COLUMNS[k] for k in ("station", "repeat", "value", "counter", "sample"))
 DOWNWARD, HEIGHT, CALCULATED, FACE = (COLUMNS[k] for k in ("downward", "height", "calculated", "face"))
 DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
-OTHER = (CALCULATED | COLUMNS["notes"] | COLUMNS["other"]).union(
-    *(entry["words"].split() for entry in WORDS["quantities"].values())
-)
+OTHER = CALCULATED | COLUMNS["notes"] | COLUMNS["other"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[k] for k in ("beside_station", "beside_reading"))
+OF_READING |= FACE
 RELATIVE = COLUMNS["relative"]
 OF_SAMPLE = SAMPLE | COUNTER | COLUMNS["beside_sample"]
 READING = DEPTH | LEVEL | REPEAT | VALUE
@@ -36,6 +35,7 @@ READING = DEPTH | LEVEL | REPEAT | VALUE
 LONGEST_NAME = 200
 PART = re.compile(r"[^\W_]+|[^\w\s.-]")
 WORD = re.compile(r"[^\W\d_]+|[0-9]+")
+WORD_OR_MARK = re.compile(r"[^\W\d_]+|[0-9%\u2030]")
 UNIT_WORD = "(?:{})".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
 LENGTH_MM = r"(?:{})(?![^\W\d_])".format("|".join(WORDS["units"]["mm"].split()))
 DIAL_UNIT = re.compile(rf"(?<![\w.,/])1\s?/\s?(100?)\s?{LENGTH_MM}|(?<![^\W\d_]){LENGTH_MM}\s?/\s?(100?)(?![\w.,])")
@@ -56,7 +56,6 @@ UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
 """Number such as 1.250: a decimal, or 1250 with a thousands separator. 0.125 can only be a decimal."""
-DECIMALS = re.compile(r"[.,]([0-9]+)$")
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
 """The typographic minus, and the dash that word processors substitute for a hyphen."""
 OTHER_MARKS: dict[Decimal | None, str] = {"point": ",", "comma": "."}
@@ -66,8 +65,8 @@ OTHER_MARKS: dict[Decimal | None, str] = {"point": ",", "comma": "."}
 class Role(Enum):
     """Role of a column.
 
-    Each quantity that labs write beside their readings, and whose mean a report shows, is a member here with its words
-    and units in the table [quantities] of ``words.toml``.
+    Each quantity that labs write beside their readings, and whose mean a report shows, is a member here with its words,
+    units and limits in the table [quantities] of ``words.toml``.
     """
 
     STATION = "station"
@@ -75,23 +74,26 @@ class Role(Enum):
     REPEAT = "repeat"  # Number of a reading within its station
     SAMPLE = "sample"  # Name of the sample of the row
     TEMPERATURE = "temperature"
+    HUMIDITY = "humidity"
     OTHER = "other"  # Notes, figures calculated from readings, and what is of no use
 
     @property
     def is_quantity(self) -> bool:
         return self.value in WORDS["quantities"]
 
-    def unit_in(self, name: str) -> str | None:
-        """Return the unit in a name of this quantity in plain letters, "" without one; None for another name."""
-        entry, words = WORDS["quantities"][self.value], {*re.findall(r"[^\W\d_]+|[0-9%\u2030]", name)}
-        units = {unit: {*names.split()} for unit, names in entry["units"].items()}
-        names = words.difference(*units.values())
-        if not names or not names <= {*entry["words"].split()}:
-            return None
-        return " ".join(unit for unit, names in units.items() if names & words)
+    def units_in(self, words: Container[str]) -> list[str]:
+        """Return the units of this quantity that have a word among ``words``."""
+        units = WORDS["quantities"][self.value]["units"].items()
+        return [unit for unit, names in units if any(name in words for name in names.split())]
+
+    def limits_in(self, unit: str) -> tuple[float, float]:
+        """Return the smallest and the largest value of this quantity in a unit, or in any of its units if it is ""."""
+        limits = WORDS["quantities"][self.value]["limits"].items()
+        ends = [end for each, ends in limits if unit in ("", each) for end in ends]
+        return min(ends), max(ends)
 
 
-QUANTITIES = tuple(role for role in Role if role.is_quantity)
+QUANTITIES = tuple(map(Role, WORDS["quantities"]))
 
 
 @dataclass(frozen=True)
@@ -143,9 +145,8 @@ def meaning(name: str) -> Meaning | None:
     text, unit, is_sound = in_parts = parsed(name)
     parts = WORD.findall(text)
     numbers, words = [part for part in parts if part.isdigit()], {part for part in parts if not part.isdigit()}
-    for role in QUANTITIES:
-        if (unit_of_quantity := role.unit_in(text)) is not None:
-            return Meaning(role, unit_of_quantity)
+    if unit is None and (quantity_meaning := _quantity_meaning(text)) is not None:
+        return quantity_meaning
     if words & SAMPLE and words <= OF_SAMPLE and not (unit or numbers):
         return Meaning(Role.SAMPLE) if is_sound else None
     if words & OTHER or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
@@ -167,6 +168,24 @@ def meaning(name: str) -> Meaning | None:
     bare = quantity is None and unit is None and not numbers
     counts = bare and (words & COUNTER or not words & VALUE)
     return Meaning(Role.REPEAT if counts else Role.READING, unit, quantity, next(iter(numbers), None))
+
+
+def _quantity_meaning(text: str) -> Meaning | None:
+    """Return the meaning of a name in plain letters that has a word of another quantity; None for another name.
+
+    With further words it is of no use, unless it may be a reading: "depth LH" and "depth RH" may be two sides.
+    """
+    words = {*WORD_OR_MARK.findall(text)}
+    for role in QUANTITIES:
+        entry = WORDS["quantities"][role.value]
+        if words.isdisjoint(entry["words"].split()):
+            continue
+        units, names = role.units_in(words), [entry["words"], entry.get("beside", ""), *entry["units"].values()]
+        if len(units) < 2 and words.issubset(" ".join(names).split()):
+            # The single unit of a quantity need not be written.
+            return Meaning(role, "".join(units or (entry["units"] if len(entry["units"]) == 1 else ())))
+        return None if not units and words & (STATION | READING) else Meaning(Role.OTHER)
+    return None
 
 
 def unit_of(text: str) -> str | None:
@@ -236,9 +255,3 @@ def number(text: str, mark: Decimal | None = None) -> float | None:
         return None
     value = float(text.replace(",", "."))
     return value if math.isfinite(value) else None
-
-
-def decimals_of(text: str) -> int:
-    """Return the number of decimals of a number, without trailing zeros."""
-    match = DECIMALS.search(text)
-    return len(match[1].rstrip("0")) if match else 0

@@ -20,7 +20,7 @@ def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_pat
     for words in ("P01.csv: no column is named as a reading", "column B 'a', column C 'b'", "Give sign = ...."):
         assert words in question(lab, "P01.csv")
     pairing = answer(lab, {"P01.csv": {"s": "A", "levels": "B C", "unit": "mm", "sign": "down"}})
-    assert fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "revised", "P02": "unchanged"}
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "revised", "P02": "unchanged"}
     assert levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
     assert question(lab, "P01.csv") == ""
     assert "P01.csv,readings,P01,A,B C,mm,down" in pairing.read_text()
@@ -74,8 +74,8 @@ def test_a_doubt_holds_its_sample_alone_names_cell_and_answer_and_is_answered_in
     assert "as_written = C4" in fault.sentence
     assert not Catalogue.of(lab).latest["p01"].sound, "'lab run' leaves it out, even once its files are removed"
     assert "as_written = C4" in question(lab, "P01.csv")
-    pairing = answer(lab, {"P01.csv": {"as_written": "C4"}})
-    assert fates(ingest(doubtful, lab, QUIET, pairing=pairing))["P01"] == "revised"
+    answer(lab, {"P01.csv": {"as_written": "C4"}})
+    assert fates(ingest(doubtful, lab, QUIET))["P01"] == "revised"
 
 
 def test_the_readings_are_judged_again_by_the_volume_in_the_traced_crack(small, tmp_path):

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from sealtwin.lab import run_samples
+from sealtwin.lab import catalogue
 from sealtwin.lab.catalogue import latest_trials
 from tests.labs import edit, sealtwin
 from tests.pages import leave_out_figures, leave_out_pdf
@@ -27,7 +27,7 @@ def test_all_sound_samples_are_run_once_and_the_others_named(ready, monkeypatch)
     leave_out_figures(monkeypatch)
     leave_out_pdf(monkeypatch)
     monkeypatch.setattr("sealtwin.core.cluster.cores", lambda: 0)
-    work = run_samples.run_trial
+    work = catalogue.run_trial
 
     def broken(trial, *more, **named):
         if trial.name == "P01":
@@ -36,7 +36,7 @@ def test_all_sound_samples_are_run_once_and_the_others_named(ready, monkeypatch)
 
     edit(ready / "P02" / "trial.toml", "trim_mm = 1.0", "trim_mm = 9.0")
     with monkeypatch.context() as patch:
-        patch.setattr(run_samples, "run_trial", broken)
+        patch.setattr(catalogue, "run_trial", broken)
         first = sealtwin("lab", "run", ready, "--device", "cpu", "--json", "--quiet")
     assert first.exit_code == 1
     samples = {one["name"]: one for one in json.loads(first.stdout)["samples"]}

@@ -23,7 +23,7 @@ def _trials(lab):
     return sum(1 for _ in lab.glob("[!.]*/record.json"))
 
 
-@pytest.mark.parametrize("step", ["keep", "save", "write_if_new"])
+@pytest.mark.parametrize("step", [(steps, "keep"), (Catalogue, "save"), (steps.files, "write_if_new")])
 def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_path, monkeypatch, step):
     lab = tmp_path / "lab"
 
@@ -31,10 +31,7 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        place = {"keep": (steps, "keep"), "save": (Catalogue, "save"), "write_if_new": (steps.files, "write_if_new")}[
-            step
-        ]
-        patched.setattr(*place, stop)
+        patched.setattr(*step, stop)
         with pytest.raises(KeyboardInterrupt):
             ingest(small, lab, QUIET)
     assert not ingest(small, lab, QUIET).faults

@@ -5,8 +5,7 @@ import time
 import pytest
 
 from tests.open_document import write_content, write_ods
-from validate.readings.files import read_grid
-from validate.readings.grid import Cell, SheetFaults
+from validate.readings.grid import Cell, SheetFaults, read_grid
 
 ROWS = [["s [mm]", "{across=2}Tiefe [mm]"], [0.0, 1.5, 1.6], [5.0, 2.0, None], [10.0, 2.5, 2.6]]
 LOOKS = 'xmlns:fo="urn:oasis:names:tc:opendocument:xmlns:xsl-fo-compatible:1.0" fo'

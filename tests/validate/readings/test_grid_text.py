@@ -10,8 +10,7 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from tests.sheet_writers import Hand, write_sheet
-from validate.readings.files import LARGEST_FILE_BYTES, read_grid, table_of
-from validate.readings.grid import Grid, SheetFaults
+from validate.readings.grid import LARGEST_FILE_BYTES, Grid, SheetFaults, read_grid, table_of
 
 S_MM, LEVELS_MM = [0.0, 5.0, 12.34], [[-16.02, -15.98], [-13.07, float("nan")], [1.25, -0.01]]
 NOTES = "s_mm,depth_mm,note; who; why\n0,1,a;b;c\n5,2,d;e;f\n"

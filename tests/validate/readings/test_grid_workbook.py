@@ -11,8 +11,7 @@ from openpyxl.styles import Font, PatternFill
 from openpyxl.styles.colors import Color
 
 from tests.sheet_writers import rewritten
-from validate.readings.files import LARGEST_UNPACKED_MB, read_grid
-from validate.readings.grid import FORMULA, Cell, Grid, SheetFaults
+from validate.readings.grid import FORMULA, LARGEST_UNPACKED_MB, Cell, Grid, SheetFaults, read_grid
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 
@@ -54,6 +53,13 @@ def test_numbers_are_read_as_they_are_stored(read):
     assert [*grid.rows[2].values()] == [Cell("0", "number"), Cell("1.5", "number"), Cell("1.6", "number")]
     assert [*grid.rows[3].values()] == [Cell("5", "number"), Cell("2", "number")]
     assert (grid.written, grid.sheet, grid.elsewhere) == (("XLSX", "sheet 'Sheet'"), "Sheet", [])
+
+
+def test_a_humidity_that_excel_stores_as_a_share_is_a_percentage(first, read, tmp_path):
+    for row, value in enumerate(("Luftfeuchte", 0.4, 0.5, 60), start=1):
+        first.cell(row, 4, value).number_format = "0 %" if row < 4 else "General"
+    assert read().rows[2][3] == Cell("0.4", "number", "%")
+    assert read_readings(tmp_path / "lab.xlsx", Declared()).means["humidity"].value == pytest.approx(50)
 
 
 @pytest.mark.parametrize("code", ['0.0" mm days"', "[Red]0.0;-0.0", "0.0E+00", "Standard", "Est\u00e1ndar"])
@@ -115,17 +121,14 @@ def test_comments_are_read_without_their_author(first, read):
 
 
 def test_texts_elsewhere_have_their_place(first, read):
-    first.oddHeader.center.text, first.evenFooter.left.text = "P01 &[Page]", "all in cm"
-    first.oddHeader.center.font, first.oddFooter.right.text = "Arial,Bold", "&P"
     hidden, many = first.parent.create_sheet("in inch"), first.parent.create_sheet("Log")
     hidden.append([7, "Sample P02"])
-    hidden.sheet_state, hidden.oddFooter.center.text = "veryHidden", "end"
+    hidden.sheet_state = "veryHidden"
     for line in range(250):
         many.append([line, None, f"line {line}"])
     elsewhere = read("Sheet").elsewhere
-    assert elsewhere[:2] == [("page header", "P01"), ("page footer", "all in cm")]
-    assert elsewhere[2:4] == [("sheet 'in inch', page footer", "end"), ("sheet 'in inch', row 1", "Sample P02")]
-    assert len(elsewhere) == 4 + 250
+    assert elsewhere[0] == ("sheet 'in inch', row 1", "Sample P02")
+    assert len(elsewhere) == 1 + 250
     assert elsewhere[-1] == ("sheet 'Log', row 250", "line 249")
 
 

@@ -113,17 +113,35 @@ def test_rows_and_arrays_are_a_sheet():
     assert [doubt.cells for doubt in caught.value.doubts] == [("B2",)]
 
 
+LONG_RH = "s_mm;Wdh;depth_mm;RH\n0;1;1;40\n0;2;1;40\n0;3;1;\n5;1;2;60\n9;1;;90\n"
+CELLS_OF = "s [mm];Tiefe [mm];{}\n0;1;{}\n5;2;{}\n7;9;99\n10;3;\n"
+WARM = {"temperature": (21.75, "°C", 2)}
 QUANTITIES = {
-    "Temp. [°C]": [("temperature", 21.75, "°C", 2)],
-    "temperature": [("temperature", 21.75, "", 2)],
-    "Temp. Sonde [°C]": [],
+    "with a unit": (CELLS_OF.format("Temp. [°C]", "21,5", "22"), WARM, ""),
+    "without": (CELLS_OF.format("temperature", "21,5", "22"), {"temperature": (21.75, "", 2)}, ""),
+    "units in cells": (CELLS_OF.format("temperature", "21,5 °C", "22"), WARM, ""),
+    "a word of its unit": (CELLS_OF.format("RH", "45 percent", "46"), {"humidity": (45.5, "%", 2)}, ""),
+    "two units": (CELLS_OF.format("Temp", "21,5 °C", "72 F"), {"temperature": (21.5, "°C", 1)}, "temperature C3 = C3"),
+    "another thing": (CELLS_OF.format("Temp. Sonde [°C]", "21,5", "22"), {}, ""),
+    "two columns": (CELLS_OF.format("Temp. [°C];Temp. [°F]", "21,5;71", "22;72"), WARM, "temperature D = D"),
+    "over stations with readings, not rows": (LONG_RH, {"humidity": (50, "%", 2)}, ""),
+    "no number": (
+        CELLS_OF.format("RH", "45 %", "ca. 46"),
+        {"humidity": (45, "%", 1)},
+        "humidity C3 = C3; remark C3 = C3",
+    ),
+    "a word": (CELLS_OF.format("RH", "45,5", "n. m."), {"humidity": (45.5, "%", 1)}, ""),
+    "outside": (CELLS_OF.format("RH", "450", "-1"), {}, "humidity C2 C3 = C2 C3"),
+    "another mark": (CELLS_OF.format("RH", "45.5", "50"), {"humidity": (50, "%", 1)}, "humidity C2 = C2"),
+    "shares of 1": (CELLS_OF.format("RH [%]", "0,4", "1"), {}, "humidity C2 C3 = C2 C3"),
 }
 
 
-@pytest.mark.parametrize(("name", "means"), QUANTITIES.items())
-def test_another_quantity_has_its_mean_over_the_rows_that_are_read(read, name, means):
-    profile = read(f"s [mm];Tiefe [mm];{name}\n0;1;21,5\n5;2;22\n7;9;99\n10;3;\n", columns={"skip": [4]})
-    assert profile.understood.means == tuple(means)
+@pytest.mark.parametrize(("text", "means", "asked"), QUANTITIES.values(), ids=QUANTITIES)
+def test_another_quantity_has_its_mean_over_the_stations_that_are_read(read, text, means, asked):
+    profile = read(text, columns={"skip": [4]}, decimal="comma")
+    assert {name: tuple(mean.model_dump().values()) for name, mean in profile.means.items()} == means
+    assert brief(profile.questions) == asked
 
 
 TEXTS = ";s_mm;depth_mm;0;5;1,5;n. m.;Mittel;# x;Riss 2;1 mm;7.5;x;Probe;Wdh;2 %"

@@ -58,6 +58,7 @@ def test_a_table_is_read_as_it_is_meant(read, text, declared, repeats_mm):
     assert profile.s_mm == pytest.approx(s_mm[: len(repeats_mm)])
 
 
+MARKED = "depth (+5 mm)|depth [mm-5]|depth [mm²]|depth [nm]|Tiefe x10 [mm]|Tiefe rechts [mm]"
 UNIT, B, S = {"unit": "mm"}, {"columns": {"levels": ["B"]}}, "s [mm];"
 ASKED = {
     "no header": (ROWS, {}, "columns; unit A B C; quantity"),
@@ -107,17 +108,7 @@ ASKED = {
         f"no length: {name}": (f"{name};Tiefe [mm]\n" + SINGLE, {"columns": {"s": "A"}, "unit": "mm"}, "name A = A")
         for name in ("s [-]", "s/L", "s [%]", "s rel. [mm]", "Masse [g]")
     },
-    **{
-        f"a mark in {name}": (f"{S}{name}\n" + SINGLE, {**B, **MM_DOWN}, "name B = B")
-        for name in [
-            "depth (+5 mm)",
-            "depth [mm-5]",
-            "depth [mm²]",
-            "depth [nm]",
-            "Tiefe x10 [mm]",
-            "Tiefe rechts [mm]",
-        ]
-    },
+    **{f"a mark in {name}": (f"{S}{name}\n" + SINGLE, {**B, **MM_DOWN}, "name B = B") for name in MARKED.split("|")},
 }
 
 

@@ -52,6 +52,7 @@ def test_a_plain_report_has_its_facts_on_the_first_page(tmp_path, data):
     first, second = pages_of(tmp_path / "report.pdf", data, ["Figure 2. One.", "Figure 3. Other."])
     for tile in data.first_page.tiles:
         assert tile.figure in first[0]
+    assert [word for word, _ in data.first_page.notes if word in first[0]] == ["Freezing:"]
     assert (first[1], second[1]) == (1, 2)
     assert second[0].index("Figure 2.") < second[0].index("Figure 3.")
 
