@@ -7,10 +7,11 @@ import numpy as np
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.comparison import Baseline, Comparison, CurveDistances, ReadingsScatter, VolumeComparison
 from validate.intervals import ErrorUncertainty, InputDrawsRecord, SizeStudy, StationBands, StationError, StationErrors
-from validate.metrics.baselines import ALWAYS, POOL, are_compared, beaten, best_curves
+from validate.metrics.baselines import ALWAYS, POOL, beaten, best_curves
 from validate.metrics.curve_distances import (
     PiecewiseLinear,
     alignment,
+    compared_stations,
     error_bins,
     error_figures,
     frechet_mm,
@@ -78,6 +79,7 @@ def compare(
             by_bin=error_bins(simulated, measured, outline.length_mm),
         ),
         basis=basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm),
+        stations=compared_stations(simulated, measured),
         simulated_volumes=fill_volumes(simulated, *stretch),
         measured_volumes=fill_volumes(measured, *stretch),
         baselines=baselines,
@@ -192,7 +194,7 @@ def error_uncertainty(
         volume_level_mm=volume_level_mm,
     )
     calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
-    stations, summary = _station_errors(simulated, measured, budget, error.x), budget.summary(curve)
+    stations, summary = _station_errors(simulated, measured, budget), budget.summary(curve)
     return ErrorUncertainty(
         mean_error_interval_mm=of_readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
@@ -230,16 +232,15 @@ def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationEr
     return StationError(abs(float(stations.error_mm[worst])), float(stations.s_mm[worst]))
 
 
-def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Floats) -> StationErrors:
-    """Return the error at each station on the covered stretch ``x``, with its standard uncertainties."""
-    on_stretch = are_compared(measured, x[0], x[-1])
-    covered = budget.at(on_stretch)
+def _station_errors(simulated: Profile, measured: Profile, budget: Budget) -> StationErrors:
+    """Return the error at each compared station, with its standard uncertainties."""
+    stations = compared_stations(simulated, measured)
+    covered = budget.at(np.isin(measured.s_mm, stations.s_mm))
     kinds: set[Kind] = {one.kind for one in budget.components}
     parts = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}
     return StationErrors(
-        s_mm=measured.s_mm[on_stretch],
-        error_mm=np.interp(measured.s_mm[on_stretch], simulated.s_mm, simulated.level_mm)
-        - measured.level_mm[on_stretch],
+        s_mm=stations.s_mm,
+        error_mm=stations.error_mm,
         data_mm=parts["readings"],
         numerics_mm=parts.get("numerics"),
         inputs_mm=parts.get("inputs"),

@@ -12,8 +12,8 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
 from sealtwin.core.vtk_files import Frame
 from validate.comparison import Baseline, ErrorFigures
-from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
-from validate.metrics.curve_distances import error_figures, level_difference
+from validate.metrics.baselines import ALWAYS, against_baselines, best_curves
+from validate.metrics.curve_distances import compared_stations, error_figures, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.uncertainty.computed import require_different
 from validate.units import counted, name_and_unit, percent
@@ -214,7 +214,7 @@ class Chart:
     @property
     def beside_baselines(self) -> str:
         """Sentence on the nearest run and the baselines. The run counts as calibrated, as these readings chose it."""
-        stations = int(are_compared(self.readings, *self._ends_mm).sum())
+        stations = len(compared_stations(self.best.profile, self.readings).s_mm)
         return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted, stations)
 
     @property

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from sealtwin.core.records import Floats, Outline, Pixels, Profile, Solid, Trajectory
 from validate.figures.particles import draw_solid_across, plane_at
 from validate.figures.theme import INK, MEASURED, MUTED, ON_GROUND, SIMULATED, draw_band, draw_face, draw_ground, themed
-from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
 from validate.run_facts import levels_in_words
@@ -184,8 +183,7 @@ class FirstFigure:
             bands = comparison.uncertainty.levels
             draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, MUTED, 0.28)
         axes.fill_between(error.x, 0.0, error.value, color=SIMULATED, alpha=0.3, linewidth=0)
-        s_mm = readings.s_mm[are_compared(readings, comparison.basis.covered_from_mm, comparison.basis.covered_to_mm)]
-        axes.bar(s_mm, np.interp(s_mm, error.x, error.value), 0.011 * length_mm, color=INK)
+        axes.bar(comparison.stations.s_mm, comparison.stations.error_mm, 0.011 * length_mm, color=INK)
         draw_face(axes)
         # The largest error is inside, with its number.
         most_mm = max(1.0, 2.0 * float(np.abs(error.value).max()))

@@ -17,6 +17,7 @@ from validate.figures.theme import (
     MUTED,
     SIMULATED,
     THIRD,
+    caliper_label,
     draw_band,
     draw_curve,
     draw_face,
@@ -68,8 +69,7 @@ def draw_levels(
             lines = axes.plot(readings.s_mm, readings.repeats_mm, "_", color=MEASURED, markersize=7, alpha=0.6)
             lines[0].set_label("single readings")
         half_mm = part_of(comparison, "uncertainty.levels.profile_band_95_mm")
-        kind = "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
-        style = {"color": MEASURED, "markersize": 3.5, "label": kind}
+        style = {"color": MEASURED, "markersize": 3.5, "label": caliper_label(readings)}
         draw_curve(axes, readings.s_mm, readings.level_mm, "o-", half_mm, band=BAND, **style)
     if comparison is not None and any(baseline.numbers for baseline in comparison.baselines):
         flat_mm = comparison.errors.flat_level_mm

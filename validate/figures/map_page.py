@@ -39,6 +39,7 @@ from validate.figures.theme import (
     MEASURED,
     MUTED,
     SIMULATED,
+    caliper_label,
     draw_curve,
     label_axes,
     themed,
@@ -252,8 +253,7 @@ def draw_levels_of_study(chart: Chart) -> Figure:
     curves = [np.column_stack([profile.s_mm, profile.level_mm]) for profile in (run.profile for run in chart.runs)]
     thin = LineCollection(curves, colors=MUTED, linewidths=0.7, alpha=0.5, rasterized=True, label="a run")
     axes.add_collection(thin)
-    kind = "" if readings.data == "measured" else f", {readings.data.upper()}"
-    read = {"color": MEASURED, "markersize": 3.5, "label": f"caliper{kind}, 95 % band"}
+    read = {"color": MEASURED, "markersize": 3.5, "label": f"{caliper_label(readings)}, 95 % band"}
     draw_curve(axes, readings.s_mm, readings.level_mm, "--o", chart.band_mm, **read)
     bold = {"color": SIMULATED, "linewidth": 3.0, "label": f"{chart.nearest} off"}
     draw_curve(axes, best.profile.s_mm, best.profile.level_mm, **bold)

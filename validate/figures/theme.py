@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Profile
 
 INK = "#1c2833"
 MUTED = "#66727d"
@@ -123,6 +123,11 @@ def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figur
         rows = -(-len(axes.get_legend_handles_labels()[1]) // legend)
         axes.set_title(title, pad=6.0 + LEGEND_ROW_PT * rows)
     return axes.figure.get_figure(root=True)
+
+
+def caliper_label(readings: Profile) -> str:
+    """Return the name of readings in a legend, with their origin in capitals unless they were measured."""
+    return "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
 
 
 def draw_face(axes: Axes) -> None:

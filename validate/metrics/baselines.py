@@ -10,11 +10,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Outline, Profile, Solid
 from validate.comparison import Baseline
-from validate.metrics.curve_distances import level_difference
+from validate.metrics.curve_distances import are_compared, level_difference
 from validate.metrics.volumes import balance_profile
 from validate.sentences import sentence
 from validate.settings import Role
@@ -25,18 +24,13 @@ NAMES = {1: "a flat line", 2: "a straight line", 3: "a parabola"}
 POOL = "the dispensed volume lying flat"
 
 
-def are_compared(measured: Profile, from_mm: float, to_mm: float) -> NDArray[np.bool_]:
-    """Return which stations are on the compared stretch, including its ends, (n,)."""
-    return (measured.s_mm >= from_mm) & (measured.s_mm <= to_mm)
-
-
 def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterable[int]) -> tuple[Baseline, ...]:
     """Return the best polynomial with each number of coefficients over a stretch of the readings, fewest first.
 
     Best means the smallest mean absolute error along the crack, by which a simulation is measured too. A curve with as
     many coefficients as compared stations is omitted, since it would fit all of them exactly.
     """
-    compared = int(are_compared(measured, from_mm, to_mm).sum())
+    compared = int(are_compared(measured.s_mm, from_mm, to_mm).sum())
     stations_mm = measured.s_mm[(measured.s_mm > from_mm) & (measured.s_mm < to_mm)]
     ends_mm = np.array([from_mm, *stations_mm, to_mm])
     line = tuple(ends_mm.tolist()), tuple(np.interp(ends_mm, measured.s_mm, measured.level_mm).tolist())

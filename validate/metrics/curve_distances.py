@@ -8,11 +8,11 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.comparison import ErrorBin, ErrorFigures
+from validate.comparison import ComparedStations, ErrorBin, ErrorFigures
 from validate.intervals import Alignment, ShiftedError
 
 BIN_MM = 10.0
@@ -111,6 +111,18 @@ class Difference(PiecewiseLinear):
 def level_difference(simulated: Profile, measured: Profile) -> Difference:
     """Return simulated minus measured level. Raises InputError if the two do not overlap."""
     return Difference(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
+
+
+def are_compared(s_mm: Floats, from_mm: float, to_mm: float) -> NDArray[np.bool_]:
+    """Return which stations are on the compared stretch, including its ends, (n,)."""
+    return (s_mm >= from_mm) & (s_mm <= to_mm)
+
+
+def compared_stations(simulated: Profile, measured: Profile) -> ComparedStations:
+    """Return the stations of the readings on the stretch that both levels cover, with both levels."""
+    inside = are_compared(measured.s_mm, simulated.s_mm[0], simulated.s_mm[-1])
+    s_mm, measured_mm = measured.s_mm[inside], measured.level_mm[inside]
+    return ComparedStations(s_mm=s_mm, measured_mm=measured_mm, simulated_mm=simulated.level_at_mm(s_mm))
 
 
 def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:

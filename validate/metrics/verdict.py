@@ -10,6 +10,7 @@ from sealtwin.core.facts import Level
 from sealtwin.core.records import Floats
 from validate.comparison import Basis, Comparison, Outcome
 from validate.metrics.baselines import against_baselines
+from validate.metrics.curve_distances import are_compared
 from validate.sentences import sentence, stated
 from validate.settings import Gate
 
@@ -51,7 +52,7 @@ def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Ba
     """
     first = max(0, int(np.searchsorted(s_mm, from_mm, side="right")) - 1)
     last = min(len(s_mm) - 1, int(np.searchsorted(s_mm, to_mm, side="left")))
-    used_mm, compared = s_mm[first : last + 1], (s_mm >= from_mm) & (s_mm <= to_mm)
+    used_mm, compared = s_mm[first : last + 1], are_compared(s_mm, from_mm, to_mm)
     gap = float(np.diff(np.clip(used_mm, from_mm, to_mm)).max()) / length_mm
     coverage = (to_mm - from_mm) / length_mm
     return Basis(
