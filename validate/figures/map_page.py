@@ -32,12 +32,12 @@ from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section
 from validate.figures.particles import ColourScale, add_bar, ages_of
 from validate.figures.snapshots import FillScene
 from validate.figures.theme import (
-    AIR,
     ALONG,
     INK,
     LEVEL,
     MEASURED,
     MUTED,
+    ON_SEALANT,
     SIMULATED,
     caliper_label,
     draw_curve,
@@ -49,7 +49,6 @@ from validate.figures.theme import (
 from validate.units import percent, setting_words, signed
 
 MOST_ROWS = 200  # Most rows on the page, the nearest runs first; the CSV has all
-MOST_COLUMNS = 1_000  # Most levels in a CSV; in larger studies each run's folder has its profile
 SAME_MM = 1e-6  # Precision of a profile's file
 ERRORS = {
     "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
@@ -79,37 +78,28 @@ def map_page(chart: Chart, fills: Sequence[Fill], cautions: Sequence[str] = ()) 
     """Return the page of a study's map. ``cautions`` come before the cautions on its runs."""
     best, (first, second) = chart.best, chart.axes
     as_near = "unknown, since no pair was repeated"
-    if chart.scatter_of_replicates_mm is not None:
+    if chart.replicates is not None:
         as_near = f"{sum(chart.as_near)} of {len(chart.runs)}"
-    thumbnails = "The lettered runs at their end, particles by age, with the level measured from them."
+    influences = [
+        Plot(
+            f"influence-{axis.name.replace(' ', '-')}",
+            f"Mean error against {axis.name}, as in the paper's Fig. 10{figure}.",
+            partial(draw_influence, chart, of),
+        )
+        for of, axis, figure in ((1, second, "a"), (0, first, "b"))
+    ]
+    ends = "The lettered runs at their end, particles by age, with the level measured from them."
+    during = "Sections along the crack during the fill in chosen runs, coloured by age, as in the paper's Fig. 6."
+    thumbnails = [Plot("thumbnails", ends, lambda: draw_thumbnails(fills))] if fills else []
     sections = [
         Section("Levels", [_levels(chart)]),
-        Section(
-            f"Error over {first.name} and {second.name}",
-            [
-                chart.flatness,
-                _error_map(chart, fills),
-                *([Plot("thumbnails", thumbnails, lambda: draw_thumbnails(fills))] if fills else []),
-            ],
-        ),
-        Section(
-            f"Influence of {second.name} and {first.name}",
-            [
-                Plot(
-                    f"influence-{axis.name.replace(' ', '-')}",
-                    f"Mean error against {axis.name}, as in the paper's Fig. 10{figure}.",
-                    partial(draw_influence, chart, of),
-                )
-                for of, axis, figure in ((1, second, "a"), (0, first, "b"))
-            ],
-        ),
+        Section(f"Error over {first.name} and {second.name}", [chart.flatness, _error_map(chart, fills), *thumbnails]),
+        Section(f"Influence of {second.name} and {first.name}", influences),
+        *([Section("Fills", [_repeated(fills), Plot("fills", during, lambda: draw_fills(fills))])] if fills else []),
+        Section("Cost", [*_cost(chart, fills)]),
+        Section("Runs", [_runs(chart)]),
+        *([Section("Not ranked", [chart.exclusion, _left_out(chart)])] if chart.excluded else []),
     ]
-    if fills:
-        caption = "Sections along the crack during the fill in chosen runs, coloured by age, as in the paper's Fig. 6."
-        sections.append(Section("Fills", [_repeated(fills), Plot("fills", caption, lambda: draw_fills(fills))]))
-    sections += [Section("Cost", [*_cost(chart, fills)]), Section("Runs", [_runs(chart)])]
-    if chart.excluded:
-        sections.append(Section("Not ranked", [chart.exclusion, _left_out(chart)]))
     return Page(
         title=f"{chart.name}: {first.name} and {second.name} against {chart.readings.source}",
         lead=f"{len(chart.runs)} runs, each compared with the same readings along the crack.",
@@ -139,23 +129,18 @@ def _cautions(chart: Chart) -> Iterator[str]:
         "the residual of the fit, not a test. Compare the pair with other readings."
     )
     yield from (*chart.fluid_warnings, *chart.unused)
-    if chart.readings.data == "undeclared":
-        yield "It is not declared whether the readings are measured, so a small error shows only agreement with them."
-    elif chart.readings.data != "measured":
-        yield f"The readings are {chart.readings.data}, so a small error shows only agreement with their source."
+    if (data := chart.readings.data) != "measured":
+        yield f"The origin of the readings: {data}. A small error shows only agreement with their source."
 
 
 def _levels(chart: Chart) -> Plot:
-    s_mm, numbers = chart.best.profile.s_mm, None
-    if len(chart.runs) < MOST_COLUMNS:
-        profiles = {f"level_of_run_{run.number}_mm": run.profile for run in chart.runs}
-        levels = {name: np.interp(s_mm, profile.s_mm, profile.level_mm) for name, profile in profiles.items()}
-        numbers = {"s_mm": s_mm} | levels
+    s_mm = chart.best.profile.s_mm
+    levels = {f"level_of_run_{run.number}_mm": run.profile.level_at_mm(s_mm) for run in chart.runs}
     caption = (
         "Level along the crack of each run, the nearest in bold, and the readings with their 95 % band, as in the "
         "paper's Fig. 7."
     )
-    return Plot("levels", caption, lambda: draw_levels_of_study(chart), numbers)
+    return Plot("levels", caption, lambda: draw_levels_of_study(chart), {"s_mm": s_mm} | levels)
 
 
 def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
@@ -183,14 +168,10 @@ def _repeated(fills: Sequence[Fill]) -> str:
     repeated = [fill.course.differs_mm for fill in fills if fill.course.differs_mm is not None]
     if not repeated:
         return "These pictures were kept when the runs were computed."
-    which = "These runs were" if len(repeated) == len(fills) else f"{len(repeated)} of these {len(fills)} runs were"
-    differing = [differs_mm for differs_mm in repeated if differs_mm > SAME_MM]
-    if not differing:
-        return f"{which} repeated to draw them; their levels are the same to the last digit."
-    return (
-        f"{which} repeated to draw them; the levels of {len(differing)} changed, by at most {max(differing):.2g} mm on "
-        "average."
-    )
+    changed = f"changed by at most {max(repeated):.2g} mm on average"
+    if max(repeated) <= SAME_MM:
+        changed = "are the same to the last digit"
+    return f"{len(repeated)} of these {len(fills)} runs were repeated to draw them; their levels {changed}."
 
 
 def _cost(chart: Chart, fills: Sequence[Fill]) -> Iterator[str | Plot]:
@@ -306,12 +287,7 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     if surface:
         axes.pcolormesh(*heat(chart), **colours, shading="auto", rasterized=True)
         axes.grid(visible=False)
-    point = {
-        "s": 24 if surface else 130,
-        "edgecolors": MEASURED if surface else INK,
-        "clip_on": False,
-        "zorder": 3,
-    }
+    point = {"s": 24 if surface else 130, "edgecolors": MEASURED if surface else INK, "clip_on": False, "zorder": 3}
     drawn = axes.scatter(*chart.pairs.T, c=errors_mm, **colours, **point, label="a run")
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
     ring: Any = {"color": "white", "markerfacecolor": "none", "clip_on": False, "zorder": 3, "path_effects": HALO}
@@ -325,10 +301,7 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     for name, axis in zip(("x", "y"), chart.axes, strict=True):
         scale_axis(axes, name, axis)
     letters = dict(zip((run.number for run in chosen), ascii_lowercase, strict=False))
-    if surface:
-        _draw_letters(axes, chart, letters)
-    else:
-        _draw_names(axes, chart, letters)
+    (_draw_letters if surface else _draw_names)(axes, chart, letters)
     # Space for labels at the edges.
     axes.margins(*((0.0, 0.0) if surface else (0.14, 0.16)))
     title = "Mean error against the readings" if surface else "Mean error of each run against the readings"
@@ -360,16 +333,14 @@ def _draw_names(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
 @themed()
 def draw_fills(fills: Sequence[Fill]) -> Figure:
     """Draw sections along the crack by age, with a row for each run and a column for each moment."""
-    moments = max(len(fill.course.frames) for fill in fills)
-    frames = [[*fill.course.frames, *[None] * (moments - len(fill.course.frames))] for fill in fills]
-    panels = [(fill, frame) for fill, row in zip(fills, frames, strict=True) for frame in row]
-    figure, grid = _draw_sections(0.8 + 0.95 * len(fills), (len(fills), moments), panels)
-    for axes, (fill, frame) in zip(grid, panels, strict=True):
-        if frame is not None:
+    rows = [[(fill.scene, frame) for frame in fill.course.frames] for fill in fills]
+    figure, grid = _draw_sections(0.8 + 0.95 * len(fills), rows)
+    for panels, fill in zip(grid, fills, strict=True):
+        panels[0].set_title(fill.title, fontsize=8.5)
+        for axes, frame in zip(panels, fill.course.frames, strict=False):
             time = f"{frame.t_s:.1f} s"
             axes.annotate(time, (1.0, 1.0), (0, 3), "axes fraction", "offset points", ha="right", fontsize=7.5)
-            axes.set_title(fill.title if frame is fill.course.frames[0] else "", fontsize=8.5)
-    for axes in grid[-moments:]:
+    for axes in grid[-1]:
         axes.set_xlabel("s (mm)")
     return figure
 
@@ -377,33 +348,27 @@ def draw_fills(fills: Sequence[Fill]) -> Figure:
 @themed()
 def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     """Draw the end of each chosen run, with the level measured from its particles."""
-    columns = min(3, len(fills))
-    rows = -(-len(fills) // columns)
-    figure, grid = _draw_sections(0.5 + 1.3 * rows, (rows, columns), [(fill, fill.course.frames[-1]) for fill in fills])
-    for axes, fill in zip(grid, fills, strict=False):
-        profile = fill.run.profile
-        draw_curve(axes, profile.s_mm, profile.level_mm, color=AIR, linewidth=2.4)
-        draw_curve(axes, profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.1)
+    ends = [(fill.scene, fill.course.frames[-1]) for fill in fills]
+    rows = [ends[first : first + 3] for first in range(0, len(ends), 3)]
+    figure, grid = _draw_sections(0.5 + 1.3 * len(rows), rows)
+    line: Any = {"color": MEASURED, "linewidth": 1.1, "path_effects": ON_SEALANT}
+    for axes, fill in zip(grid.flat, fills, strict=False):
+        draw_curve(axes, fill.run.profile.s_mm, fill.run.profile.level_mm, **line)
         axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
     return figure
 
 
-def _draw_sections(
-    height_in: float, shape: tuple[int, int], panels: Sequence[tuple[Fill, Frame | None]]
-) -> tuple[Figure, NDArray[Any]]:
-    """Draw sections along the crack by age in a grid, and one colour bar; return the figure and the grid, row by row.
-
-    A panel without a frame stays empty.
-    """
+def _draw_sections(height_in: float, rows: Sequence[Sequence[tuple[FillScene, Frame]]]) -> tuple[Figure, NDArray[Any]]:
+    """Draw sections along the crack by age, and one colour bar; return the figure and its panels, (rows, columns)."""
     figure = wide_figure(height_in)
-    grid = figure.subplots(*shape, squeeze=False, sharex=True, sharey=True).ravel()
-    scale = ages_of(frame for fill, _ in panels for frame in fill.course.frames)
-    for axes in grid:
+    grid = figure.subplots(len(rows), max(map(len, rows)), squeeze=False, sharex=True, sharey=True)
+    scale = ages_of(frame for row in rows for _, frame in row)
+    for axes in grid.flat:
         axes.set_axis_off()
-    for axes, (fill, frame) in zip(grid, panels, strict=False):
-        if frame is not None:
+    for panels, row in zip(grid, rows, strict=True):
+        for axes, (scene, frame) in zip(panels, row, strict=False):
             axes.set_axis_on()
-            fill.scene.draw_side(axes, frame, frame.age_s, scale)
+            scene.draw_side(axes, frame, frame.age_s, scale)
     add_bar(figure, scale, figure.axes, location="bottom", aspect=60, pad=0.01, shrink=0.6)
     return figure, grid
 

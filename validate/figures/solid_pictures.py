@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, Trajectory
 from validate.figures.particles import OVER, SECTIONS_AT, ColourScale, Views, add_bar, age_scale
 from validate.figures.theme import (
-    AIR,
     ALONG,
     GROUND,
     HEIGHTS,
     MEASURED,
     ON_GROUND,
+    ON_SEALANT,
     label_axes,
     plate,
     themed,
@@ -78,9 +78,8 @@ def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -
     axes, position_mm = figure.add_subplot(), run.position_mm[stays]
     Views(outline, solid, run.radius_mm).draw_along(axes, position_mm, run.age_s[stays], _ages(run))
     add_bar(figure, _ages(run), [axes], **BELOW)
-    axes.plot(profile.s_mm, profile.level_mm, color=AIR, linewidth=3.0)
-    label = "profile read from the particles"
-    axes.plot(profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.4, label=label)
+    line = {"color": MEASURED, "linewidth": 1.4, "path_effects": ON_SEALANT, "label": "profile read from the particles"}
+    axes.plot(profile.s_mm, profile.level_mm, **line)
     axes.set_ylim(top=max(4.0, float(position_mm[:, 2].max(initial=0.0)) + 1.5))
     return label_axes(axes, ALONG, "z (mm)", "From the side: particles by age", legend=1)
 

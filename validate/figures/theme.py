@@ -13,6 +13,7 @@ from matplotlib import font_manager, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 
 from sealtwin.core.records import Floats, Profile
 
@@ -25,6 +26,7 @@ ON_GROUND = "#2b2620"
 """Colour of lines and words on mortar and air; it stays dark on a dark page."""
 AIR = "#fcfcfa"
 """Colour around sealant; it stays light on a dark page, on which the darkest sealant would be invisible."""
+ON_SEALANT = [withStroke(linewidth=3.0, foreground=AIR)]  # Edge of a line on particles
 CARD = "#ffffff"  # Colour of the page behind a figure
 # Colours of Okabe and Ito, distinct with any colour vision and in grey.
 SIMULATED = "#0072b2"
