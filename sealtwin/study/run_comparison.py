@@ -46,10 +46,8 @@ OF_A_COMPARISON = ("readings", "uncertainty")  # Tables of a trial that change c
 WITHOUT_EFFECT = ("gate.", "uncertainty.")  # Tables of a trial that change neither a level nor its error
 
 
-def compare_runs(folders: Sequence[Path], out: Path, *, all_settings: bool = False) -> tuple[dict[str, Any], Page]:
+def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Page]:
     """Write compare.html, compare.json and figures/ into ``out``; return the content of compare.json, and the page.
-
-    The page has settings that change neither a level nor its error only if ``all_settings`` is True.
 
     Raises InputError if a folder is not a finished run or is named twice, if its settings or files were changed after
     its results were written, or if there are too many folders.
@@ -72,8 +70,7 @@ def compare_runs(folders: Sequence[Path], out: Path, *, all_settings: bool = Fal
         [*texts(facts_of_runs(dict(enumerate(map(of_side, sides), start=1)), len(sides)))]
         for of_side in (lambda side: side.fluid_warnings, _unused)
     )
-    rows = differing(sides, all_settings=all_settings)
-    page = compare_page(sides, [*others, *warned, *unused], rows)
+    page = compare_page(sides, [*others, *warned, *unused])
     written = write_page(out / PAGE, page)
     content = {
         "version": 1,
@@ -92,9 +89,7 @@ def compare_runs(folders: Sequence[Path], out: Path, *, all_settings: bool = Fal
             }
             for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True))
         ],
-        "differing": rows.shown,
-        "differing_without_effect": rows.left_out,
-        "not_listed": rows.words,
+        "differing": differing(sides),
         "replicates": replicate_words(sides),
         "other_versions": others,
         "fluid_warnings": warned,
