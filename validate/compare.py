@@ -7,7 +7,6 @@ import numpy as np
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.comparison import Baseline, Comparison, CurveDistances, ReadingsScatter, VolumeComparison
 from validate.intervals import ErrorUncertainty, InputDrawsRecord, SizeStudy, StationBands, StationError, StationErrors
-from validate.metrics.baselines import ALWAYS, POOL, beaten, best_curves
 from validate.metrics.curve_distances import (
     PiecewiseLinear,
     alignment,
@@ -17,7 +16,7 @@ from validate.metrics.curve_distances import (
     frechet_mm,
     level_difference,
 )
-from validate.metrics.verdict import basis_of, judged
+from validate.metrics.verdict import ALWAYS, POOL, basis_of, beaten, best_curves, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance
 from validate.result import Evidence
 from validate.settings import Gate, Readings, Role, Uncertainty

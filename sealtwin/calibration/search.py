@@ -15,8 +15,7 @@ import numpy as np
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Floats
 from validate.calibration.emulator import Emulator
-from validate.calibration.free import Free
-from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, reach_of
+from validate.calibration.posterior import BasisReach, Free, Posterior, ReadLevels, reach_of
 from validate.uncertainty.computed import require_different
 
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3

@@ -20,8 +20,7 @@ from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import SETTINGS, Trial, as_run, load_trial, refuse_seeds, with_settings
-from validate.calibration.free import Free
-from validate.calibration.posterior import ReadLevels, smooth_errors_mm2
+from validate.calibration.posterior import Free, ReadLevels, smooth_errors_mm2
 from validate.metrics.curve_distances import are_compared
 from validate.metrics.verdict import kept_volume
 from validate.settings import Readings, Uncertainty

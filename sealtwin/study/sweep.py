@@ -239,7 +239,7 @@ def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
 
 def _baselines(run: study_folder.StudyRun, figures: study_folder.StudyFigures, error_mm: float) -> dict[str, Any]:
     """Compare the best run with baseline curves that have as many coefficients as settings vary or were fitted."""
-    from validate.metrics.baselines import ALWAYS, against_baselines, beaten
+    from validate.metrics.verdict import ALWAYS, against_baselines, beaten
 
     declared = (run.trial.get("readings") or {}).get("fitted") or ()
     varied = {name for name in run.settings if name != "seed"}

@@ -8,15 +8,16 @@ import numpy as np
 
 from sealtwin.core.records import DataKind, Floats
 from validate.calibration.emulator import Emulator
-from validate.calibration.free import (
+from validate.calibration.posterior import (
+    BasisReach,
     Combination,
     Free,
     Marginal,
+    ReadLevels,
     combinations_of,
     confounded_pairs,
     marginals_of,
 )
-from validate.calibration.posterior import BasisReach, ReadLevels
 from validate.units import percent, setting_name
 
 MIXED = 1.1  # Gelman-Rubin ratio above which the draws have not converged

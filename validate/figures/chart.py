@@ -12,8 +12,8 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
 from sealtwin.core.vtk_files import Frame
 from validate.comparison import Baseline, ErrorFigures
-from validate.metrics.baselines import ALWAYS, against_baselines, best_curves
 from validate.metrics.curve_distances import compared_stations, error_figures, level_difference
+from validate.metrics.verdict import ALWAYS, against_baselines, best_curves
 from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.uncertainty.computed import require_different
 from validate.units import counted, name_and_unit

@@ -18,7 +18,6 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from sealtwin.core.vtk_files import Frame, ParticleState
-from validate.figures.drawing import as_picture
 from validate.figures.particles import (
     OVER,
     SECTIONS_AT,
@@ -29,7 +28,18 @@ from validate.figures.particles import (
     age_scale,
     ages_of,
 )
-from validate.figures.theme import AIR, ALONG, MEASURED, ON_GROUND, SIMULATED, THIRD, label_axes, themed, wide_figure
+from validate.figures.theme import (
+    AIR,
+    ALONG,
+    MEASURED,
+    ON_GROUND,
+    SIMULATED,
+    THIRD,
+    as_picture,
+    label_axes,
+    themed,
+    wide_figure,
+)
 
 AROUND_MM = 8.0  # Width of the face shown around the crack
 MOST_ROWS = 8  # Most moments below each other; of more frames, this many are drawn, evenly chosen

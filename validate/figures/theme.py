@@ -1,19 +1,28 @@
-"""Style of all figures: one font, and a palette that colour-blind readers can distinguish. It sets no global state."""
+"""Style of all figures, and a figure as SVG, as pixels, or as both.
 
+One font, and a palette that colour-blind readers can distinguish. It sets no global state.
+"""
+
+import io
 import re
 from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from io import BytesIO
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup, escape
 from matplotlib import font_manager, rc_context
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from PIL import Image
 
 from sealtwin.core.records import Floats, Profile
 
@@ -205,3 +214,44 @@ def in_page(svg: str, caption: str) -> Markup:
     for colour, variable in PAGE_COLOURS.items():
         body = body.replace(f": {colour}", f": var({variable})")
     return Markup(f'{head} role="img" aria-label="{escape(caption)}">{body}')
+
+
+NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+"""Metadata that an SVG omits, so that two equal runs give equal files."""
+
+
+@dataclass(frozen=True)
+class DrawnFigure:
+    svg: str
+    pixels: Image.Image  # On a white background
+
+
+def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
+    """Return a figure as SVG. The same figure and name always give the same text.
+
+    ``name`` must be unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
+    """
+    target = io.StringIO()
+    figure.set_dpi(pixels_dpi)
+    figure.patch.set_facecolor("none")
+    # The ids of clip paths differ between the figures of a page, but not between two runs.
+    with themed(), rc_context({"svg.hashsalt": name}):
+        FigureCanvasSVG(figure).print_svg(target, metadata=NO_METADATA)
+    return target.getvalue()
+
+
+def as_picture(figure: Figure, dpi: int) -> Image.Image:
+    """Return a figure as pixels on a white background."""
+    figure.set_dpi(dpi)
+    figure.patch.set_facecolor("white")
+    canvas = FigureCanvasAgg(figure)
+    with themed():
+        canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
+
+def draw_both(figure: Figure, name: str, dpi: int) -> DrawnFigure:
+    """Return what ``as_svg`` and ``as_picture`` return. The layout is computed once: it takes half of the time."""
+    svg = as_svg(figure, name, dpi)
+    figure.set_layout_engine("none")
+    return DrawnFigure(svg, as_picture(figure, dpi))

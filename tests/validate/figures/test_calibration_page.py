@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from validate.calibration.free import Free
-from validate.calibration.posterior import BasisReach, ReadLevels
+from validate.calibration.posterior import BasisReach, Free, ReadLevels
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_runs
 from validate.figures.calibration_page import calibration_page
 from validate.figures.page import write_page

@@ -7,9 +7,9 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import PathPatch
 
 from tests.evidence import axes_of
-from validate.figures.drawing import as_picture
 from validate.figures.particles import SPEED
 from validate.figures.snapshots import Snapshot, draw_fill, draw_health, write_gallery
+from validate.figures.theme import as_picture
 
 
 def test_the_fill_shows_every_moment_by_speed_and_by_age_on_common_scales(scene, frames):

@@ -7,10 +7,9 @@ from matplotlib.colors import to_hex
 from PIL import Image
 
 from tests.evidence import axes_of
-from validate.figures.drawing import as_picture, as_svg
 from validate.figures.snapshots import Snapshot, draw_fill
 from validate.figures.solid_pictures import draw_side_view
-from validate.figures.theme import AIR, in_page, plate, themed
+from validate.figures.theme import AIR, as_picture, as_svg, in_page, plate, themed
 
 
 def test_a_figure_in_pixels_is_what_its_png_shows(tmp_path):
