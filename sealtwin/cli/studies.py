@@ -28,8 +28,6 @@ def compare(
 
     Settings that change neither a level nor its error, such as those of the table uncertainty, come last.
 
-    For replicates, which have equal settings and their own readings, also computes the area validation metric.
-
     Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
     """
     if len(folders) < 2:

@@ -1,6 +1,5 @@
 """Compare finished run folders on a page."""
 
-import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -26,7 +25,7 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import read_level, readings_of
-from validate.figures.compare_page import MOST, Side, compare_page, differing, first_with_readings, replicate_words
+from validate.figures.compare_page import MOST, Side, compare_page, differing, first_with_readings
 from validate.figures.page import Page, write_page
 from validate.result import COMPARISON, Comparison, read_comparison
 from validate.run_facts import facts_of_runs, run_warnings
@@ -90,7 +89,6 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Pa
             for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True))
         ],
         "differing": differing(sides),
-        "replicates": replicate_words(sides),
         "other_versions": others,
         "fluid_warnings": warned,
         "unused": unused,
@@ -160,7 +158,6 @@ def _side(job: Job, name: str) -> Side:
         readings=readings,
         comparison=None if readings is None else read_comparison(job.path),
         facts=facts,
-        replicate_of=_replicate_of(job.trial, job.folder.numbers_of("simulate")),
         volume_ratio=volume_ratio,
         escaped_particles=run.escaped_particles,
         fluid_warnings=run_warnings(run, volume_ratio, seeds),
@@ -189,14 +186,3 @@ def _flat(content: dict[str, Any], before: str = "") -> dict[str, Any]:
         elif value is not None:
             flat[f"{before}{key}"] = value
     return flat
-
-
-def _replicate_of(trial: Trial, numbers: dict[str, int]) -> str:
-    """Return the nominal crack, path, paste and solver as text, which is equal for replicates. Their photos differ.
-
-    ``numbers`` are the stage numbers of the level: levels by two versions of the solver are not replicates.
-    """
-    digitised = stage_settings(trial, "digitise")
-    ordered = {name: digitised[name] for name in ("crack", "path")}
-    role = None if trial.readings is None else trial.readings.role
-    return json.dumps([ordered, stage_settings(trial, "simulate"), trial.seeds, role, numbers], sort_keys=True)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
@@ -53,10 +53,6 @@ class Axis:
     @property
     def logarithmic(self) -> bool:
         return self.values[0] > 0 and self.values[-1] >= DECADES * self.values[0]
-
-    def shows(self, value: Any) -> TypeGuard[float]:
-        """Return True if a setting of any run, also of one that failed, can be drawn on the axis."""
-        return isinstance(value, int | float) and (value > 0 or not self.logarithmic)
 
     def is_graded(self, runs: int) -> bool:
         """Return True if the runs have so few values of the setting that each value can have a line, as on a grid."""
@@ -236,13 +232,6 @@ class Chart:
             # The area, since the hull is in the plane.
             and ConvexHull(self.places).volume >= LEAST_SHARE
         )
-
-    @property
-    def unranked(self) -> dict[int, tuple[float, float]]:
-        """The two settings of each run that is not ranked, by number, if both are on the map's axes."""
-        across, up = self.axes
-        pairs = {run.number: (run.settings.get(across.setting), run.settings.get(up.setting)) for run in self.excluded}
-        return {number: (x, y) for number, (x, y) in pairs.items() if across.shows(x) and up.shows(y)}
 
     def said(self, run: HeldRun) -> str:
         """Return the two settings of a run, for a sentence."""

@@ -1,4 +1,4 @@
-"""Page that compares finished runs: settings that differ, the nearest run, shared readings, replicates.
+"""Page that compares finished runs: settings that differ, the nearest run, shared readings.
 
 Figures and tables name a run by its number.
 """
@@ -20,7 +20,6 @@ from validate.metrics.verdict import SOUND, beside_baselines, kept_volume
 from validate.result import Comparison
 from validate.units import setting_words
 
-FEWEST = 2  # Least number of replicates; a single one does not show a distribution
 SAME_MM = 0.01
 """Largest difference at any station between copies of the same readings: the last digit of a caliper. Repeated readings
 differ by ten times that."""
@@ -63,7 +62,6 @@ class Side:
     readings: Profile | None
     comparison: Comparison | None  # None without readings
     facts: Mapping[str, float | None]  # Figures of the run itself, by name with unit
-    replicate_of: str  # Key of crack, path, paste and solver as set; runs with the same key are replicates of one trial
     volume_ratio: float  # Volume of the settled sealant over the dispensed volume
     escaped_particles: int = 0  # Number of particles that went through a wall
     edited: Sequence[str] = ()  # Names of its files that were changed after the run
@@ -150,43 +148,6 @@ def _ranked_errors_mm(sides: Sequence[Side]) -> dict[int, float]:
     }
 
 
-def replicate_words(sides: Sequence[Side]) -> list[str]:
-    """Return sentences on the area validation metric of each trial with replicates, or on what the metric needs.
-
-    The metric (Ferson, Oberkampf & Ginzburg 2008) is the area between the distributions of one figure over replicates,
-    which are runs of the same crack, path and paste. In one dimension it is the Wasserstein distance.
-    """
-    from scipy.stats import wasserstein_distance
-
-    # The runs of each trial, grouped by their readings.
-    trials: dict[str, dict[int, list[int]]] = {}
-    for index, first in enumerate(first_with_readings(sides)):
-        if first is not None and not sides[index].unranked:
-            trials.setdefault(sides[index].replicate_of, {}).setdefault(first, []).append(index)
-    sentences, metrics = [], []
-    for copies in trials.values():
-        sentences += [
-            f"{numbered(same).capitalize()} have the same readings (to {SAME_MM:g} mm at every station): copies are "
-            "not replicates, so only the first run counts."
-            for same in copies.values()
-            if len(same) > 1
-        ]
-        firsts = [same[0] for same in copies.values()]
-        if len(firsts) >= FEWEST:
-            errors = [error for index in firsts if (error := sides[index].error) is not None]
-            measured_mm = np.array([error.base.mean() for error in errors])
-            metric_mm = wasserstein_distance(measured_mm + [error.mean() for error in errors], measured_mm)
-            metrics.append(
-                f"Area validation metric of the mean level over {len(firsts)} replicates ({numbered(firsts)}): "
-                f"{metric_mm:.3f} mm."
-            )
-    none = (
-        f"No area validation metric: it needs at least {FEWEST} replicates, which are runs of a trial with "
-        "the same settings and different readings."
-    )
-    return [*sentences, *(metrics or [none])]
-
-
 def numbered(indices: Sequence[int]) -> str:
     """Return the numbers of runs in words, for example "runs 1, 2 and 5"."""
     *before, last = [str(index + 1) for index in indices]
@@ -208,7 +169,7 @@ def compare_page(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Page:
         key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
     caption = "Signed error of each run with readings, labelled with its number."
     errors = [Plot("errors", caption, lambda: draw_errors_of_runs(sides))] if compared else []
-    held_out = [Section("Held out", [_held_out_words(sides), *replicate_words(sides)])] if compared else []
+    held_out = [Section("Held out", [_held_out_words(sides)])] if compared else []
     differing_rows = [(name, values, setting_words) for name, values in settings.items()]
     return Page(
         title="Runs side by side",

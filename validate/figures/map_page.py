@@ -279,7 +279,7 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     """Draw the mean error over the two settings: each run in the colour of its error, over a surface between them.
 
     If the runs are too few for a surface, each has its number and, if there is room, its error. ``chosen`` runs have
-    their letters. Runs that are not ranked are empty squares.
+    their letters.
     """
     figure, axes = wide_axes(5.4)
     surface, errors_mm = chart.has_surface, chart.errors_mm
@@ -295,9 +295,6 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     for pairs, size, label in ((near, 9, "fit equally well"), (np.array([chart.best.at]), 18, chart.nearest)):
         if len(pairs):
             axes.plot(*pairs.T, "o", **ring, markersize=size, label=label)
-    if unranked := chart.unranked:
-        square = {"markerfacecolor": "none", "markeredgecolor": INK, "linestyle": "none", "markersize": 9}
-        axes.plot(*zip(*unranked.values(), strict=True), "s", **square, clip_on=False, label="not ranked")
     for name, axis in zip(("x", "y"), chart.axes, strict=True):
         scale_axis(axes, name, axis)
     letters = dict(zip((run.number for run in chosen), ascii_lowercase, strict=False))
@@ -322,12 +319,11 @@ def _draw_letters(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
 
 def _draw_names(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
     """Write number and error above each run, or if there are many the number alone."""
-    results = [(run.number, run.at, f"{run.mean_error_mm:.2f} mm") for run in chart.runs]
-    results += [(number, pair, "not ranked") for number, pair in chart.unranked.items()]
-    for number, pair, result in results:
-        name = f"run {number}: {result}" if len(results) <= MOST_LABELS else str(number)
-        text = f"{letters[number]}, {name}" if number in letters else name
-        axes.annotate(text, pair, (0, 13), textcoords="offset points", ha="center", fontsize=8.0)
+    for run in chart.runs:
+        few = len(chart.runs) <= MOST_LABELS
+        name = f"run {run.number}: {run.mean_error_mm:.2f} mm" if few else str(run.number)
+        text = f"{letters[run.number]}, {name}" if run.number in letters else name
+        axes.annotate(text, run.at, (0, 13), textcoords="offset points", ha="center", fontsize=8.0)
 
 
 @themed()
