@@ -82,7 +82,7 @@ def setting_words(value: Any) -> str:
     match value:
         case None:
             words = "-"
-        case bool():
+        case bool() | np.bool_():
             words = "yes" if value else "no"
         case float():
             words = f"{value:.10g}"
@@ -100,9 +100,3 @@ def setting_words(value: Any) -> str:
 def unit_of(key: str) -> str:
     """Return the unit that a name in the code ends with; "1" for a pure number."""
     return name_and_unit(key)[1] or "1"
-
-
-def plain(value: Any) -> str:
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)

@@ -32,9 +32,7 @@ def calibration_page(calibrated: Calibrated) -> Page:
     sections = [_levels(calibrated, one, number) for number, one in enumerate(calibrated.predictions, start=1)]
     if calibrated.draws is not None:
         sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
-    names = [name for (name, _), count in zip(calibrated.reaches, calibrated.drafts, strict=True) if count]
-    whose = "them" if all(calibrated.drafts) else f"those of {' and '.join(names)}"
-    drafts = f", {max(calibrated.drafts)} of {whose} drafts" if names else ""
+    drafts = f", with {sum(calibrated.drafts)} drafts among them" if any(calibrated.drafts) else ""
     return Page(
         title=f"{calibrated.name}: calibration",
         lead=(

@@ -7,7 +7,7 @@ import base64
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -147,19 +147,12 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     fluid = fluid_surface(run.position_mm[stays], run.particle_volume_mm3, run.age_s[stays])
     ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
     faces, label, rim = _coarse_cavity(solid)
-    walls, ribbon = _walls(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
-    columns: Any = zip(walls, ribbon, fluid._replace(value=ages), strict=True)
-    vertices_mm, faces, normal, colour = columns
-    before = np.cumsum([0, *map(len, vertices_mm)])
-    return Turntable(
-        vertices_mm=np.vstack(vertices_mm),
-        faces=np.vstack([part + first for part, first in zip(faces, before, strict=False)]),
-        normal=np.vstack(normal),
-        colour=np.vstack(colour),
-        azimuth_deg=square_on(solid) - ASIDE_DEG,
-        elevation_deg=DOWN_DEG,
-        oldest_s=oldest_s,
-    )
+    parts = _walls(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim), fluid._replace(value=ages)
+    vertices_mm, faces, normal, colour = map(np.vstack, zip(*parts, strict=True))
+    # Each part counts its own vertices from 0.
+    before = np.cumsum([0, *(len(part.vertices_mm) for part in parts[:-1])])
+    faces += np.repeat(before, [len(part.faces) for part in parts])[:, None]
+    return Turntable(vertices_mm, faces, normal, colour, square_on(solid) - ASIDE_DEG, DOWN_DEG, oldest_s)
 
 
 class Surface(NamedTuple):

@@ -42,7 +42,7 @@ from validate.report.report_facts import (
 from validate.result import Evidence
 from validate.sentences import sentence, table
 from validate.uncertainty.budget import UNDECLARED_MM
-from validate.units import PageTable, plain, words
+from validate.units import PageTable, setting_words, words
 
 
 @dataclass(frozen=True)
@@ -304,16 +304,9 @@ def settings_table(settings: dict[str, Any]) -> PageTable:
         if isinstance(content, dict):
             tables = {key: value if isinstance(value, dict) else {"": value} for key, value in content.items()}
             groups[group] = [
-                f"{words(key)} {words(name)} ".replace("  ", " ") + _in_short(value)
+                f"{words(key)} {words(name)} ".replace("  ", " ") + setting_words(value)
                 for key, part in tables.items()
                 for name, value in part.items()
                 if value is not None
             ]
     return table("table_settings", groups=groups)
-
-
-def _in_short(value: Any) -> str:
-    """Return a setting as text. A list of numbers becomes its length and its first and last value."""
-    if not isinstance(value, list | tuple) or not value or not all(isinstance(one, int | float) for one in value):
-        return plain(value)
-    return f"{len(value)} rows, {value[0]:.4g} to {value[-1]:.4g}"

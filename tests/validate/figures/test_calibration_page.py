@@ -58,8 +58,8 @@ def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated
 @pytest.mark.parametrize(
     ("drafts", "lead"),
     [
-        ((37, 37), "40 runs of each trial, 37 of them drafts"),
-        ((37, 0), "40 runs of each trial, 37 of those of one drafts"),
+        ((37, 37), "40 runs of each trial, with 74 drafts"),
+        ((37, 0), "40 runs of each trial, with 37 drafts"),
         ((0, 0), "40 runs of each trial, for"),
     ],
 )
