@@ -13,10 +13,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats
-from sealtwin.core.vtk_files import Frame
 from validate.figures.chart import (
     LEAST_RUNS,
     LEAST_VALUES,
@@ -29,8 +27,8 @@ from validate.figures.chart import (
     pace_of,
 )
 from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section
-from validate.figures.particles import ColourScale, add_bar, ages_of
-from validate.figures.snapshots import FillScene
+from validate.figures.particles import ColourScale, add_bar
+from validate.figures.snapshots import FillScene, draw_sections
 from validate.figures.theme import (
     ALONG,
     INK,
@@ -330,7 +328,7 @@ def _draw_names(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
 def draw_fills(fills: Sequence[Fill]) -> Figure:
     """Draw sections along the crack by age, with a row for each run and a column for each moment."""
     rows = [[(fill.scene, frame) for frame in fill.course.frames] for fill in fills]
-    figure, grid = _draw_sections(0.8 + 0.95 * len(fills), rows)
+    figure, grid = draw_sections(0.8 + 0.95 * len(fills), rows, "age")
     for panels, fill in zip(grid, fills, strict=True):
         panels[0].set_title(fill.title, fontsize=8.5)
         for axes, frame in zip(panels, fill.course.frames, strict=False):
@@ -346,27 +344,12 @@ def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     """Draw the end of each chosen run, with the level measured from its particles."""
     ends = [(fill.scene, fill.course.frames[-1]) for fill in fills]
     rows = [ends[first : first + 3] for first in range(0, len(ends), 3)]
-    figure, grid = _draw_sections(0.5 + 1.3 * len(rows), rows)
+    figure, grid = draw_sections(0.5 + 1.3 * len(rows), rows, "age")
     line: Any = {"color": MEASURED, "linewidth": 1.1, "path_effects": ON_SEALANT}
     for axes, fill in zip(grid.flat, fills, strict=False):
         draw_curve(axes, fill.run.profile.s_mm, fill.run.profile.level_mm, **line)
         axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
     return figure
-
-
-def _draw_sections(height_in: float, rows: Sequence[Sequence[tuple[FillScene, Frame]]]) -> tuple[Figure, NDArray[Any]]:
-    """Draw sections along the crack by age, and one colour bar; return the figure and its panels, (rows, columns)."""
-    figure = wide_figure(height_in)
-    grid = figure.subplots(len(rows), max(map(len, rows)), squeeze=False, sharex=True, sharey=True)
-    scale = ages_of(frame for row in rows for _, frame in row)
-    for axes in grid.flat:
-        axes.set_axis_off()
-    for panels, row in zip(grid, rows, strict=True):
-        for axes, (scene, frame) in zip(panels, row, strict=False):
-            axes.set_axis_on()
-            scene.draw_side(axes, frame, frame.age_s, scale)
-    add_bar(figure, scale, figure.axes, location="bottom", aspect=60, pad=0.01, shrink=0.6)
-    return figure, grid
 
 
 @themed()

@@ -191,7 +191,7 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
     if frames := evidence.frames:
         scene = FillScene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
-        yield Plate(sentence("figure_fill"), lambda: draw_fill(frames, scene, by=("speed",)))
+        yield Plate(sentence("figure_fill"), lambda: draw_fill(frames, scene))
     yield Plate(sentence("figure_side", e=evidence), lambda: draw_side_view(run, outline, solid, evidence.profile))
     yield Plate(sentence("figure_above"), lambda: draw_top_view(run, outline, solid, evidence.trajectory))
 
