@@ -8,7 +8,6 @@ from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.comparison import Baseline, Comparison, CurveDistances, ReadingsScatter, VolumeComparison
 from validate.intervals import ErrorUncertainty, InputDrawsRecord, SizeStudy, StationBands, StationError, StationErrors
 from validate.metrics.curve_distances import (
-    PiecewiseLinear,
     alignment,
     compared_stations,
     error_bins,
@@ -173,11 +172,10 @@ def error_uncertainty(
     of_readings = budget_of(measured, settings, declared, mouth)
     error = level_difference(simulated, measured)
     curve = Curve.of(error.x, error.value, measured.s_mm)
-    numerics, budget, inputs, together = None, of_readings, (), 0.0
-    if spread is not None:
-        numerics = _numerics(spread, measured, error.x)
-        budget = of_readings.joined(*spread.errors(measured.s_mm, volume_level_mm))
-        inputs, together = spread.inputs_at(error.x).reported(error.x)
+    calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
+    spread = spread or Spread(measured.s_mm, None, (), None, None)
+    budget = of_readings.joined(*spread.errors(measured.s_mm, volume_level_mm))
+    inputs, together = spread.inputs_at(error.x).reported(error.x)
 
     def standard_mm(*kinds: Kind) -> float:
         return budget.of(*kinds).mean_mm(curve.weights()) / COVERAGE
@@ -192,7 +190,6 @@ def error_uncertainty(
         inputs_waiting=bool(declared.moved.keys() - {one.name for one in inputs}),
         volume_level_mm=volume_level_mm,
     )
-    calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
     stations, summary = _station_errors(simulated, measured, budget), budget.summary(curve)
     return ErrorUncertainty(
         mean_error_interval_mm=of_readings.mean_error_interval(curve),
@@ -212,14 +209,13 @@ def error_uncertainty(
         ),
         unused=of_readings.unused,
         alignment=alignment(simulated, measured),
-        numerics=numerics,
+        numerics=_numerics(spread, measured, error.x),
         inputs=inputs,
-        input_draws=None
-        if spread is None or spread.draws is None
-        else InputDrawsRecord(runs=len(spread.draws.moved_mm), together=together, unfit=spread.unfit),
+        input_draws=spread.draws
+        and InputDrawsRecord(runs=len(spread.draws.moved_mm), together=together, unfit=spread.unfit),
         inputs_left_out=declared.left_out,
-        effect_scatter_mm=None if spread is None else spread.effect_scatter_mm,
-        design_radius_mm=None if spread is None else spread.design_radius_mm,
+        effect_scatter_mm=spread.effect_scatter_mm,
+        design_radius_mm=spread.design_radius_mm,
     )
 
 
@@ -255,7 +251,7 @@ def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
     if spread.sizes is None or replicates is None:
         return None
     radii_mm = replicates.radii_mm
-    means_mm = [[PiecewiseLinear(x, level_mm).mean() for level_mm in runs] for runs in replicates.runs]
+    means_mm = [np.trapezoid(runs, x) / (x[-1] - x[0]) for runs in replicates.runs]
     errors_mm = [
         [level_difference(Profile(spread.s_mm, level_mm), measured).mean_error for level_mm in size.levels_mm]
         for size in spread.sizes

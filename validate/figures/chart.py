@@ -290,7 +290,7 @@ def as_near_as_the_best(
     s_mm = np.unique(np.concatenate([profile.s_mm for profile in profiles]))
     low_mm, high_mm = max(profile.s_mm[0] for profile in profiles), min(profile.s_mm[-1] for profile in profiles)
     s_mm = s_mm[(s_mm >= low_mm) & (s_mm <= high_mm)]
-    read_mm, *levels_mm = (np.interp(s_mm, profile.s_mm, profile.level_mm) for profile in profiles)
+    read_mm, *levels_mm = (profile.level_at_mm(s_mm) for profile in profiles)
     off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T - read_mm
     random = np.random.default_rng(0)
     mean_mm = np.array([run.mean_error_mm for run in runs])

@@ -205,7 +205,7 @@ class FirstFigure:
         The view is along the path, so its left is at the left of the picture.
         """
         s_mm = self.outline.length_mm / 2
-        level_mm = min(0.0, float(np.interp(s_mm, self.profile.s_mm, self.profile.level_mm)))
+        level_mm = min(0.0, float(self.profile.level_at_mm(s_mm)))
         axes.axhspan(-self.solid.depth_mm, level_mm, color=SIMULATED, alpha=0.25, linewidth=0)
         axes.axhline(level_mm, color=SIMULATED, linewidth=2.0)
         # The solid is drawn over the sealant, which is seen in the cavity alone.

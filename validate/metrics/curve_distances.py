@@ -187,7 +187,7 @@ def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: flo
 
     points = min(MOST_FRECHET, max(2, round((to_mm - from_mm) / FRECHET_MM) + 1))
     s_mm = np.linspace(from_mm, to_mm, points)
-    first, second = (np.column_stack([s_mm, np.interp(s_mm, one.s_mm, one.level_mm)]) for one in (simulated, measured))
+    first, second = (np.column_stack([s_mm, one.level_at_mm(s_mm)]) for one in (simulated, measured))
     return float(similaritymeasures.frechet_dist(first, second))
 
 
@@ -195,7 +195,7 @@ def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]
     """Return stations and levels of part of a profile, with interpolated ends."""
     inner = profile.s_mm[(profile.s_mm > low) & (profile.s_mm < high)]
     s_mm = np.concatenate([[low], inner, [high]])
-    return s_mm, np.interp(s_mm, profile.s_mm, profile.level_mm)
+    return s_mm, profile.level_at_mm(s_mm)
 
 
 CHOICE = "both curves count s from the first end given; neither is shifted to fit the other"

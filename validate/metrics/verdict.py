@@ -35,7 +35,7 @@ def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterab
     compared = int(are_compared(measured.s_mm, from_mm, to_mm).sum())
     stations_mm = measured.s_mm[(measured.s_mm > from_mm) & (measured.s_mm < to_mm)]
     ends_mm = np.array([from_mm, *stations_mm, to_mm])
-    line = tuple(ends_mm.tolist()), tuple(np.interp(ends_mm, measured.s_mm, measured.level_mm).tolist())
+    line = tuple(ends_mm.tolist()), tuple(measured.level_at_mm(ends_mm).tolist())
     return tuple(
         Baseline(NAMES.get(count, f"a curve with {count} numbers"), count, _curve_error_mm(*line, count))
         for count in sorted(set(numbers))
@@ -49,7 +49,7 @@ def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count:
     x, readings = np.array(s_mm), Profile(np.array(s_mm), np.array(level_mm))
     if len(x) * IN_A_GAP <= FINEST:
         x = np.unique(x[:-1, None] + np.diff(x)[:, None] * np.linspace(0, 1, IN_A_GAP + 1))
-    curve_mm = _nearest_polynomial(x, np.interp(x, readings.s_mm, readings.level_mm), count)
+    curve_mm = _nearest_polynomial(x, readings.level_at_mm(x), count)
     return level_difference(Profile(x, curve_mm), readings).mean_error
 
 

@@ -74,7 +74,7 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
         return 0.0
     gained_mm3 = (volume_ratio - 1) * run.dispensed_volume_mm3 + spilled_mm3
     cavity = cavity_by_level(outline, solid)
-    level_mm = np.interp(cavity.middle_mm, profile.s_mm, profile.level_mm)
+    level_mm = profile.level_at_mm(cavity.middle_mm)
     wetted_mm2 = float(cavity.area_at_mm2(level_mm)[level_mm > cavity.floor_mm].sum())
     return gained_mm3 / (wetted_mm2 + _footprint_mm2(run, solid))
 
@@ -87,7 +87,7 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
     """
     cavity = cavity_by_level(outline, solid)
     share, s_mm = cavity.between(from_mm, to_mm)
-    level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
+    level_mm = profile.level_at_mm(s_mm)
     face_mm = np.zeros_like(level_mm)
     room_mm3 = float(share @ cavity.below_mm3(face_mm))
     sealant_mm3 = float(share @ cavity.below_mm3(level_mm))

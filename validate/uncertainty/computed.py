@@ -13,7 +13,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.run_figures import FAST, Method
 from validate.intervals import InputEffect, SizeSeries
-from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
+from validate.uncertainty.budget import Component, chi_squared, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
 RUNS = 1_000  # They give a standard deviation to 2 %
@@ -164,13 +164,15 @@ class Replicates:
         noise = normals("particle size", self._count + 1, draws)
         off = noise[:, :-1] @ self._residuals + noise[:, -1:] * lack
         freedom = self._count - 2
-        return error + off / np.sqrt(squares[:, None] * _chi_squares("particle size", freedom, draws))
+        return error + off / np.sqrt(
+            squares[:, None] * chi_squared(uniforms("particle size, chi squared", 1, draws), freedom)
+        )
 
     def single_runs(self, draws: int) -> Floats:
         """Return draws of the deviation of the level from the mean over all seeds, (draws, k)."""
         freedom = self._count - len(self.runs)
         off = normals("single run", self._count, draws) @ self._residuals
-        return off / np.sqrt(self.mean_of * _chi_squares("single run", freedom, draws))
+        return off / np.sqrt(self.mean_of * chi_squared(uniforms("single run, chi squared", 1, draws), freedom))
 
     def orders(self, draws: int) -> Floats:
         """Return draws of the order p, (draws,)."""
@@ -234,13 +236,6 @@ def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> l
         moved_mm = volume_level_mm * (2 * uniforms("volume of the numerics", 1, draws) - 1)
         parts.append(("volume gained or lost by the numerics", np.tile(moved_mm, stations)))
     return [Component(name, "computed", draws_mm, shared=True, kind="numerics") for name, draws_mm in parts]
-
-
-def _chi_squares(name: str, freedom: int, draws: int) -> Floats:
-    """Return stratified draws of the chi-squared distribution, (draws, 1)."""
-    from scipy.special import gammaincinv
-
-    return 2 * gammaincinv(freedom / 2, uniforms(f"{name}, chi squared", 1, draws))
 
 
 def two_level_design(inputs: int) -> Integers:

@@ -154,7 +154,7 @@ def predict(
     """
     # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
-    level_mm = np.interp(s_mm, simulated.s_mm, simulated.level_mm)
+    level_mm = simulated.level_at_mm(s_mm)
     of_model = [] if ends is None else [ends.errors(s_mm)]
     fast_mm, missing = None, []
     if spread.fast_mm is not None:
@@ -190,6 +190,6 @@ def predict(
         inputs=effects,
         inputs_left_out=declared.left_out,
         fast_level_mm=None if fast_mm is None else np.round(fast_mm, DIGITS),
-        flat_level_mm=None if flat is None else np.round(np.interp(s_mm, flat.s_mm, flat.level_mm), DIGITS),
+        flat_level_mm=None if flat is None else np.round(flat.level_at_mm(s_mm), DIGITS),
         unfit=spread.unfit,
     )
