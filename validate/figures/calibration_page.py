@@ -79,10 +79,29 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> Section:
 def draw_prediction(one: Prediction, mark: str = "") -> Figure:
     """Draw the readings over the band that is predicted for them."""
     _, axes = wide_axes(3.8, face=True)
-    mean = {"color": SIMULATED, "linewidth": 2.2, "label": "predicted mean"}
-    draw_curve(axes, one.s_mm, one.mean_mm, "-", one.half_mm, 0.25, "95 % band of a reading", **mean)
-    read = {"color": MEASURED, "linestyle": "none", "marker": "o", "markersize": 3.5, "elinewidth": 1.2}
-    axes.errorbar(one.s_mm, one.read_mm, one.error_mm, **read, label=f"{mark}readings, 95 %")
+    draw_curve(
+        axes,
+        one.s_mm,
+        one.mean_mm,
+        "-",
+        one.half_mm,
+        0.25,
+        "95 % band of a reading",
+        color=SIMULATED,
+        linewidth=2.2,
+        label="predicted mean",
+    )
+    axes.errorbar(
+        one.s_mm,
+        one.read_mm,
+        one.error_mm,
+        color=MEASURED,
+        linestyle="none",
+        marker="o",
+        markersize=3.5,
+        elinewidth=1.2,
+        label=f"{mark}readings, 95 %",
+    )
     ends_mm = np.concatenate([one.mean_mm - one.half_mm, one.mean_mm + one.half_mm, one.read_mm])
     axes.set_ylim(ends_mm.min() - 0.5, max(ends_mm.max(), 0.0) + 0.5)
     axes.legend(loc="best")

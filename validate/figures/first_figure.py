@@ -161,8 +161,9 @@ class FirstFigure:
             if self.comparison is not None and self.comparison.uncertainty is not None:
                 bands, read_mm = self.comparison.uncertainty.levels, readings.level_mm
                 draw_band(axes, bands.s_mm, read_mm, bands.profile_band_95_mm, MUTED, 0.28, BAND_READ)
-                bars = {"fmt": "none", "ecolor": MEASURED, "elinewidth": 1.1, "capsize": 2.5}
-                axes.errorbar(bands.s_mm, read_mm, bands.band_95_mm, **bars)
+                axes.errorbar(
+                    bands.s_mm, read_mm, bands.band_95_mm, fmt="none", ecolor=MEASURED, elinewidth=1.1, capsize=2.5
+                )
             name = "readings" if readings.data == "measured" else f"readings ({readings.data})"
             axes.plot(readings.s_mm, readings.level_mm, "o", color=MEASURED, markersize=5, label=name)
         if seeds is not None and prediction is None:
@@ -194,9 +195,17 @@ class FirstFigure:
                 # Inside the plot, also at its ends.
                 side = "left" if along < NEAR_END else "right" if along > 1 - NEAR_END else "center"
                 above, shift = ("bottom", 4) if value > 0 else ("top", -4)
-                style: Any = {"fontsize": layout.font_pt, "fontweight": "bold", "annotation_clip": False}
-                place: Any = {"textcoords": "offset points", "ha": side, "va": above}
-                axes.annotate(f"{signed(value, 1)} mm", (error.x[worst], value), (0, shift), **place, **style)
+                axes.annotate(
+                    f"{signed(value, 1)} mm",
+                    (error.x[worst], value),
+                    (0, shift),
+                    textcoords="offset points",
+                    ha=side,
+                    va=above,
+                    fontsize=layout.font_pt,
+                    fontweight="bold",
+                    annotation_clip=False,
+                )
         _title(axes, "Error: simulated minus read, mm", "; solid at a reading, above 0 too high", layout)
 
     def _draw_section(self, axes: Axes, shown_mm: float, layout: FirstLayout) -> None:
@@ -205,7 +214,7 @@ class FirstFigure:
         The view is along the path, so its left is at the left of the picture.
         """
         s_mm = self.outline.length_mm / 2
-        level_mm = min(0.0, float(self.profile.level_at_mm(s_mm)))
+        level_mm = min(0.0, float(np.interp(s_mm, self.profile.s_mm, self.profile.level_mm)))
         axes.axhspan(-self.solid.depth_mm, level_mm, color=SIMULATED, alpha=0.25, linewidth=0)
         axes.axhline(level_mm, color=SIMULATED, linewidth=2.0)
         # The solid is drawn over the sealant, which is seen in the cavity alone.

@@ -232,10 +232,19 @@ def draw_levels_of_study(chart: Chart) -> Figure:
     curves = [np.column_stack([profile.s_mm, profile.level_mm]) for profile in (run.profile for run in chart.runs)]
     thin = LineCollection(curves, colors=MUTED, linewidths=0.7, alpha=0.5, rasterized=True, label="a run")
     axes.add_collection(thin)
-    read = {"color": MEASURED, "markersize": 3.5, "label": f"{caliper_label(readings)}, 95 % band"}
-    draw_curve(axes, readings.s_mm, readings.level_mm, "--o", chart.band_mm, **read)
-    bold = {"color": SIMULATED, "linewidth": 3.0, "label": f"{chart.nearest} off"}
-    draw_curve(axes, best.profile.s_mm, best.profile.level_mm, **bold)
+    draw_curve(
+        axes,
+        readings.s_mm,
+        readings.level_mm,
+        "--o",
+        chart.band_mm,
+        color=MEASURED,
+        markersize=3.5,
+        label=f"{caliper_label(readings)}, 95 % band",
+    )
+    draw_curve(
+        axes, best.profile.s_mm, best.profile.level_mm, color=SIMULATED, linewidth=3.0, label=f"{chart.nearest} off"
+    )
     s_mm, level_mm = np.vstack([*curves, np.column_stack([readings.s_mm, readings.level_mm])]).T
     axes.set_xlim(0, s_mm.max())
     axes.set_ylim(level_mm.min() - 1, level_mm.max() + 1)
@@ -285,18 +294,35 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     if surface:
         axes.pcolormesh(*heat(chart), **colours, shading="auto", rasterized=True)
         axes.grid(visible=False)
-    point = {"s": 24 if surface else 130, "edgecolors": MEASURED if surface else INK, "clip_on": False, "zorder": 3}
-    drawn = axes.scatter(*chart.pairs.T, c=errors_mm, **colours, **point, label="a run")
+    drawn = axes.scatter(
+        *chart.pairs.T,
+        c=errors_mm,
+        **colours,
+        s=24 if surface else 130,
+        edgecolors=MEASURED if surface else INK,
+        clip_on=False,
+        zorder=3,
+        label="a run",
+    )
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
-    ring: Any = {"color": "white", "markerfacecolor": "none", "clip_on": False, "zorder": 3, "path_effects": HALO}
     near = chart.pairs[np.array(chart.as_near) & (chart.replicates is not None)]
     for pairs, size, label in ((near, 9, "fit equally well"), (np.array([chart.best.at]), 18, chart.nearest)):
         if len(pairs):
-            axes.plot(*pairs.T, "o", **ring, markersize=size, label=label)
+            axes.plot(
+                *pairs.T,
+                "o",
+                color="white",
+                markerfacecolor="none",
+                clip_on=False,
+                zorder=3,
+                path_effects=HALO,
+                markersize=size,
+                label=label,
+            )
     for name, axis in zip(("x", "y"), chart.axes, strict=True):
         scale_axis(axes, name, axis)
     letters = dict(zip((run.number for run in chosen), ascii_lowercase, strict=False))
-    (_draw_letters if surface else _draw_names)(axes, chart, letters)
+    _label_runs(axes, chart, letters)
     # Space for labels at the edges.
     axes.margins(*((0.0, 0.0) if surface else (0.14, 0.16)))
     title = "Mean error against the readings" if surface else "Mean error of each run against the readings"
@@ -306,22 +332,19 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     return figure
 
 
-def _draw_letters(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
-    style: Any = {"fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
+def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
+    """Write the letters of runs; without a surface number and error of each run too, or if there are many its number."""
+    surface, few = chart.has_surface, len(chart.runs) <= MOST_LABELS
     for run, place in zip(chart.runs, chart.places, strict=True):
-        # Toward the middle, since title and colour bar are at the edges.
-        shift = tuple(np.where(place > 0.5, -11, 11))
-        text, aligned = letters.get(run.number, ""), {"ha": "center", "va": "center"}
-        axes.annotate(text, run.at, shift, textcoords="offset points", **aligned, **style)
-
-
-def _draw_names(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
-    """Write number and error above each run, or if there are many the number alone."""
-    for run in chart.runs:
-        few = len(chart.runs) <= MOST_LABELS
-        name = f"run {run.number}: {run.mean_error_mm:.2f} mm" if few else str(run.number)
-        text = f"{letters[run.number]}, {name}" if run.number in letters else name
-        axes.annotate(text, run.at, (0, 13), textcoords="offset points", ha="center", fontsize=8.0)
+        letter = letters.get(run.number, "")
+        style: Any = {"textcoords": "offset points", "ha": "center"}
+        if surface:
+            # Toward the middle, since title and colour bar are at the edges.
+            style |= {"va": "center", "fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
+            axes.annotate(letter, run.at, tuple(np.where(place > 0.5, -11, 11)), **style)
+        else:
+            name = f"run {run.number}: {run.mean_error_mm:.2f} mm" if few else str(run.number)
+            axes.annotate(f"{letter}, {name}" if letter else name, run.at, (0, 13), **style, fontsize=8.0)
 
 
 @themed()
@@ -345,9 +368,15 @@ def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     ends = [(fill.scene, fill.course.frames[-1]) for fill in fills]
     rows = [ends[first : first + 3] for first in range(0, len(ends), 3)]
     figure, grid = draw_sections(0.5 + 1.3 * len(rows), rows, "age")
-    line: Any = {"color": MEASURED, "linewidth": 1.1, "path_effects": ON_SEALANT}
     for axes, fill in zip(grid.flat, fills, strict=False):
-        draw_curve(axes, fill.run.profile.s_mm, fill.run.profile.level_mm, **line)
+        draw_curve(
+            axes,
+            fill.run.profile.s_mm,
+            fill.run.profile.level_mm,
+            color=MEASURED,
+            linewidth=1.1,
+            path_effects=ON_SEALANT,
+        )
         axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
     return figure
 

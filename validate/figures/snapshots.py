@@ -99,8 +99,9 @@ class FillScene(Views):
         if (tip_mm := self.nozzle_mm(frame.t_s)) is not None:
             s_mm = float(arc_length_at(tip_mm[None, :2], self.outline.centreline_mm)[0])
             corner = s_mm - self._diameter_mm / 2, float(tip_mm[2])
-            style = {"facecolor": AIR, "edgecolor": ON_GROUND, "linewidth": 0.9}
-            axes.add_artist(Rectangle(corner, self._diameter_mm, NOZZLE_MM, **style))
+            axes.add_artist(
+                Rectangle(corner, self._diameter_mm, NOZZLE_MM, facecolor=AIR, edgecolor=ON_GROUND, linewidth=0.9)
+            )
 
     def nozzle_mm(self, t_s: float) -> Floats | None:
         """Return the position of the nozzle's tip, (3,), or None after the end of its path."""
@@ -196,9 +197,17 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
     rows = figure.subplots(len(PANELS), 1, sharex=True)
     for axes, panel in zip(rows, PANELS, strict=True):
         for (name, label), (colour, dashes) in zip(panel.curves.items(), STYLES, strict=False):
-            line = {"color": colour, "linestyle": dashes, "linewidth": 1.2, "label": label}
             # Drawn above the axis, which would hide a line of zeros.
-            axes.plot(columns["t_s"], panel.factor * columns[name], **line, clip_on=False, zorder=3)
+            axes.plot(
+                columns["t_s"],
+                panel.factor * columns[name],
+                color=colour,
+                linestyle=dashes,
+                linewidth=1.2,
+                label=label,
+                clip_on=False,
+                zorder=3,
+            )
         highest = panel.factor * max(float(np.nanmax(columns[name], initial=0.0)) for name in panel.curves)
         axes.set_ylim(0.0, 1.08 * highest if highest else 1.0)
         if panel.counts:

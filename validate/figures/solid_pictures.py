@@ -78,8 +78,14 @@ def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -
     axes = figure.add_subplot()
     Views(outline, solid, run.radius_mm).draw_along(axes, position_mm, age_s, scale)
     add_bar(figure, scale, [axes], **BELOW)
-    line = {"color": MEASURED, "linewidth": 1.4, "path_effects": ON_SEALANT, "label": "profile read from the particles"}
-    axes.plot(profile.s_mm, profile.level_mm, **line)
+    axes.plot(
+        profile.s_mm,
+        profile.level_mm,
+        color=MEASURED,
+        linewidth=1.4,
+        path_effects=ON_SEALANT,
+        label="profile read from the particles",
+    )
     axes.set_ylim(top=max(4.0, float(position_mm[:, 2].max(initial=0.0)) + 1.5))
     return label_axes(axes, ALONG, "z (mm)", "From the side: particles by age", legend=1)
 

@@ -129,8 +129,15 @@ def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figur
     """
     axes.set(xlabel=x, ylabel=y, title=title)
     if legend:
-        place: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.0, "borderpad": 0.3}
-        axes.legend(**place, ncols=legend, columnspacing=1.5, fontsize=8.0)
+        axes.legend(
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            borderaxespad=0.0,
+            borderpad=0.3,
+            ncols=legend,
+            columnspacing=1.5,
+            fontsize=8.0,
+        )
         rows = -(-len(axes.get_legend_handles_labels()[1]) // legend)
         axes.set_title(title, pad=6.0 + LEGEND_ROW_PT * rows)
     return axes.figure.get_figure(root=True)

@@ -7,7 +7,7 @@ import base64
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -148,7 +148,8 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
     faces, label, rim = _coarse_cavity(solid)
     parts = _walls(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim), fluid._replace(value=ages)
-    vertices_mm, faces, normal, colour = map(np.vstack, zip(*parts, strict=True))
+    columns: Any = map(np.vstack, zip(*parts, strict=True))
+    vertices_mm, faces, normal, colour = columns
     # Each part counts its own vertices from 0.
     before = np.cumsum([0, *(len(part.vertices_mm) for part in parts[:-1])])
     faces += np.repeat(before, [len(part.faces) for part in parts])[:, None]

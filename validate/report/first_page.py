@@ -116,8 +116,7 @@ def _level_alone(evidence: Evidence) -> list[tuple[str, str, str]]:
     mean_mm = float(np.trapezoid(level_mm, s_mm) / np.ptp(s_mm))
     low, over = (float(np.mean(which)) for which in (level_mm < -FLUSH_MM, level_mm > FLUSH_MM))
     flush = float(np.mean(np.abs(level_mm) <= FLUSH_MM))
-    spans = {"low": low, "flush": flush, "over": over, "flush_mm": FLUSH_MM}
-    return [tile("tile_level", mean_mm=mean_mm), tile("tile_flush", **spans)]
+    return [tile("tile_level", mean_mm=mean_mm), tile("tile_flush", low=low, flush=flush, over=over, flush_mm=FLUSH_MM)]
 
 
 def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:

@@ -252,8 +252,9 @@ def walls(evidence: Evidence) -> str:
     widths_mm = {"flare": solid.figures.mouth_width_mm, "undercut": solid.figures.floor_width_mm}
     if widths_mm.get(solid.tilt) is None:
         return ""
-    parts = {"solid": solid, "traced_mm": evidence.outline.mean_width_mm, "angles": _angles(evidence)}
-    return sentence(f"walls_{solid.tilt}", **parts)
+    return sentence(
+        f"walls_{solid.tilt}", solid=solid, traced_mm=evidence.outline.mean_width_mm, angles=_angles(evidence)
+    )
 
 
 def freezing(evidence: Evidence) -> str:
