@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from sealtwin.core.facts import Fact, of_keys
 from sealtwin.core.record_files import Simulation
@@ -40,18 +39,18 @@ def method_facts(run: Run | Simulation) -> tuple[Fact, ...]:
     if run.fast_fill is not None:
         return doubted("method.fast", run=run), *run.unfit
     if is_draft(run):
-        accurate_mm = _table(run, "solver").get("accurate_radius_mm") or run.radius_mm
+        accurate_mm = run.settings.get("solver", {}).get("accurate_radius_mm") or run.radius_mm
         return (doubted("method.draft", DRAFTED_MM, "mm", run=run, accurate_mm=accurate_mm),)
     return ()
 
 
 def is_draft(run: Run | Simulation) -> bool:
-    return _table(run, "solver").get("preset") == "draft"
+    return run.settings.get("solver", {}).get("preset") == "draft"
 
 
 def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ...]:
     """Return the cautions of ``run_warnings`` without those on the method."""
-    facts, solver, health = [*run.remarks], _table(run, "solver"), run.health
+    facts, solver, health = [*run.remarks], run.settings.get("solver", {}), run.health
     if run.escaped_particles:
         facts.append(stated("fluid.escaped", run.escaped_particles, level="fault"))
     low, high = SOUND
@@ -70,7 +69,7 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ..
         facts.append(doubted("fluid.compressed", compressed, pressure=solver.get("pressure")))
     off_mm, flat_mm = health.to_rest_mm or 0.0, health.flat_mm
     # Where the nozzle has just been the level cannot be judged yet, and may still move by millimetres.
-    never_frozen = _table(run, "fluid").get("freeze_after_s") == "never"
+    never_frozen = run.settings.get("fluid", {}).get("freeze_after_s") == "never"
     unsettled = off_mm > 0 and flat_mm is None and never_frozen and not solver.get("settle_s")
     if unsettled or off_mm > AT_REST * run.radius_mm:
         facts.append(doubted("fluid.unsettled", off_mm, "mm", unsettled=unsettled, flat_mm=flat_mm))
@@ -79,12 +78,6 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ..
     if (bond := health.bond) is not None and bond < LEAST_BOND:
         facts.append(doubted("fluid.bond", bond))
     return tuple(facts)
-
-
-def _table(run: Run | Simulation, name: str) -> dict[str, Any]:
-    """Return a table of the run's settings in effect; empty if there is none of that name."""
-    table = run.settings.get(name)
-    return table if isinstance(table, dict) else {}
 
 
 def facts_of_runs(by_run: Mapping[int, Sequence[Fact]], total: int) -> list[Fact]:

@@ -142,24 +142,18 @@ def _levels(chart: Chart) -> Plot:
 
 
 def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
-    first, second = chart.axes
+    """Return the map of the errors. The table of all runs has its numbers."""
     draw = partial(draw_error_map, chart, [fill.run for fill in fills])
+    letters = "; letters mark the runs that are drawn below" if fills else ""
     if chart.has_surface:
-        across, up, error_mm = (values[..., ::8] for values in heat(chart))
-        x, y = (values.ravel() for values in np.meshgrid(across, up))
-        numbers = {first.setting: x, second.setting: y, "mean_error_mm": error_mm[::8].ravel()}
-        caption = "Mean error of each run (points), interpolated linearly between them, as in the paper's Fig. 8"
-        caption += "; letters mark the runs that are drawn below." if fills else "."
-        return Plot("heat", caption, draw, numbers)
-    letters = " and the letter of its drawing below" if fills else ""
+        between = "interpolated linearly between them, as in the paper's Fig. 8"
+        return Plot("heat", f"Mean error of each run (points), {between}{letters}.", draw)
     caption = (
-        f"Mean error of each run, with its number{letters}. There is no surface between these "
-        f"runs: that takes {LEAST_RUNS} or more ranked runs, with {LEAST_VALUES} or more values of each setting, that "
-        "enclose two thirds of the map."
+        f"Mean error of each run, with its number{letters}. There is no surface between these runs: that takes "
+        f"{LEAST_RUNS} or more ranked runs, with {LEAST_VALUES} or more values of each setting, that enclose two "
+        "thirds of the map."
     )
-    x, y = chart.pairs.T
-    numbers = {first.setting: x, second.setting: y, "run": [run.number for run in chart.runs]}
-    return Plot("points", caption, draw, numbers | {"mean_error_mm": chart.errors_mm})
+    return Plot("points", caption, draw)
 
 
 def _repeated(fills: Sequence[Fill]) -> str:
@@ -333,7 +327,7 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
 
 
 def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
-    """Write the letters of runs; without a surface number and error of each run too, or if there are many its number."""
+    """Write letters of runs. Without a surface, each run has its number too, and its error unless there are many."""
     surface, few = chart.has_surface, len(chart.runs) <= MOST_LABELS
     for run, place in zip(chart.runs, chart.places, strict=True):
         letter = letters.get(run.number, "")

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from itertools import combinations
 from typing import Any, Self
 
 import numpy as np
@@ -93,12 +94,14 @@ class Inputs:
             InputEffect(
                 name=name,
                 standard=standard,
-                mean_level_mm=float(straight[number]),
-                largest_mm=float(np.abs(self.straight_mm[number]).max()),
-                share=float(alone[number] / whole) if whole else 0.0,
+                mean_level_mm=float(mean_mm),
+                largest_mm=float(np.abs(level_mm).max()),
+                share=float(part / whole) if whole else 0.0,
                 model=self.model,
             )
-            for number, (name, standard) in enumerate(self.standards.items())
+            for (name, standard), mean_mm, level_mm, part in zip(
+                self.standards.items(), straight, self.straight_mm, alone, strict=True
+            )
         )
         return effects, both / whole if whole else 0.0
 
@@ -356,13 +359,10 @@ def require_different(levels_mm: Iterable[Floats], names: Sequence[str], where: 
 
     ``names`` has the name of each level's run. The message begins with ``where``.
     """
-    earlier: list[Floats] = []
-    for number, level_mm in enumerate(levels_mm):
-        for other, earlier_mm in enumerate(earlier):
-            if np.array_equal(level_mm, earlier_mm):
-                raise InputError(
-                    f"{where}: the runs {names[other]} and {names[number]} have the same level to the last digit. They "
-                    "are copies, not replicates, and do not show the scatter of single runs. Give another "
-                    "solver.radius_mm, at which the seed changes the run."
-                )
-        earlier.append(level_mm)
+    for (name, level_mm), (other, other_mm) in combinations(zip(names, levels_mm, strict=True), 2):
+        if np.array_equal(level_mm, other_mm):
+            raise InputError(
+                f"{where}: the runs {name} and {other} have the same level to the last digit. They are copies, not "
+                "replicates, and do not show the scatter of single runs. Give another solver.radius_mm, at which the "
+                "seed changes the run."
+            )
