@@ -52,6 +52,14 @@ class Prediction:
         """Share of the stations whose reading is inside the 95 % band."""
         return float(np.mean(np.abs(self.mean_mm - self.read_mm) <= self.half_mm))
 
+    @property
+    def judged(self) -> str:
+        """Sentence on the distance of the readings from the predicted mean, and on those in the band."""
+        return (
+            f"RMS error {self.rms_mm:.2f} mm (the readings' mean: {self.flat_rms_mm:.2f} mm); "
+            f"{percent(self.held, 0)} of {len(self.s_mm)} stations are in the 95 % band."
+        )
+
 
 def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Floats) -> tuple[Floats, Floats]:
     """Return mean and half-width of the 95 % band, (n,) each, for the trial to whose runs the emulator was fitted."""
@@ -115,7 +123,12 @@ class Calibrated:
             f"{_capital(one.free.label)}: 90 % interval {one.low:.3g} to {one.high:.3g}, {_verdict(one)}."
             for one in self.marginals
         ]
-        return " ".join([*sentences, *(_judged(one) for one in self.predictions if one.role == "held out")])
+        return " ".join(
+            [
+                *sentences,
+                *(f"{one.trial}, held out: {one.judged}" for one in self.predictions if one.role == "held out"),
+            ]
+        )
 
     @property
     def _impossible(self) -> list[str]:
@@ -179,10 +192,3 @@ def _capital(text: str) -> str:
 def _verdict(one: Marginal) -> str:
     share = f"{percent(one.width_over_prior, 0)} of the prior width"
     return f"identified, {share}" if one.identified else f"not identified, {share}"
-
-
-def _judged(one: Prediction) -> str:
-    return (
-        f"{one.trial}, held out: RMS error {one.rms_mm:.2f} mm (the readings' mean: {one.flat_rms_mm:.2f} mm); "
-        f"{percent(one.held, 0)} of {len(one.s_mm)} stations are in the 95 % band."
-    )

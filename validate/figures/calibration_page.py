@@ -50,10 +50,6 @@ def calibration_page(calibrated: Calibrated) -> Page:
 
 
 def _levels(calibrated: Calibrated, one: Prediction, number: int) -> Section:
-    judged = (
-        f"RMS error of the predicted mean {one.rms_mm:.2f} mm, of the readings' mean {one.flat_rms_mm:.2f} mm; "
-        f"{percent(one.held, 0)} of {len(one.s_mm)} stations are in the band."
-    )
     used = (
         "The settings were fitted to these readings, so this error is the residual of the fit, not a test."
         if one.role == "calibrated"
@@ -72,7 +68,7 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> Section:
             "band_half_width_mm": one.half_mm,
         },
     )
-    return Section(f"{one.trial}: {one.role}", [judged, used, plot])
+    return Section(f"{one.trial}: {one.role}", [one.judged, used, plot])
 
 
 @themed()

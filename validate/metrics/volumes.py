@@ -100,13 +100,6 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
     )
 
 
-def mouth_widths_mm(s_mm: Floats, outline: Outline, solid: Solid) -> Floats:
-    """Return the width of the crack at the face, perpendicular to the centreline, at each s, (n,)."""
-    traced_mm = np.interp(s_mm, outline.s_mm, outline.width_mm)
-    opening = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if solid.tilt == "flare" else 0.0
-    return traced_mm + opening * solid.depth_mm
-
-
 def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profile:
     """Return the flat level of a volume in the whole crack, like water between dams at both ends.
 
