@@ -18,6 +18,7 @@ from validate.metrics.curve_distances import (
 from validate.metrics.verdict import ALWAYS, POOL, basis_of, beaten, best_curves, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance
 from validate.result import Evidence
+from validate.sentences import stated
 from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
@@ -191,6 +192,7 @@ def error_uncertainty(
         volume_level_mm=volume_level_mm,
     )
     stations, summary = _station_errors(simulated, measured, budget), budget.summary(curve)
+    missing = [one.name for one in summary.missing]
     return ErrorUncertainty(
         mean_error_interval_mm=of_readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
@@ -204,7 +206,7 @@ def error_uncertainty(
         worst_at_a_station=worst_at_a_station(stations, float(error.x[np.argmax(np.abs(error.value))])),
         findings=(
             *validation.level_findings(overall, stations, summary.parts, calibrated=calibrated, screening=screening),
-            *((validation.missing_errors(summary.missing),) if summary.missing else ()),
+            *((stated("validation.missing", len(missing), names=missing),) if missing else ()),
             *of_readings.unused,
         ),
         unused=of_readings.unused,

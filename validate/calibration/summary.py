@@ -120,7 +120,8 @@ class Calibrated:
         if self.draws is None:
             return " ".join(self._impossible)
         sentences = [
-            f"{_capital(one.free.label)}: 90 % interval {one.low:.3g} to {one.high:.3g}, {_verdict(one)}."
+            f"{_capital(one.free.label)}: 90 % interval {one.low:.3g} to {one.high:.3g}, "
+            f"{'' if one.identified else 'not '}identified, {percent(one.width_over_prior, 0)} of the prior width."
             for one in self.marginals
         ]
         return " ".join(
@@ -187,8 +188,3 @@ class Calibrated:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
-
-
-def _verdict(one: Marginal) -> str:
-    share = f"{percent(one.width_over_prior, 0)} of the prior width"
-    return f"identified, {share}" if one.identified else f"not identified, {share}"

@@ -165,11 +165,14 @@ def compare_page(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Page:
         finding = "The runs have different readings, so none is nearest."
     else:
         finding = "No run with readings is ranked, so none is nearest."
+    held_out = "No run has held-out readings, so every error here is the residual of a calibration."
     if (held_out_mm := held_out_mean_mm(sides)) is not None:
+        held_out = f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
         key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
+    elif any(side.held_out for side in sides):
+        held_out = "No held-out run is ranked; see the reasons above."
     caption = "Signed error of each run with readings, labelled with its number."
     errors = [Plot("errors", caption, lambda: draw_errors_of_runs(sides))] if compared else []
-    held_out = [Section("Held out", [_held_out_words(sides)])] if compared else []
     differing_rows = [(name, values, setting_words) for name, values in settings.items()]
     return Page(
         title="Runs side by side",
@@ -182,7 +185,7 @@ def compare_page(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Page:
             Section("Settings that differ", [_by_run(sides, "settings", "setting", differing_rows)]),
             Section("Levels", [_levels(sides), *errors]),
             Section("Figures", [_by_run(sides, "figures", "figure", _figures(sides))]),
-            *held_out,
+            *([Section("Held out", [held_out])] if compared else []),
         ],
     )
 
@@ -239,15 +242,6 @@ def _figures(sides: Sequence[Side]) -> list[Row]:
         *((label, [part_of(side.comparison, path) for side in sides], text) for label, (path, text) in FIGURES.items()),
         *((label, [side.facts.get(label) for side in sides], _rounded) for label in labels),
     ]
-
-
-def _held_out_words(sides: Sequence[Side]) -> str:
-    held_out_mm = held_out_mean_mm(sides)
-    if held_out_mm is not None:
-        return f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
-    if any(side.held_out for side in sides):
-        return "No held-out run is ranked; see the reasons above."
-    return "No run has held-out readings, so every error here is the residual of a calibration."
 
 
 def _levels(sides: Sequence[Side]) -> Plot:

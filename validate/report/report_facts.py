@@ -9,7 +9,7 @@ from sealtwin.core.facts import Fact, of_keys, texts
 from sealtwin.core.records import Run
 from sealtwin.core.regime import SURFACE_TENSION_N_M
 from sealtwin.core.run_figures import FAST
-from validate.comparison import Comparison, Outcome
+from validate.comparison import Outcome
 from validate.intervals import ErrorUncertainty, PredictedLevel, StationErrors
 from validate.metrics.verdict import SCREENING, case_of
 from validate.result import NOT_A_VALIDATION, Evidence
@@ -227,8 +227,10 @@ def assumptions(evidence: Evidence) -> tuple[Fact, ...]:
         "assumed.doubt": texts(run.doubts),
         "assumed.note": texts((*outline.warnings, *solid.figures.warnings)),
     }
+    # Cured sealant has shrunk; the simulated sealant has not.
+    as_read = "" if m is None or m.volumes is None else sentence("as_read", balance=m.volumes.mass_balance)
     parts = {"e": evidence, "m": m, "fluid": fluid, "slope": run.settings.get("sample"), "tilt": tilt_words(evidence)}
-    parts |= {"tension_n_m": SURFACE_TENSION_N_M, "settled": _settled(evidence), "as_read": _as_read(m)}
+    parts |= {"tension_n_m": SURFACE_TENSION_N_M, "settled": _settled(evidence), "as_read": as_read}
     facts = [
         *(assumed(key, *number, **parts) for key, number in numbers.items()),
         *(assumed(key, text=text) for key, sentences in others.items() for text in sentences),
@@ -261,16 +263,6 @@ def freezing(evidence: Evidence) -> str:
     """Return a sentence on freezing by age, if there is any."""
     freeze_s = evidence.run.settings.get("fluid", {}).get("freeze_after_s")
     return sentence("freezing", freeze_s=freeze_s) if isinstance(freeze_s, int | float) else ""
-
-
-def _as_read(comparison: Comparison | None) -> str:
-    """Return the end of a sentence on curing: the declared state of the sealant when it was read.
-
-    Cured sealant has shrunk; the simulated sealant has not.
-    """
-    if comparison is None or comparison.volumes is None:
-        return ""
-    return sentence("as_read", balance=comparison.volumes.mass_balance)
 
 
 def _settled(evidence: Evidence) -> str:

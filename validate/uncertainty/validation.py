@@ -90,11 +90,6 @@ def _of_stations(stations: StationErrors, parts: Sequence[BudgetPart], included:
     )
 
 
-def missing_errors(missing: Sequence[BudgetPart]) -> Fact:
-    """Return the finding on errors of the readings that no interval includes."""
-    return stated("validation.missing", len(missing), names=[one.name for one in missing])
-
-
 # Two models of the same paste differ most at the ends of the path. Where the nozzle stops a mound of up to 4 tau / rho
 # g stays, and where it starts paste creeps back. Two computations of the same physics differ there by as much as the
 # mound, and by a quarter of it elsewhere, since the volume is the same. Sizes are from particles against a continuum
