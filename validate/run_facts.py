@@ -30,18 +30,13 @@ def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | N
     ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. A volume lost over the
     sample's edge has its own sentence, since the fluid did not lose it. Faults of the other runs of ``seeds`` follow.
     """
-    others = () if seeds is None else seeds.warnings
-    return *method_facts(run), *fluid_warnings(run, volume_ratio), *others
-
-
-def method_facts(run: Run | Simulation) -> tuple[Fact, ...]:
-    """Return cautions about a draft, or about the fast model and whether it fits the case. Other runs have none."""
+    facts = []
     if run.fast_fill is not None:
-        return doubted("method.fast", run=run), *run.unfit
-    if is_draft(run):
-        accurate_mm = run.settings.get("solver", {}).get("accurate_radius_mm") or run.radius_mm
-        return (doubted("method.draft", DRAFTED_MM, "mm", run=run, accurate_mm=accurate_mm),)
-    return ()
+        facts = [doubted("method.fast", run=run), *run.unfit]
+    elif is_draft(run):
+        accurate_mm = run.settings["solver"].get("accurate_radius_mm") or run.radius_mm
+        facts = [doubted("method.draft", DRAFTED_MM, "mm", run=run, accurate_mm=accurate_mm)]
+    return *facts, *fluid_warnings(run, volume_ratio), *(() if seeds is None else seeds.warnings)
 
 
 def is_draft(run: Run | Simulation) -> bool:
@@ -49,7 +44,7 @@ def is_draft(run: Run | Simulation) -> bool:
 
 
 def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ...]:
-    """Return the cautions of ``run_warnings`` without those on the method."""
+    """Return the cautions of ``run_warnings`` without those on a draft or on the fast model."""
     facts, solver, health = [*run.remarks], run.settings.get("solver", {}), run.health
     if run.escaped_particles:
         facts.append(stated("fluid.escaped", run.escaped_particles, level="fault"))

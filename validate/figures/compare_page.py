@@ -15,7 +15,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
 from validate.figures.page import NONE, FigureColumn, FigureTable, Page, Plot, Section, part_of
 from validate.figures.theme import ALONG, INK, LEVEL, MEASURED, SIMULATED, THIRD, label_axes, themed, wide_axes
-from validate.metrics.curve_distances import Difference, level_difference
+from validate.metrics.curve_distances import level_difference
 from validate.metrics.verdict import SOUND, beside_baselines, kept_volume
 from validate.result import Comparison
 from validate.units import setting_words
@@ -67,11 +67,6 @@ class Side:
     edited: Sequence[str] = ()  # Names of its files that were changed after the run
     fluid_warnings: Sequence[Fact] = ()  # Faults of its fluid
     without_effect: frozenset[str] = frozenset()  # Settings that change neither its level nor the error of its level
-
-    @property
-    def error(self) -> Difference | None:
-        """Simulated minus measured level; None if there are no readings."""
-        return None if self.readings is None else level_difference(self.profile, self.readings)
 
     @property
     def unranked(self) -> str:
@@ -289,7 +284,11 @@ def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
 def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
     """Draw the signed errors of the runs with readings."""
     _, axes = wide_axes(3.2, face=True)
-    curves = ((index, (error.x, error.value)) for index, side in enumerate(sides) if (error := side.error) is not None)
+    curves = []
+    for index, side in enumerate(sides):
+        if side.readings is not None:
+            error = level_difference(side.profile, side.readings)
+            curves.append((index, (error.x, error.value)))
     return _draw_runs(axes, sides, curves, "error (mm)", "Signed error: above 0 the simulated level is too high")
 
 

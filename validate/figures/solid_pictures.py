@@ -186,12 +186,6 @@ def view_axes(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats,
     return right, np.cross(toward, right), toward
 
 
-def seen_from(vertices_mm: Floats, faces: Integers, azimuth_deg: float, elevation_deg: float) -> NDArray[np.bool_]:
-    """Return the mask, (f,), of the facets whose outside faces the viewer."""
-    _, _, toward = view_axes(azimuth_deg, elevation_deg)
-    return facet_normals(vertices_mm, faces) @ toward > 0
-
-
 def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
     """Return the outward unit normal of each facet, (f, 3). It is zero for a facet without area."""
     a, b, c = (vertices_mm[faces[:, k]] for k in range(3))

@@ -23,7 +23,6 @@ from validate.figures.solid_pictures import (
     LIGHT,
     facet_normals,
     render,
-    seen_from,
     square_on,
     unit,
     view_axes,
@@ -118,8 +117,8 @@ class Turntable:
     @cached_property
     def _first_view(self) -> tuple[Integers, Floats, Floats]:
         """Facets of the first view, (f, 3), and the lower left and the upper right corner of their picture."""
-        shown = self.faces[seen_from(self.vertices_mm, self.faces, self.azimuth_deg, self.elevation_deg)]
-        right, up, _ = view_axes(self.azimuth_deg, self.elevation_deg)
+        right, up, toward = view_axes(self.azimuth_deg, self.elevation_deg)
+        shown = self.faces[facet_normals(self.vertices_mm, self.faces) @ toward > 0]
         place = self.vertices_mm[np.unique(shown)] @ np.column_stack([right, up])
         return shown, place.min(axis=0), place.max(axis=0)
 

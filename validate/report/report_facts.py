@@ -1,6 +1,7 @@
 """Facts that a report states about a trial: verdict, cautions, volumes, uncertainty, assumptions, what is left out."""
 
 from collections.abc import Iterable, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -181,14 +182,13 @@ def _inputs(left_out: Sequence[str], unfit: Sequence[Fact], whole: str, missing:
 
 def stretches_off(stations: StationErrors) -> str:
     """Return a sentence on stretches of stations that are outside the band on one side, if any, the worst first."""
-    sides = np.where(stations.off, np.sign(stations.error_mm), 0).astype(int)
-    stretches, parts = [], np.split(np.arange(len(sides)), np.flatnonzero(np.diff(sides)) + 1)
-    for part in parts if len(sides) else ():
-        worst = part[np.abs(stations.error_mm[part]).argmax()]
+    stretches, errors_mm = [], np.where(stations.off, stations.error_mm, 0.0)
+    for side, group in groupby(range(len(errors_mm)), np.sign(errors_mm).tolist().__getitem__):
+        part = [*group]
+        worst = max(part, key=np.abs(errors_mm).__getitem__)
         first_mm, last_mm, at_mm = stations.s_mm[[part[0], part[-1], worst]]
-        size_mm = abs(float(stations.error_mm[worst]))
         places_mm = {"from_mm": first_mm, "to_mm": last_mm, "at_mm": at_mm}
-        stretches += [{"side": sides[worst], "worst_mm": size_mm, **places_mm}] if sides[worst] else []
+        stretches += [{"side": side, "worst_mm": abs(float(errors_mm[worst])), **places_mm}] if side else []
     return sentence("stretches_off", stretches=sorted(stretches, key=lambda stretch: -stretch["worst_mm"]))
 
 

@@ -148,8 +148,14 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
         require_pass_mm(residual_mm, measured.s_mm, declared.pass_mm, source)
     if (declared_mm := declared.repeatability_mm) is not None:
         if (~np.isnan(repeats_mm)).sum(axis=1).max() > 1:
-            scatter = _scatter(residual_mm, measured.s_mm, declared)
-            _require_scatter(*scatter, declared_mm, settings.resolution_mm, source)
+            squares_mm2, freedom = _scatter(residual_mm, measured.s_mm, declared)
+            variance_mm2 = declared_mm**2 + settings.resolution_mm**2 / 12
+            if squares_mm2 > variance_mm2 * chi_squared(1 - FALSE_ALARM, freedom):
+                raise InputError(
+                    f"{source}: the repeats contradict uncertainty.repeatability_mm = {declared_mm:g}: they scatter by "
+                    f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), more than 99 of 100 "
+                    "sheets with this repeatability. Remove it, since the repeats show the scatter."
+                )
         else:
             own_mm = declared_mm * np.ones(len(measured.s_mm))
             _require_rough(measured, own_mm, "repeatability_mm", declared_mm, source)
@@ -175,22 +181,11 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
         )
 
 
-def _require_scatter(squares_mm2: float, freedom: float, declared_mm: float, resolution_mm: float, source: str) -> None:
-    """Refuse a repeatability that the scatter of the repeats exceeds, according to a chi-squared test."""
-    variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
-    if squares_mm2 > variance_mm2 * chi_squared(1 - FALSE_ALARM, freedom):
-        raise InputError(
-            f"{source}: the repeats contradict uncertainty.repeatability_mm = {declared_mm:g}: they scatter by "
-            f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), more than 99 of 100 sheets "
-            "with this repeatability. Remove it, since the repeats show the scatter."
-        )
-
-
 def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> tuple[Fact, ...]:
     """Return a doubt about a declared repeatability that exceeds the scatter of the repeats.
 
-    With repeats, no interval uses a declared repeatability. The test is that of ``_require_scatter``, at the lower end
-    of the distribution. It is skipped if the last digit hides the scatter.
+    With repeats, no interval uses a declared repeatability. The test is that of ``refuse_contradicted`` at the other
+    end of the distribution. It is skipped if the last digit hides the scatter.
     """
     declared_mm = declared.repeatability_mm
     if declared_mm is None or measured.repeats_mm is None or resolution_mm > COARSE * declared_mm:
