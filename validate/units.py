@@ -81,20 +81,20 @@ def setting_words(value: Any) -> str:
     """Return a setting's value as text; "-" if it is not set."""
     match value:
         case None:
-            words = "-"
+            text = "-"
         case bool() | np.bool_():
-            words = "yes" if value else "no"
+            text = "yes" if value else "no"
         case float():
-            words = f"{value:.10g}"
+            text = f"{value:.10g}"
         case dict():
-            words = ", ".join(f"{name} {setting_words(inner)}" for name, inner in value.items())
-        case list() | tuple() if any(isinstance(inner, dict | list | tuple) for inner in value):
-            words = f"{len(value)}: {' '.join(f'({setting_words(inner)})' for inner in value)}"
+            text = ", ".join(f"{words(key)} {setting_words(part)}" for key, part in value.items() if part is not None)
+        case list() | tuple() if any(isinstance(part, dict | list | tuple) for part in value):
+            text = f"{len(value)}: {' '.join(f'({setting_words(part)})' for part in value)}"
         case list() | tuple():
-            words = ", ".join(map(setting_words, value))
+            text = ", ".join(map(setting_words, value))
         case _:
-            words = str(value)
-    return words if len(words) <= LONGEST_VALUE else f"{words[:LONGEST_VALUE]} ..."
+            text = str(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]} ..."
 
 
 def unit_of(key: str) -> str:

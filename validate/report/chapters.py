@@ -285,14 +285,9 @@ def health_table(health: RunHealth) -> PageTable:
 
 def settings_table(settings: dict[str, Any]) -> PageTable:
     """Return the settings in effect, a row for each table; the seed is in the table of versions."""
-    groups: dict[str, list[str]] = {}
-    for group, content in settings.items():
-        if isinstance(content, dict):
-            tables = {key: value if isinstance(value, dict) else {"": value} for key, value in content.items()}
-            groups[group] = [
-                f"{words(key)} {words(name)} ".replace("  ", " ") + setting_words(value)
-                for key, part in tables.items()
-                for name, value in part.items()
-                if value is not None
-            ]
+    groups = {
+        group: [f"{words(key)} {setting_words(value)}" for key, value in content.items() if value is not None]
+        for group, content in settings.items()
+        if isinstance(content, dict)
+    }
     return table("table_settings", groups=groups)
