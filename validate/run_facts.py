@@ -34,7 +34,7 @@ def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | N
     if run.fast_fill is not None:
         facts = [doubted("method.fast", run=run), *run.unfit]
     elif is_draft(run):
-        accurate_mm = run.settings["solver"].get("accurate_radius_mm") or run.radius_mm
+        accurate_mm = run.settings.get("solver", {}).get("accurate_radius_mm") or run.radius_mm
         facts = [doubted("method.draft", DRAFTED_MM, "mm", run=run, accurate_mm=accurate_mm)]
     return *facts, *fluid_warnings(run, volume_ratio), *(() if seeds is None else seeds.warnings)
 

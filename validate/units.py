@@ -83,7 +83,7 @@ def setting_words(value: Any) -> str:
         case None:
             text = "-"
         case bool() | np.bool_():
-            text = "yes" if value else "no"
+            text = "yes" if bool(value) else "no"
         case float():
             text = f"{value:.10g}"
         case dict():

@@ -41,7 +41,8 @@ def pages_of(path, data: ReportData, captions) -> list[tuple[str, int]]:
 
 def test_a_report_with_everything_has_four_pages_and_every_picture_with_its_caption(tmp_path, data, evidence, frames):
     """Of a comparison with snapshots and a weighed cavity. Seen to fail with a thirteenth picture: a fifth page."""
-    weighed = WeighedCavity((), (), (), (), 3.0, 5.0, 16.0, ((0.0,) * 3,) * 3, (1.0, 2.0))
+    exact = (0.0, 0.0, 0.0)
+    weighed = WeighedCavity((), (), (), (), 3.0, 5.0, 16.0, (exact, exact, exact), (1.0, 2.0))
     solid = replace(evidence.solid, figures=replace(evidence.solid.figures, weighed=weighed))
     settings = Readings.model_validate({"file": Path("caliper.csv"), "data": "measured", "role": "held-out"})
     full = replace(evidence, frames=tuple(frames), comparison=assess(evidence, settings, Uncertainty(), None))
