@@ -53,25 +53,12 @@ def draw_levels(
     and ``label`` are those of the simulated level. Without a ``title`` the axes keep their own, and a plain legend.
     """
     curves = [curve for curve in (profile, readings) if curve is not None]
-    s_mm, marks = curves[0].s_mm, {"face": 0.0}
-    bottom_mm = min(float(curve.level_mm.min()) for curve in curves) - 1.5
+    s_mm, bottom_mm = curves[0].s_mm, min(float(curve.level_mm.min()) for curve in curves) - 1.5
     draw_face(axes)
     if sections is not None:
         floor_mm = -np.interp(s_mm, sections.s_mm, sections.depth_mm)
-        bottom_mm, marks["floor"] = float(floor_mm.min()) - 1.5, float(floor_mm[-1])
+        bottom_mm = float(floor_mm.min()) - 1.5
         draw_ground(axes, s_mm, floor_mm, bottom_mm)
-    # To the right of the plot, outside all curves.
-    for name, z_mm in marks.items():
-        axes.annotate(
-            name,
-            (1.0, z_mm),
-            (4, 0),
-            color=MUTED,
-            xycoords=axes.get_yaxis_transform(),
-            textcoords="offset points",
-            va="center",
-            fontsize=8,
-        )
     if readings is not None:
         if readings.repeats_mm is not None:
             lines = axes.plot(readings.s_mm, readings.repeats_mm, "_", color=MEASURED, markersize=7, alpha=0.6)

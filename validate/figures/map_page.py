@@ -319,9 +319,8 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     _label_runs(axes, chart, letters)
     # Space for labels at the edges.
     axes.margins(*((0.0, 0.0) if surface else (0.14, 0.16)))
-    title = "Mean error against the readings" if surface else "Mean error of each run against the readings"
     label_axes(axes, chart.axes[0].label, chart.axes[1].label, "")
-    axes.set_title(title, pad=12.0)
+    axes.set_title("Mean error against the readings", pad=12.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=4, fontsize=8.0)
     return figure
 
@@ -390,15 +389,13 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
         particles, frame_ms = frame_times(fills)
         row[0].plot(particles, frame_ms, "o", color=MEASURED, markersize=2, alpha=0.25, rasterized=True)
         row[0].plot(*medians(particles, frame_ms), "s", color=INK, markersize=5)
-        title = "Frames, their medians"
         if (pace := pace_of(particles, frame_ms)) is not None:
             ends = np.array([0.0, particles.max()])
-            start_ms, particle_us, explained = pace
+            start_ms, particle_us, _ = pace
             row[0].plot(ends, start_ms + particle_us * ends / 1000, color=INK)
-            title = f"{title}, R² = {explained:.2f}"
         row[0].set_xlim(0, None)
         row[0].set_ylim(0, 1.3 * float(np.quantile(frame_ms, 0.95)))
-        label_axes(row[0], "moving particles", "time of a frame (ms)", title)
+        label_axes(row[0], "moving particles", "time of a frame (ms)", "Frames, their medians")
     return figure
 
 

@@ -39,7 +39,6 @@ def test_levels_are_those_of_simulation_means_and_every_reading(drawn, evidence)
     (axes,) = axes_of(figure)
     marks_mm = np.concatenate([heights(line) for line in axes.lines if line.get_marker() == "_"])
     assert np.sort(marks_mm) == pytest.approx(np.sort(evidence.readings.repeats_mm.ravel()))
-    assert [text.get_text() for text in axes.texts] == ["face", "floor"]
 
 
 def test_readings_that_nobody_took_are_called_so_in_the_legend(evidence):
