@@ -88,4 +88,3 @@ def test_readings_alone_are_drawn_without_a_band_or_a_floor(evidence):
     assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
     (axes,) = axes_of(figure)
     assert not axes.collections
-    assert [text.get_text() for text in axes.texts] == ["face"]
