@@ -48,12 +48,10 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ..
     facts, solver, health = [*run.remarks], run.settings.get("solver", {}), run.health
     if run.escaped_particles:
         facts.append(stated("fluid.escaped", run.escaped_particles, level="fault"))
-    low, high = SOUND
     spilled = run.spilled_particles / max(1, run.particles)
     # To the digits that are shown: 1.050 is never too much.
     ratio = round(volume_ratio / max(1 - spilled, 1e-3), 3)
-    sound = low <= ratio <= high
-    if not sound:
+    if not (sound := kept_volume(ratio)):
         across = health.particles_across
         # Finer particles do not fill the hollows under paste that bridges a crack.
         few_across = across is not None and across < FEW_ACROSS and not of_keys(run.remarks, BRIDGES)

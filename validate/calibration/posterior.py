@@ -259,13 +259,15 @@ class Posterior:
 
     @cached_property
     def _misfits(self) -> list[list[_Misfit]]:
-        pairs = list(zip(self.emulators, self.evidence, strict=True))
-        return [[_Misfit(*pair, float(size), self.smooth) for pair in pairs] for size in self.discrepancies_mm]
+        return [self._compared(float(size_mm), self.smooth) for size_mm in self.discrepancies_mm]
 
     @cached_property
     def _exact(self) -> list[_Misfit]:
+        return self._compared(0.0, smooth=False)
+
+    def _compared(self, discrepancy_mm: float, smooth: bool) -> list[_Misfit]:
         pairs = zip(self.emulators, self.evidence, strict=True)
-        return [_Misfit(*pair, 0.0, smooth=False) for pair in pairs]
+        return [_Misfit(*pair, discrepancy_mm, smooth) for pair in pairs]
 
     def _expected(self, points: Floats) -> list[tuple[Floats, Floats, Floats]]:
         return [(*one.processes.at(points), one.scatter.relative(points)) for one in self.emulators]
