@@ -250,5 +250,9 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
 
 
 def _spread(place: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:
-    """Return the weights on a grid, each at the node nearest to its place."""
-    return np.histogramdd(place, [np.arange(count + 1) - 0.5 for count in shape], weights=weight)[0]
+    """Return weights on a grid, each distributed over the eight nodes around its place."""
+    base, corners = np.floor(place).astype(np.int64), np.array([*np.ndindex(2, 2, 2)])
+    part = (place - base)[:, None]
+    share = np.prod(np.where(corners, part, 1 - part), axis=2) * weight[:, None]
+    node = np.ravel_multi_index(tuple(np.moveaxis(base[:, None] + corners, 2, 0)), shape)
+    return np.bincount(node.ravel(), share.ravel(), int(np.prod(shape))).reshape(shape).astype(float)
