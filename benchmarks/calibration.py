@@ -47,8 +47,7 @@ from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import straight_slot
 from validate.calibration.emulator import Emulator
-from validate.calibration.free import Free, marginals_of
-from validate.calibration.posterior import Posterior, ReadLevels, reach_of, smooth_errors_mm2
+from validate.calibration.posterior import Free, Posterior, ReadLevels, marginals_of, reach_of, smooth_errors_mm2
 from validate.uncertainty.computed import require_different
 
 TABLE = Path(__file__).with_name("calibration.csv")

@@ -30,8 +30,7 @@ from sealtwin.core.files import write_json
 from sealtwin.core.records import Floats
 from sealtwin.study.measured_blocks import DamBreak, computed_mm, content, course_of, dam_breaks
 from simulate.settings import Fluid, Solver
-from validate.calibration.free import Free
-from validate.calibration.posterior import ReadLevels
+from validate.calibration.posterior import Free, ReadLevels
 
 BOXES = HERE / "benchmarks" / "measured" / "boxes"
 KEPT = KeptRuns(BOXES, "python -m benchmarks.measured_boxes --record", ("simulate", "validate"))

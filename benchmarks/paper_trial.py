@@ -26,7 +26,7 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import STAGES, start_job
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import readings_of
-from validate.metrics.baselines import best_curves
+from validate.metrics.verdict import best_curves
 
 FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
 PAPER_MM = 1.26

@@ -79,6 +79,7 @@ def _chart() -> Chart:
         runs=runs_on_axes,
         excluded=(),
         readings=readings,
+        total=39,
         band_mm=budget.profile_band_mm,
         as_near=as_near_as_the_best(runs_on_axes, readings, budget, 0.1),
         replicates=RepeatedPairs(runs=4, pairs=1, scatter_mm=0.1),

@@ -18,7 +18,7 @@ from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid
 from sealtwin.core.run_figures import FastFill, RunHealth
 from tests.shapes import straight_slot
 from validate.compare import compare
-from validate.metrics.baselines import flat_levels
+from validate.metrics.verdict import flat_levels
 from validate.result import Evidence, SeedRuns
 from validate.settings import Gate
 

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from validate.figures import page, snapshots
-from validate.figures.drawing import DrawnFigure
+from validate.figures.theme import DrawnFigure
 from validate.report import write_report as report_module
 from validate.result import Evidence
 

@@ -7,18 +7,18 @@ import numpy as np
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.comparison import Baseline, Comparison, CurveDistances, ReadingsScatter, VolumeComparison
 from validate.intervals import ErrorUncertainty, InputDrawsRecord, SizeStudy, StationBands, StationError, StationErrors
-from validate.metrics.baselines import ALWAYS, POOL, are_compared, beaten, best_curves
 from validate.metrics.curve_distances import (
-    PiecewiseLinear,
     alignment,
+    compared_stations,
     error_bins,
     error_figures,
     frechet_mm,
     level_difference,
 )
-from validate.metrics.verdict import basis_of, judged
+from validate.metrics.verdict import ALWAYS, POOL, basis_of, beaten, best_curves, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance
 from validate.result import Evidence
+from validate.sentences import stated
 from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
@@ -78,6 +78,7 @@ def compare(
             by_bin=error_bins(simulated, measured, outline.length_mm),
         ),
         basis=basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm),
+        stations=compared_stations(simulated, measured),
         simulated_volumes=fill_volumes(simulated, *stretch),
         measured_volumes=fill_volumes(measured, *stretch),
         baselines=baselines,
@@ -173,11 +174,10 @@ def error_uncertainty(
     of_readings = budget_of(measured, settings, declared, mouth)
     error = level_difference(simulated, measured)
     curve = Curve.of(error.x, error.value, measured.s_mm)
-    numerics, budget, inputs, together = None, of_readings, (), 0.0
-    if spread is not None:
-        numerics = _numerics(spread, measured, error.x)
-        budget = of_readings.joined(*spread.errors(measured.s_mm, volume_level_mm))
-        inputs, together = spread.inputs_at(error.x).reported(error.x)
+    calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
+    spread = spread or Spread(measured.s_mm, None, (), None, None)
+    budget = of_readings.joined(*spread.errors(measured.s_mm, volume_level_mm))
+    inputs, together = spread.inputs_at(error.x).reported(error.x)
 
     def standard_mm(*kinds: Kind) -> float:
         return budget.of(*kinds).mean_mm(curve.weights()) / COVERAGE
@@ -192,8 +192,8 @@ def error_uncertainty(
         inputs_waiting=bool(declared.moved.keys() - {one.name for one in inputs}),
         volume_level_mm=volume_level_mm,
     )
-    calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
-    stations, summary = _station_errors(simulated, measured, budget, error.x), budget.summary(curve)
+    stations, summary = _station_errors(simulated, measured, budget), budget.summary(curve)
+    missing = [one.name for one in summary.missing]
     return ErrorUncertainty(
         mean_error_interval_mm=of_readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
@@ -207,19 +207,18 @@ def error_uncertainty(
         worst_at_a_station=worst_at_a_station(stations, float(error.x[np.argmax(np.abs(error.value))])),
         findings=(
             *validation.level_findings(overall, stations, summary.parts, calibrated=calibrated, screening=screening),
-            *((validation.missing_errors(summary.missing),) if summary.missing else ()),
+            *((stated("validation.missing", len(missing), names=missing),) if missing else ()),
             *of_readings.unused,
         ),
         unused=of_readings.unused,
         alignment=alignment(simulated, measured),
-        numerics=numerics,
+        numerics=_numerics(spread, measured, error.x),
         inputs=inputs,
-        input_draws=None
-        if spread is None or spread.draws is None
-        else InputDrawsRecord(runs=len(spread.draws.moved_mm), together=together, unfit=spread.unfit),
+        input_draws=spread.draws
+        and InputDrawsRecord(runs=len(spread.draws.moved_mm), together=together, unfit=spread.unfit),
         inputs_left_out=declared.left_out,
-        effect_scatter_mm=None if spread is None else spread.effect_scatter_mm,
-        design_radius_mm=None if spread is None else spread.design_radius_mm,
+        effect_scatter_mm=spread.effect_scatter_mm,
+        design_radius_mm=spread.design_radius_mm,
     )
 
 
@@ -231,16 +230,15 @@ def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationEr
     return StationError(abs(float(stations.error_mm[worst])), float(stations.s_mm[worst]))
 
 
-def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Floats) -> StationErrors:
-    """Return the error at each station on the covered stretch ``x``, with its standard uncertainties."""
-    on_stretch = are_compared(measured, x[0], x[-1])
-    covered = budget.at(on_stretch)
+def _station_errors(simulated: Profile, measured: Profile, budget: Budget) -> StationErrors:
+    """Return the error at each compared station, with its standard uncertainties."""
+    stations = compared_stations(simulated, measured)
+    covered = budget.at(np.isin(measured.s_mm, stations.s_mm))
     kinds: set[Kind] = {one.kind for one in budget.components}
     parts = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}
     return StationErrors(
-        s_mm=measured.s_mm[on_stretch],
-        error_mm=np.interp(measured.s_mm[on_stretch], simulated.s_mm, simulated.level_mm)
-        - measured.level_mm[on_stretch],
+        s_mm=stations.s_mm,
+        error_mm=stations.error_mm,
         data_mm=parts["readings"],
         numerics_mm=parts.get("numerics"),
         inputs_mm=parts.get("inputs"),
@@ -256,7 +254,7 @@ def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
     if spread.sizes is None or replicates is None:
         return None
     radii_mm = replicates.radii_mm
-    means_mm = [[PiecewiseLinear(x, level_mm).mean() for level_mm in runs] for runs in replicates.runs]
+    means_mm = [np.trapezoid(runs, x) / (x[-1] - x[0]) for runs in replicates.runs]
     errors_mm = [
         [level_difference(Profile(spread.s_mm, level_mm), measured).mean_error for level_mm in size.levels_mm]
         for size in spread.sizes

@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Field, with_config
 
 from sealtwin.core.facts import Fact, texts
 from sealtwin.core.record_files import Amount, Positive
-from sealtwin.core.records import DataKind, JsonRecord, Numbers, QuantityMean
+from sealtwin.core.records import DataKind, Floats, JsonRecord, Numbers, QuantityMean
 from sealtwin.core.run_figures import Known
 from validate.intervals import PART, ErrorUncertainty, StationError, in_unit
 from validate.settings import Gate, Role
@@ -79,8 +79,24 @@ class CurveDistances(JsonRecord):
     """Mean absolute error in each 10 mm of the crack, as in the report's histogram."""
 
 
+class ComparedStations(JsonRecord):
+    """Stations on the stretch that both levels cover, with both levels, (n,) each."""
+
+    s_mm: Numbers
+    """Positions of the stations along the crack."""
+    measured_mm: Numbers
+    """Measured level."""
+    simulated_mm: Numbers
+    """Simulated level."""
+
+    @property
+    def error_mm(self) -> Floats:
+        """Simulated minus measured level."""
+        return self.simulated_mm - self.measured_mm
+
+
 class Basis(JsonRecord):
-    """Stretch and stations that are compared."""
+    """Stretch that is compared, and numbers of stations."""
 
     covered_from_mm: float
     """Position along the crack at which the comparison begins."""
@@ -192,7 +208,9 @@ class Comparison(JsonRecord):
     distances: CurveDistances
     """Further measures of the distance between the two levels."""
     basis: Basis
-    """Stretch and stations that are compared."""
+    """Stretch that is compared, and numbers of stations."""
+    stations: ComparedStations
+    """Stations on the compared stretch, with both levels."""
     simulated_volumes: FilledVolumes
     """Volumes below and above the simulated level, over the covered length."""
     measured_volumes: FilledVolumes

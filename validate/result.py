@@ -1,12 +1,10 @@
 """Record of a trial's result: the keys of run.json and report.json, and of the answer of a command.
 
 Report page, PDF, terminal and studies read these records. The docstring of a figure is its description in the published
-schema of report.json, which ``python -m validate.result`` prints.
+schema of report.json, which ``python -m tests.report_schema`` prints.
 """
 
-import json
 import platform
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -15,7 +13,6 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from sealtwin.core import facts, solid_figures
 from sealtwin.core.facts import Fact, without
 from sealtwin.core.record_files import read_record
 from sealtwin.core.records import (
@@ -29,14 +26,12 @@ from sealtwin.core.records import (
     Trajectory,
     WidthSource,
 )
-from sealtwin.core.settings_text import described
 from sealtwin.core.solid_figures import Span, WeighedCavity
 from sealtwin.core.stage_keys import number_words
 from sealtwin.core.vtk_files import Frame
-from validate import comparison, intervals, settings, units
 from validate.comparison import Comparison, Outcome
 from validate.intervals import PredictedLevel
-from validate.units import PageTable, unit_of
+from validate.units import PageTable
 
 COMPARISON, PREDICTION, RESULT = "comparison.json", "prediction.json", "run.json"
 IF_SEVERAL = Field(default=None, exclude_if=lambda value: value is None)
@@ -342,23 +337,3 @@ class ReportData(JsonRecord):
         """Outcome that sets the verdict's colour: "passed" counts as "open" unless the readings were held out."""
         held_out = self.comparison is not None and self.comparison.role == "held-out"
         return "open" if self.outcome == "passed" and not held_out else self.outcome
-
-
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of report.json, with the meaning of each field and units of numbers."""
-    content: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    content |= ReportData.model_json_schema(mode="serialization")
-    modules = settings, comparison, intervals, units, solid_figures, facts, sys.modules[__name__]
-    for record in (content, *content["$defs"].values()):
-        # The docstring of a table of settings ends with a list of its fields.
-        record["description"] = record["description"].partition("\n\nParameters\n")[0]
-        meanings = described(next(vars(one)[record["title"]] for one in modules if record["title"] in vars(one)))
-        for name, field in record.get("properties", {}).items():
-            field |= {"description": meaning} if (meaning := meanings.get(name)) else {}
-            if record is not content and "unit" not in record["properties"] and '"number"' in json.dumps(field):
-                field.setdefault("unit", "1" if name.startswith("share") else unit_of(name))
-    return content
-
-
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(schema(), indent=2, ensure_ascii=False) + "\n")

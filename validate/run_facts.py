@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from sealtwin.core.facts import Fact, of_keys
 from sealtwin.core.record_files import Simulation
@@ -31,35 +30,28 @@ def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | N
     ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. A volume lost over the
     sample's edge has its own sentence, since the fluid did not lose it. Faults of the other runs of ``seeds`` follow.
     """
-    others = () if seeds is None else seeds.warnings
-    return *method_facts(run), *fluid_warnings(run, volume_ratio), *others
-
-
-def method_facts(run: Run | Simulation) -> tuple[Fact, ...]:
-    """Return cautions about a draft, or about the fast model and whether it fits the case. Other runs have none."""
+    facts = []
     if run.fast_fill is not None:
-        return doubted("method.fast", run=run), *run.unfit
-    if is_draft(run):
-        accurate_mm = _table(run, "solver").get("accurate_radius_mm") or run.radius_mm
-        return (doubted("method.draft", DRAFTED_MM, "mm", run=run, accurate_mm=accurate_mm),)
-    return ()
+        facts = [doubted("method.fast", run=run), *run.unfit]
+    elif is_draft(run):
+        accurate_mm = run.settings.get("solver", {}).get("accurate_radius_mm") or run.radius_mm
+        facts = [doubted("method.draft", DRAFTED_MM, "mm", run=run, accurate_mm=accurate_mm)]
+    return *facts, *fluid_warnings(run, volume_ratio), *(() if seeds is None else seeds.warnings)
 
 
 def is_draft(run: Run | Simulation) -> bool:
-    return _table(run, "solver").get("preset") == "draft"
+    return run.settings.get("solver", {}).get("preset") == "draft"
 
 
 def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ...]:
-    """Return the cautions of ``run_warnings`` without those on the method."""
-    facts, solver, health = [*run.remarks], _table(run, "solver"), run.health
+    """Return the cautions of ``run_warnings`` without those on a draft or on the fast model."""
+    facts, solver, health = [*run.remarks], run.settings.get("solver", {}), run.health
     if run.escaped_particles:
         facts.append(stated("fluid.escaped", run.escaped_particles, level="fault"))
-    low, high = SOUND
     spilled = run.spilled_particles / max(1, run.particles)
     # To the digits that are shown: 1.050 is never too much.
     ratio = round(volume_ratio / max(1 - spilled, 1e-3), 3)
-    sound = low <= ratio <= high
-    if not sound:
+    if not (sound := kept_volume(ratio)):
         across = health.particles_across
         # Finer particles do not fill the hollows under paste that bridges a crack.
         few_across = across is not None and across < FEW_ACROSS and not of_keys(run.remarks, BRIDGES)
@@ -70,7 +62,7 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ..
         facts.append(doubted("fluid.compressed", compressed, pressure=solver.get("pressure")))
     off_mm, flat_mm = health.to_rest_mm or 0.0, health.flat_mm
     # Where the nozzle has just been the level cannot be judged yet, and may still move by millimetres.
-    never_frozen = _table(run, "fluid").get("freeze_after_s") == "never"
+    never_frozen = run.settings.get("fluid", {}).get("freeze_after_s") == "never"
     unsettled = off_mm > 0 and flat_mm is None and never_frozen and not solver.get("settle_s")
     if unsettled or off_mm > AT_REST * run.radius_mm:
         facts.append(doubted("fluid.unsettled", off_mm, "mm", unsettled=unsettled, flat_mm=flat_mm))
@@ -79,12 +71,6 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ..
     if (bond := health.bond) is not None and bond < LEAST_BOND:
         facts.append(doubted("fluid.bond", bond))
     return tuple(facts)
-
-
-def _table(run: Run | Simulation, name: str) -> dict[str, Any]:
-    """Return a table of the run's settings in effect; empty if there is none of that name."""
-    table = run.settings.get(name)
-    return table if isinstance(table, dict) else {}
 
 
 def facts_of_runs(by_run: Mapping[int, Sequence[Fact]], total: int) -> list[Fact]:

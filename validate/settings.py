@@ -163,7 +163,7 @@ class Readings(Declared):
         return fitted
 
     @model_validator(mode="after")
-    def _fits_its_role(self) -> Self:
+    def _are_consistent(self) -> Self:
         if self.fitted == () and self.role == "undeclared":
             raise ValueError(
                 'fitted is empty, but role is "undeclared"; set role = "held-out" if no setting was fitted'
@@ -172,10 +172,6 @@ class Readings(Declared):
             raise ValueError(
                 f'fitted lists settings, but role is "{self.role}"; set role = "calibrated-on", or remove fitted'
             )
-        return self
-
-    @model_validator(mode="after")
-    def _shrinks_by_curing(self) -> Self:
         if self.shrinkage_percent is not None and self.state != "cured":
             raise ValueError(
                 f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured"; set it, or remove the shrinkage'

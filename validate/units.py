@@ -81,28 +81,22 @@ def setting_words(value: Any) -> str:
     """Return a setting's value as text; "-" if it is not set."""
     match value:
         case None:
-            words = "-"
-        case bool():
-            words = "yes" if value else "no"
+            text = "-"
+        case bool() | np.bool_():
+            text = "yes" if bool(value) else "no"
         case float():
-            words = f"{value:.10g}"
+            text = f"{value:.10g}"
         case dict():
-            words = ", ".join(f"{name} {setting_words(inner)}" for name, inner in value.items())
-        case list() | tuple() if any(isinstance(inner, dict | list | tuple) for inner in value):
-            words = f"{len(value)}: {' '.join(f'({setting_words(inner)})' for inner in value)}"
+            text = ", ".join(f"{words(key)} {setting_words(part)}" for key, part in value.items() if part is not None)
+        case list() | tuple() if any(isinstance(part, dict | list | tuple) for part in value):
+            text = f"{len(value)}: {' '.join(f'({setting_words(part)})' for part in value)}"
         case list() | tuple():
-            words = ", ".join(map(setting_words, value))
+            text = ", ".join(map(setting_words, value))
         case _:
-            words = str(value)
-    return words if len(words) <= LONGEST_VALUE else f"{words[:LONGEST_VALUE]} ..."
+            text = str(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]} ..."
 
 
 def unit_of(key: str) -> str:
     """Return the unit that a name in the code ends with; "1" for a pure number."""
     return name_and_unit(key)[1] or "1"
-
-
-def plain(value: Any) -> str:
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)

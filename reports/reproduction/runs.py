@@ -21,10 +21,10 @@ from sealtwin.study.study_map import map_study, read_fill
 from sealtwin.trial.job import NUMBERS, numbers_up_to
 from sealtwin.trial.trial_file import load_trial
 from validate.figures.chart import pace_of
-from validate.figures.drawing import as_svg
 from validate.figures.levels import draw_histogram
 from validate.figures.map_page import Fill, draw_cost, draw_fills
 from validate.figures.snapshots import FillScene
+from validate.figures.theme import as_svg
 
 FIXTURE = Path(__file__).parents[2] / "fixtures" / "paper-trial"
 TRIAL, LEANING = FIXTURE / "trial.toml", FIXTURE / "trial-paper.toml"

@@ -237,7 +237,7 @@ def compare(
     True
     """
     from validate.compare import compare, error_uncertainty
-    from validate.metrics.baselines import flat_levels
+    from validate.metrics.verdict import flat_levels
     from validate.uncertainty.meniscus import Mouth
 
     of_one_crack("compare", level, readings, crack, solid)

@@ -32,8 +32,7 @@ from sealtwin.study.runner import StudyOptions
 from sealtwin.trial.job import NUMBERS, shown
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced, sets_resolution
 from simulate.material_file import Material
-from validate.calibration.free import Free, Marginal
-from validate.calibration.posterior import SMOOTH_ERRORS_MM
+from validate.calibration.posterior import SMOOTH_ERRORS_MM, Free, Marginal
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
 from validate.figures.calibration_page import calibration_page
 from validate.figures.page import write_page

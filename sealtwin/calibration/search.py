@@ -28,9 +28,8 @@ from sealtwin.study.sweep import adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import SETTINGS, Trial, as_run, load_trial, refuse_seeds, with_settings
 from validate.calibration.emulator import Emulator
-from validate.calibration.free import Free
-from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, reach_of, smooth_errors_mm2
-from validate.metrics.baselines import are_compared
+from validate.calibration.posterior import BasisReach, Free, Posterior, ReadLevels, reach_of, smooth_errors_mm2
+from validate.metrics.curve_distances import are_compared
 from validate.metrics.verdict import kept_volume
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import require_different
@@ -310,7 +309,7 @@ class Twin:
     @property
     def stations(self) -> int:
         """Number of stations within the length of the crack."""
-        return int(are_compared(self.readings, 0.0, self.outline.length_mm).sum())
+        return int(are_compared(self.readings.s_mm, 0.0, self.outline.length_mm).sum())
 
     @property
     def fluid_warnings(self) -> list[str]:

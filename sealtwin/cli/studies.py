@@ -23,15 +23,10 @@ def compare(
     command: Command,
     folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 28.")],
     out: Annotated[Path, option("Folder for the page.", "DIR")] = Path("reports", "compare"),
-    all_settings: Annotated[
-        bool, flag("--all", "List all settings that differ, also those that change neither a level nor its error.")
-    ] = False,
 ) -> None:
     """Compare runs: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
 
-    Settings that change neither a level nor its error, such as those of the table uncertainty, are counted only.
-
-    For replicates, which have equal settings and their own readings, also computes the area validation metric.
+    Settings that change neither a level nor its error, such as those of the table uncertainty, come last.
 
     Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
     """
@@ -39,7 +34,7 @@ def compare(
         raise typer.BadParameter("give two run folders or more")
     from sealtwin.study.run_comparison import compare_runs
 
-    content, page = compare_runs(folders, out, all_settings=all_settings)
+    content, page = compare_runs(folders, out)
     command.reply(Answer(content, compared_lines(content, page)))
 
 
@@ -305,7 +300,6 @@ def compared_lines(content: dict[str, Any], page: "Page") -> list[str]:
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     for name, values in content["differing"].items():
         lines.append(f"{name}: {'; '.join(setting_words(value) for value in values)}")
-    lines += [content["not_listed"]] if content["not_listed"] else []
     return [*page.cautions, page.finding, *lines, f"Page: {content['page']}"]
 
 

@@ -189,8 +189,7 @@ def _compared(m: "Comparison") -> Iterator[str]:
 
     If the mean error is not valid, the lines are the sentences that say why.
     """
-    from validate.metrics.baselines import nearer_baseline
-    from validate.metrics.verdict import NEARLY_ALL
+    from validate.metrics.verdict import NEARLY_ALL, nearer_baseline
     from validate.sentences import sentence
 
     if not of_keys(m.headline, "verdict.baselines"):

@@ -1,6 +1,5 @@
 """Compare finished run folders on a page."""
 
-import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -26,7 +25,7 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import read_level, readings_of
-from validate.figures.compare_page import MOST, Side, compare_page, differing, first_with_readings, replicate_words
+from validate.figures.compare_page import MOST, Side, compare_page, differing, first_with_readings
 from validate.figures.page import Page, write_page
 from validate.result import COMPARISON, Comparison, read_comparison
 from validate.run_facts import facts_of_runs, run_warnings
@@ -45,10 +44,8 @@ NOT_SETTINGS = ("name", "note", "output")  # Tables of a trial that change no re
 WITHOUT_EFFECT = ("gate.", "uncertainty.")  # Tables of a trial that change neither a level nor its error
 
 
-def compare_runs(folders: Sequence[Path], out: Path, *, all_settings: bool = False) -> tuple[dict[str, Any], Page]:
+def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Page]:
     """Write compare.html, compare.json and figures/ into ``out``; return the content of compare.json, and the page.
-
-    The page has settings that change neither a level nor its error only if ``all_settings`` is True.
 
     Raises InputError if a folder is not a finished run or is named twice, if its settings or files were changed after
     its results were written, or if there are too many folders.
@@ -71,8 +68,7 @@ def compare_runs(folders: Sequence[Path], out: Path, *, all_settings: bool = Fal
         [*texts(facts_of_runs(dict(enumerate(map(of_side, sides), start=1)), len(sides)))]
         for of_side in (lambda side: side.fluid_warnings, _unused)
     )
-    rows = differing(sides, all_settings=all_settings)
-    page = compare_page(sides, [*others, *warned, *unused], rows)
+    page = compare_page(sides, [*others, *warned, *unused])
     written = write_page(out / PAGE, page)
     content = {
         "version": 1,
@@ -91,10 +87,7 @@ def compare_runs(folders: Sequence[Path], out: Path, *, all_settings: bool = Fal
             }
             for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True))
         ],
-        "differing": rows.shown,
-        "differing_without_effect": rows.left_out,
-        "not_listed": rows.words,
-        "replicates": replicate_words(sides),
+        "differing": differing(sides),
         "other_versions": others,
         "fluid_warnings": warned,
         "unused": unused,
@@ -159,7 +152,6 @@ def _side(job: Job, name: str) -> Side:
         readings=readings,
         comparison=None if readings is None else read_comparison(job.path),
         facts=facts,
-        replicate_of=_replicate_of(job.trial, job.folder.numbers_of("simulate")),
         volume_ratio=volume_ratio,
         escaped_particles=run.escaped_particles,
         fluid_warnings=run_warnings(run, volume_ratio, seeds),
@@ -188,14 +180,3 @@ def _flat(content: dict[str, Any], before: str = "") -> dict[str, Any]:
         elif value is not None:
             flat[f"{before}{key}"] = value
     return flat
-
-
-def _replicate_of(trial: Trial, numbers: dict[str, int]) -> str:
-    """Return the nominal crack, path, paste and solver as text, which is equal for replicates. Their photos differ.
-
-    ``numbers`` are the stage numbers of the level: levels by two versions of the solver are not replicates.
-    """
-    digitised = stage_settings(trial, "digitise")
-    ordered = {name: digitised[name] for name in ("crack", "path")}
-    role = None if trial.readings is None else trial.readings.role
-    return json.dumps([ordered, stage_settings(trial, "simulate"), trial.seeds, role, numbers], sort_keys=True)

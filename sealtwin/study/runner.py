@@ -411,7 +411,7 @@ def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
     if trial.readings is None or sample.readings is None:
         return {}
     from validate.compare import compare
-    from validate.metrics.baselines import best_curves
+    from validate.metrics.verdict import best_curves
 
     crack, role = (sample.outline, sample.solid), trial.readings.role
     comparison = compare(profile, sample.readings, *crack, role=role, photo_data=trial.shown_by.data)

@@ -174,7 +174,7 @@ def chart_of(
     as_near = tuple(run is min(runs, key=lambda each: each.mean_error_mm) for run in runs)
     outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
     budget = budget_of(readings, settings, trial.uncertainty, Mouth.of(outline, solid, trial.given_fluid.density_kg_m3))
-    if replicates is not None and replicates.scatter_mm is not None:
+    if replicates is not None:
         as_near = as_near_as_the_best(runs, readings, budget, replicates.scatter_mm)
     numbers = {run.number for run in done}
     return Chart(
@@ -183,6 +183,7 @@ def chart_of(
         runs=runs,
         excluded=tuple(_excluded(run) for run in plan.runs if run.number not in numbers),
         readings=readings,
+        total=len(plan.runs),
         band_mm=budget.profile_band_mm,
         as_near=as_near,
         replicates=replicates,
@@ -273,7 +274,7 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
         "baselines": [asdict(one) for one in chart.baselines],
         "against_baselines": chart.beside_baselines,
-        "scatter_of_replicates_mm": chart.scatter_of_replicates_mm,
+        "scatter_of_replicates_mm": None if chart.replicates is None else chart.replicates.scatter_mm,
         "screening": chart.screening,
         "unused": chart.unused,
         "fluid_warnings": chart.fluid_warnings,

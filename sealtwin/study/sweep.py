@@ -246,7 +246,7 @@ def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:
 
 def _baselines(run: StudyRun, figures: StudyFigures, error_mm: float) -> dict[str, Any]:
     """Compare the best run with baseline curves that have as many coefficients as settings vary or were fitted."""
-    from validate.metrics.baselines import ALWAYS, against_baselines, beaten
+    from validate.metrics.verdict import ALWAYS, against_baselines, beaten
 
     declared = (run.trial.get("readings") or {}).get("fitted") or ()
     varied = {name for name in run.settings if name != "seed"}

@@ -94,6 +94,7 @@ def test_a_station_beyond_the_crack_is_counted_as_such_everywhere():
     metrics = compared(profile([0.0, 79.5], [1.0, 1.0]))
     assert (metrics.basis.stations_compared, metrics.basis.stations_used) == (16, 17)
     assert metrics.basis.stations_beyond_mm.tolist() == [80.0]
+    assert (len(metrics.stations.s_mm), set(metrics.stations.simulated_mm)) == (16, {1.0})
     names = {"role": "calibrated-on", "fitted": tuple(f"setting {number}" for number in range(16))}
     sentences = compared(profile([0.0, 79.5], [1.0, 1.0]), **names).headline
     assert "16 settings can fit any level at 16 stations" in sentences[0].text

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from validate.units import counted, percent, plain, signed, words
+from validate.units import counted, percent, setting_words, signed, words
 
 
 @pytest.mark.parametrize(
@@ -15,9 +15,8 @@ from validate.units import counted, percent, plain, signed, words
         (words("structuration_pa_per_s"), "structuration (Pa/s)"),
         (words("damping_per_s"), "damping (1/s)"),
         (words("D_cm"), "D (cm)"),
-        (plain(np.bool_(False)), "no"),
-        (plain(3.24808e-5), "3.248e-05"),
-        (plain(7), "7"),
+        (setting_words(np.bool_(False)), "no"),
+        (setting_words(3.24808e-5), "3.24808e-05"),
         (signed(-0.0004, 3), "+0.000"),
         (signed(-0.0006, 3), "-0.001"),
         (percent(0.56), "56.0 %"),

@@ -8,15 +8,16 @@ import numpy as np
 
 from sealtwin.core.records import DataKind, Floats
 from validate.calibration.emulator import Emulator
-from validate.calibration.free import (
+from validate.calibration.posterior import (
+    BasisReach,
     Combination,
     Free,
     Marginal,
+    ReadLevels,
     combinations_of,
     confounded_pairs,
     marginals_of,
 )
-from validate.calibration.posterior import BasisReach, ReadLevels
 from validate.units import percent, setting_name
 
 MIXED = 1.1  # Gelman-Rubin ratio above which the draws have not converged
@@ -50,6 +51,14 @@ class Prediction:
     def held(self) -> float:
         """Share of the stations whose reading is inside the 95 % band."""
         return float(np.mean(np.abs(self.mean_mm - self.read_mm) <= self.half_mm))
+
+    @property
+    def judged(self) -> str:
+        """Sentence on the distance of the readings from the predicted mean, and on those in the band."""
+        return (
+            f"RMS error {self.rms_mm:.2f} mm (the readings' mean: {self.flat_rms_mm:.2f} mm); "
+            f"{percent(self.held, 0)} of {len(self.s_mm)} stations are in the 95 % band."
+        )
 
 
 def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Floats) -> tuple[Floats, Floats]:
@@ -111,10 +120,16 @@ class Calibrated:
         if self.draws is None:
             return " ".join(self._impossible)
         sentences = [
-            f"{_capital(one.free.label)}: 90 % interval {one.low:.3g} to {one.high:.3g}, {_verdict(one)}."
+            f"{_capital(one.free.label)}: 90 % interval {one.low:.3g} to {one.high:.3g}, "
+            f"{'' if one.identified else 'not '}identified, {percent(one.width_over_prior, 0)} of the prior width."
             for one in self.marginals
         ]
-        return " ".join([*sentences, *(_judged(one) for one in self.predictions if one.role == "held out")])
+        return " ".join(
+            [
+                *sentences,
+                *(f"{one.trial}, held out: {one.judged}" for one in self.predictions if one.role == "held out"),
+            ]
+        )
 
     @property
     def _impossible(self) -> list[str]:
@@ -173,15 +188,3 @@ class Calibrated:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
-
-
-def _verdict(one: Marginal) -> str:
-    share = f"{percent(one.width_over_prior, 0)} of the prior width"
-    return f"identified, {share}" if one.identified else f"not identified, {share}"
-
-
-def _judged(one: Prediction) -> str:
-    return (
-        f"{one.trial}, held out: RMS error {one.rms_mm:.2f} mm (the readings' mean: {one.flat_rms_mm:.2f} mm); "
-        f"{percent(one.held, 0)} of {len(one.s_mm)} stations are in the 95 % band."
-    )

@@ -32,9 +32,7 @@ def calibration_page(calibrated: Calibrated) -> Page:
     sections = [_levels(calibrated, one, number) for number, one in enumerate(calibrated.predictions, start=1)]
     if calibrated.draws is not None:
         sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
-    names = [name for (name, _), count in zip(calibrated.reaches, calibrated.drafts, strict=True) if count]
-    whose = "them" if all(calibrated.drafts) else f"those of {' and '.join(names)}"
-    drafts = f", {max(calibrated.drafts)} of {whose} drafts" if names else ""
+    drafts = f", with {sum(calibrated.drafts)} drafts among them" if any(calibrated.drafts) else ""
     return Page(
         title=f"{calibrated.name}: calibration",
         lead=(
@@ -52,10 +50,6 @@ def calibration_page(calibrated: Calibrated) -> Page:
 
 
 def _levels(calibrated: Calibrated, one: Prediction, number: int) -> Section:
-    judged = (
-        f"RMS error of the predicted mean {one.rms_mm:.2f} mm, of the readings' mean {one.flat_rms_mm:.2f} mm; "
-        f"{percent(one.held, 0)} of {len(one.s_mm)} stations are in the band."
-    )
     used = (
         "The settings were fitted to these readings, so this error is the residual of the fit, not a test."
         if one.role == "calibrated"
@@ -74,17 +68,36 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> Section:
             "band_half_width_mm": one.half_mm,
         },
     )
-    return Section(f"{one.trial}: {one.role}", [judged, used, plot])
+    return Section(f"{one.trial}: {one.role}", [one.judged, used, plot])
 
 
 @themed()
 def draw_prediction(one: Prediction, mark: str = "") -> Figure:
     """Draw the readings over the band that is predicted for them."""
     _, axes = wide_axes(3.8, face=True)
-    mean = {"color": SIMULATED, "linewidth": 2.2, "label": "predicted mean"}
-    draw_curve(axes, one.s_mm, one.mean_mm, "-", one.half_mm, 0.25, "95 % band of a reading", **mean)
-    read = {"color": MEASURED, "linestyle": "none", "marker": "o", "markersize": 3.5, "elinewidth": 1.2}
-    axes.errorbar(one.s_mm, one.read_mm, one.error_mm, **read, label=f"{mark}readings, 95 %")
+    draw_curve(
+        axes,
+        one.s_mm,
+        one.mean_mm,
+        "-",
+        one.half_mm,
+        0.25,
+        "95 % band of a reading",
+        color=SIMULATED,
+        linewidth=2.2,
+        label="predicted mean",
+    )
+    axes.errorbar(
+        one.s_mm,
+        one.read_mm,
+        one.error_mm,
+        color=MEASURED,
+        linestyle="none",
+        marker="o",
+        markersize=3.5,
+        elinewidth=1.2,
+        label=f"{mark}readings, 95 %",
+    )
     ends_mm = np.concatenate([one.mean_mm - one.half_mm, one.mean_mm + one.half_mm, one.read_mm])
     axes.set_ylim(ends_mm.min() - 0.5, max(ends_mm.max(), 0.0) + 0.5)
     axes.legend(loc="best")

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +12,11 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
 from sealtwin.core.vtk_files import Frame
 from validate.comparison import Baseline, ErrorFigures
-from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
-from validate.metrics.curve_distances import error_figures, level_difference
+from validate.metrics.curve_distances import compared_stations, error_figures, level_difference
+from validate.metrics.verdict import ALWAYS, against_baselines, best_curves
 from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.uncertainty.computed import require_different
-from validate.units import counted, name_and_unit, percent
+from validate.units import counted, name_and_unit
 
 DECADES = 100.0  # Least ratio of the largest to the smallest value of a logarithmic axis: two decades
 LEVELS = 16  # Largest number of values of a setting that are drawn as a line each
@@ -27,13 +27,8 @@ sets of readings. The share is one tail outside a 95 % interval."""
 FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean errors of a run that fits equally well and of the best run
 REPEATED = "seed"  # Setting in which replicates differ; it is never an axis
 NAMED = 8  # Most runs that a sentence names
-UNFIT = Fact("unfit", "the fast model is unfit for its settings.")
-VOLUME_OFF = Fact("volume", "its settled volume differs from the dispensed volume by more than 5 %.")
-OF_SEVERAL = {
-    UNFIT.key: "the fast model is unfit for their settings.",
-    VOLUME_OFF.key: "their settled volumes differ from the dispensed volumes by more than 5 %.",
-}
-"""Reasons in words for several runs, by key."""
+UNFIT = Fact("unfit", "the fast model is unfit for these settings.")
+VOLUME_OFF = Fact("volume", "the settled volume differs from the dispensed volume by more than 5 %.")
 CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
 STEPS = 12  # Number of equal steps of the number of moving particles
 FEWEST = 3  # Least number of frames in a step, and of steps with a median for a straight line
@@ -58,10 +53,6 @@ class Axis:
     @property
     def logarithmic(self) -> bool:
         return self.values[0] > 0 and self.values[-1] >= DECADES * self.values[0]
-
-    def shows(self, value: Any) -> TypeGuard[float]:
-        """Return True if a setting of any run, also of one that failed, can be drawn on the axis."""
-        return isinstance(value, int | float) and (value > 0 or not self.logarithmic)
 
     def is_graded(self, runs: int) -> bool:
         """Return True if the runs have so few values of the setting that each value can have a line, as on a grid."""
@@ -123,14 +114,6 @@ class Excluded:
     reason: Fact
     volume_ratio: float | None = None  # Volume of the settled sealant over the dispensed volume; None without a result
 
-    @property
-    def words(self) -> str:
-        """Reason for this run alone, with the error of its volume if that is the reason."""
-        if self.reason.key != VOLUME_OFF.key or self.volume_ratio is None:
-            return self.reason.text
-        too = "large" if self.volume_ratio > 1 else "small"
-        return f"its volume is {percent(abs(self.volume_ratio - 1), 1)} too {too}."
-
 
 @dataclass(frozen=True)
 class HeldRun(Finished, ErrorFigures):
@@ -145,9 +128,7 @@ class RepeatedPairs:
 
     runs: int
     pairs: int  # Number of pairs that they repeat
-    scatter_mm: float | None
-    """Standard deviation of a single run's mean error, pooled over the pairs; None for the fast model, which does not
-    scatter."""
+    scatter_mm: float  # Standard deviation of a single run's mean error, pooled over the pairs
 
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
@@ -162,21 +143,22 @@ def first_of_each_pair(
 ) -> tuple[tuple[HeldRun, ...], RepeatedPairs | None]:
     """Return the first run of each pair of settings, and the scatter of repeated runs.
 
-    The scatter is None if no pair was repeated. ``where`` is the start of an error message. ``fast`` is True for the
-    fast model, whose runs do not depend on the seed. Raises InputError if particles gave the same level twice.
+    The scatter is None if no pair was repeated, and for the ``fast`` model, whose runs do not depend on the seed.
+    ``where`` is the start of an error message. Raises InputError if particles gave the same level twice.
     """
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
         pairs.setdefault(run.at, []).append(run)
-    replicates, repeated = None, [alike for alike in pairs.values() if len(alike) > 1]
-    if repeated:
-        for alike in () if fast else repeated:
-            names = [f"{run.number} (seed {run.settings.get(REPEATED, 0)})" for run in alike]
-            require_different([run.profile.level_mm for run in alike], names, where)
-        squares_mm2 = sum(len(alike) * np.var([run.mean_error_mm for run in alike]) for alike in repeated)
-        freedom = sum(len(alike) - 1 for alike in repeated)
-        replicates = RepeatedPairs(freedom, len(repeated), None if fast else float(np.sqrt(squares_mm2 / freedom)))
-    return tuple(alike[0] for alike in pairs.values()), replicates
+    firsts, repeated = tuple(alike[0] for alike in pairs.values()), [] if fast else list(pairs.values())
+    for alike in repeated:
+        names = [f"{run.number} (seed {run.settings.get(REPEATED, 0)})" for run in alike]
+        require_different([run.profile.level_mm for run in alike], names, where)
+    # A pair that was not repeated adds 0 to both.
+    squares_mm2 = sum(len(alike) * np.var([run.mean_error_mm for run in alike]) for alike in repeated)
+    if not (freedom := sum(len(alike) - 1 for alike in repeated)):
+        return firsts, None
+    pairs_repeated = sum(len(alike) > 1 for alike in repeated)
+    return firsts, RepeatedPairs(freedom, pairs_repeated, float(np.sqrt(squares_mm2 / freedom)))
 
 
 @dataclass(frozen=True)
@@ -188,6 +170,7 @@ class Chart:
     runs: tuple[HeldRun, ...]
     excluded: tuple[Excluded, ...]
     readings: Profile
+    total: int  # Number of runs of the study, with those that repeat a pair
     band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
     as_near: tuple[bool, ...]
     """True for each run that cannot be distinguished from the best one. Without replicates, True only for the best
@@ -214,7 +197,7 @@ class Chart:
     @property
     def beside_baselines(self) -> str:
         """Sentence on the nearest run and the baselines. The run counts as calibrated, as these readings chose it."""
-        stations = int(are_compared(self.readings, *self._ends_mm).sum())
+        stations = len(compared_stations(self.best.profile, self.readings).s_mm)
         return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted, stations)
 
     @property
@@ -235,7 +218,8 @@ class Chart:
     @property
     def places(self) -> Floats:
         """Places of the runs on the map, from 0 to 1 along each axis, (n, 2)."""
-        return _places(self.runs, self.axes)
+        places = np.column_stack([axis.spaced(each) for axis, each in zip(self.axes, self.pairs.T, strict=True)])
+        return (places - places.min(axis=0)) / np.ptp(places, axis=0)
 
     @property
     def has_surface(self) -> bool:
@@ -249,32 +233,16 @@ class Chart:
             and ConvexHull(self.places).volume >= LEAST_SHARE
         )
 
-    @property
-    def unranked(self) -> dict[int, tuple[float, float]]:
-        """The two settings of each run that is not ranked, by number, if both are on the map's axes."""
-        across, up = self.axes
-        pairs = {run.number: (run.settings.get(across.setting), run.settings.get(up.setting)) for run in self.excluded}
-        return {number: (x, y) for number, (x, y) in pairs.items() if across.shows(x) and up.shows(y)}
-
     def said(self, run: HeldRun) -> str:
         """Return the two settings of a run, for a sentence."""
         return ", ".join(axis.said(value) for axis, value in zip(self.axes, run.at, strict=True))
 
     @property
-    def scatter_of_replicates_mm(self) -> float | None:
-        """Standard deviation of a single run's mean error, estimated from replicates.
-
-        None without replicates, and for the fast model.
-        """
-        return None if self.replicates is None else self.replicates.scatter_mm
-
-    @property
     def flatness(self) -> str:
         """Sentence on the pairs that fit as well as the nearest one."""
-        scatter_mm = self.scatter_of_replicates_mm
-        if scatter_mm is None and self.screening:
+        if self.replicates is None and self.screening:
             return "Runs of the fast model do not scatter; their distance from runs with particles is unknown."
-        if self.replicates is None or scatter_mm is None:
+        if self.replicates is None:
             return (
                 "No pair was repeated with another seed, so it is unknown how far single runs scatter and which other "
                 "pairs fit equally well."
@@ -282,40 +250,30 @@ class Chart:
         near = [run for run, alike in zip(self.runs, self.as_near, strict=True) if alike]
         pairs = f"{counted(self.replicates.pairs, 'pair')} repeated"
         freedom = f"{counted(self.replicates.runs, 'degree')} of freedom"
-        first = f"Single runs scatter by {scatter_mm:.2f} mm (one standard deviation, {pairs}, {freedom})"
+        scatter = f"{self.replicates.scatter_mm:.2f} mm (one standard deviation, {pairs}, {freedom})"
+        first = f"Single runs scatter by {scatter}; given this and the uncertainty of the readings,"
         if len(near) == 1:
-            return f"{first}; given this and the uncertainty of the readings, no other pair fits equally well."
+            return f"{first} no other pair fits equally well."
         values = self.pairs[np.array(self.as_near)].T
         spans = [axis.said(along) for axis, along in zip(self.axes, values, strict=True)]
         return (
-            f"{first}; given this and the uncertainty of the readings, {len(near)} of {len(self.runs)} pairs fit "
-            f"equally well: {' and '.join(spans)}, with mean errors up to "
-            f"{max(run.mean_error_mm for run in near):.2f} mm."
+            f"{first} {len(near)} of {len(self.runs)} pairs fit equally well: {' and '.join(spans)}, with mean errors "
+            f"up to {max(run.mean_error_mm for run in near):.2f} mm."
         )
 
     @property
     def exclusion(self) -> str:
         """Sentences on the excluded runs and the reasons."""
-        total = len(self.runs) + len(self.excluded) + (self.replicates.runs if self.replicates else 0)
         if not self.excluded:
-            return f"All {total} runs of the study are ranked."
-        if len(self.excluded) == 1:
-            (run,) = self.excluded
-            return f"Run {run.number} is not ranked: {run.words}"
-        runs: dict[Fact, list[Excluded]] = {}
+            return f"All {self.total} runs of the study are ranked."
+        numbers: dict[str, list[str]] = {}
         for run in self.excluded:
-            runs.setdefault(run.reason, []).append(run)
-        return f"{len(self.excluded)} of {total} runs are not ranked. {' '.join(map(_reason, runs.values()))}"
-
-
-def _reason(runs: Sequence[Excluded]) -> str:
-    """Return the sentence on runs that are not ranked for one reason, with the numbers of the first of them."""
-    if len(runs) == 1:
-        return f"Run {runs[0].number}: {runs[0].words}"
-    numbers = ", ".join(str(run.number) for run in runs[:NAMED])
-    more = f" and {len(runs) - NAMED} others" if len(runs) > NAMED else ""
-    reason = runs[0].reason
-    return f"Runs {numbers}{more}: {OF_SEVERAL.get(reason.key, reason.text)}"
+            numbers.setdefault(run.reason.text, []).append(str(run.number))
+        reasons = [
+            f"Run {', '.join(runs[:NAMED])}{' ...' if len(runs) > NAMED else ''}: {reason}"
+            for reason, runs in numbers.items()
+        ]
+        return f"{len(self.excluded)} of {self.total} runs are not ranked. {' '.join(reasons)}"
 
 
 def as_near_as_the_best(
@@ -332,7 +290,7 @@ def as_near_as_the_best(
     s_mm = np.unique(np.concatenate([profile.s_mm for profile in profiles]))
     low_mm, high_mm = max(profile.s_mm[0] for profile in profiles), min(profile.s_mm[-1] for profile in profiles)
     s_mm = s_mm[(s_mm >= low_mm) & (s_mm <= high_mm)]
-    read_mm, *levels_mm = (np.interp(s_mm, profile.s_mm, profile.level_mm) for profile in profiles)
+    read_mm, *levels_mm = (profile.level_at_mm(s_mm) for profile in profiles)
     off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T - read_mm
     random = np.random.default_rng(0)
     mean_mm = np.array([run.mean_error_mm for run in runs])
@@ -359,12 +317,6 @@ def chosen_few(chart: Chart) -> list[HeldRun]:
     nearest = [int(((places - target) ** 2).sum(axis=1).argmin()) for target in targets]
     chosen = dict.fromkeys(nearest if best in nearest else [best, *nearest])
     return [chart.runs[index] for index in chosen]
-
-
-def _places(runs: Sequence[HeldRun], axes: tuple[Axis, Axis]) -> Floats:
-    values = np.array([run.at for run in runs]).T
-    places = np.column_stack([axis.spaced(each) for axis, each in zip(axes, values, strict=True)])
-    return (places - places.min(axis=0)) / np.ptp(places, axis=0)
 
 
 def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:

@@ -1,9 +1,8 @@
-"""Page that compares finished runs: settings that differ, the nearest run, shared readings, replicates.
+"""Page that compares finished runs: settings that differ, the nearest run, shared readings.
 
 Figures and tables name a run by its number.
 """
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,12 +15,11 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
 from validate.figures.page import NONE, FigureColumn, FigureTable, Page, Plot, Section, part_of
 from validate.figures.theme import ALONG, INK, LEVEL, MEASURED, SIMULATED, THIRD, label_axes, themed, wide_axes
-from validate.metrics.curve_distances import Difference, level_difference
+from validate.metrics.curve_distances import level_difference
 from validate.metrics.verdict import SOUND, beside_baselines, kept_volume
 from validate.result import Comparison
-from validate.units import counted, setting_words
+from validate.units import setting_words
 
-FEWEST = 2  # Least number of replicates; a single one does not show a distribution
 SAME_MM = 0.01
 """Largest difference at any station between copies of the same readings: the last digit of a caliper. Repeated readings
 differ by ten times that."""
@@ -64,17 +62,11 @@ class Side:
     readings: Profile | None
     comparison: Comparison | None  # None without readings
     facts: Mapping[str, float | None]  # Figures of the run itself, by name with unit
-    replicate_of: str  # Key of crack, path, paste and solver as set; runs with the same key are replicates of one trial
     volume_ratio: float  # Volume of the settled sealant over the dispensed volume
     escaped_particles: int = 0  # Number of particles that went through a wall
     edited: Sequence[str] = ()  # Names of its files that were changed after the run
     fluid_warnings: Sequence[Fact] = ()  # Faults of its fluid
     without_effect: frozenset[str] = frozenset()  # Settings that change neither its level nor the error of its level
-
-    @property
-    def error(self) -> Difference | None:
-        """Simulated minus measured level; None if there are no readings."""
-        return None if self.readings is None else level_difference(self.profile, self.readings)
 
     @property
     def unranked(self) -> str:
@@ -95,31 +87,10 @@ class Side:
         return self.comparison is not None and self.comparison.role == "held-out"
 
 
-@dataclass(frozen=True)
-class DifferingSettings:
-    """Settings that differ among runs, with the value in every run; None if it is not set."""
+def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
+    """Return the settings that differ among the runs with the value in every run; None if it is not set.
 
-    shown: Mapping[str, list[Any]]
-    left_out: Mapping[str, list[Any]]
-
-    @property
-    def words(self) -> str:
-        """Sentence on the settings that are left out; empty if there are none."""
-        if not self.left_out:
-            return ""
-        tables = Counter(name.rpartition(".")[0] for name in self.left_out)
-        named = ", ".join(f"[{table}] {count}" for table, count in tables.items())
-        number = counted(len(self.left_out), "differing setting")
-        return (
-            f"Not listed, since without effect on the level and its error: {number} ({named}). "
-            "'sealtwin compare --all' lists them."
-        )
-
-
-def differing(sides: Sequence[Side], *, all_settings: bool = False) -> DifferingSettings:
-    """Return the settings that differ among the runs.
-
-    Those that change the level or its error in no run are left out, or come last if ``all_settings`` is True.
+    Those that change the level or its error in no run come last.
     """
     effective, idle = dict[str, list[Any]](), dict[str, list[Any]]()
     for name in dict.fromkeys(name for side in sides for name in side.settings):
@@ -127,7 +98,7 @@ def differing(sides: Sequence[Side], *, all_settings: bool = False) -> Differing
         if any(value != values[0] for value in values):
             without_effect = all(name in side.without_effect for side in sides if name in side.settings)
             (idle if without_effect else effective)[name] = values
-    return DifferingSettings(effective | idle, {}) if all_settings else DifferingSettings(effective, idle)
+    return effective | idle
 
 
 def first_with_readings(sides: Sequence[Side]) -> list[int | None]:
@@ -152,57 +123,24 @@ def nearest(sides: Sequence[Side]) -> int | None:
     Returns None if no ranked run has readings. Also returns None if their readings differ, since some readings are
     easier to fit than others.
     """
-    errors_mm = {
-        index: side.comparison.mean_error_mm
-        for index, side in enumerate(sides)
-        if side.comparison is not None and not side.unranked
-    }
+    errors_mm = _ranked_errors_mm(sides)
     firsts = first_with_readings(sides)
     return min(errors_mm, key=errors_mm.__getitem__) if len({firsts[index] for index in errors_mm}) == 1 else None
 
 
 def held_out_mean_mm(sides: Sequence[Side]) -> float | None:
     """Return the average of the mean errors of the ranked held-out runs, or None if there are none."""
-    comparisons = [side.comparison for side in sides if side.held_out and not side.unranked]
-    errors_mm = [comparison.mean_error_mm for comparison in comparisons if comparison is not None]
+    errors_mm = [error_mm for index, error_mm in _ranked_errors_mm(sides).items() if sides[index].held_out]
     return float(np.mean(errors_mm)) if errors_mm else None
 
 
-def replicate_words(sides: Sequence[Side]) -> list[str]:
-    """Return sentences on the area validation metric of each trial with replicates, or on what the metric needs.
-
-    The metric (Ferson, Oberkampf & Ginzburg 2008) is the area between the distributions of one figure over replicates,
-    which are runs of the same crack, path and paste. In one dimension it is the Wasserstein distance.
-    """
-    from scipy.stats import wasserstein_distance
-
-    # The runs of each trial, grouped by their readings.
-    trials: dict[str, dict[int, list[int]]] = {}
-    for index, first in enumerate(first_with_readings(sides)):
-        if first is not None and not sides[index].unranked:
-            trials.setdefault(sides[index].replicate_of, {}).setdefault(first, []).append(index)
-    sentences, metrics = [], []
-    for copies in trials.values():
-        sentences += [
-            f"{numbered(same).capitalize()} have the same readings (to {SAME_MM:g} mm at every station): copies are "
-            "not replicates, so only the first run counts."
-            for same in copies.values()
-            if len(same) > 1
-        ]
-        firsts = [same[0] for same in copies.values()]
-        if len(firsts) >= FEWEST:
-            errors = [error for index in firsts if (error := sides[index].error) is not None]
-            measured_mm = np.array([error.base.mean() for error in errors])
-            metric_mm = wasserstein_distance(measured_mm + [error.mean() for error in errors], measured_mm)
-            metrics.append(
-                f"Area validation metric of the mean level over {len(firsts)} replicates ({numbered(firsts)}): "
-                f"{metric_mm:.3f} mm."
-            )
-    none = (
-        f"No area validation metric: it needs at least {FEWEST} replicates, which are runs of a trial with "
-        "the same settings and different readings."
-    )
-    return [*sentences, *(metrics or [none])]
+def _ranked_errors_mm(sides: Sequence[Side]) -> dict[int, float]:
+    """Return the mean error of each ranked run with readings, by its index."""
+    return {
+        index: side.comparison.mean_error_mm
+        for index, side in enumerate(sides)
+        if side.comparison is not None and not side.unranked
+    }
 
 
 def numbered(indices: Sequence[int]) -> str:
@@ -211,47 +149,39 @@ def numbered(indices: Sequence[int]) -> str:
     return f"runs {', '.join(before)} and {last}" if before else f"run {last}"
 
 
-def compare_page(
-    sides: Sequence[Side], cautions: Sequence[str] = (), settings: DifferingSettings | None = None
-) -> Page:
-    """Return the page that compares ``sides``. ``cautions`` come before the cautions on the runs.
-
-    Its table has ``settings``; default: those that differ and change a level or its error.
-    """
-    compared = [side for side in sides if side.comparison is not None]
-    best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), settings or differing(sides)
-    key_figures = [("settings that differ", str(len(settings.shown)))]
-    if best is not None and (comparison := sides[best].comparison) is not None:
+def compare_page(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Page:
+    """Return the page that compares ``sides``. ``cautions`` come before the cautions on the runs."""
+    compared, settings = [side for side in sides if side.comparison is not None], differing(sides)
+    key_figures = [("settings that differ", str(len(settings)))]
+    if (best := nearest(sides)) is not None and (comparison := sides[best].comparison) is not None:
         finding = f"Run {best + 1} is nearest to the readings: {sides[best].name}. {beside_baselines(comparison)}"
         key_figures.append(("nearest", f"run {best + 1}, mean error {comparison.mean_error_mm:.2f} mm"))
-    elif any(not side.unranked for side in compared):
+    elif _ranked_errors_mm(sides):
         finding = "The runs have different readings, so none is nearest."
     else:
         finding = "No run with readings is ranked, so none is nearest."
-    if held_out_mm is not None:
+    held_out = "No run has held-out readings, so every error here is the residual of a calibration."
+    if (held_out_mm := held_out_mean_mm(sides)) is not None:
+        held_out = f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
         key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
-    no_setting = "" if settings.shown else "No setting that changes a level or its error differs."
-    differing_rows = [(name, values, setting_words) for name, values in settings.shown.items()]
+    elif any(side.held_out for side in sides):
+        held_out = "No held-out run is ranked; see the reasons above."
     caption = "Signed error of each run with readings, labelled with its number."
-    errors = Plot("errors", caption, lambda: draw_errors_of_runs(sides))
-    sections = [
-        Section("Runs", [_names(sides)]),
-        Section(
-            "Settings that differ",
-            [*filter(None, [no_setting, settings.words]), _by_run(sides, "settings", "setting", differing_rows)],
-        ),
-        Section("Levels", [_levels(sides), *([errors] if compared else [])]),
-        Section("Figures", [_by_run(sides, "figures", "figure", _figures(sides))]),
-    ]
-    if compared:
-        sections.append(Section("Held out", [_held_out_words(sides), *replicate_words(sides)]))
+    errors = [Plot("errors", caption, lambda: draw_errors_of_runs(sides))] if compared else []
+    differing_rows = [(name, values, setting_words) for name, values in settings.items()]
     return Page(
         title="Runs side by side",
         lead="All tables and figures name a run by its number in the first table.",
         cautions=[*cautions, *_cautions(sides)],
         finding=f"{len(sides)} runs, {len(compared)} of them with readings. {finding}",
         key_figures=key_figures,
-        sections=sections,
+        sections=[
+            Section("Runs", [_names(sides)]),
+            Section("Settings that differ", [_by_run(sides, "settings", "setting", differing_rows)]),
+            Section("Levels", [_levels(sides), *errors]),
+            Section("Figures", [_by_run(sides, "figures", "figure", _figures(sides))]),
+            *([Section("Held out", [held_out])] if compared else []),
+        ],
     )
 
 
@@ -277,11 +207,10 @@ def _cautions(sides: Sequence[Side]) -> list[str]:
 
 
 def _names(sides: Sequence[Side]) -> FigureTable:
-    readings: list[str] = []
+    readings: list[str | None] = []
     for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True)):
         same = f", the same as of run {first + 1}" if first is not None and first < index else ""
-        kinds = side.readings and side.comparison and f"{side.readings.data}, {side.comparison.role}{same}"
-        readings.append(kinds or NONE)
+        readings.append(side.comparison and f"{side.comparison.readings_data}, {side.comparison.role}{same}")
     columns = [
         FigureColumn("run", range(1, len(sides) + 1)),
         FigureColumn("mean error (mm)", "comparison.mean_error_mm", "{:.2f}".format, "mean_error_mm"),
@@ -308,15 +237,6 @@ def _figures(sides: Sequence[Side]) -> list[Row]:
         *((label, [part_of(side.comparison, path) for side in sides], text) for label, (path, text) in FIGURES.items()),
         *((label, [side.facts.get(label) for side in sides], _rounded) for label in labels),
     ]
-
-
-def _held_out_words(sides: Sequence[Side]) -> str:
-    held_out_mm = held_out_mean_mm(sides)
-    if held_out_mm is not None:
-        return f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
-    if any(side.held_out for side in sides):
-        return "No held-out run is ranked; see the reasons above."
-    return "No run has held-out readings, so every error here is the residual of a calibration."
 
 
 def _levels(sides: Sequence[Side]) -> Plot:
@@ -364,7 +284,11 @@ def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
 def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
     """Draw the signed errors of the runs with readings."""
     _, axes = wide_axes(3.2, face=True)
-    curves = ((index, (error.x, error.value)) for index, side in enumerate(sides) if (error := side.error) is not None)
+    curves = []
+    for index, side in enumerate(sides):
+        if side.readings is not None:
+            error = level_difference(side.profile, side.readings)
+            curves.append((index, (error.x, error.value)))
     return _draw_runs(axes, sides, curves, "error (mm)", "Signed error: above 0 the simulated level is too high")
 
 

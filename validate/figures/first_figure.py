@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from sealtwin.core.records import Floats, Outline, Pixels, Profile, Solid, Trajectory
 from validate.figures.particles import draw_solid_across, plane_at
 from validate.figures.theme import INK, MEASURED, MUTED, ON_GROUND, SIMULATED, draw_band, draw_face, draw_ground, themed
-from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
 from validate.run_facts import levels_in_words
@@ -162,8 +161,9 @@ class FirstFigure:
             if self.comparison is not None and self.comparison.uncertainty is not None:
                 bands, read_mm = self.comparison.uncertainty.levels, readings.level_mm
                 draw_band(axes, bands.s_mm, read_mm, bands.profile_band_95_mm, MUTED, 0.28, BAND_READ)
-                bars = {"fmt": "none", "ecolor": MEASURED, "elinewidth": 1.1, "capsize": 2.5}
-                axes.errorbar(bands.s_mm, read_mm, bands.band_95_mm, **bars)
+                axes.errorbar(
+                    bands.s_mm, read_mm, bands.band_95_mm, fmt="none", ecolor=MEASURED, elinewidth=1.1, capsize=2.5
+                )
             name = "readings" if readings.data == "measured" else f"readings ({readings.data})"
             axes.plot(readings.s_mm, readings.level_mm, "o", color=MEASURED, markersize=5, label=name)
         if seeds is not None and prediction is None:
@@ -184,8 +184,7 @@ class FirstFigure:
             bands = comparison.uncertainty.levels
             draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, MUTED, 0.28)
         axes.fill_between(error.x, 0.0, error.value, color=SIMULATED, alpha=0.3, linewidth=0)
-        s_mm = readings.s_mm[are_compared(readings, comparison.basis.covered_from_mm, comparison.basis.covered_to_mm)]
-        axes.bar(s_mm, np.interp(s_mm, error.x, error.value), 0.011 * length_mm, color=INK)
+        axes.bar(comparison.stations.s_mm, comparison.stations.error_mm, 0.011 * length_mm, color=INK)
         draw_face(axes)
         # The largest error is inside, with its number.
         most_mm = max(1.0, 2.0 * float(np.abs(error.value).max()))
@@ -196,9 +195,17 @@ class FirstFigure:
                 # Inside the plot, also at its ends.
                 side = "left" if along < NEAR_END else "right" if along > 1 - NEAR_END else "center"
                 above, shift = ("bottom", 4) if value > 0 else ("top", -4)
-                style: Any = {"fontsize": layout.font_pt, "fontweight": "bold", "annotation_clip": False}
-                place: Any = {"textcoords": "offset points", "ha": side, "va": above}
-                axes.annotate(f"{signed(value, 1)} mm", (error.x[worst], value), (0, shift), **place, **style)
+                axes.annotate(
+                    f"{signed(value, 1)} mm",
+                    (error.x[worst], value),
+                    (0, shift),
+                    textcoords="offset points",
+                    ha=side,
+                    va=above,
+                    fontsize=layout.font_pt,
+                    fontweight="bold",
+                    annotation_clip=False,
+                )
         _title(axes, "Error: simulated minus read, mm", "; solid at a reading, above 0 too high", layout)
 
     def _draw_section(self, axes: Axes, shown_mm: float, layout: FirstLayout) -> None:

@@ -17,6 +17,7 @@ from validate.figures.theme import (
     MUTED,
     SIMULATED,
     THIRD,
+    caliper_label,
     draw_band,
     draw_curve,
     draw_face,
@@ -52,29 +53,31 @@ def draw_levels(
     and ``label`` are those of the simulated level. Without a ``title`` the axes keep their own, and a plain legend.
     """
     curves = [curve for curve in (profile, readings) if curve is not None]
-    s_mm, marks = curves[0].s_mm, {"face": 0.0}
-    bottom_mm = min(float(curve.level_mm.min()) for curve in curves) - 1.5
+    s_mm, bottom_mm = curves[0].s_mm, min(float(curve.level_mm.min()) for curve in curves) - 1.5
     draw_face(axes)
     if sections is not None:
         floor_mm = -np.interp(s_mm, sections.s_mm, sections.depth_mm)
-        bottom_mm, marks["floor"] = float(floor_mm.min()) - 1.5, float(floor_mm[-1])
+        bottom_mm = float(floor_mm.min()) - 1.5
         draw_ground(axes, s_mm, floor_mm, bottom_mm)
-    # To the right of the plot, outside all curves.
-    beside = {"xycoords": axes.get_yaxis_transform(), "textcoords": "offset points", "va": "center", "fontsize": 8}
-    for name, z_mm in marks.items():
-        axes.annotate(name, (1.0, z_mm), (4, 0), color=MUTED, **beside)
     if readings is not None:
         if readings.repeats_mm is not None:
             lines = axes.plot(readings.s_mm, readings.repeats_mm, "_", color=MEASURED, markersize=7, alpha=0.6)
             lines[0].set_label("single readings")
         half_mm = part_of(comparison, "uncertainty.levels.profile_band_95_mm")
-        kind = "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
-        style = {"color": MEASURED, "markersize": 3.5, "label": kind}
-        draw_curve(axes, readings.s_mm, readings.level_mm, "o-", half_mm, band=BAND, **style)
+        draw_curve(
+            axes,
+            readings.s_mm,
+            readings.level_mm,
+            "o-",
+            half_mm,
+            band=BAND,
+            color=MEASURED,
+            markersize=3.5,
+            label=caliper_label(readings),
+        )
     if comparison is not None and any(baseline.numbers for baseline in comparison.baselines):
         flat_mm = comparison.errors.flat_level_mm
-        flat = {"color": THIRD, "linewidth": 1.2, "linestyle": DOTTED}
-        axes.axhline(flat_mm, **flat, label=f"best flat level, {flat_mm:.1f} mm")
+        axes.axhline(flat_mm, color=THIRD, linewidth=1.2, linestyle=DOTTED, label=f"best flat level, {flat_mm:.1f} mm")
     if profile is not None:
         axes.plot(profile.s_mm, profile.level_mm, color=colour, label=label)
     axes.set_xlim(0, s_mm[-1])
@@ -93,8 +96,9 @@ def draw_histogram(comparison: Comparison) -> Figure:
     bins = [part for part in comparison.distances.by_bin if part.covered_mm > 0]
     edges_mm = [*(part.from_mm for part in bins), *(part.to_mm for part in bins[-1:])]
     errors_mm = np.array([part.mean_error_mm for part in bins], dtype=float)
-    style = {"align": "edge", "color": SIMULATED, "edgecolor": "white", "linewidth": 1.5}
-    bars = axes.bar(edges_mm[:-1], errors_mm, np.diff(edges_mm), **style)
+    bars = axes.bar(
+        edges_mm[:-1], errors_mm, np.diff(edges_mm), align="edge", color=SIMULATED, edgecolor="white", linewidth=1.5
+    )
     if len(bins) <= MOST_BIN_LABELS:
         axes.bar_label(bars, fmt="{:.2f}", padding=3, zorder=5, fontsize=8, bbox=OVER_LINES)
     mean = f"mean error {comparison.mean_error_mm:.2f} mm"
@@ -133,12 +137,19 @@ def draw_uncertainty(stations: StationErrors) -> Figure:
     s_mm, error_mm, off = stations.s_mm, stations.error_mm, stations.off
     upper, lower = plate(3.6).subplots(2, 1, sharex=True, height_ratios=(3, 2))
     draw_face(upper)
-    bars = {"fmt": "none", "ecolor": MUTED, "elinewidth": 1.0, "capsize": 2.5, "label": "± 2 u"}
-    upper.errorbar(s_mm, error_mm, COVERAGE * stations.validation_mm, **bars)
+    upper.errorbar(
+        s_mm,
+        error_mm,
+        COVERAGE * stations.validation_mm,
+        fmt="none",
+        ecolor=MUTED,
+        elinewidth=1.0,
+        capsize=2.5,
+        label="± 2 u",
+    )
     draw_band(upper, s_mm, 0.0, stations.profile_mm, MUTED, 0.2, BAND)
     for which, fill, name in ((off, SIMULATED, "outside it"), (~off, CARD, "inside")):
-        style = {"color": SIMULATED, "markerfacecolor": fill, "markersize": 5, "label": name}
-        upper.plot(s_mm[which], error_mm[which], "o", **style)
+        upper.plot(s_mm[which], error_mm[which], "o", color=SIMULATED, markerfacecolor=fill, markersize=5, label=name)
     label_axes(upper, "", "E (mm)", "Error at the stations", legend=2)
     parts = (
         (stations.data_mm, "-", MEASURED, "readings"),
@@ -161,8 +172,17 @@ def draw_weighed_fill(weighed: WeighedCavity) -> Figure:
     levels_mm, volumes_ml = np.array(weighed.levels_mm), np.array(weighed.volumes_mm3) / 1e3
     fitted_ml = volumes_ml - np.array(weighed.misfits_mm3) / 1e3
     errors_ml = 2 * np.array(weighed.misfit_sds_mm3) / 1e3
-    points = {"fmt": "o", "color": MEASURED, "markersize": 5, "markerfacecolor": "none", "capsize": 3}
-    axes.errorbar(levels_mm, volumes_ml, yerr=errors_ml, label="weighed, ± 2 sd", **points)
+    axes.errorbar(
+        levels_mm,
+        volumes_ml,
+        yerr=errors_ml,
+        label="weighed, ± 2 sd",
+        fmt="o",
+        color=MEASURED,
+        markersize=5,
+        markerfacecolor="none",
+        capsize=3,
+    )
     below_mm, below_ml = np.append(-weighed.depth_mm, levels_mm), np.append(0.0, fitted_ml)
     axes.plot(below_mm, below_ml, color=SIMULATED, label="fitted walls")
     return label_axes(axes, "mean level from the face (mm)", "liquid (ml)", "Liquid below each level", legend=2)

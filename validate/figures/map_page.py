@@ -13,10 +13,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats
-from sealtwin.core.vtk_files import Frame
 from validate.figures.chart import (
     LEAST_RUNS,
     LEAST_VALUES,
@@ -29,16 +27,17 @@ from validate.figures.chart import (
     pace_of,
 )
 from validate.figures.page import FigureColumn, FigureTable, Page, Plot, Section
-from validate.figures.particles import ColourScale, add_bar, ages_of
-from validate.figures.snapshots import FillScene
+from validate.figures.particles import ColourScale, add_bar
+from validate.figures.snapshots import FillScene, draw_sections
 from validate.figures.theme import (
-    AIR,
     ALONG,
     INK,
     LEVEL,
     MEASURED,
     MUTED,
+    ON_SEALANT,
     SIMULATED,
+    caliper_label,
     draw_curve,
     label_axes,
     themed,
@@ -48,7 +47,6 @@ from validate.figures.theme import (
 from validate.units import percent, setting_words, signed
 
 MOST_ROWS = 200  # Most rows on the page, the nearest runs first; the CSV has all
-MOST_COLUMNS = 1_000  # Most levels in a CSV; in larger studies each run's folder has its profile
 ERRORS = {
     "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
     "bias (mm)": ("bias_mm", partial(signed, decimals=3)),
@@ -77,37 +75,28 @@ def map_page(chart: Chart, fills: Sequence[Fill], cautions: Sequence[str] = ()) 
     """Return the page of a study's map. ``cautions`` come before the cautions on its runs."""
     best, (first, second) = chart.best, chart.axes
     as_near = "unknown, since no pair was repeated"
-    if chart.scatter_of_replicates_mm is not None:
+    if chart.replicates is not None:
         as_near = f"{sum(chart.as_near)} of {len(chart.runs)}"
-    thumbnails = "The lettered runs at their end, particles by age, with the level measured from them."
+    influences = [
+        Plot(
+            f"influence-{axis.name.replace(' ', '-')}",
+            f"Mean error against {axis.name}, as in the paper's Fig. 10{figure}.",
+            partial(draw_influence, chart, of),
+        )
+        for of, axis, figure in ((1, second, "a"), (0, first, "b"))
+    ]
+    ends = "The lettered runs at their end, particles by age, with the level measured from them."
+    during = "Sections along the crack during the fill in chosen runs, coloured by age, as in the paper's Fig. 6."
+    thumbnails = [Plot("thumbnails", ends, lambda: draw_thumbnails(fills))] if fills else []
     sections = [
         Section("Levels", [_levels(chart)]),
-        Section(
-            f"Error over {first.name} and {second.name}",
-            [
-                chart.flatness,
-                _error_map(chart, fills),
-                *([Plot("thumbnails", thumbnails, lambda: draw_thumbnails(fills))] if fills else []),
-            ],
-        ),
-        Section(
-            f"Influence of {second.name} and {first.name}",
-            [
-                Plot(
-                    f"influence-{axis.name.replace(' ', '-')}",
-                    f"Mean error against {axis.name}, as in the paper's Fig. 10{figure}.",
-                    partial(draw_influence, chart, of),
-                )
-                for of, axis, figure in ((1, second, "a"), (0, first, "b"))
-            ],
-        ),
+        Section(f"Error over {first.name} and {second.name}", [chart.flatness, _error_map(chart, fills), *thumbnails]),
+        Section(f"Influence of {second.name} and {first.name}", influences),
+        *([Section("Fills", [Plot("fills", during, lambda: draw_fills(fills))])] if fills else []),
+        Section("Cost", [*_cost(chart, fills)]),
+        Section("Runs", [_runs(chart)]),
+        *([Section("Not ranked", [chart.exclusion, _left_out(chart)])] if chart.excluded else []),
     ]
-    if fills:
-        caption = "Sections along the crack during the fill in chosen runs, coloured by age, as in the paper's Fig. 6."
-        sections.append(Section("Fills", [Plot("fills", caption, lambda: draw_fills(fills))]))
-    sections += [Section("Cost", [*_cost(chart, fills)]), Section("Runs", [_runs(chart)])]
-    if chart.excluded:
-        sections.append(Section("Not ranked", [chart.exclusion, _left_out(chart)]))
     return Page(
         title=f"{chart.name}: {first.name} and {second.name} against {chart.readings.source}",
         lead=f"{len(chart.runs)} runs, each compared with the same readings along the crack.",
@@ -137,44 +126,33 @@ def _cautions(chart: Chart) -> Iterator[str]:
         "the residual of the fit, not a test. Compare the pair with other readings."
     )
     yield from (*chart.fluid_warnings, *chart.unused)
-    if chart.readings.data == "undeclared":
-        yield "It is not declared whether the readings are measured, so a small error shows only agreement with them."
-    elif chart.readings.data != "measured":
-        yield f"The readings are {chart.readings.data}, so a small error shows only agreement with their source."
+    if (data := chart.readings.data) != "measured":
+        yield f"The origin of the readings: {data}. A small error shows only agreement with their source."
 
 
 def _levels(chart: Chart) -> Plot:
-    s_mm, numbers = chart.best.profile.s_mm, None
-    if len(chart.runs) < MOST_COLUMNS:
-        profiles = {f"level_of_run_{run.number}_mm": run.profile for run in chart.runs}
-        levels = {name: np.interp(s_mm, profile.s_mm, profile.level_mm) for name, profile in profiles.items()}
-        numbers = {"s_mm": s_mm} | levels
+    s_mm = chart.best.profile.s_mm
+    levels = {f"level_of_run_{run.number}_mm": run.profile.level_at_mm(s_mm) for run in chart.runs}
     caption = (
         "Level along the crack of each run, the nearest in bold, and the readings with their 95 % band, as in the "
         "paper's Fig. 7."
     )
-    return Plot("levels", caption, lambda: draw_levels_of_study(chart), numbers)
+    return Plot("levels", caption, lambda: draw_levels_of_study(chart), {"s_mm": s_mm} | levels)
 
 
 def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
-    first, second = chart.axes
+    """Return the map of the errors. The table of all runs has its numbers."""
     draw = partial(draw_error_map, chart, [fill.run for fill in fills])
+    letters = "; letters mark the runs that are drawn below" if fills else ""
     if chart.has_surface:
-        across, up, error_mm = (values[..., ::8] for values in heat(chart))
-        x, y = (values.ravel() for values in np.meshgrid(across, up))
-        numbers = {first.setting: x, second.setting: y, "mean_error_mm": error_mm[::8].ravel()}
-        caption = "Mean error of each run (points), interpolated linearly between them, as in the paper's Fig. 8"
-        caption += "; letters mark the runs that are drawn below." if fills else "."
-        return Plot("heat", caption, draw, numbers)
-    letters = " and the letter of its drawing below" if fills else ""
+        between = "interpolated linearly between them, as in the paper's Fig. 8"
+        return Plot("heat", f"Mean error of each run (points), {between}{letters}.", draw)
     caption = (
-        f"Mean error of each run, with its number{letters}. There is no surface between these "
-        f"runs: that takes {LEAST_RUNS} or more ranked runs, with {LEAST_VALUES} or more values of each setting, that "
-        "enclose two thirds of the map."
+        f"Mean error of each run, with its number{letters}. There is no surface between these runs: that takes "
+        f"{LEAST_RUNS} or more ranked runs, with {LEAST_VALUES} or more values of each setting, that enclose two "
+        "thirds of the map."
     )
-    x, y = chart.pairs.T
-    numbers = {first.setting: x, second.setting: y, "run": [run.number for run in chart.runs]}
-    return Plot("points", caption, draw, numbers | {"mean_error_mm": chart.errors_mm})
+    return Plot("points", caption, draw)
 
 
 def _cost(chart: Chart, fills: Sequence[Fill]) -> Iterator[str | Plot]:
@@ -237,11 +215,19 @@ def draw_levels_of_study(chart: Chart) -> Figure:
     curves = [np.column_stack([profile.s_mm, profile.level_mm]) for profile in (run.profile for run in chart.runs)]
     thin = LineCollection(curves, colors=MUTED, linewidths=0.7, alpha=0.5, rasterized=True, label="a run")
     axes.add_collection(thin)
-    kind = "" if readings.data == "measured" else f", {readings.data.upper()}"
-    read = {"color": MEASURED, "markersize": 3.5, "label": f"caliper{kind}, 95 % band"}
-    draw_curve(axes, readings.s_mm, readings.level_mm, "--o", chart.band_mm, **read)
-    bold = {"color": SIMULATED, "linewidth": 3.0, "label": f"{chart.nearest} off"}
-    draw_curve(axes, best.profile.s_mm, best.profile.level_mm, **bold)
+    draw_curve(
+        axes,
+        readings.s_mm,
+        readings.level_mm,
+        "--o",
+        chart.band_mm,
+        color=MEASURED,
+        markersize=3.5,
+        label=f"{caliper_label(readings)}, 95 % band",
+    )
+    draw_curve(
+        axes, best.profile.s_mm, best.profile.level_mm, color=SIMULATED, linewidth=3.0, label=f"{chart.nearest} off"
+    )
     s_mm, level_mm = np.vstack([*curves, np.column_stack([readings.s_mm, readings.level_mm])]).T
     axes.set_xlim(0, s_mm.max())
     axes.set_ylim(level_mm.min() - 1, level_mm.max() + 1)
@@ -283,7 +269,7 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     """Draw the mean error over the two settings: each run in the colour of its error, over a surface between them.
 
     If the runs are too few for a surface, each has its number and, if there is room, its error. ``chosen`` runs have
-    their letters. Runs that are not ranked are empty squares.
+    their letters.
     """
     figure, axes = wide_axes(5.4)
     surface, errors_mm = chart.has_surface, chart.errors_mm
@@ -291,70 +277,69 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     if surface:
         axes.pcolormesh(*heat(chart), **colours, shading="auto", rasterized=True)
         axes.grid(visible=False)
-    point = {
-        "s": 24 if surface else 130,
-        "edgecolors": MEASURED if surface else INK,
-        "clip_on": False,
-        "zorder": 3,
-    }
-    drawn = axes.scatter(*chart.pairs.T, c=errors_mm, **colours, **point, label="a run")
+    drawn = axes.scatter(
+        *chart.pairs.T,
+        c=errors_mm,
+        **colours,
+        s=24 if surface else 130,
+        edgecolors=MEASURED if surface else INK,
+        clip_on=False,
+        zorder=3,
+        label="a run",
+    )
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
-    ring: Any = {"color": "white", "markerfacecolor": "none", "clip_on": False, "zorder": 3, "path_effects": HALO}
     near = chart.pairs[np.array(chart.as_near) & (chart.replicates is not None)]
     for pairs, size, label in ((near, 9, "fit equally well"), (np.array([chart.best.at]), 18, chart.nearest)):
         if len(pairs):
-            axes.plot(*pairs.T, "o", **ring, markersize=size, label=label)
-    if unranked := chart.unranked:
-        square = {"markerfacecolor": "none", "markeredgecolor": INK, "linestyle": "none", "markersize": 9}
-        axes.plot(*zip(*unranked.values(), strict=True), "s", **square, clip_on=False, label="not ranked")
+            axes.plot(
+                *pairs.T,
+                "o",
+                color="white",
+                markerfacecolor="none",
+                clip_on=False,
+                zorder=3,
+                path_effects=HALO,
+                markersize=size,
+                label=label,
+            )
     for name, axis in zip(("x", "y"), chart.axes, strict=True):
         scale_axis(axes, name, axis)
     letters = dict(zip((run.number for run in chosen), ascii_lowercase, strict=False))
-    if surface:
-        _draw_letters(axes, chart, letters)
-    else:
-        _draw_names(axes, chart, letters)
+    _label_runs(axes, chart, letters)
     # Space for labels at the edges.
     axes.margins(*((0.0, 0.0) if surface else (0.14, 0.16)))
-    title = "Mean error against the readings" if surface else "Mean error of each run against the readings"
     label_axes(axes, chart.axes[0].label, chart.axes[1].label, "")
-    axes.set_title(title, pad=12.0)
+    axes.set_title("Mean error against the readings", pad=12.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=4, fontsize=8.0)
     return figure
 
 
-def _draw_letters(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
-    style: Any = {"fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
+def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
+    """Write letters of runs. Without a surface, each run has its number too, and its error unless there are many."""
+    surface, few = chart.has_surface, len(chart.runs) <= MOST_LABELS
     for run, place in zip(chart.runs, chart.places, strict=True):
-        # Toward the middle, since title and colour bar are at the edges.
-        shift = tuple(np.where(place > 0.5, -11, 11))
-        text, aligned = letters.get(run.number, ""), {"ha": "center", "va": "center"}
-        axes.annotate(text, run.at, shift, textcoords="offset points", **aligned, **style)
-
-
-def _draw_names(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
-    """Write number and error above each run, or if there are many the number alone."""
-    results = [(run.number, run.at, f"{run.mean_error_mm:.2f} mm") for run in chart.runs]
-    results += [(number, pair, "not ranked") for number, pair in chart.unranked.items()]
-    for number, pair, result in results:
-        name = f"run {number}: {result}" if len(results) <= MOST_LABELS else str(number)
-        text = f"{letters[number]}, {name}" if number in letters else name
-        axes.annotate(text, pair, (0, 13), textcoords="offset points", ha="center", fontsize=8.0)
+        letter = letters.get(run.number, "")
+        style: Any = {"textcoords": "offset points", "ha": "center"}
+        if surface:
+            # Toward the middle, since title and colour bar are at the edges.
+            style |= {"va": "center", "fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
+            axes.annotate(letter, run.at, tuple(np.where(place > 0.5, -11, 11)), **style)
+        else:
+            name = f"run {run.number}: {run.mean_error_mm:.2f} mm" if few else str(run.number)
+            axes.annotate(f"{letter}, {name}" if letter else name, run.at, (0, 13), **style, fontsize=8.0)
 
 
 @themed()
 def draw_fills(fills: Sequence[Fill]) -> Figure:
     """Draw sections along the crack by age, with a row for each run and a column for each moment."""
-    moments = max(len(fill.course.frames) for fill in fills)
-    frames = [[*fill.course.frames, *[None] * (moments - len(fill.course.frames))] for fill in fills]
-    panels = [(fill, frame) for fill, row in zip(fills, frames, strict=True) for frame in row]
-    figure, grid = _draw_sections(0.8 + 0.95 * len(fills), (len(fills), moments), panels)
-    for axes, (fill, frame) in zip(grid, panels, strict=True):
-        if frame is not None:
+    rows = [[(fill.scene, frame) for frame in fill.course.frames] for fill in fills]
+    figure, grid = draw_sections(0.8 + 0.95 * len(fills), rows, "age")
+    for panels, fill in zip(grid, fills, strict=True):
+        panels[0].set_title(fill.title, fontsize=8.5)
+        for axes, frame in zip(panels, fill.course.frames, strict=False):
             time = f"{frame.t_s:.1f} s"
             axes.annotate(time, (1.0, 1.0), (0, 3), "axes fraction", "offset points", ha="right", fontsize=7.5)
-            axes.set_title(fill.title if frame is fill.course.frames[0] else "", fontsize=8.5)
-    for axes in grid[-moments:]:
+    for axes in grid[-1]:
         axes.set_xlabel("s (mm)")
     return figure
 
@@ -362,35 +347,20 @@ def draw_fills(fills: Sequence[Fill]) -> Figure:
 @themed()
 def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     """Draw the end of each chosen run, with the level measured from its particles."""
-    columns = min(3, len(fills))
-    rows = -(-len(fills) // columns)
-    figure, grid = _draw_sections(0.5 + 1.3 * rows, (rows, columns), [(fill, fill.course.frames[-1]) for fill in fills])
-    for axes, fill in zip(grid, fills, strict=False):
-        profile = fill.run.profile
-        draw_curve(axes, profile.s_mm, profile.level_mm, color=AIR, linewidth=2.4)
-        draw_curve(axes, profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.1)
+    ends = [(fill.scene, fill.course.frames[-1]) for fill in fills]
+    rows = [ends[first : first + 3] for first in range(0, len(ends), 3)]
+    figure, grid = draw_sections(0.5 + 1.3 * len(rows), rows, "age")
+    for axes, fill in zip(grid.flat, fills, strict=False):
+        draw_curve(
+            axes,
+            fill.run.profile.s_mm,
+            fill.run.profile.level_mm,
+            color=MEASURED,
+            linewidth=1.1,
+            path_effects=ON_SEALANT,
+        )
         axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
     return figure
-
-
-def _draw_sections(
-    height_in: float, shape: tuple[int, int], panels: Sequence[tuple[Fill, Frame | None]]
-) -> tuple[Figure, NDArray[Any]]:
-    """Draw sections along the crack by age in a grid, and one colour bar; return the figure and the grid, row by row.
-
-    A panel without a frame stays empty.
-    """
-    figure = wide_figure(height_in)
-    grid = figure.subplots(*shape, squeeze=False, sharex=True, sharey=True).ravel()
-    scale = ages_of(frame for fill, _ in panels for frame in fill.course.frames)
-    for axes in grid:
-        axes.set_axis_off()
-    for axes, (fill, frame) in zip(grid, panels, strict=False):
-        if frame is not None:
-            axes.set_axis_on()
-            fill.scene.draw_side(axes, frame, frame.age_s, scale)
-    add_bar(figure, scale, figure.axes, location="bottom", aspect=60, pad=0.01, shrink=0.6)
-    return figure, grid
 
 
 @themed()
@@ -408,15 +378,13 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
         particles, frame_ms = frame_times(fills)
         row[0].plot(particles, frame_ms, "o", color=MEASURED, markersize=2, alpha=0.25, rasterized=True)
         row[0].plot(*medians(particles, frame_ms), "s", color=INK, markersize=5)
-        title = "Frames, their medians"
         if (pace := pace_of(particles, frame_ms)) is not None:
             ends = np.array([0.0, particles.max()])
-            start_ms, particle_us, explained = pace
+            start_ms, particle_us, _ = pace
             row[0].plot(ends, start_ms + particle_us * ends / 1000, color=INK)
-            title = f"{title}, R² = {explained:.2f}"
         row[0].set_xlim(0, None)
         row[0].set_ylim(0, 1.3 * float(np.quantile(frame_ms, 0.95)))
-        label_axes(row[0], "moving particles", "time of a frame (ms)", title)
+        label_axes(row[0], "moving particles", "time of a frame (ms)", "Frames, their medians")
     return figure
 
 

@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from sealtwin.core.files import write_sheet, write_text
-from validate.figures.drawing import as_svg
-from validate.figures.theme import in_page
+from validate.figures.theme import as_svg, in_page
 
 DPI = 110  # Resolution of the pixels inside a figure; a page of thirty fills then has less than 2 MB
 FIGURES = "figures"

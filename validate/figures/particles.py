@@ -97,9 +97,9 @@ class Views:
                 axes.add_artist(Rectangle((start_mm, bottom_mm), PAST_ENDS_MM, -bottom_mm, color=GROUND, linewidth=0))
         axes.plot([low_mm, high_mm], [0.0, 0.0], color=ON_GROUND, linewidth=0.8)
         axes.set_facecolor(AIR)
-        outline, s_mm = self.outline, arc_length_at(position_mm[:, :2], self.outline.centreline_mm)
-        nearest_mm = [np.interp(s_mm, outline.s_mm, along_mm) for along_mm in outline.centreline_mm.T]
-        order = np.argsort(-np.hypot(*(position_mm[:, :2].T - nearest_mm)), kind="stable")
+        s_mm = arc_length_at(position_mm[:, :2], self.outline.centreline_mm)
+        away_mm = np.hypot(*(position_mm[:, :2] - _centreline_at(self.outline, s_mm)).T)
+        order = np.argsort(-away_mm, kind="stable")
         draw_discs(axes, np.column_stack([s_mm, position_mm[:, 2]])[order], self.radius_mm, value[order], scale)
         show_to_scale(axes, (low_mm, high_mm), (bottom_mm, ABOVE_MM))
 
@@ -166,11 +166,13 @@ def show_to_scale(axes: Axes, x_mm: Sequence[float], y_mm: Sequence[float]) -> N
 
 def plane_at(outline: Outline, s_mm: float) -> tuple[Floats, Floats]:
     """Return a point of the centreline and the unit vector along it: the plane across the crack there."""
-    foot, tip = (
-        np.array([np.interp(s, outline.s_mm, outline.centreline_mm[:, axis]) for axis in (0, 1)])
-        for s in (s_mm, min(s_mm + 1.0, outline.length_mm))
-    )
+    foot, tip = _centreline_at(outline, np.array([s_mm, min(s_mm + 1.0, outline.length_mm)]))
     return foot, (tip - foot) / np.linalg.norm(tip - foot)
+
+
+def _centreline_at(outline: Outline, s_mm: Floats) -> Floats:
+    """Return the points of the centreline at each s, (n, 2)."""
+    return np.column_stack([np.interp(s_mm, outline.s_mm, axis) for axis in outline.centreline_mm.T])
 
 
 def draw_solid_across(axes: Axes, solid: Solid, foot_mm: Floats, ahead: Floats, zorder: float = 1.0) -> None:

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 from PIL import Image
 
 from sealtwin.core.arc_length import arc_length_at
@@ -18,7 +19,6 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from sealtwin.core.vtk_files import Frame, ParticleState
-from validate.figures.drawing import as_picture
 from validate.figures.particles import (
     OVER,
     SECTIONS_AT,
@@ -29,7 +29,18 @@ from validate.figures.particles import (
     age_scale,
     ages_of,
 )
-from validate.figures.theme import AIR, ALONG, MEASURED, ON_GROUND, SIMULATED, THIRD, label_axes, themed, wide_figure
+from validate.figures.theme import (
+    AIR,
+    ALONG,
+    MEASURED,
+    ON_GROUND,
+    SIMULATED,
+    THIRD,
+    as_picture,
+    label_axes,
+    themed,
+    wide_figure,
+)
 
 AROUND_MM = 8.0  # Width of the face shown around the crack
 MOST_ROWS = 8  # Most moments below each other; of more frames, this many are drawn, evenly chosen
@@ -88,8 +99,9 @@ class FillScene(Views):
         if (tip_mm := self.nozzle_mm(frame.t_s)) is not None:
             s_mm = float(arc_length_at(tip_mm[None, :2], self.outline.centreline_mm)[0])
             corner = s_mm - self._diameter_mm / 2, float(tip_mm[2])
-            style = {"facecolor": AIR, "edgecolor": ON_GROUND, "linewidth": 0.9}
-            axes.add_artist(Rectangle(corner, self._diameter_mm, NOZZLE_MM, **style))
+            axes.add_artist(
+                Rectangle(corner, self._diameter_mm, NOZZLE_MM, facecolor=AIR, edgecolor=ON_GROUND, linewidth=0.9)
+            )
 
     def nozzle_mm(self, t_s: float) -> Floats | None:
         """Return the position of the nozzle's tip, (3,), or None after the end of its path."""
@@ -100,21 +112,32 @@ class FillScene(Views):
 
 
 @themed()
-def draw_fill(frames: Sequence[Frame], scene: FillScene, by: Sequence[Shade] = ("speed", "age")) -> Figure:
-    """Draw sections along the crack, with a row for each frame and a column for each way to colour the particles."""
+def draw_fill(frames: Sequence[Frame], scene: FillScene) -> Figure:
+    """Draw a section along the crack for each frame, below each other, with the particles coloured by speed."""
     if len(frames) > MOST_ROWS:
         frames = [frames[round(place)] for place in np.linspace(0, len(frames) - 1, MOST_ROWS)]
-    figure = wide_figure(1.0 + 1.35 * len(frames), len(by) * 4.5)
-    grid = figure.subplots(len(frames), len(by), sharex=True, sharey=True, squeeze=False)
-    scales = {"speed": SPEED, "age": ages_of(frames)}
-    for frame, row in zip(frames, grid, strict=True):
-        for axes, shade in zip(row, by, strict=True):
-            scene.draw_side(axes, frame, _values(frame, shade), scales[shade])
-        row[0].set(title=f"t = {frame.t_s:.2f} s", ylabel="z (mm)")
-    for column, shade in zip(grid.T, by, strict=True):
-        column[-1].set_xlabel("s along the crack (mm)")
-        add_bar(figure, scales[shade], column, location="bottom", aspect=40, pad=0.02)
+    figure, grid = draw_sections(1.0 + 1.35 * len(frames), [[(scene, frame)] for frame in frames], "speed", 4.5)
+    for axes, frame in zip(grid.flat, frames, strict=True):
+        axes.set(title=f"t = {frame.t_s:.2f} s", ylabel="z (mm)")
+    grid[-1, 0].set_xlabel("s along the crack (mm)")
     return figure
+
+
+def draw_sections(
+    height_in: float, rows: Sequence[Sequence[tuple[FillScene, Frame]]], by: Shade, width_in: float = 9.0
+) -> tuple[Figure, NDArray[Any]]:
+    """Draw sections along the crack and one colour bar; return the figure and its panels, (rows, columns)."""
+    figure = wide_figure(height_in, width_in)
+    grid = figure.subplots(len(rows), max(map(len, rows)), squeeze=False, sharex=True, sharey=True)
+    scale = SPEED if by == "speed" else ages_of(frame for row in rows for _, frame in row)
+    for axes in grid.flat:
+        axes.set_axis_off()
+    for panels, row in zip(grid, rows, strict=True):
+        for axes, (scene, frame) in zip(panels, row, strict=False):
+            axes.set_axis_on()
+            scene.draw_side(axes, frame, _values(frame, by), scale)
+    add_bar(figure, scale, figure.axes, location="bottom", aspect=60, pad=0.01, shrink=0.6)
+    return figure, grid
 
 
 def _values(frame: Frame, shade: str) -> Floats:
@@ -174,9 +197,17 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
     rows = figure.subplots(len(PANELS), 1, sharex=True)
     for axes, panel in zip(rows, PANELS, strict=True):
         for (name, label), (colour, dashes) in zip(panel.curves.items(), STYLES, strict=False):
-            line = {"color": colour, "linestyle": dashes, "linewidth": 1.2, "label": label}
             # Drawn above the axis, which would hide a line of zeros.
-            axes.plot(columns["t_s"], panel.factor * columns[name], **line, clip_on=False, zorder=3)
+            axes.plot(
+                columns["t_s"],
+                panel.factor * columns[name],
+                color=colour,
+                linestyle=dashes,
+                linewidth=1.2,
+                label=label,
+                clip_on=False,
+                zorder=3,
+            )
         highest = panel.factor * max(float(np.nanmax(columns[name], initial=0.0)) for name in panel.curves)
         axes.set_ylim(0.0, 1.08 * highest if highest else 1.0)
         if panel.counts:
@@ -187,7 +218,7 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
 
 
 def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, health: Mapping[str, Floats]) -> list[str]:
-    """Write PNGs of the run's health, of each frame under its name, and of all frames below each other.
+    """Write PNGs of the run's health, and of each frame under its name.
 
     Returns the names of the files in ``folder``.
     """
@@ -197,8 +228,6 @@ def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, heal
     for name, frame in reversed(frames.items()):
         written += _write(folder, f"snapshots/{name}", snapshot.draw(frame))
         snapshot.figure.set_layout_engine("none")
-    if frames:
-        written += _write(folder, "snapshots/fill", draw_fill(list(frames.values()), scene))
     return written
 
 

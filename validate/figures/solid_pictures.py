@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, Trajectory
 from validate.figures.particles import OVER, SECTIONS_AT, ColourScale, Views, add_bar, age_scale
 from validate.figures.theme import (
-    AIR,
     ALONG,
     GROUND,
     HEIGHTS,
     MEASURED,
     ON_GROUND,
+    ON_SEALANT,
     label_axes,
     plate,
     themed,
@@ -74,13 +74,18 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
 @themed()
 def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -> Figure:
     """Draw the section along the crack, particles coloured by age, with the level that was measured from them."""
-    figure, stays = plate(2.7), ~run.spilled
-    axes, position_mm = figure.add_subplot(), run.position_mm[stays]
-    Views(outline, solid, run.radius_mm).draw_along(axes, position_mm, run.age_s[stays], _ages(run))
-    add_bar(figure, _ages(run), [axes], **BELOW)
-    axes.plot(profile.s_mm, profile.level_mm, color=AIR, linewidth=3.0)
-    label = "profile read from the particles"
-    axes.plot(profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.4, label=label)
+    figure, (position_mm, age_s, scale) = plate(2.7), _settled(run)
+    axes = figure.add_subplot()
+    Views(outline, solid, run.radius_mm).draw_along(axes, position_mm, age_s, scale)
+    add_bar(figure, scale, [axes], **BELOW)
+    axes.plot(
+        profile.s_mm,
+        profile.level_mm,
+        color=MEASURED,
+        linewidth=1.4,
+        path_effects=ON_SEALANT,
+        label="profile read from the particles",
+    )
     axes.set_ylim(top=max(4.0, float(position_mm[:, 2].max(initial=0.0)) + 1.5))
     return label_axes(axes, ALONG, "z (mm)", "From the side: particles by age", legend=1)
 
@@ -88,8 +93,8 @@ def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -
 @themed()
 def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> Figure:
     """Draw the sample from above: particles coloured by height, the traced walls and the nozzle's path."""
-    figure, position_mm = plate(3.6), run.position_mm[~run.spilled]
-    axes, heights = figure.add_subplot(), ColourScale("z (mm)", HEIGHTS, Normalize())
+    figure, (position_mm, _, _), heights = plate(3.6), _settled(run), ColourScale("z (mm)", HEIGHTS, Normalize())
+    axes = figure.add_subplot()
     Views(outline, solid, run.radius_mm).draw_from_above(axes, 14, position_mm, position_mm[:, 2], heights)
     add_bar(figure, heights, [axes], **BELOW)
     path = {"color": MEASURED, "zorder": OVER}
@@ -105,14 +110,16 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
 @themed()
 def draw_sections(run: Run, outline: Outline, solid: Solid) -> Figure:
     """Draw sections across the crack at three places, with particles coloured by age."""
-    figure, stays = plate(3.6), ~run.spilled
+    figure = plate(3.6)
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
-    Views(outline, solid, run.radius_mm).draw_across(row, run.position_mm[stays], run.age_s[stays], _ages(run))
+    Views(outline, solid, run.radius_mm).draw_across(row, *_settled(run))
     return figure
 
 
-def _ages(run: Run) -> ColourScale:
-    return age_scale(float(run.age_s.max(initial=1.0)))
+def _settled(run: Run) -> tuple[Floats, Floats, ColourScale]:
+    """Return position and age of the particles on the sample, and the scale of ages."""
+    stays = ~run.spilled
+    return run.position_mm[stays], run.age_s[stays], age_scale(float(run.age_s.max(initial=1.0)))
 
 
 def square_on(solid: Solid) -> float:
@@ -177,12 +184,6 @@ def view_axes(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats,
     away = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     toward = -np.cos(elevation) * away + np.array([0.0, 0.0, np.sin(elevation)])
     return right, np.cross(toward, right), toward
-
-
-def seen_from(vertices_mm: Floats, faces: Integers, azimuth_deg: float, elevation_deg: float) -> NDArray[np.bool_]:
-    """Return the mask, (f,), of the facets whose outside faces the viewer."""
-    _, _, toward = view_axes(azimuth_deg, elevation_deg)
-    return facet_normals(vertices_mm, faces) @ toward > 0
 
 
 def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:

@@ -1,20 +1,30 @@
-"""Style of all figures: one font, and a palette that colour-blind readers can distinguish. It sets no global state."""
+"""Style of all figures, and a figure as SVG, as pixels, or as both.
 
+One font, and a palette that colour-blind readers can distinguish. It sets no global state.
+"""
+
+import io
 import re
 from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from io import BytesIO
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup, escape
 from matplotlib import font_manager, rc_context
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+from PIL import Image
 
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Profile
 
 INK = "#1c2833"
 MUTED = "#66727d"
@@ -25,6 +35,7 @@ ON_GROUND = "#2b2620"
 """Colour of lines and words on mortar and air; it stays dark on a dark page."""
 AIR = "#fcfcfa"
 """Colour around sealant; it stays light on a dark page, on which the darkest sealant would be invisible."""
+ON_SEALANT = [withStroke(linewidth=3.0, foreground=AIR)]  # Edge of a line on particles
 CARD = "#ffffff"  # Colour of the page behind a figure
 # Colours of Okabe and Ito, distinct with any colour vision and in grey.
 SIMULATED = "#0072b2"
@@ -118,11 +129,23 @@ def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figur
     """
     axes.set(xlabel=x, ylabel=y, title=title)
     if legend:
-        place: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.0, "borderpad": 0.3}
-        axes.legend(**place, ncols=legend, columnspacing=1.5, fontsize=8.0)
+        axes.legend(
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            borderaxespad=0.0,
+            borderpad=0.3,
+            ncols=legend,
+            columnspacing=1.5,
+            fontsize=8.0,
+        )
         rows = -(-len(axes.get_legend_handles_labels()[1]) // legend)
         axes.set_title(title, pad=6.0 + LEGEND_ROW_PT * rows)
     return axes.figure.get_figure(root=True)
+
+
+def caliper_label(readings: Profile) -> str:
+    """Return the name of readings in a legend, with their origin in capitals unless they were measured."""
+    return "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
 
 
 def draw_face(axes: Axes) -> None:
@@ -198,3 +221,44 @@ def in_page(svg: str, caption: str) -> Markup:
     for colour, variable in PAGE_COLOURS.items():
         body = body.replace(f": {colour}", f": var({variable})")
     return Markup(f'{head} role="img" aria-label="{escape(caption)}">{body}')
+
+
+NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+"""Metadata that an SVG omits, so that two equal runs give equal files."""
+
+
+@dataclass(frozen=True)
+class DrawnFigure:
+    svg: str
+    pixels: Image.Image  # On a white background
+
+
+def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
+    """Return a figure as SVG. The same figure and name always give the same text.
+
+    ``name`` must be unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
+    """
+    target = io.StringIO()
+    figure.set_dpi(pixels_dpi)
+    figure.patch.set_facecolor("none")
+    # The ids of clip paths differ between the figures of a page, but not between two runs.
+    with themed(), rc_context({"svg.hashsalt": name}):
+        FigureCanvasSVG(figure).print_svg(target, metadata=NO_METADATA)
+    return target.getvalue()
+
+
+def as_picture(figure: Figure, dpi: int) -> Image.Image:
+    """Return a figure as pixels on a white background."""
+    figure.set_dpi(dpi)
+    figure.patch.set_facecolor("white")
+    canvas = FigureCanvasAgg(figure)
+    with themed():
+        canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
+
+def draw_both(figure: Figure, name: str, dpi: int) -> DrawnFigure:
+    """Return what ``as_svg`` and ``as_picture`` return. The layout is computed once: it takes half of the time."""
+    svg = as_svg(figure, name, dpi)
+    figure.set_layout_engine("none")
+    return DrawnFigure(svg, as_picture(figure, dpi))

@@ -23,7 +23,6 @@ from validate.figures.solid_pictures import (
     LIGHT,
     facet_normals,
     render,
-    seen_from,
     square_on,
     unit,
     view_axes,
@@ -118,8 +117,8 @@ class Turntable:
     @cached_property
     def _first_view(self) -> tuple[Integers, Floats, Floats]:
         """Facets of the first view, (f, 3), and the lower left and the upper right corner of their picture."""
-        shown = self.faces[seen_from(self.vertices_mm, self.faces, self.azimuth_deg, self.elevation_deg)]
-        right, up, _ = view_axes(self.azimuth_deg, self.elevation_deg)
+        right, up, toward = view_axes(self.azimuth_deg, self.elevation_deg)
+        shown = self.faces[facet_normals(self.vertices_mm, self.faces) @ toward > 0]
         place = self.vertices_mm[np.unique(shown)] @ np.column_stack([right, up])
         return shown, place.min(axis=0), place.max(axis=0)
 
@@ -147,19 +146,13 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     fluid = fluid_surface(run.position_mm[stays], run.particle_volume_mm3, run.age_s[stays])
     ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
     faces, label, rim = _coarse_cavity(solid)
-    walls, ribbon = _walls(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
-    columns: Any = zip(walls, ribbon, fluid._replace(value=ages), strict=True)
+    parts = _walls(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim), fluid._replace(value=ages)
+    columns: Any = map(np.vstack, zip(*parts, strict=True))
     vertices_mm, faces, normal, colour = columns
-    before = np.cumsum([0, *map(len, vertices_mm)])
-    return Turntable(
-        vertices_mm=np.vstack(vertices_mm),
-        faces=np.vstack([part + first for part, first in zip(faces, before, strict=False)]),
-        normal=np.vstack(normal),
-        colour=np.vstack(colour),
-        azimuth_deg=square_on(solid) - ASIDE_DEG,
-        elevation_deg=DOWN_DEG,
-        oldest_s=oldest_s,
-    )
+    # Each part counts its own vertices from 0.
+    before = np.cumsum([0, *(len(part.vertices_mm) for part in parts[:-1])])
+    faces += np.repeat(before, [len(part.faces) for part in parts])[:, None]
+    return Turntable(vertices_mm, faces, normal, colour, square_on(solid) - ASIDE_DEG, DOWN_DEG, oldest_s)
 
 
 class Surface(NamedTuple):

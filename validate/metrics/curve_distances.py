@@ -8,11 +8,11 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.comparison import ErrorBin, ErrorFigures
+from validate.comparison import ComparedStations, ErrorBin, ErrorFigures
 from validate.intervals import Alignment, ShiftedError
 
 BIN_MM = 10.0
@@ -113,6 +113,18 @@ def level_difference(simulated: Profile, measured: Profile) -> Difference:
     return Difference(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
 
 
+def are_compared(s_mm: Floats, from_mm: float, to_mm: float) -> NDArray[np.bool_]:
+    """Return which stations are on the compared stretch, including its ends, (n,)."""
+    return (s_mm >= from_mm) & (s_mm <= to_mm)
+
+
+def compared_stations(simulated: Profile, measured: Profile) -> ComparedStations:
+    """Return the stations of the readings on the stretch that both levels cover, with both levels."""
+    inside = are_compared(measured.s_mm, simulated.s_mm[0], simulated.s_mm[-1])
+    s_mm, measured_mm = measured.s_mm[inside], measured.level_mm[inside]
+    return ComparedStations(s_mm=s_mm, measured_mm=measured_mm, simulated_mm=simulated.level_at_mm(s_mm))
+
+
 def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
     """Return points sorted by x. Raises InputError if they are not a function of x."""
     x, y = np.array(x, dtype=float), np.array(y, dtype=float)
@@ -175,7 +187,7 @@ def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: flo
 
     points = min(MOST_FRECHET, max(2, round((to_mm - from_mm) / FRECHET_MM) + 1))
     s_mm = np.linspace(from_mm, to_mm, points)
-    first, second = (np.column_stack([s_mm, np.interp(s_mm, one.s_mm, one.level_mm)]) for one in (simulated, measured))
+    first, second = (np.column_stack([s_mm, one.level_at_mm(s_mm)]) for one in (simulated, measured))
     return float(similaritymeasures.frechet_dist(first, second))
 
 
@@ -183,7 +195,7 @@ def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]
     """Return stations and levels of part of a profile, with interpolated ends."""
     inner = profile.s_mm[(profile.s_mm > low) & (profile.s_mm < high)]
     s_mm = np.concatenate([[low], inner, [high]])
-    return s_mm, np.interp(s_mm, profile.s_mm, profile.level_mm)
+    return s_mm, profile.level_at_mm(s_mm)
 
 
 CHOICE = "both curves count s from the first end given; neither is shifted to fit the other"

@@ -1,11 +1,21 @@
-"""Volumes below and above a level along the crack, the mass balance of a run, and the flat level of a volume."""
+"""Volumes below and above a level along the crack, the mass balance of a run, and the flat level of a volume.
+
+The cavity is cut from the mesh: horizontal areas by level, in bins along the crack.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
+from manifold3d import CrossSection, Manifold, Mesh64
+from scipy.ndimage import uniform_filter1d
+from skimage.segmentation import watershed
 
-from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Solid
+from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
 from validate.comparison import FilledVolumes, MassBalance
-from validate.metrics.cavity import cavity_by_level
 from validate.settings import Readings
 
 CELL_MM = 0.2  # Raster cell for sealant on the face: half a particle of the paper's size
@@ -64,7 +74,7 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
         return 0.0
     gained_mm3 = (volume_ratio - 1) * run.dispensed_volume_mm3 + spilled_mm3
     cavity = cavity_by_level(outline, solid)
-    level_mm = np.interp(cavity.middle_mm, profile.s_mm, profile.level_mm)
+    level_mm = profile.level_at_mm(cavity.middle_mm)
     wetted_mm2 = float(cavity.area_at_mm2(level_mm)[level_mm > cavity.floor_mm].sum())
     return gained_mm3 / (wetted_mm2 + _footprint_mm2(run, solid))
 
@@ -77,7 +87,7 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
     """
     cavity = cavity_by_level(outline, solid)
     share, s_mm = cavity.between(from_mm, to_mm)
-    level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
+    level_mm = profile.level_at_mm(s_mm)
     face_mm = np.zeros_like(level_mm)
     room_mm3 = float(share @ cavity.below_mm3(face_mm))
     sealant_mm3 = float(share @ cavity.below_mm3(level_mm))
@@ -88,13 +98,6 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
         sealant_mm3=sealant_mm3 + heap_mm3,
         fill_ratio=sealant_mm3 / room_mm3,
     )
-
-
-def mouth_widths_mm(s_mm: Floats, outline: Outline, solid: Solid) -> Floats:
-    """Return the width of the crack at the face, perpendicular to the centreline, at each s, (n,)."""
-    traced_mm = np.interp(s_mm, outline.s_mm, outline.width_mm)
-    opening = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if solid.tilt == "flare" else 0.0
-    return traced_mm + opening * solid.depth_mm
 
 
 def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profile:
@@ -116,3 +119,277 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
         lambda level_mm: held(level_mm).sealant_mm3 - volume_mm3, bracket=(-solid.depth_mm, highest_mm)
     ).root
     return Profile(outline.s_mm, np.maximum(floor_mm, level_mm), source="volume balance")
+
+
+ACROSS, LARGEST_MM = 8, 0.125  # Cells across the crack's mean width, and their largest size within the limits below
+MOST_IN_MOUTH, MOST_CELLS = 40_000, 1_000_000  # Most cells between the walls, and in all
+LEAST_SHARE = 1e-9  # Share of a cell below which an area is a rounding error
+LEVELS = 49  # Levels from the deepest floor to the face: a third of a millimetre apart at 16 mm
+BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at which the area jumps
+FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Levels in the lowest layer: a modelled floor is not quite level
+LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
+"""Height within which facets count as level; smallest area at one height, as a share of the mouth's area, that gets its
+own levels; and the largest number of such heights. Floors, shelves and roofs are level: without their own levels, the
+area would slope where it should jump."""
+NOISE, MOST_NOISE = 2.5, 1 / 8
+"""Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and its limit as a share of
+the cavity's depth. Only 0.6 % of the vertices are deeper, too few to form connected hollows."""
+NORMAL_MEDIAN = 0.6745  # Median distance from the mean, in standard deviations
+SMOOTHED_MM = 5.0  # Length along the crack over which the walls' slope under the face is averaged
+
+
+@dataclass(frozen=True)
+class CavityByLevel:
+    """Horizontal areas of the cavity by level, in bins along the crack. Between levels an area is linear.
+
+    Each point of the cavity belongs to the bin of the main crack that is nearest to it through the cavity: a side crack
+    to the bin of its root, the room around a tip to the last bin. So the bins add up to the cavity, without its stones.
+    """
+
+    ends_mm: Floats  # (k + 1,): arc length at the ends of the bins
+    levels_mm: Floats  # (n,), increasing, from the deepest floor to the face
+    area_mm2: Floats  # (k, n)
+    floor_mm: Floats  # (k,): level of the floor
+
+    @property
+    def middle_mm(self) -> Floats:
+        return (self.ends_mm[1:] + self.ends_mm[:-1]) / 2
+
+    def between(self, from_mm: float, to_mm: float) -> tuple[Floats, Floats]:
+        """Return the share of each bin between two arc lengths, and the middle of the included part, (k,) each."""
+        inside_mm = np.clip(self.ends_mm, from_mm, to_mm)
+        return np.diff(inside_mm) / np.diff(self.ends_mm), (inside_mm[1:] + inside_mm[:-1]) / 2
+
+    def area_at_mm2(self, level_mm: Floats) -> Floats:
+        """Return the area of each bin at the bin's own level, (k,). Above the face it is the area of the mouth."""
+        before, share = self._places(level_mm)
+        lower_mm2, upper_mm2 = self._beside(self.area_mm2, before)
+        return lower_mm2 + share * (upper_mm2 - lower_mm2)
+
+    def below_mm3(self, level_mm: Floats) -> Floats:
+        """Return the volume of each bin from its floor up to its level or the face, whichever is lower, (k,).
+
+        In the layer of a bin's floor the volume is linear from the floor up. The area jumps at a floor; if it were
+        linear from the layer's lower level, a level on the floor would contain sealant.
+        """
+        before, share = self._places(level_mm)
+        step_mm = np.diff(self.levels_mm)
+        lower_mm2, upper_mm2 = self._beside(self.area_mm2, before)
+        layers_mm3 = step_mm * (self.area_mm2[:, 1:] + self.area_mm2[:, :-1]) / 2
+        sums_mm3 = np.concatenate([np.zeros((len(layers_mm3), 1)), np.cumsum(layers_mm3, axis=1)], axis=1)
+        reached_mm3, layer_top_mm3 = self._beside(sums_mm3, before)
+        volume_mm3 = reached_mm3 + share * step_mm[before] * (lower_mm2 + share * (upper_mm2 - lower_mm2) / 2)
+        above_floor_mm = np.maximum(self.levels_mm[before + 1] - self.floor_mm, BESIDE_MM**2)
+        risen = np.clip((level_mm - self.floor_mm) / above_floor_mm, 0.0, 1.0)
+        with_floor = (self.floor_mm > self.levels_mm[before]) & (share < 1)
+        return np.where(with_floor, risen * layer_top_mm3, volume_mm3)
+
+    def _places(self, level_mm: Floats) -> tuple[Integers, Floats]:
+        """Return the index of the next lower level, and the share of the layer below ``level_mm``, for each bin."""
+        before = np.searchsorted(self.levels_mm, level_mm, side="right") - 1
+        before = np.clip(before, 0, len(self.levels_mm) - 2)
+        step_mm = np.diff(self.levels_mm)[before]
+        return before, np.clip((level_mm - self.levels_mm[before]) / step_mm, 0.0, 1.0)
+
+    @staticmethod
+    def _beside(values: Floats, before: Integers) -> tuple[Floats, Floats]:
+        rows = np.arange(len(values))
+        return values[rows, before], values[rows, before + 1]
+
+
+_BY_SOLID: WeakKeyDictionary[Solid, tuple[Outline, CavityByLevel]] = WeakKeyDictionary()
+
+
+def cavity_by_level(outline: Outline, solid: Solid) -> CavityByLevel:
+    """Return the horizontal areas of the solid's cavity along its crack. The result for the last outline is cached."""
+    of = _BY_SOLID.get(solid)
+    if of is None or of[0] is not outline:
+        of = outline, _cut(outline, solid)
+        _BY_SOLID[solid] = of
+    return of[1]
+
+
+@dataclass(frozen=True)
+class _Raster:
+    origin_mm: Floats
+    cell_mm: float
+    shape: tuple[int, int]  # rows, columns
+
+    def areas(self, rings: Iterable[Floats]) -> Floats:
+        """Return the area of a region in each cell, row by row, as shares of a cell."""
+        return cell_areas(((np.asarray(ring) - self.origin_mm) / self.cell_mm for ring in rings), self.shape).ravel()
+
+    def middles_mm(self, cells: Integers) -> Floats:
+        row, column = np.divmod(cells, self.shape[1])
+        return self.origin_mm + self.cell_mm * (np.column_stack([column, row]) + 0.5)
+
+
+def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
+    noise_mm = _noise_mm(solid)
+    levels_mm = _levels_mm(outline, solid, noise_mm)
+    cuts = _cuts(solid, levels_mm, noise_mm)
+    raster = _raster(outline, cuts)
+    cells, shares = [], []
+    for cut in cuts:
+        covered = raster.areas(cut.to_polygons())
+        cells.append(np.flatnonzero(covered > LEAST_SHARE))
+        shares.append(covered[cells[-1]])
+    inside = np.zeros(raster.shape, dtype=bool)
+    inside.ravel()[np.concatenate(cells)] = True
+    s_mm = _arc_lengths_mm(outline, raster, inside)
+    count = max(int(np.ceil(outline.length_mm / raster.cell_mm)), 2)
+    ends_mm = np.linspace(0.0, outline.length_mm, count + 1)
+    # A cell is as long as a bin and is divided between the two bins that it overlaps; bin ``count`` is for no crack.
+    place = s_mm / ends_mm[1] - 0.5
+    first = np.floor(place)
+    later = place - first
+    one, other = (np.where(s_mm < 0, count, bins.clip(0, count - 1)).astype(np.int32) for bins in (first, first + 1))
+    area_mm2 = np.empty((count, len(cuts)))
+    for level, (at, share) in enumerate(zip(cells, shares, strict=True)):
+        to_other = share * later[at]
+        sums = np.bincount(one[at], share - to_other, count + 1) + np.bincount(other[at], to_other, count + 1)
+        area_mm2[:, level] = sums[:count] * raster.cell_mm**2
+    area_mm2 = _up_to_the_ends(levels_mm, area_mm2, noise_mm, ends_mm[1])
+    return CavityByLevel(ends_mm, levels_mm, area_mm2, -solid.depth_at_mm((ends_mm[1:] + ends_mm[:-1]) / 2))
+
+
+def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
+    """Return a raster that covers the cuts and the walls."""
+    walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm])
+    corners_mm = np.vstack([walls_mm, *(np.reshape(cut.bounds(), (2, 2)) for cut in cuts if not cut.is_empty())])
+    low_mm, high_mm = corners_mm.min(axis=0), corners_mm.max(axis=0)
+    cell_mm = min(outline.mean_width_mm / ACROSS, LARGEST_MM)
+    mouth_mm2 = outline.mean_width_mm * outline.length_mm
+    cell_mm = max(cell_mm, float(np.sqrt(max(np.prod(high_mm - low_mm) / MOST_CELLS, mouth_mm2 / MOST_IN_MOUTH))))
+    columns, rows = (np.ceil((high_mm - low_mm) / cell_mm).astype(int) + 3).tolist()
+    return _Raster(low_mm - cell_mm, cell_mm, (rows, columns))
+
+
+def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Floats:
+    """Return the arc length of the nearest point on the main crack for each cell, row by row; -1 outside the crack.
+
+    A cell that is partly between the walls counts as main crack, since a gap next to a stone may contain no whole cell.
+    """
+    walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
+    main = np.flatnonzero((np.abs(raster.areas([walls_mm])) > LEAST_SHARE) & inside.ravel())
+    main_mm = arc_length_at(raster.middles_mm(main), outline.centreline_mm).clip(0.0, outline.length_mm)
+    nearest = np.zeros(inside.shape, dtype=np.int32)
+    nearest.ravel()[main] = np.arange(1, len(main) + 1)
+    nearest = watershed(np.zeros(inside.shape, np.uint8), nearest, connectivity=2, mask=inside)
+    return np.append(-1.0, main_mm)[nearest.ravel()]
+
+
+def _noise_mm(solid: Solid) -> float:
+    """Return the depth of the hollows in an imported sample's face, or 0 if the face is plane.
+
+    It is estimated from the median height of the face's vertices. A rounded or chamfered mouth does not affect the
+    median, so it does not count as noise.
+    """
+    if solid.figures.mesh is None:
+        return 0.0
+    corners_mm = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]]
+    height_mm = np.abs(corners_mm[:, :, 2]).ravel()
+    order = np.argsort(height_mm)
+    area_mm2 = np.cumsum(np.repeat(_plan_areas_mm2(corners_mm), 3)[order])
+    median_mm = float(height_mm[order][np.searchsorted(area_mm2, area_mm2[-1] / 2)])
+    noise_mm = min(NOISE * median_mm / NORMAL_MEDIAN, MOST_NOISE * solid.depth_mm)
+    return noise_mm if noise_mm > 2 * BESIDE_MM else 0.0
+
+
+def _plan_areas_mm2(corners_mm: Floats) -> Floats:
+    """Return the area of each facet (n, 3, 3) in plan view, (n,)."""
+    (x1, y1), (x2, y2) = ((corners_mm[:, corner, :2] - corners_mm[:, 0, :2]).T for corner in (1, 2))
+    return np.abs(x1 * y2 - x2 * y1) / 2
+
+
+def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats, noise_mm: float, bin_mm: float) -> Floats:
+    """Return areas extrapolated to the deepest floor and the face, from the first and the last cut just inside.
+
+    Hollows of a rough face meet the crack. There, areas are extrapolated from below the hollows with the walls' slope.
+    It is the smaller of the slopes of two layers, since a ledge is not a slope.
+    """
+    share = BESIDE_MM / (levels_mm[1] - levels_mm[0] - BESIDE_MM)
+    area_mm2[:, 0] += share * (area_mm2[:, 0] - area_mm2[:, 1])
+    if noise_mm:
+        lowest, middle, highest = (area_mm2[:, np.searchsorted(levels_mm, -part * noise_mm)] for part in (2, 1.5, 1))
+        width = max(int(SMOOTHED_MM / bin_mm), 1)
+        lower, upper = uniform_filter1d([middle - lowest, highest - middle], width, axis=1)
+        slope = np.where(lower * upper > 0, np.sign(lower) * np.minimum(np.abs(lower), np.abs(upper)), 0.0)
+        area_mm2[:, -1] = highest + 2 * slope
+    else:
+        share = BESIDE_MM / (levels_mm[-1] - levels_mm[-2] - BESIDE_MM)
+        area_mm2[:, -1] += share * (area_mm2[:, -1] - area_mm2[:, -2])
+    return area_mm2.clip(min=0.0)
+
+
+def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
+    """Return levels from the deepest floor to the face, increasing, with a level on both sides of level facets.
+
+    No level is within the hollows of a rough face.
+    """
+    even_mm = np.linspace(-solid.depth_mm, 0.0, LEVELS)
+    finer_mm = even_mm[0] + (even_mm[1] - even_mm[0]) * FINER
+    noisy_mm = -noise_mm * np.array([2.0, 1.5, 1.0])
+    inner_mm = np.concatenate([even_mm[1:-1], finer_mm, _beside_flats_mm(outline, solid), noisy_mm])
+    inner_mm = inner_mm[(inner_mm > even_mm[0] + 2 * BESIDE_MM) & (inner_mm <= -max(noise_mm, 2 * BESIDE_MM))]
+    return np.concatenate([even_mm[:1], np.unique(inner_mm), even_mm[-1:]])
+
+
+def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
+    """Return the levels just below and above level facets, for the heights at which they have the largest areas."""
+    corners_mm = solid.vertices_mm[solid.faces]
+    low_mm, high_mm = corners_mm[:, :, 2].min(axis=1), corners_mm[:, :, 2].max(axis=1)
+    flat = (high_mm - low_mm < LEVEL_MM) & (low_mm > -solid.depth_mm - BESIDE_MM) & (high_mm < -BESIDE_MM)
+    low_mm, high_mm = low_mm[flat], high_mm[flat]
+    _, height = np.unique(np.round((low_mm + high_mm) / 2 / LEVEL_MM), return_inverse=True)
+    total_mm2 = np.bincount(height, _plan_areas_mm2(corners_mm[flat]))
+    large = np.argsort(-total_mm2, kind="stable")[:MOST_FLATS]
+    large = large[total_mm2[large] > LEAST_OF_MOUTH * outline.mean_width_mm * outline.length_mm]
+    ends_mm = [(low_mm[height == one].min() - BESIDE_MM, high_mm[height == one].max() + BESIDE_MM) for one in large]
+    return np.array(ends_mm).ravel()
+
+
+def _cuts(solid: Solid, levels_mm: Floats, noise_mm: float) -> list[CrossSection]:
+    """Return the cuts of the cavity (block minus mesh), from just above the deepest floor to just below the face."""
+    x_min, y_min, x_max, y_max = solid.block_mm
+    block = CrossSection.square((x_max - x_min, y_max - y_min)).translate((x_min, y_min))
+    # Mesh64 needs writable arrays that are no views: copy.
+    body = Manifold(Mesh64(np.array(solid.vertices_mm, float), np.array(solid.faces, np.uint64)))
+    inside_mm = levels_mm.clip(levels_mm[0] + BESIDE_MM, levels_mm[-1] - max(noise_mm, BESIDE_MM))
+    return [block - body.slice(level_mm) for level_mm in inside_mm.tolist()]
+
+
+def cell_areas(rings: Iterable[Floats], shape: tuple[int, int]) -> Floats:
+    """Return the area of a region in each cell, (rows, columns), as a share of the cell.
+
+    Cell (row, column) is the unit square whose lower corner is (column, row). Rings run counter-clockwise around the
+    region and clockwise around its islands, all within the raster.
+
+    Edges are cut at the borders of cells. A piece adds the area between it and the right border of its cell, and its
+    height to all cells on its right: Green's theorem, row by row.
+    """
+    edges = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
+    if not edges:
+        return np.zeros(shape)
+    start, step = (edge := np.concatenate(edges))[:, 0], edge[:, 1] - edge[:, 0]
+    numbers, places = [np.arange(len(start))], [np.zeros(len(start))]
+    for axis in (0, 1):
+        low = np.ceil(edge[:, :, axis].min(axis=1)).astype(int)
+        count = np.maximum(np.floor(edge[:, :, axis].max(axis=1)).astype(int) - low + 1, 0)
+        count[step[:, axis] == 0] = 0
+        number = np.repeat(np.arange(len(start)), count)
+        border = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + low[number]
+        numbers.append(number)
+        places.append(((border - start[number, axis]) / step[number, axis]).clip(0.0, 1.0))
+    number, place = np.concatenate(numbers), np.concatenate(places)
+    order = np.lexsort((place, number))
+    number, place = number[order], place[order]
+    end = np.where(np.append(number[1:] == number[:-1], False), np.append(place[1:], 1.0), 1.0)
+    middle = start[number] + ((place + end) / 2)[:, None] * step[number]
+    column, row = np.floor(middle).astype(int).T
+    height = -(end - place) * step[number, 1]
+    to_the_right = np.zeros(shape[0] * (shape[1] + 1))
+    at, before = row * (shape[1] + 1) + column, middle[:, 0] - column
+    to_the_right += np.bincount(at, height * (1 - before), len(to_the_right))
+    to_the_right += np.bincount(at + 1, height * before, len(to_the_right))
+    return np.cumsum(to_the_right.reshape(shape[0], -1), axis=1)[:, :-1]

@@ -42,7 +42,7 @@ from validate.report.report_facts import (
 from validate.result import Evidence
 from validate.sentences import sentence, table
 from validate.uncertainty.budget import UNDECLARED_MM
-from validate.units import PageTable, plain, words
+from validate.units import PageTable, setting_words, words
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,9 @@ def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Ite
     if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
     if evidence.run.has_particles:
-        yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
+        alt = "The sealant in the crack, seen from one side and from above, coloured by age"
+        model = Model(sentence("figure_model"), alt, build_turntable(evidence.run, evidence.solid))
+        yield "Fill", "fill", [model, *fill_plates(evidence)]
     yield "Photo", "answer", [_photo(evidence)]
     yield "Uncertainty", "uncertainty", [Paragraph(texts(uncertainty_facts(evidence)))]
 
@@ -150,7 +152,7 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
         yield "Agreement and readings", "agreement", list(comparison_tables(evidence))
         if comparison.uncertainty is not None:
             yield "Uncertainty in figures", "budget", uncertainty_tables(comparison.uncertainty)
-    balance = [balance_table(evidence)]
+    balance = [table("table_places", e=evidence, places=volumes(evidence))]
     if comparison is not None and comparison.volumes is not None:
         balance.append(table("table_volumes", m=comparison))
     yield "Mass balance", "mass-balance", balance
@@ -163,7 +165,8 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
         shown.append(Plate(sentence("figure_sections"), lambda: draw_sections(*parts)))
     if (weighed := evidence.solid.figures.weighed) is not None:
         shown.append(Plate(sentence("figure_weighed"), lambda: draw_weighed_fill(weighed)))
-    yield "Geometry", "geometry", [*shown, geometry_table(evidence), path_table(evidence)]
+    geometry = table("table_geometry", e=evidence, tilt=tilt_words(evidence))
+    yield "Geometry", "geometry", [*shown, geometry, path_table(evidence)]
     yield "Health of the run", "health", [health_table(evidence.run.health)]
     again = Paragraph((sentence("again_by_script"),))
     if evidence.commands:
@@ -191,7 +194,7 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
     if frames := evidence.frames:
         scene = FillScene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
-        yield Plate(sentence("figure_fill"), lambda: draw_fill(frames, scene, by=("speed",)))
+        yield Plate(sentence("figure_fill"), lambda: draw_fill(frames, scene))
     yield Plate(sentence("figure_side", e=evidence), lambda: draw_side_view(run, outline, solid, evidence.profile))
     yield Plate(sentence("figure_above"), lambda: draw_top_view(run, outline, solid, evidence.trajectory))
 
@@ -229,14 +232,6 @@ def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
     return overlay[rows, columns]
 
 
-def _model(evidence: Evidence) -> Model:
-    return Model(
-        sentence("figure_model"),
-        "The sealant in the crack, seen from one side and from above, coloured by age",
-        build_turntable(evidence.run, evidence.solid),
-    )
-
-
 SHOWN_HEALTH = (
     *("density_error_p95", "density_error_max", "moving_most", "viscosity_iterations_mean", "finer"),
     *("particles_across", "viscosity_m2_s", "viscosity_pa_s", "viscosity_added_m2_s", "reynolds", "bond", "bingham"),
@@ -257,15 +252,6 @@ def uncertainty_tables(uncertainty: ErrorUncertainty) -> list[PageTable]:
     names = "intervals", "budget", "missing", "alignment", "sizes", "inputs"
     tables = (table(f"table_{name}", u=uncertainty, undeclared_mm=UNDECLARED_MM) for name in names)
     return [each for each in tables if each.rows]
-
-
-def balance_table(evidence: Evidence) -> PageTable:
-    """Return the table of the dispensed sealant's volume at each place."""
-    return table("table_places", e=evidence, places=volumes(evidence))
-
-
-def geometry_table(evidence: Evidence) -> PageTable:
-    return table("table_geometry", e=evidence, tilt=tilt_words(evidence))
 
 
 def path_table(evidence: Evidence) -> PageTable:
@@ -299,21 +285,9 @@ def health_table(health: RunHealth) -> PageTable:
 
 def settings_table(settings: dict[str, Any]) -> PageTable:
     """Return the settings in effect, a row for each table; the seed is in the table of versions."""
-    groups: dict[str, list[str]] = {}
-    for group, content in settings.items():
-        if isinstance(content, dict):
-            tables = {key: value if isinstance(value, dict) else {"": value} for key, value in content.items()}
-            groups[group] = [
-                f"{words(key)} {words(name)} ".replace("  ", " ") + _in_short(value)
-                for key, part in tables.items()
-                for name, value in part.items()
-                if value is not None
-            ]
+    groups = {
+        group: [f"{words(key)} {setting_words(value)}" for key, value in content.items() if value is not None]
+        for group, content in settings.items()
+        if isinstance(content, dict)
+    }
     return table("table_settings", groups=groups)
-
-
-def _in_short(value: Any) -> str:
-    """Return a setting as text. A list of numbers becomes its length and its first and last value."""
-    if not isinstance(value, list | tuple) or not value or not all(isinstance(one, int | float) for one in value):
-        return plain(value)
-    return f"{len(value)} rows, {value[0]:.4g} to {value[-1]:.4g}"

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from sealtwin.core.records import Floats
 from validate.comparison import Comparison
-from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.report.report_facts import faults, freezing, not_measured, parts_of, walls
 from validate.result import ErrorBar, Evidence, FirstPage, Tile
@@ -117,8 +117,7 @@ def _level_alone(evidence: Evidence) -> list[tuple[str, str, str]]:
     mean_mm = float(np.trapezoid(level_mm, s_mm) / np.ptp(s_mm))
     low, over = (float(np.mean(which)) for which in (level_mm < -FLUSH_MM, level_mm > FLUSH_MM))
     flush = float(np.mean(np.abs(level_mm) <= FLUSH_MM))
-    spans = {"low": low, "flush": flush, "over": over, "flush_mm": FLUSH_MM}
-    return [tile("tile_level", mean_mm=mean_mm), tile("tile_flush", **spans)]
+    return [tile("tile_level", mean_mm=mean_mm), tile("tile_flush", low=low, flush=flush, over=over, flush_mm=FLUSH_MM)]
 
 
 def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -129,11 +128,11 @@ def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
     readings, comparison, seeds = evidence.readings, evidence.comparison, evidence.seeds
     if readings is None or comparison is None:
         return ()
-    inside = are_compared(readings, comparison.basis.covered_from_mm, comparison.basis.covered_to_mm)
-    level_mm = np.interp(readings.s_mm, evidence.profile.s_mm, evidence.profile.level_mm)
+    stations = comparison.stations
 
-    def compared(values: np.ndarray) -> tuple[str, ...]:
-        return tuple(signed(value, 1) if there else "-" for value, there in zip(values.tolist(), inside, strict=True))
+    def compared(values_mm: Floats) -> tuple[str, ...]:
+        texts = dict(zip(stations.s_mm, (signed(value_mm, 1) for value_mm in values_mm.tolist()), strict=True))
+        return tuple(texts.get(s_mm, "-") for s_mm in readings.s_mm)
 
     band = ()
     if (uncertainty := comparison.uncertainty) is not None:
@@ -143,6 +142,6 @@ def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
         ("along, mm", tuple(f"{s_mm:.4g}" for s_mm in readings.s_mm)),
         ("read, mm", tuple(signed(value, 1) for value in readings.level_mm.tolist())),
         *band,
-        (of_seeds, compared(level_mm)),
-        ("error, mm", compared(level_mm - readings.level_mm)),
+        (of_seeds, compared(stations.simulated_mm)),
+        ("error, mm", compared(stations.error_mm)),
     )

@@ -1,6 +1,6 @@
 """The report as a PDF of at most four pages: the facts of the first page, and all pictures with their captions.
 
-Two pages of text, and two of pictures: six on each, and a report has at most eleven. Pages say if text was left out.
+Two pages of text, and two of pictures: six on each, and a report has at most twelve. Pages say if text was left out.
 """
 
 import io

@@ -1,6 +1,7 @@
 """Facts that a report states about a trial: verdict, cautions, volumes, uncertainty, assumptions, what is left out."""
 
 from collections.abc import Iterable, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from sealtwin.core.facts import Fact, of_keys, texts
 from sealtwin.core.records import Run
 from sealtwin.core.regime import SURFACE_TENSION_N_M
 from sealtwin.core.run_figures import FAST
-from validate.comparison import Comparison, Outcome
+from validate.comparison import Outcome
 from validate.intervals import ErrorUncertainty, PredictedLevel, StationErrors
 from validate.metrics.verdict import SCREENING, case_of
 from validate.result import NOT_A_VALIDATION, Evidence
@@ -181,14 +182,13 @@ def _inputs(left_out: Sequence[str], unfit: Sequence[Fact], whole: str, missing:
 
 def stretches_off(stations: StationErrors) -> str:
     """Return a sentence on stretches of stations that are outside the band on one side, if any, the worst first."""
-    sides = np.where(stations.off, np.sign(stations.error_mm), 0).astype(int)
-    stretches, parts = [], np.split(np.arange(len(sides)), np.flatnonzero(np.diff(sides)) + 1)
-    for part in parts if len(sides) else ():
-        worst = part[np.abs(stations.error_mm[part]).argmax()]
+    stretches, errors_mm = [], np.where(stations.off, stations.error_mm, 0.0)
+    for side, group in groupby(range(len(errors_mm)), np.sign(errors_mm).tolist().__getitem__):
+        part = [*group]
+        worst = max(part, key=np.abs(errors_mm).__getitem__)
         first_mm, last_mm, at_mm = stations.s_mm[[part[0], part[-1], worst]]
-        size_mm = abs(float(stations.error_mm[worst]))
         places_mm = {"from_mm": first_mm, "to_mm": last_mm, "at_mm": at_mm}
-        stretches += [{"side": sides[worst], "worst_mm": size_mm, **places_mm}] if sides[worst] else []
+        stretches += [{"side": side, "worst_mm": abs(float(errors_mm[worst])), **places_mm}] if side else []
     return sentence("stretches_off", stretches=sorted(stretches, key=lambda stretch: -stretch["worst_mm"]))
 
 
@@ -227,8 +227,10 @@ def assumptions(evidence: Evidence) -> tuple[Fact, ...]:
         "assumed.doubt": texts(run.doubts),
         "assumed.note": texts((*outline.warnings, *solid.figures.warnings)),
     }
+    # Cured sealant has shrunk; the simulated sealant has not.
+    as_read = "" if m is None or m.volumes is None else sentence("as_read", balance=m.volumes.mass_balance)
     parts = {"e": evidence, "m": m, "fluid": fluid, "slope": run.settings.get("sample"), "tilt": tilt_words(evidence)}
-    parts |= {"tension_n_m": SURFACE_TENSION_N_M, "settled": _settled(evidence), "as_read": _as_read(m)}
+    parts |= {"tension_n_m": SURFACE_TENSION_N_M, "settled": _settled(evidence), "as_read": as_read}
     facts = [
         *(assumed(key, *number, **parts) for key, number in numbers.items()),
         *(assumed(key, text=text) for key, sentences in others.items() for text in sentences),
@@ -252,24 +254,15 @@ def walls(evidence: Evidence) -> str:
     widths_mm = {"flare": solid.figures.mouth_width_mm, "undercut": solid.figures.floor_width_mm}
     if widths_mm.get(solid.tilt) is None:
         return ""
-    parts = {"solid": solid, "traced_mm": evidence.outline.mean_width_mm, "angles": _angles(evidence)}
-    return sentence(f"walls_{solid.tilt}", **parts)
+    return sentence(
+        f"walls_{solid.tilt}", solid=solid, traced_mm=evidence.outline.mean_width_mm, angles=_angles(evidence)
+    )
 
 
 def freezing(evidence: Evidence) -> str:
     """Return a sentence on freezing by age, if there is any."""
     freeze_s = evidence.run.settings.get("fluid", {}).get("freeze_after_s")
     return sentence("freezing", freeze_s=freeze_s) if isinstance(freeze_s, int | float) else ""
-
-
-def _as_read(comparison: Comparison | None) -> str:
-    """Return the end of a sentence on curing: the declared state of the sealant when it was read.
-
-    Cured sealant has shrunk; the simulated sealant has not.
-    """
-    if comparison is None or comparison.volumes is None:
-        return ""
-    return sentence("as_read", balance=comparison.volumes.mass_balance)
 
 
 def _settled(evidence: Evidence) -> str:

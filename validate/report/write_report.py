@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from sealtwin.core.files import replacing, write_json, write_text
-from validate.figures.drawing import DrawnFigure, as_picture, as_svg, draw_both
 from validate.figures.first_figure import NARROW, WIDE
 from validate.figures.page import page_environment
 from validate.figures.solid_pictures import draw_still
-from validate.figures.theme import AGES, in_page
+from validate.figures.theme import AGES, DrawnFigure, as_picture, as_svg, draw_both, in_page
 from validate.report.chapters import (
     Chapter,
     Model,

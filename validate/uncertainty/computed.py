@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from itertools import combinations
 from typing import Any, Self
 
 import numpy as np
@@ -13,7 +14,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.run_figures import FAST, Method
 from validate.intervals import InputEffect, SizeSeries
-from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
+from validate.uncertainty.budget import Component, chi_squared, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
 RUNS = 1_000  # They give a standard deviation to 2 %
@@ -93,12 +94,14 @@ class Inputs:
             InputEffect(
                 name=name,
                 standard=standard,
-                mean_level_mm=float(straight[number]),
-                largest_mm=float(np.abs(self.straight_mm[number]).max()),
-                share=float(alone[number] / whole) if whole else 0.0,
+                mean_level_mm=float(mean_mm),
+                largest_mm=float(np.abs(level_mm).max()),
+                share=float(part / whole) if whole else 0.0,
                 model=self.model,
             )
-            for number, (name, standard) in enumerate(self.standards.items())
+            for (name, standard), mean_mm, level_mm, part in zip(
+                self.standards.items(), straight, self.straight_mm, alone, strict=True
+            )
         )
         return effects, both / whole if whole else 0.0
 
@@ -164,13 +167,15 @@ class Replicates:
         noise = normals("particle size", self._count + 1, draws)
         off = noise[:, :-1] @ self._residuals + noise[:, -1:] * lack
         freedom = self._count - 2
-        return error + off / np.sqrt(squares[:, None] * _chi_squares("particle size", freedom, draws))
+        return error + off / np.sqrt(
+            squares[:, None] * chi_squared(uniforms("particle size, chi squared", 1, draws), freedom)
+        )
 
     def single_runs(self, draws: int) -> Floats:
         """Return draws of the deviation of the level from the mean over all seeds, (draws, k)."""
         freedom = self._count - len(self.runs)
         off = normals("single run", self._count, draws) @ self._residuals
-        return off / np.sqrt(self.mean_of * _chi_squares("single run", freedom, draws))
+        return off / np.sqrt(self.mean_of * chi_squared(uniforms("single run, chi squared", 1, draws), freedom))
 
     def orders(self, draws: int) -> Floats:
         """Return draws of the order p, (draws,)."""
@@ -234,13 +239,6 @@ def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> l
         moved_mm = volume_level_mm * (2 * uniforms("volume of the numerics", 1, draws) - 1)
         parts.append(("volume gained or lost by the numerics", np.tile(moved_mm, stations)))
     return [Component(name, "computed", draws_mm, shared=True, kind="numerics") for name, draws_mm in parts]
-
-
-def _chi_squares(name: str, freedom: int, draws: int) -> Floats:
-    """Return stratified draws of the chi-squared distribution, (draws, 1)."""
-    from scipy.special import gammaincinv
-
-    return 2 * gammaincinv(freedom / 2, uniforms(f"{name}, chi squared", 1, draws))
 
 
 def two_level_design(inputs: int) -> Integers:
@@ -361,13 +359,10 @@ def require_different(levels_mm: Iterable[Floats], names: Sequence[str], where: 
 
     ``names`` has the name of each level's run. The message begins with ``where``.
     """
-    earlier: list[Floats] = []
-    for number, level_mm in enumerate(levels_mm):
-        for other, earlier_mm in enumerate(earlier):
-            if np.array_equal(level_mm, earlier_mm):
-                raise InputError(
-                    f"{where}: the runs {names[other]} and {names[number]} have the same level to the last digit. They "
-                    "are copies, not replicates, and do not show the scatter of single runs. Give another "
-                    "solver.radius_mm, at which the seed changes the run."
-                )
-        earlier.append(level_mm)
+    for (name, level_mm), (other, other_mm) in combinations(zip(names, levels_mm, strict=True), 2):
+        if np.array_equal(level_mm, other_mm):
+            raise InputError(
+                f"{where}: the runs {name} and {other} have the same level to the last digit. They are copies, not "
+                "replicates, and do not show the scatter of single runs. Give another solver.radius_mm, at which the "
+                "seed changes the run."
+            )

@@ -7,7 +7,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
 from validate.sentences import doubted
 from validate.settings import PASS_MM, Readings, Uncertainty
-from validate.uncertainty.budget import Component, Source, draws_for, normals, uniforms
+from validate.uncertainty.budget import Component, Source, chi_squared, draws_for, normals, uniforms
 
 FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of a pass; few, so that repeats may exceed it
 FALSE_ALARM = 0.01  # Probability that a true declaration is refused
@@ -148,8 +148,14 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
         require_pass_mm(residual_mm, measured.s_mm, declared.pass_mm, source)
     if (declared_mm := declared.repeatability_mm) is not None:
         if (~np.isnan(repeats_mm)).sum(axis=1).max() > 1:
-            scatter = _scatter(residual_mm, measured.s_mm, declared)
-            _require_scatter(*scatter, declared_mm, settings.resolution_mm, source)
+            squares_mm2, freedom = _scatter(residual_mm, measured.s_mm, declared)
+            variance_mm2 = declared_mm**2 + settings.resolution_mm**2 / 12
+            if squares_mm2 > variance_mm2 * chi_squared(1 - FALSE_ALARM, freedom):
+                raise InputError(
+                    f"{source}: the repeats contradict uncertainty.repeatability_mm = {declared_mm:g}: they scatter by "
+                    f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), more than 99 of 100 "
+                    "sheets with this repeatability. Remove it, since the repeats show the scatter."
+                )
         else:
             own_mm = declared_mm * np.ones(len(measured.s_mm))
             _require_rough(measured, own_mm, "repeatability_mm", declared_mm, source)
@@ -175,36 +181,18 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
         )
 
 
-def _require_scatter(squares_mm2: float, freedom: float, declared_mm: float, resolution_mm: float, source: str) -> None:
-    """Refuse a repeatability that the scatter of the repeats exceeds, according to a chi-squared test."""
-    variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
-    if squares_mm2 > variance_mm2 * _chi_squared(1 - FALSE_ALARM, freedom):
-        raise InputError(
-            f"{source}: the repeats contradict uncertainty.repeatability_mm = {declared_mm:g}: they scatter by "
-            f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), more than 99 of 100 sheets "
-            "with this repeatability. Remove it, since the repeats show the scatter."
-        )
-
-
-def _chi_squared(share: float, freedom: float) -> float:
-    """Return the quantile of a chi-squared distribution. ``scipy.stats`` gives it too, and takes 0.5 s to import."""
-    from scipy.special import gammaincinv
-
-    return 2.0 * float(gammaincinv(freedom / 2, share))
-
-
 def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> tuple[Fact, ...]:
     """Return a doubt about a declared repeatability that exceeds the scatter of the repeats.
 
-    With repeats, no interval uses a declared repeatability. The test is that of ``_require_scatter``, at the lower end
-    of the distribution. It is skipped if the last digit hides the scatter.
+    With repeats, no interval uses a declared repeatability. The test is that of ``refuse_contradicted`` at the other
+    end of the distribution. It is skipped if the last digit hides the scatter.
     """
     declared_mm = declared.repeatability_mm
     if declared_mm is None or measured.repeats_mm is None or resolution_mm > COARSE * declared_mm:
         return ()
     squares_mm2, freedom = _scatter(repeats_of(measured)[1], measured.s_mm, declared)
     variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
-    if freedom <= 0 or squares_mm2 >= variance_mm2 * _chi_squared(FALSE_ALARM, freedom):
+    if freedom <= 0 or squares_mm2 >= variance_mm2 * chi_squared(FALSE_ALARM, freedom):
         return ()
     parts = {"scatter_mm": np.sqrt(squares_mm2 / freedom), "freedom": freedom}
     return (doubted("readings.repeatability-unused", declared_mm, "mm", **parts),)

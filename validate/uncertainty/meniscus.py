@@ -11,7 +11,6 @@ import numpy as np
 from sealtwin.core.meniscus import capillary_length_mm, raise_and_height_mm
 from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.core.regime import SURFACE_TENSION_N_M
-from validate.metrics.volumes import mouth_widths_mm
 from validate.uncertainty.budget import Component, Kind, draws_for, uniforms
 
 WIDTHS = 32  # Widths at which a meniscus is computed, from 0 to the largest; interpolation is exact to 0.2 %
@@ -31,7 +30,8 @@ class Mouth:
 
     @classmethod
     def of(cls, outline: Outline, solid: Solid, density_kg_m3: float | None) -> "Mouth":
-        return cls(outline.s_mm, mouth_widths_mm(outline.s_mm, outline, solid), density_kg_m3)
+        opening = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if solid.tilt == "flare" else 0.0
+        return cls(outline.s_mm, outline.width_mm + opening * solid.depth_mm, density_kg_m3)
 
     def at_mm(self, s_mm: Floats) -> Floats:
         """Return the width at each s, (n,)."""

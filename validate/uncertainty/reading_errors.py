@@ -243,37 +243,37 @@ def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Compon
     stations, ones, draws = len(s_mm), np.ones(len(s_mm)), draws_for(len(s_mm))
     common, own = normals(name, 1, draws), normals(f"{name}, each", stations, draws)
     shared = name not in ("uncertainty.station_each_mm", "uncertainty.common_mm")
-    if name == "readings.datum_error_mm":
-        label, draws_mm = "height of the datum", size_mm * common * ones
-    elif name == "readings.limit_mm":
-        label, draws_mm = f"scale of a gauge that is {size_mm:.0%} off", size_mm * common * height_mm
-    elif name == "readings.probe_mm":
-        # A probe reads the highest point below it. Its half meets slopes that stations do not show.
-        label = f"width of a probe of {size_mm:g} mm on a slope"
-        draws_mm = size_mm / 2 * np.abs(mean_slope + UNSURE * turn * own)
-    elif name == "uncertainty.station_mm":
-        label, draws_mm = "common shift of the stations", slope * size_mm * common
-    elif name == "uncertainty.station_each_mm":
-        # The slope itself is uncertain, by stations out of place.
-        label = "place of each station"
-        unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
-        draws_mm = slope * unsure * size_mm * own
-    elif name == "uncertainty.common_mm":
-        label = "error that all repeats of a station share"
-        # A scan has many stations: the error is interpolated between some of them.
-        place_mm = s_mm if stations <= FEW_STATIONS else np.linspace(s_mm[0], s_mm[-1], FEW_STATIONS)
-        alike = np.exp(-(((place_mm[:, None] - place_mm) / ALIKE_MM) ** 2) / 2)
-        root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
-        draws_mm = size_mm * own[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
-    elif name == "uncertainty.operator_mm":
-        label, draws_mm = "operator's offset", size_mm * common * ones
-    elif name == "uncertainty.datum_tilt_mm":
-        # The caliper was set to zero at either end. A zero between them gives smaller errors.
-        label, place = "tilted datum or bowed face", (s_mm - s_mm[0]) / np.ptp(s_mm)
-        zero = np.round(uniforms(f"{name}, zero", 1, draws))
-        draws_mm = size_mm * common * (place - zero)
-    else:
-        label, draws_mm = "sinking probe", -size_mm * np.abs(common) * ones
+    match name:
+        case "readings.datum_error_mm" | "uncertainty.operator_mm":
+            label = "height of the datum" if name == "readings.datum_error_mm" else "operator's offset"
+            draws_mm = size_mm * common * ones
+        case "readings.limit_mm":
+            label, draws_mm = f"scale of a gauge that is {size_mm:.0%} off", size_mm * common * height_mm
+        case "readings.probe_mm":
+            # A probe reads the highest point below it. Its half meets slopes that stations do not show.
+            label = f"width of a probe of {size_mm:g} mm on a slope"
+            draws_mm = size_mm / 2 * np.abs(mean_slope + UNSURE * turn * own)
+        case "uncertainty.station_mm":
+            label, draws_mm = "common shift of the stations", slope * size_mm * common
+        case "uncertainty.station_each_mm":
+            # The slope itself is uncertain, by stations out of place.
+            label = "place of each station"
+            unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
+            draws_mm = slope * unsure * size_mm * own
+        case "uncertainty.common_mm":
+            label = "error that all repeats of a station share"
+            # A scan has many stations: the error is interpolated between some of them.
+            place_mm = s_mm if stations <= FEW_STATIONS else np.linspace(s_mm[0], s_mm[-1], FEW_STATIONS)
+            alike = np.exp(-(((place_mm[:, None] - place_mm) / ALIKE_MM) ** 2) / 2)
+            root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
+            draws_mm = size_mm * own[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
+        case "uncertainty.datum_tilt_mm":
+            # The caliper was set to zero at either end. A zero between them gives smaller errors.
+            label, place = "tilted datum or bowed face", (s_mm - s_mm[0]) / np.ptp(s_mm)
+            zero = np.round(uniforms(f"{name}, zero", 1, draws))
+            draws_mm = size_mm * common * (place - zero)
+        case _:
+            label, draws_mm = "sinking probe", -size_mm * np.abs(common) * ones
     return Component(label, "declared", draws_mm, shared=shared, setting=name)
 
 

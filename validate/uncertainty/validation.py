@@ -59,9 +59,20 @@ def level_findings(
     V&V 20 is not assessed. If the model was ``calibrated`` on the readings, E is not the error of a prediction, which
     V&V 20 requires; a model for ``screening`` is not assessed either.
     """
-    parts_of_it = {"mean": mean, "coverage": COVERAGE, "calibrated": calibrated, "screening": screening}
     value_mm = None if screening or mean.resolved is None else mean.error_mm
-    return stated(MEAN_LEVEL, value_mm, "mm", **parts_of_it), _of_stations(stations, parts, _included(mean))
+    terms = {"mean": mean, "coverage": COVERAGE, "calibrated": calibrated, "screening": screening}
+    # Many stations are many tests, so a station counts as off outside the band of all stations together.
+    of_stations = stated(
+        "validation.stations",
+        int(stations.off.sum()),
+        count=len(stations.error_mm),
+        high=int((stations.off & (stations.error_mm > 0)).sum()),
+        above=int(stations.above.sum()),
+        by_chance=stations.by_chance,
+        included=_included(mean),
+        largest=max(parts, key=lambda one: one.station_mm).name,
+    )
+    return stated(MEAN_LEVEL, value_mm, "mm", **terms), of_stations
 
 
 def _included(mean: MeanLevelBudget) -> str:
@@ -70,29 +81,6 @@ def _included(mean: MeanLevelBudget) -> str:
         return "readings, numerics and inputs"
     parts = ["readings"] if mean.numerics_mm is None else ["readings", "numerics"]
     return " and ".join(parts if mean.inputs_mm is None else [*parts, "some inputs"]) + " alone"
-
-
-def _of_stations(stations: StationErrors, parts: Sequence[BudgetPart], included: str) -> Fact:
-    """Return the finding on the stations.
-
-    ``included`` names the uncertainties in the bands, ``parts`` are their errors. Many stations are many tests, so a
-    station counts as off if its error is outside the band of all stations together.
-    """
-    return stated(
-        "validation.stations",
-        int(stations.off.sum()),
-        count=len(stations.error_mm),
-        high=int((stations.off & (stations.error_mm > 0)).sum()),
-        above=int(stations.above.sum()),
-        by_chance=stations.by_chance,
-        included=included,
-        largest=max(parts, key=lambda one: one.station_mm).name,
-    )
-
-
-def missing_errors(missing: Sequence[BudgetPart]) -> Fact:
-    """Return the finding on errors of the readings that no interval includes."""
-    return stated("validation.missing", len(missing), names=[one.name for one in missing])
 
 
 # Two models of the same paste differ most at the ends of the path. Where the nozzle stops a mound of up to 4 tau / rho
@@ -154,7 +142,7 @@ def predict(
     """
     # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
-    level_mm = np.interp(s_mm, simulated.s_mm, simulated.level_mm)
+    level_mm = simulated.level_at_mm(s_mm)
     of_model = [] if ends is None else [ends.errors(s_mm)]
     fast_mm, missing = None, []
     if spread.fast_mm is not None:
@@ -190,6 +178,6 @@ def predict(
         inputs=effects,
         inputs_left_out=declared.left_out,
         fast_level_mm=None if fast_mm is None else np.round(fast_mm, DIGITS),
-        flat_level_mm=None if flat is None else np.round(np.interp(s_mm, flat.s_mm, flat.level_mm), DIGITS),
+        flat_level_mm=None if flat is None else np.round(flat.level_at_mm(s_mm), DIGITS),
         unfit=spread.unfit,
     )

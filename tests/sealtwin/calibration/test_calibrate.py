@@ -36,8 +36,7 @@ from tests.calibrations import FREE, HERE, TRUTH, tiny_trials
 from tests.pages import leave_out_figures
 from tests.places import ROOT
 from tests.studies import tiny_lab
-from validate.calibration.free import Free
-from validate.calibration.posterior import smooth_errors_mm2
+from validate.calibration.posterior import Free, smooth_errors_mm2
 from validate.settings import Uncertainty
 
 YIELD = {"fluid.yield_stress_pa": (2.0, 20.0)}

@@ -8,8 +8,7 @@ import pytest
 from sealtwin.calibration import search as searching
 from sealtwin.calibration.search import FEWEST, FIRST, Source, ends_of_launches, search
 from sealtwin.core.errors import InputError, NumericalError
-from validate.calibration.free import Free, marginals_of
-from validate.calibration.posterior import ReadLevels
+from validate.calibration.posterior import Free, ReadLevels, marginals_of
 
 S_MM = np.linspace(0.0, 40.0, 12)
 FREES = [Free("fluid.viscosity_pa_s", 0.2, 5.0), Free("path.fill", 0.8, 1.2)]

@@ -71,7 +71,7 @@ def test_runs_without_a_result_are_left_out_and_told(done):
     write_plan(done, replace(plan, runs=[*plan.runs, fifth]))
     write_outcome(done, replace(fifth, state="failed", reason="The numbers diverged."))
     mapped = mapped_without_fills(done)
-    assert mapped.chart.exclusion == "Run 5 is not ranked: The numbers diverged."
+    assert mapped.chart.exclusion == "1 of 5 runs are not ranked. Run 5: The numbers diverged."
     assert [each["number"] for each in mapped.content["excluded"]] == [5]
 
 

@@ -92,7 +92,7 @@ def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch,
 
 
 def test_a_number_that_differs_between_two_runs_is_a_row_of_their_comparison(tmp_path, monkeypatch):
-    """Settings are the same; two solvers computed the levels, which are no replicates of each other."""
+    """Settings are the same; two solvers computed the levels."""
     runs = [run_tiny(tmp_path, TRIAL.split("[readings]")[0].replace("substeps = 2", "substeps = 2\nsettle_s = 0.2"))]
     runs.append(tmp_path / "two")
     shutil.copytree(runs[0], runs[1])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from validate.calibration.free import Free, combinations_of, confounded_pairs, marginals_of
+from validate.calibration.posterior import Free, combinations_of, confounded_pairs, marginals_of
 
 FREES = [Free("fluid.yield_stress_pa", 3.0, 60.0), Free("fluid.viscosity_pa_s", 0.2, 5.0), Free("path.fill", 0.9, 1.1)]
 

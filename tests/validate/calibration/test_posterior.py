@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from validate.calibration.emulator import Emulator, Processes, Scatter
-from validate.calibration.free import Free
-from validate.calibration.posterior import COMMON_MM, INFLATED, Posterior, ReadLevels, reach_of, smooth_errors_mm2
+from validate.calibration.posterior import COMMON_MM, INFLATED, Free, Posterior, ReadLevels, reach_of, smooth_errors_mm2
 
 STATIONS = 12
 S_MM = np.linspace(0.0, 40.0, STATIONS)

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from validate.calibration.free import Free
-from validate.calibration.posterior import BasisReach, ReadLevels
+from validate.calibration.posterior import BasisReach, Free, ReadLevels
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_runs
 from validate.figures.calibration_page import calibration_page
 from validate.figures.page import write_page
@@ -59,8 +58,8 @@ def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated
 @pytest.mark.parametrize(
     ("drafts", "lead"),
     [
-        ((37, 37), "40 runs of each trial, 37 of them drafts"),
-        ((37, 0), "40 runs of each trial, 37 of those of one drafts"),
+        ((37, 37), "40 runs of each trial, with 74 drafts"),
+        ((37, 0), "40 runs of each trial, with 37 drafts"),
         ((0, 0), "40 runs of each trial, for"),
     ],
 )

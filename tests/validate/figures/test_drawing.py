@@ -5,8 +5,7 @@ import pytest
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from validate.figures.drawing import as_picture, as_svg, draw_both
-from validate.figures.theme import plate, themed
+from validate.figures.theme import as_picture, as_svg, draw_both, plate, themed
 
 DPI = 150
 

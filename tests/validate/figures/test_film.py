@@ -7,8 +7,8 @@ import pytest
 from PIL import Image, ImageSequence
 
 from sealtwin.core.errors import InputError
-from validate.figures.drawing import as_picture
 from validate.figures.snapshots import FILM_DPI, Snapshot, write_film
+from validate.figures.theme import as_picture
 
 
 def film(path, scene, frames):

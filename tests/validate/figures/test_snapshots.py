@@ -7,27 +7,27 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import PathPatch
 
 from tests.evidence import axes_of
-from validate.figures.drawing import as_picture
 from validate.figures.particles import SPEED
-from validate.figures.snapshots import Snapshot, draw_fill, draw_health, write_gallery
+from validate.figures.snapshots import Snapshot, draw_fill, draw_health, draw_sections, write_gallery
+from validate.figures.theme import as_picture
 
 
-def test_the_fill_shows_every_moment_by_speed_and_by_age_on_common_scales(scene, frames):
-    figure = draw_fill(frames, scene)
-    *panels, speeds, ages = axes_of(figure)
-    assert (speeds.get_xlabel(), ages.get_xlabel()) == ("speed (mm/s)", "age (s)")
-    for number, frame in enumerate(frames):
-        by_speed, by_age = panels[2 * number : 2 * number + 2]
-        assert by_speed.get_title(loc="left") == f"t = {frame.t_s:.2f} s"
-        shown = np.argsort(-np.abs(frame.position_mm[:-1, 1]), kind="stable")  # all but the one that spilled
-        for axes, value in ((by_speed, frame.speed_mm_s), (by_age, frame.age_s)):
+def test_the_fill_shows_every_moment_by_speed_or_by_age_on_a_common_scale(scene, frames):
+    """One scale for all moments, or they could not be compared."""
+    by_speed = draw_fill(frames, scene)
+    by_age, _ = draw_sections(2.0, [[(scene, frame) for frame in frames]], "age")
+    assert axes_of(by_speed)[0].get_title(loc="left") == "t = 0.50 s"
+    for figure, label, limits in ((by_speed, "speed (mm/s)", SPEED.norm), (by_age, "age (s)", (0.0, 10.0))):
+        *panels, bar = axes_of(figure)
+        assert bar.get_xlabel() == label
+        for axes, frame in zip(panels, frames, strict=True):
+            shown = np.argsort(-np.abs(frame.position_mm[:-1, 1]), kind="stable")  # all but the one that spilled
+            value = frame.speed_mm_s if figure is by_speed else frame.age_s
             _, discs = axes.collections
             assert np.asarray(discs.get_offsets()) == pytest.approx(frame.position_mm[shown][:, [0, 2]], abs=0.06)
             assert np.asarray(discs.get_array()) == pytest.approx(value[shown])
             assert axes.get_aspect() == 1.0
-        # One scale for all moments, or they could not be compared.
-        assert by_age.collections[1].get_clim() == (0.0, 10.0)
-        assert by_speed.collections[1].norm is SPEED.norm
+            assert limits in (discs.norm, discs.get_clim())
 
 
 def axes_box(axes, box):
@@ -71,7 +71,7 @@ def test_the_nozzle_stands_where_it_is_then_and_is_gone_after_its_path(scene, ev
 
 def test_many_moments_are_thinned_to_a_page(scene, frames):
     figure = draw_fill(frames * 7, scene)
-    assert len(axes_of(figure)) == 8 * 2 + 2
+    assert len(axes_of(figure)) == 8 + 1
 
 
 def test_snapshots_of_one_run_have_one_layout(scene, frames, tmp_path, monkeypatch):
@@ -87,8 +87,8 @@ def test_snapshots_of_one_run_have_one_layout(scene, frames, tmp_path, monkeypat
     monkeypatch.setattr("validate.figures.snapshots.draw_health", lambda _: Figure())
     named = {f"{frame.t_s:08.3f}s": frame for frame in frames}
     last, *others = (f"snapshots/{name}" for name in reversed(named))
-    assert write_gallery(tmp_path, named, scene, {}) == ["health", last, *others, "snapshots/fill"]
-    assert laid_out == [last, "snapshots/fill"]
+    assert write_gallery(tmp_path, named, scene, {}) == ["health", last, *others]
+    assert laid_out == [last]
 
 
 def test_a_snapshot_shows_nothing_of_the_one_before(scene, frames):

@@ -9,7 +9,7 @@ from sealtwin.core.records import Profile
 from tests.shapes import straight_slot
 from validate.compare import compare
 from validate.comparison import Baseline
-from validate.metrics.baselines import against_baselines, beaten, best_curves, flat_levels, nearer_baseline
+from validate.metrics.verdict import against_baselines, beaten, best_curves, flat_levels, nearer_baseline
 
 OUTLINE = straight_slot(80.0, 3.0)
 SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))

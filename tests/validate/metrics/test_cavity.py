@@ -9,7 +9,7 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats
 from tests.shapes import CUT, closed_crack, straight_slot, with_ring
-from validate.metrics.cavity import CavityByLevel, cavity_by_level
+from validate.metrics.volumes import CavityByLevel, cavity_by_level
 
 SIDE_CRACK = np.array([(0, -3), (40, -3), (40, 3), (22, 3), (22, 20), (18, 20), (18, 3), (0, 3)], dtype=float)
 SLOT = straight_slot(40.0, 6.0, CUT)

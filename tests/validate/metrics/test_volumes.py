@@ -11,8 +11,9 @@ from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Profile, Run
 from sealtwin.core.run_figures import RunHealth
 from tests.shapes import outline_between, straight_slot
-from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance, mouth_widths_mm
+from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance
 from validate.settings import Readings
+from validate.uncertainty.meniscus import Mouth
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 80.0, 3.0, 16.0
 OUTLINE = straight_slot(LENGTH_MM, WIDTH_MM)
@@ -50,9 +51,8 @@ def test_volumes_of_a_half_filled_crack():
 
 
 def test_the_mouth_of_a_flare_is_wider_than_what_was_traced():
-    assert mouth_widths_mm(np.array([40.0]), OUTLINE, solid("flare", 5.5)) == pytest.approx(3 + 2 * 16 * TANGENT)
-    assert mouth_widths_mm(np.array([40.0]), OUTLINE, solid("funnel", 5.5)) == pytest.approx(3)
-    assert mouth_widths_mm(np.array([40.0]), OUTLINE, solid("undercut", 5.5)) == pytest.approx(3)
+    for tilt, wider_mm in (("flare", 2 * 16 * TANGENT), ("funnel", 0.0), ("undercut", 0.0)):
+        assert Mouth.of(OUTLINE, solid(tilt, 5.5), None).at_mm(np.array([40.0])) == pytest.approx(3 + wider_mm)
 
 
 @pytest.mark.parametrize(

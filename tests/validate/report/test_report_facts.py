@@ -103,7 +103,7 @@ def test_sealant_with_a_table_is_told_with_its_ends_and_its_columns_are_not_list
     assert "its age since it left the nozzle, 0.05 to 30 Pa s, its yield stress (Bingham) 0 to 40 Pa" in words
     assert "Shrinkage is not modelled" in words
     rows = dict(settings_table(with_settings(evidence, fluid=ageing).run.settings).rows)
-    assert "curve viscosity (Pa s) 3 rows, 0.05 to 30" in rows["fluid"]
+    assert "curve age (s) 0, 60, 600, viscosity (Pa s) 0.05, 1, 30, " in rows["fluid"]
     assert "temperature" not in rows["fluid"]
     assert "cooling" not in rows["fluid"]
     hot = {"temperature_c": [100.0, 200.0], "viscosity_pa_s": [30.0, 0.05]}
