@@ -390,7 +390,6 @@ def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -
         frame_s=schedule.frame_s,
         substeps=case.substeps,
         rows=sum(int(course.moving.max()) for course in case.courses),
-        centreline=sample.outline.centreline_mm * CM,
         down=down,
         threads=options.threads,
     )

@@ -132,7 +132,6 @@ def engine_with(
         frame_s=frame_s,
         substeps=substeps,
         rows=state.count,
-        centreline=crack[1].centreline_mm * CM,
         down=slope.down,
         threads=threads,
         native=native,

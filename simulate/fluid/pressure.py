@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import State
 from simulate.kernels import pressure
@@ -42,7 +41,7 @@ def iterations_of(damping: float, alone: int) -> Iterations:
 
 
 class Pressure:
-    """The pressure of all runs. It has one level or, with ``coarse``, two."""
+    """The pressure of all runs."""
 
     def __init__(
         self,
@@ -56,13 +55,12 @@ class Pressure:
         moves_after_viscosity: Sequence[bool],
         scheme: Scheme,
         iterations: Sequence[Iterations],
-        coarse: CoarsePressure | None,
     ) -> None:
         """Bind the kernels. ``iterations`` and ``moves_after_viscosity`` have an item for each run.
 
         ``moves_after_viscosity`` is True for a run whose particles move after viscosity.
         """
-        self.smoothing, self.coarse = smoothing, coarse
+        self.smoothing = smoothing
         carried, numbers = zip(*iterations, strict=True)
         self._carries, self._most = any(carried), max(numbers)
         self.iteration_state = iteration_state = pressure.IterationState()
@@ -72,16 +70,6 @@ class Pressure:
             [float(way) for way in moves_after_viscosity], dtype=float, device=state.device
         )
         iteration_state.correction = wp.zeros(len(lists.fluid_count), dtype=wp.vec3, device=state.device)
-        if coarse:
-            self.measure_terms = launcher.bind(
-                pairs.measure_terms,
-                state.particles,
-                lists,
-                smoothing,
-                coarse.rows,
-                shared=True,
-            )
-            """Measure densities and volumes; the coarse level computes the multipliers."""
         self._densities, self._corrections, self._shifts = {}, {}, {}
         for iteration in (CARRIED_OVER, *range(self._most)):
             self._densities[iteration] = launcher.bind(
@@ -114,16 +102,10 @@ class Pressure:
 
     def solve(self, rows: int) -> None:
         """Compute all iterations of a substep."""
-        if self.coarse:
-            self.coarse.begin(rows)
         if self._carries:
             self.correct(rows, CARRIED_OVER)
         for iteration in range(self._most):
-            if self.coarse:
-                self.measure_terms(rows)
-                self.coarse.change(iteration, rows)
-            else:
-                self.measure_density(rows, iteration)
+            self.measure_density(rows, iteration)
             self.correct(rows, iteration)
 
     def measure_density(self, rows: int, iteration: int = 0) -> None:

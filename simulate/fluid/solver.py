@@ -7,10 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
 from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_lists
-from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.fault_checks import FaultChecks
 from simulate.fluid.launcher import Launcher, Recordings
 from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
@@ -55,22 +53,13 @@ class Domain(NamedTuple):
 
 
 def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
-    """Return the user's number of substeps. By default, it is enough for a short fall in each substep.
-
-    Raises InputError if the user's number is smaller and the pressure has two levels.
-    """
+    """Return the user's number of substeps. By default, it is enough for a short fall in each substep."""
+    if settings.substeps is not None:
+        return settings.substeps
     few, many = (
         max(1, math.ceil(frame_s / math.sqrt(fall * 4 * settings.size_mm / 10 / GRAVITY_CM_S2)))
         for fall in (RESOLUTIONS[settings.preset].fall, RESOLUTIONS[settings.preset].fall_alone)
     )
-    if settings.substeps is not None:
-        if settings.substeps < many and settings.pressure == "two-level":
-            raise InputError(
-                f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
-                f"{frame_s * 1e3:.3g} ms need at least {many}, or the fluid becomes unstable. Give at least {many}, "
-                "or leave substeps out."
-            )
-        return settings.substeps
     return few if iterations_for(settings, fluid, frame_s, few).carried else many
 
 
@@ -109,12 +98,11 @@ class FluidSolver:
         frame_s: float,
         substeps: int,
         rows: int,
-        centreline: Floats,
         down: Sequence[float] = LEVEL.down,
         threads: int = 1,
         native: bool | None = None,
     ) -> None:
-        """``rows`` is the largest number of particles that move at once. ``centreline`` is the crack's, (n, 2), cm.
+        """``rows`` is the largest number of particles that move at once.
 
         ``down`` is gravity's direction in the sample's coordinates. ``native``: use the inner loops and packed lists
         for CPUs. None: decided by the device.
@@ -138,20 +126,6 @@ class FluidSolver:
         """Iterations of each run's pressure."""
         self._moves_after_viscosity = any(fluid.moves_after_viscosity for fluid in fluids)
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
-        coarse: CoarsePressure | None = None
-        if settings.pressure == "two-level":
-            coarse = CoarsePressure(
-                state,
-                launcher,
-                centreline,
-                domain.low,
-                domain.high,
-                # Wall particles are a radius below the floor.
-                floor=float(walls.position_and_share.numpy()[:, 2].min()) + radius,
-                rows=rows,
-                support=support,
-                iterations=self.scheme.iterations,
-            )
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self.pressure = Pressure(
             state,
@@ -163,7 +137,6 @@ class FluidSolver:
             moves_after_viscosity=[fluid.moves_after_viscosity for fluid in fluids],
             scheme=self.scheme,
             iterations=self.iterations,
-            coarse=coarse,
         )
         self.viscosity = Viscosity(
             state,

@@ -27,7 +27,7 @@ def pair_kernels(native: bool) -> PairKernels:
     module, seldom = MODULE if native else wp.get_module(kind), wp.get_module(f"{kind}.seldom")
     return PairKernels(
         neighbour_kernels(search, module),
-        pressure_kernels(loops, module, seldom),
+        pressure_kernels(loops, module),
         viscosity_kernels(loops, module, seldom, skips_solved=not native),
     )
 

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from simulate.kernels.coarse_pressure import CoarseRows
 from simulate.kernels.distance import (
     ROUNDED,
     Distance,
@@ -40,8 +39,6 @@ UNDONE_RANGE = wp.constant(0.3)
 """Range of compression, relative to the rest density, that pressure corrects in a substep. From UNDONE on, a share of
 its displacement is kept after viscosity has acted, and from UNDONE + UNDONE_RANGE on all of it. Beds that flow or rest
 are compressed less."""
-MOST_BY_WALLS = wp.constant(0.6)
-"""Largest share of walls in a density. A corner of two walls has 0.43 (1 - 0.75^2), and one of three has 0.58."""
 
 
 @wp.struct
@@ -230,7 +227,6 @@ class Constraint:
 
     density: float
     volume: float  # m / rho_i
-    by_walls: float  # The walls' part of the density
     slope: wp.vec3  # Gradient with the particle's own position
     wall_slope: wp.vec3  # The walls' part of that gradient
     squares: float  # Sum of the squared gradients with all positions
@@ -238,14 +234,11 @@ class Constraint:
 
 class PressureKernels(NamedTuple):
     measure_density: Any
-    measure_terms: Any
     correct: Any
 
 
-def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> PressureKernels:
+def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
     """Return the kernels of a pressure iteration that sum over pairs, with the inner loops of ``loops``.
-
-    ``two_level`` is the Warp module of kernels for two levels only.
 
     Kernels are defined in a function because Warp binds the functions that a kernel calls when it is defined.
     """
@@ -264,8 +257,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         sums = sum_density(particles, neighbours, row, h)
         walls = sum_walls(particles, neighbours, row, h)
         it = Constraint()
-        it.by_walls = kernel.wall_density * walls[0]
-        it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
+        it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + kernel.wall_density * walls[0]
         it.volume = swelling * kernel.mass / it.density
         it.wall_slope = kernel.wall_slope * wp.vec3(walls[1], walls[2], walls[3])
         slope = swelling * kernel.slope
@@ -303,32 +295,6 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             lasts = wp.where(iteration_state.carried[run] > 0.0, after, 0.0)
             particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], lasts)
 
-    @wp.kernel(enable_backward=False, module=two_level)
-    def measure_terms(
-        rows: Span,
-        particles: Particles,
-        neighbours: Neighbours,
-        kernel: Smoothing,
-        coarse: CoarseRows,  # out: slope, yielding and compression
-    ):
-        """Compute the density, and each particle's data for the coarse level.
-
-        Walls respond to a multiplier, but not to its gradient. Only the fluid neighbours of a particle near a wall
-        contribute to the gradient, and so the particle has a larger share in its nodes' multipliers.
-        """
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
-            i = particles.mover[row]
-            it = constrain(kernel, particles, neighbours, row)
-            if lane() > 0:
-                continue
-            particles.density[i] = it.density
-            particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
-            particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], 0.0)
-            share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
-            coarse.slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
-            coarse.yielding[row] = 1.0 / (it.squares + kernel.relaxation)
-            coarse.compression[row] = it.density - 1.0
-
     @wp.kernel(enable_backward=False, module=module)
     def correct(
         rows: Span,
@@ -342,7 +308,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
     ):
         """Compute dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
 
-        lambda is the fourth number of ``position``: the multiplier, or its change in an iteration on two levels.
+        lambda is the fourth number of ``position``: the multiplier's change in this iteration.
 
         A neighbour at rest does not move. Its multiplier lambda_j is taken as lambda_i or, as in the paper, as 0, which
         makes the neighbour half as hard as it should be.
@@ -363,4 +329,4 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             if lane() == 0:
                 iteration_state.correction[row] = step
 
-    return PressureKernels(measure_density, measure_terms, correct)
+    return PressureKernels(measure_density, correct)

@@ -1,8 +1,8 @@
 """The Warp module of all kernels that a run on a CPU launches.
 
 A compiler reads Warp's headers for each module, which takes longer than compiling ten kernels. Other modules contain
-the kernels that only a GPU launches (to sort, to list movers and to sum over pairs), those of the two-level pressure,
-those of the explicit viscosity, and those of tests.
+the kernels that only a GPU launches (to sort, to list movers and to sum over pairs), those of the explicit viscosity,
+and those of tests.
 """
 
 from typing import Any

@@ -60,8 +60,6 @@ def test_presets_differ_where_the_issue_says_and_what_the_user_sets_replaces_the
     assert (accurate.frozen_answer, paper.frozen_answer) == (1.0, 0.0)
     mine = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme
     assert (mine.iterations, mine.volume_factor, mine.wall) == (7, 1.0, "source")
-    assert Solver(pressure="two-level").scheme.iterations == 5
-    assert Solver(pressure="two-level", iterations=8).scheme.iterations == 8
     # 4/3 pi R^3 over 4 sqrt(2) 0.97^3 R^3.
     assert paper.volume_factor == pytest.approx(0.8113, abs=1e-4)
 
@@ -90,7 +88,6 @@ def test_a_radius_that_is_not_given_follows_from_crack_and_nozzle(solver, nozzle
     ("solver", "keeps", "factor"),
     [
         ({}, True, 1.07),
-        ({"pressure": "two-level"}, True, 1.05),
         ({"volume_factor": 1.02}, False, 1.02),
         ({"preset": "paper"}, False, 0.8113),
     ],
