@@ -118,20 +118,17 @@ def raise_surface(
 @wp.func
 def is_here(particles: Particles, i: int):
     """True for a released particle that is not lost. Particles that are not released have another status."""
-    x = particles.position[i]
-    return particles.status[i] <= FROZEN and wp.isfinite(wp.vec3(x[0], x[1], x[2]))
+    return particles.status[i] <= FROZEN and wp.isfinite(particles.position[i][:3])
 
 
 @wp.func
 def place_of(particles: Particles, sizes: Sizes, i: int):
-    x = particles.position[i]
-    return wp.vec3d(wp.float64(x[0]) / sizes.mm, wp.float64(x[1]) / sizes.mm, wp.float64(x[2]) / sizes.mm)
+    return wp.vec3d(particles.position[i][:3]) / sizes.mm
 
 
 @wp.func
 def speed_of(particles: Particles, sizes: Sizes, i: int):
-    v = particles.velocity[i]
-    return wp.vec3d(wp.float64(v[0]) / sizes.mm, wp.float64(v[1]) / sizes.mm, wp.float64(v[2]) / sizes.mm)
+    return wp.vec3d(particles.velocity[i]) / sizes.mm
 
 
 @wp.func

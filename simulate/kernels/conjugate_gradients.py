@@ -281,10 +281,10 @@ def sum_curvature(
         if is_solved(search, part // CHUNKS):
             continue
         rows = rows_of(particles, part)
-        own = float(0.0)
+        own = Sums()
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own += search.curvature[row]
-        keep_sum(search, part, lane, Sums(own, 0.0, 0.0, 0.0, 0.0))
+            own[0] += search.curvature[row]
+        keep_sum(search, part, lane, own)
 
 
 @wp.func
@@ -377,10 +377,10 @@ def sum_left(
     lane = wp.tid() % wp.block_dim()
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
         rows = rows_of(particles, part)
-        own = wp.vec3(0.0)
+        own = Sums()
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own += search.residual[row]
-        keep_sum(search, part, lane, Sums(own[0], own[1], own[2], 0.0, 0.0))
+            own[:3] += search.residual[row]
+        keep_sum(search, part, lane, own)
 
 
 @run_kernel
@@ -397,7 +397,7 @@ def shift_all(parts: Span, particles: Particles, search: Search):
         rows = rows_of(particles, part)
         if begins_run(part, begin):
             left = whole_sum(search, run, lane)
-            by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
+            by = left[:3] / wp.max(search.holds[run], 1.0)
         # A velocity that is not finite stays with its own particle, which the fault check then reports.
         if not wp.isfinite(by):
             continue

@@ -72,11 +72,6 @@ def takes_part(iteration_state: IterationState, run: int, iteration: int) -> boo
     return iteration < iteration_state.iterations[run]
 
 
-@wp.func
-def xyz(x: wp.vec4):
-    return wp.vec3(x[0], x[1], x[2])
-
-
 @run_kernel
 def predict(
     rows: Span,
@@ -93,16 +88,14 @@ def predict(
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
-        x = xyz(particles.position[i])
+        x = particles.position[i][:3]
         particles.previous_position[i] = x
         v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
         moved = move(solid, particles.free, particles.wall, i, x, step_s * v, True)
-        there = x + moved
         particles.moved[i] = moved
-        pressed = particles.pressed[i]
-        multiplier = iteration_state.carried[i // particles.per_run] * pressed[3]
-        particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
-        particles.position[i] = wp.vec4(there[0], there[1], there[2], multiplier)
+        multiplier = iteration_state.carried[i // particles.per_run] * particles.pressed[i][3]
+        particles.pressed[i][3] = multiplier
+        particles.position[i] = wp.vec4(*(x + moved), multiplier)
 
 
 @run_kernel
@@ -127,7 +120,7 @@ def shift(
         x = particles.position[i]
         if iteration == 0:
             particles.density_before[i] = particles.density[i]
-        start = xyz(x)
+        start = x[:3]
         moved = particles.moved[i]
         step = iteration_state.correction[row]
         wall = particles.wall[i]
@@ -140,10 +133,8 @@ def shift(
             step = move(solid, particles.free, particles.wall, i, start, step, False)
         else:
             step = slide(wall, start, step, solid.clearance)
-        there = start + step
-        moved += step
-        particles.moved[i] = moved
-        particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
+        particles.moved[i] = moved + step
+        particles.position[i] = wp.vec4(*(start + step), x[3])
 
 
 @run_kernel
@@ -179,9 +170,10 @@ def move_after_viscosity(
             continue
         start, step = particles.previous_position[i], step_s * particles.velocity[i]
         stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
-        step += stays * (xyz(particles.position[i]) - start - step)
+        x = particles.position[i]
+        step += stays * (x[:3] - start - step)
         there = start + move(solid, particles.free, particles.wall, i, start, step, False)
-        particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
+        particles.position[i] = wp.vec4(*there, x[3])
 
 
 @run_kernel
@@ -201,7 +193,7 @@ def inspect(
         i = particles.mover[row]
         if particles.status[i] != MOVING:
             continue
-        x = xyz(particles.position[i])
+        x = particles.position[i][:3]
         speed = wp.length(particles.velocity[i])
         density = particles.density[i]
         if not (is_number(wp.length_sq(x)) and is_number(speed) and is_number(density)):
@@ -227,7 +219,6 @@ class Constraint:
 
     density: float
     volume: float  # m / rho_i
-    slope: wp.vec3  # Gradient with the particle's own position
     wall_slope: wp.vec3  # The walls' part of that gradient
     squares: float  # Sum of the squared gradients with all positions
 
@@ -259,10 +250,10 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         it = Constraint()
         it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + kernel.wall_density * walls[0]
         it.volume = swelling * kernel.mass / it.density
-        it.wall_slope = kernel.wall_slope * wp.vec3(walls[1], walls[2], walls[3])
+        it.wall_slope = kernel.wall_slope * walls[1:4]
         slope = swelling * kernel.slope
-        it.slope = slope * wp.vec3(sums[1], sums[2], sums[3]) + it.wall_slope
-        it.squares = wp.length_sq(it.slope) + slope * slope * sums[4]
+        gradient = slope * sums[1:4] + it.wall_slope
+        it.squares = wp.length_sq(gradient) + slope * slope * sums[4]
         return it
 
     @wp.kernel(enable_backward=False, module=module)
@@ -283,17 +274,15 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
             run = i // particles.per_run
             if not takes_part(iteration_state, run, iteration):
                 continue
-            here = particles.position[i]
             it = constrain(kernel, particles, neighbours, row)
             if lane() > 0:
                 continue
             particles.density[i] = it.density
-            particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
+            particles.volume_and_viscosity[i][0] = it.volume
             before = particles.pressed[i][3]
             after = wp.min(before - (it.density - 1.0) / (it.squares + kernel.relaxation), 0.0)
-            particles.position[i] = wp.vec4(here[0], here[1], here[2], after - before)
-            lasts = wp.where(iteration_state.carried[run] > 0.0, after, 0.0)
-            particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], lasts)
+            particles.position[i][3] = after - before
+            particles.pressed[i] = wp.vec4(*it.wall_slope, wp.where(iteration_state.carried[run] > 0.0, after, 0.0))
 
     @wp.kernel(enable_backward=False, module=module)
     def correct(
@@ -320,8 +309,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
                 continue
             own = particles.position[i][3]
             slope = particles.swelling[run] * kernel.slope
-            pressed = particles.pressed[i]
-            step = own * wp.vec3(pressed[0], pressed[1], pressed[2])
+            step = own * particles.pressed[i][:3]
             step += slope * sum_correction(particles, neighbours, row, kernel.support, frozen_answer * own)
             squared = wp.length_sq(step)
             if squared > longest * longest:

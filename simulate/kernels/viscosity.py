@@ -69,11 +69,19 @@ def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, 
 
 
 @wp.func
+def full(symmetric: Symmetric):
+    """Return a symmetric matrix with all its elements."""
+    xx, yy, zz = symmetric[0], symmetric[1], symmetric[2]
+    xy, yz, zx = symmetric[3], symmetric[4], symmetric[5]
+    return wp.mat33(xx, xy, zx, xy, yy, yz, zx, yz, zz)
+
+
+@wp.func
 def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float, support: float):
     """Return the shear rate, sqrt(2 D:D), of a linear fit to the velocities around a particle. At walls they are 0."""
-    fit = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
-    changes = wp.mat33(sums[6], sums[7], sums[8], sums[9], sums[10], sums[11], sums[12], sums[13], sums[14])
-    normal = wp.normalize(wp.vec3(walls[3], walls[4], walls[5]))
+    fit = full(sums[:6])
+    changes = wp.mat33(*sums[6:15])
+    normal = wp.normalize(walls[3:6])
     # A wall has the weight of the volume that it cuts off, in particles.
     moment = WALL_MOMENT * support / volume
     fit += moment * walls[2] * wp.outer(normal, normal)
@@ -128,7 +136,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             system.shear[i] = gamma
             aged = paste.by_age[run, wp.min(age, paste.by_age.shape[1] - 1)]
             bulk = apparent_weight(paste, run, aged[0], aged[1], gamma)
-            particles.volume_and_viscosity[i] = wp.vec2(particles.volume_and_viscosity[i][0], bulk)
+            particles.volume_and_viscosity[i][1] = bulk
             wall = apparent_weight(paste, run, paste.sticks[run] * aged[0], aged[1], at_wall)
             system.at_walls[i] = paste.wall_share[run] * wall
 
@@ -188,13 +196,13 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
             system.drag[row] = drag
             # A pair pulls along one of three directions.
             system.restraint[row] = drag + sums[6] / 3.0
-            block = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
+            block = full(sums[:6])
             for axis in range(3):
                 block[axis, axis] += 1.0 + drag
             it = wp.inverse(block)
             system.inverse[row] = Symmetric(it[0, 0], it[1, 1], it[2, 2], it[0, 1], it[1, 2], it[2, 0])
-            search.residual[row] = -(wp.vec3(sums[7], sums[8], sums[9]) + drag * own)
-            search.product[row] = own - guess - (wp.vec3(sums[10], sums[11], sums[12]) + drag * guess)
+            search.residual[row] = -(sums[7:10] + drag * own)
+            search.product[row] = own - guess - (sums[10:13] + drag * guess)
 
     return weigh_pairs
 
@@ -226,6 +234,6 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
             system.drag[row] = drag
             system.restraint[row] = drag + pulled[3]
-            after[i] = own - (drag * own + wp.vec3(pulled[0], pulled[1], pulled[2])) / passes
+            after[i] = own - (drag * own + pulled[:3]) / passes
 
     return pass_velocity
