@@ -308,8 +308,7 @@ class ComputeOptions:
     progress: Progress = field(default_factory=Progress)
     watchers: Sequence[Watcher] = ()  # They see the first of several runs
     in_study: bool = False
-    """True for a run of many: nobody asks for settings with which the fast model is fit, and frames are replayed if
-    that is faster."""
+    """True for a run of many: frames are replayed if that is faster."""
 
 
 @dataclass(frozen=True)

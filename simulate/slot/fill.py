@@ -17,10 +17,10 @@ import numpy as np
 from scipy.linalg.lapack import dptsv  # pyright: ignore[reportAttributeAccessIssue]
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Outline, Solid, Trajectory
+from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory
+from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.settings import LEVEL, SampleSlope
-from simulate.shear_law import PlaneFlow
-from simulate.slot.flux import HerschelBulkley, conduits
+from simulate.shear_law import Law, PlaneFlow, flow_between_plates
 from simulate.slot.sections import Trapezoids, sections_of
 
 CELLS = 60
@@ -42,6 +42,29 @@ MOUND, CROWN = 4.0, 2.0
 """Heights of a mound and of a crown, divided by tau / rho g."""
 MOST_MOUND = 0.5
 """Largest share of the sealant that is in a mound. In a short crack a larger mound would have no bed under it."""
+DUCT = (1.0, -1.3553, 1.9467, -1.7012, 0.9564, -0.2537)
+"""Coefficients of a polynomial in short side over long side. It gives the friction of rectangular ducts divided by that
+of plates (Shah and London 1978)."""
+
+
+@dataclass(frozen=True)
+class HerschelBulkley:
+    """Paste with the stress tau + K gamma^n. Particles add a share of the pressure to it."""
+
+    density_kg_m3: float
+    yield_stress_pa: float
+    consistency_pa_s_n: float
+    flow_index: float = 1.0
+    friction: float = 0.0
+    """Share of the pressure that resists shear, as it does between grains. It is 0 for paste."""
+    wall_share: float = 1.0
+    """Stress at a wall over the paste's own."""
+    law: Law = Law.HERSCHEL_BULKLEY
+
+    @property
+    def weight_pa_mm(self) -> float:
+        """Hydrostatic pressure per millimetre of depth."""
+        return 1e-3 * self.density_kg_m3 * GRAVITY_M_S2
 
 
 @dataclass(frozen=True)
@@ -254,3 +277,30 @@ def _net(flow: Floats) -> Floats:
     net = np.empty(len(flow) + 1)
     net[0], net[1:-1], net[-1] = flow[0], flow[1:] - flow[:-1], -flow[-1]
     return net
+
+
+def conduits(
+    paste: HerschelBulkley, sections: Trapezoids, area_mm2: Floats, height_mm: Floats, at: Integers
+) -> PlaneFlow:
+    """Return the flow through sections ``at``, (k,), which are filled to ``area_mm2`` and ``height_mm``, (n,) each.
+
+    It is that between plates, with two radii of the section in place of half the gap: one for its yield stress, one for
+    its viscous flow.
+    """
+    wetted_mm = sections.wetted_mm(height_mm)
+    # The mean pressure on the walls is half of that at the floor.
+    pressure_pa = paste.weight_pa_mm * np.maximum(height_mm, 0.0) * (1 + sections.floor_mm / wetted_mm) / 2
+    holds_pa = paste.wall_share * paste.yield_stress_pa + paste.friction * pressure_pa
+    with np.errstate(divide="ignore", invalid="ignore"):
+        threshold = np.where(area_mm2 > 0, holds_pa / sections.holding_mm(area_mm2, wetted_mm), np.inf)
+    radius_mm = area_mm2 / wetted_mm * np.sqrt(_rounder(sections.slenderness(area_mm2, height_mm)))
+    viscosity = paste.wall_share * paste.consistency_pa_s_n
+    return flow_between_plates(paste.law, threshold[at], radius_mm[at], viscosity, paste.flow_index, area_mm2[at])
+
+
+def _rounder(side_by_side: Floats) -> Floats:
+    """Return the viscous flow through a rectangular duct, divided by that between plates.
+
+    The plates have the same ratio of area to perimeter.
+    """
+    return 1 / np.polynomial.polynomial.polyval(side_by_side, DUCT)

@@ -6,10 +6,9 @@ import numpy as np
 
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Outline, Solid, Trajectory
-from simulate.slot.fill import CELLS, MOUND
-from simulate.slot.flux import HerschelBulkley
+from simulate.slot.fill import CELLS, MOUND, HerschelBulkley
 from simulate.slot.narrows import goes_on, narrows
-from simulate.slot.sections import Trapezoids, sections_of, trapezoid_misfit
+from simulate.slot.sections import sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 """Largest slope that walls support, height of a mound, filled share of the crack, and level over the face."""
@@ -33,8 +32,6 @@ class Fitness:
     the walls support, and 4 tau / rho g, which the paste itself supports."""
     fill: float
     """Dispensed volume divided by the volume of the crack."""
-    most_pa: float
-    """Largest yield stress within the model's domain, rounded down to two digits."""
     above_mm: float = 0.0
     """Highest level of the bed above the face; 0 if it is below the face."""
     misfit: float = 0.0
@@ -143,18 +140,14 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
     sections_mm3 = float(sections.full_mm2.sum()) * sections.step_mm
     fill = trajectory.dispensed_mm3 / sections_mm3
     held_mm = paste.yield_stress_pa / paste.weight_pa_mm
-    slope, mound_mm = _held(sections, min(fill, 1.0), held_mm, paste.wall_share)
-    allowed = _held(sections, min(fill, FULLEST), held_mm, paste.wall_share)
-    narrow = narrows(outline, solid, sections, fill)
-    excess = max(allowed[0] / STEEPEST, allowed[1] / TALLEST_MM)
-    if narrow.drags_mm <= MOST_DRAGGED * outline.length_mm:
-        excess = max(excess, slope * narrow.holds_mm / MOST_HELD_MM)
-    most_pa = _rounded_down(paste.yield_stress_pa / excess) if excess > 0 else np.inf
+    area_mm2 = min(fill, 1.0) * sections.full_mm2
+    height_mm = sections.height_mm(area_mm2)
+    slopes = paste.wall_share * held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
+    slope, narrow = float(slopes.mean()), narrows(outline, solid, sections, fill)
     return Fitness(
         slope,
-        mound_mm,
+        max(float((slopes * height_mm).mean()), MOUND * held_mm),
         fill,
-        most_pa,
         misfit=trapezoid_misfit(sections, solid),
         left_out=1 - sections_mm3 / solid.cavity_volume_mm3,
         held_mm=slope * narrow.holds_mm if slope > 0 else 0.0,
@@ -162,20 +155,3 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
         narrowest_mm=narrow.s_mm,
         goes_on_mm=goes_on(outline, solid),
     )
-
-
-def _held(sections: Trapezoids, fill: float, held_mm: float, wall_share: float) -> tuple[float, float]:
-    """Return the slope that walls support and the height of the mound, in sections filled to a share.
-
-    ``held_mm`` is tau / rho g of the paste.
-    """
-    area_mm2 = fill * sections.full_mm2
-    height_mm = sections.height_mm(area_mm2)
-    slope = wall_share * held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
-    return float(slope.mean()), max(float((slope * height_mm).mean()), MOUND * held_mm)
-
-
-def _rounded_down(value: float) -> float:
-    """Return a value above 0 with two digits, rounded down."""
-    digit = 10.0 ** (np.floor(np.log10(value)) - 1)
-    return float(np.floor(value / digit) * digit)
