@@ -377,11 +377,6 @@ class Solver(Settings):
         )
 
     @property
-    def carries_pressure(self) -> bool:
-        """True if pressure may start from that of the last substep. With preset paper it starts at 0."""
-        return self.preset != "paper"
-
-    @property
     def keeps_volume(self) -> bool:
         """True if the run adjusts its volume factor."""
         return self.preset != "paper" and self.volume_factor is None

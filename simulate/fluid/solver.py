@@ -66,7 +66,7 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
 def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: int) -> Iterations:
     """Return the user's pressure iterations of a substep, or the fewest that the fluid allows."""
     alone = settings.scheme.iterations
-    if not (settings.carries_pressure and fluid.moves_after_viscosity):
+    if settings.preset == "paper" or not fluid.moves_after_viscosity:
         return Iterations(0.0, alone)
     iterations = iterations_of(fluid.damping(4 * settings.size_mm / 10, frame_s, substeps), alone)
     return iterations if settings.iterations is None else iterations._replace(number=alone)
@@ -124,7 +124,6 @@ class FluidSolver:
         """
         self.iterations = [iterations_for(settings, fluid, frame_s, substeps) for fluid in fluids]
         """Iterations of each run's pressure."""
-        self._moves_after_viscosity = any(fluid.moves_after_viscosity for fluid in fluids)
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self.pressure = Pressure(
@@ -199,13 +198,14 @@ class FluidSolver:
             particles,
             self.step_s,
         )
-        self._move_after_viscosity = self._launcher.bind(
+        self.move_after_viscosity = self._launcher.bind(
             pressure.move_after_viscosity,
             particles,
             self.pressure.iteration_state,
             self.step_s,
             self.barrier.grid,
         )
+        """Replace the move of paste and of fluid in physical units by the velocity after viscosity times the step."""
 
     def _bind_frame(self) -> None:
         """Bind the kernels that are launched once in a frame."""
@@ -252,11 +252,6 @@ class FluidSolver:
             self.move_after_viscosity,
         )
 
-    def move_after_viscosity(self, rows: int) -> None:
-        """Replace the move of paste and of fluid in physical units by the velocity after viscosity times the step."""
-        if self._moves_after_viscosity:
-            self._move_after_viscosity(rows)
-
     def find_neighbours(self) -> None:
         """List the neighbours among all released particles, also those at rest, and among the walls."""
         self.fluid_cells.fill(self._released)
@@ -277,7 +272,7 @@ class FluidSolver:
     @property
     def recorded(self) -> bool:
         """True if a frame has been recorded. Later frames are then replayed."""
-        return self._recordings.has_frame
+        return self._recordings.frame is not None
 
     def advance(self, frame: int) -> list[Integers]:
         """Compute a frame: release, freezing, all substeps, fault checks. Return the viscosity's iterations by substep.
@@ -289,10 +284,10 @@ class FluidSolver:
         if self.replays and not self.recorded and self.kernels_a_frame:
             # A recording has the addresses of the lists, which can then get no more room.
             self.make_room(MOST_ROOM)
-            self._recordings.record_frame(lambda: self._run_frame(frame))
+            self._recordings.frame = self._recordings.record(lambda: self._run_frame(frame))
         if not self.recorded:
             return self._run_frame(frame)
-        self._recordings.replay_frame()
+        wp.capture_launch(self._recordings.frame)
         return []
 
     def _run_frame(self, frame: int) -> list[Integers]:

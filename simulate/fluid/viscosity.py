@@ -66,7 +66,7 @@ class Viscosity:
         kernel: str,
     ) -> None:
         """``kernel`` is the weight W of pairs, a key of ``pair_sums.WEIGHTS``."""
-        self._state, self._lists, self._paste, self._support = state, lists, paste, support
+        self._state, self._paste, self._support = state, paste, support
         self._pairs, self._launcher, self._kernel, self._explicit = pairs, launcher, kernel, explicit
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
@@ -74,7 +74,7 @@ class Viscosity:
         rows = len(lists.fluid_count)
         self.system = code.new_system(rows, state.column(float), state.column(float), state.device)
         """The linear system that was solved last."""
-        self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
+        self.make_room(lists)
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
         self._search = code.new_search(rows, state.runs, state.device)
         self._other: Any = None  # The second velocity of explicit passes
@@ -100,8 +100,6 @@ class Viscosity:
 
     def make_room(self, lists: Any) -> None:
         """Give the links of pairs as much room as the lists of neighbours have."""
-        if lists is not self._lists:
-            raise RuntimeError("the viscosity has other lists, which get no new stores")
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
 
     def bind_weights(self, lists: Any) -> None:
@@ -188,14 +186,12 @@ class Viscosity:
         # Copied, so that particles at rest have no speed in either array.
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other
+        # A first pass measures the restraints.
         self.pass_once(before, after, 1, rows)
         self._passes = max(1, math.ceil(self.system.restraint.numpy()[:rows].max(initial=0.0) / STABLE))
-        if self._passes == 1:
-            before = after
-        else:
-            for _ in range(self._passes):
-                self.pass_once(before, after, self._passes, rows)
-                before, after = after, before
+        for _ in range(self._passes):
+            self.pass_once(before, after, self._passes, rows)
+            before, after = after, before
         wp.copy(state.velocity, before)
         return self._passes
 
