@@ -7,6 +7,7 @@ import warp as wp
 
 from simulate.kernels.cells import CellArrays
 from simulate.kernels.lanes import lane, lanes
+from simulate.kernels.run_module import kernel_in
 from simulate.kernels.status import Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
@@ -49,7 +50,7 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
         count[row] = wp.min(total, slots)
         return total > slots
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def list_neighbours(
         rows: Span,
         particles: Particles,

@@ -20,7 +20,7 @@ from simulate.kernels.distance import (
 )
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.run_module import run_kernel
+from simulate.kernels.run_module import kernel_in, run_kernel
 from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Particles, Span, bring_to_rest, end_of
 
 wp.set_module_options({"enable_backward": False})
@@ -256,7 +256,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         it.squares = wp.length_sq(gradient) + slope * slope * sums[4]
         return it
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def measure_density(
         rows: Span,
         particles: Particles,
@@ -284,7 +284,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
             particles.position[i][3] = after - before
             particles.pressed[i] = wp.vec4(*it.wall_slope, wp.where(iteration_state.carried[run] > 0.0, after, 0.0))
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def correct(
         rows: Span,
         particles: Particles,

@@ -15,6 +15,7 @@ from simulate.kernels.conjugate_gradients import Search, Symmetric, System, is_s
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import WEIGHTS, DragSums, GradientSums
+from simulate.kernels.run_module import kernel_in
 from simulate.kernels.status import Particles, Span, end_of
 from simulate.shear_law import Law
 
@@ -105,7 +106,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
     """
     sum_gradient, sum_drag, sum_pulled = loops.sum_gradient, loops.sum_drag, loops.sum_pulled
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def measure_shear(
         rows: Span,
         particles: Particles,  # out: viscosity
@@ -140,7 +141,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             wall = apparent_weight(paste, run, paste.sticks[run] * aged[0], aged[1], at_wall)
             system.at_walls[i] = paste.wall_share[run] * wall
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def apply_matrix(
         rows: Span,
         particles: Particles,
@@ -173,7 +174,7 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
     """Return the kernel ``weigh_pairs`` with the weight W of pairs ``kernel``."""
     link_pairs, sum_drag = loops.link_pairs_by(kernel), loops.sum_drag
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def weigh_pairs(
         rows: Span,
         particles: Particles,
@@ -211,7 +212,7 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
     """Return the kernel ``pass_velocity`` with the weight W of pairs ``kernel``."""
     sum_eq5, sum_drag = loops.sum_eq5_by(kernel), loops.sum_drag
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def pass_velocity(
         rows: Span,
         particles: Particles,
