@@ -154,15 +154,8 @@ class Injection:
         self.engine.resume(self.done)
         self.moving = self.engine.count_movers()
 
-    def results(self) -> list[Run]:
-        """Return a Run for each fluid, in its present state. Raises NumericalError if one was given up."""
-        outcomes = self.outcomes()
-        if self.failed:
-            raise self.failed[min(self.failed)]
-        return [run for run in outcomes if isinstance(run, Run)]
-
     def outcomes(self) -> list[Run | NumericalError]:
-        """Return a Run for each fluid, or the error for which the run was given up."""
+        """Return a Run for each fluid, in its present state, or the error for which the run was given up."""
         self.wait()
         engine, schedule, solver = self.engine, self.schedule, self.pour.solver
         # Copied from a GPU once for all runs.

@@ -38,11 +38,6 @@ class Course(NamedTuple):
     viscosity_pa_s: Floats
     yield_stress_pa: Floats
 
-    @property
-    def softens(self) -> bool:
-        """True if the yield stress falls at some age."""
-        return bool((np.diff(self.yield_stress_pa) < 0).any())
-
     def at(self, age_s: Floats) -> tuple[Floats, Floats]:
         """Return viscosity and yield stress at each age, (m,) each."""
         stress_pa, first = np.interp(age_s, self.age_s, self.yield_stress_pa), self.viscosity_pa_s[0]

@@ -131,7 +131,7 @@ class Recordings:
         self._device = device
         self.frame: Any = None
         """The recording of a frame, if any."""
-        self._parts: dict[int, Any] = {}  # By the number of rows
+        self.parts: dict[int, Any] = {}  # Recordings of parts of a substep, by the number of rows
         self.replays_parts = False
         """Set to True if parts of a substep may be replayed: all kernels must have been loaded."""
 
@@ -145,13 +145,9 @@ class Recordings:
                 part(rows)
             return
         alike = min(-(-rows // ROWS_ALIKE) * ROWS_ALIKE, room)
-        if alike not in self._parts:
-            self._parts[alike] = self.record(lambda: [part(alike) for part in parts])
-        wp.capture_launch(self._parts[alike])
-
-    def forget_parts(self) -> None:
-        """Forget recordings of parts, since an array is replaced."""
-        self._parts.clear()
+        if alike not in self.parts:
+            self.parts[alike] = self.record(lambda: [part(alike) for part in parts])
+        wp.capture_launch(self.parts[alike])
 
     def record(self, compute: Callable[[], object]) -> Any:
         # Modules must not be loaded during a recording, least of all those for CPUs; all are loaded before.

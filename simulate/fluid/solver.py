@@ -72,14 +72,6 @@ def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: 
     return iterations if settings.iterations is None else iterations._replace(number=alone)
 
 
-def lanes_for(rows: int, device: str) -> int:
-    """Return the number of threads that share a particle's sums.
-
-    On a GPU they are a warp, unless there are enough particles to give each thread its own.
-    """
-    return int(WARP) if device != "cpu" and rows <= MOST_SHARED else 1
-
-
 class FluidSolver:
     """The solver of one run, or of several runs that are computed at once and share geometry and schedule.
 
@@ -113,7 +105,9 @@ class FluidSolver:
         self._frame_s = frame_s
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
-        self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1, lanes_for(rows, device))
+        # On a GPU the threads of a warp share a particle's sums, unless there are enough particles for all threads.
+        lanes = int(WARP) if device != "cpu" and rows <= MOST_SHARED else 1
+        self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1, lanes)
         native = device == "cpu" if native is None else native
         kernels = pair_kernels(native)
         self.movers = MoversList(state, launcher)
@@ -265,7 +259,7 @@ class FluidSolver:
     def make_room(self, room: float) -> None:
         """Give each block of packed lists room for 16 times ``room`` entries. The lists become empty."""
         if self.lists.room:
-            self._recordings.forget_parts()
+            self._recordings.parts.clear()  # Since arrays are replaced
             make_room(self.lists, int(room))
             self.viscosity.make_room(self.lists)
 

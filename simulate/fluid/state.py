@@ -16,22 +16,11 @@ from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
 
 SPARE = 2  # Entries after the last particle: a dummy particle that pads lists, and room for loads of sixteen bytes
-KEPT_AS = {
-    "place": "position",
-    "velocity": "velocity",
-    "earlier_velocity": "earlier_velocity",
-    "density": "density",
-    "bulk": "volume_and_viscosity",
-    "pressed": "pressed",
-    "free": "free",
-    "wall": "wall",
-    "fate": "status",
-    "number": "number",
-    "released_in": "release_frame",
-    "quiet_s": "quiet_s",
-}
-"""Arrays that later substeps need, by their names in a checkpoint. Some of these names are older than the attributes.
-"""
+KEPT = (
+    *("position", "velocity", "earlier_velocity", "density", "volume_and_viscosity", "pressed", "free", "wall"),
+    *("status", "number", "release_frame", "quiet_s"),
+)
+"""Arrays that later substeps need, which a checkpoint has by these names."""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
 """Free ball of a particle for which walls have not been searched yet. No position is in it or near it."""
 
@@ -90,8 +79,8 @@ class State:
         return int(self._released[min(frame, len(self._released) - 1)])
 
     def lasting(self) -> dict[str, Any]:
-        """Return the arrays that later substeps need. Keys are their names in a checkpoint."""
-        return {key: getattr(self, name) for key, name in KEPT_AS.items()}
+        """Return the arrays that later substeps need, by name."""
+        return {name: getattr(self, name) for name in KEPT}
 
     def column(self, dtype: type) -> Any:
         """Return an array of zeros with one value per particle. It is renumbered with the particles."""

@@ -29,24 +29,19 @@ AT_WALLS = 5.0  # Largest part of a velocity that walls on three sides remove, o
 FRESH_SHEAR = 10.0  # Shear in 1/s of a particle just released: its neighbours are from an earlier release
 
 
-def explicit_parts(
+def explicit_passes(
     paste: Rheology, support: float, frame_s: float, substeps: int, *, shears_per_s: tuple[float, float], frames: int
-) -> tuple[float, float, float]:
-    """Return the fractions of a velocity that viscosity, yield stress and D each remove in one explicit substep.
+) -> float:
+    """Return the number of explicit passes in a substep that a paste takes at most, up to an age of ``frames``.
 
-    They are the largest up to an age of ``frames``, and may exceed 1. ``shears_per_s`` are the slowest shear rate and
-    that of a jet. Lengths are in cm.
+    ``shears_per_s`` are the slowest shear rate and that of a jet. Lengths are in cm.
     """
     step_s = frame_s / substeps
     per_viscosity = DAMPING_FACTOR * step_s / support**2
     if paste.sticks:
         per_viscosity += AT_WALLS * no_slip_weight(1.0, support, step_s) / support
-    whole, viscous = (
-        max(paste.apparent_cm2_s(shear, support, frame_s, yields=yields)[: frames + 1].max() for shear in shears_per_s)
-        for yields in (True, False)
-    )
-    drag = AT_WALLS * paste.wall_weight_cm / substeps / support
-    return viscous * per_viscosity, (whole - viscous) * per_viscosity, drag
+    viscosity = max(paste.apparent_cm2_s(shear, support, frame_s)[: frames + 1].max() for shear in shears_per_s)
+    return (viscosity * per_viscosity + AT_WALLS * paste.wall_weight_cm / substeps / support) / STABLE
 
 
 class Viscosity:

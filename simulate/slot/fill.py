@@ -21,7 +21,7 @@ from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory
 from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.settings import LEVEL, SampleSlope
 from simulate.shear_law import Law, PlaneFlow, flow_between_plates
-from simulate.slot.sections import Trapezoids, sections_of
+from simulate.slot.sections import NARROWEST_MM, Trapezoids, sections_of
 
 CELLS = 60
 STEPS = 200
@@ -293,14 +293,10 @@ def conduits(
     holds_pa = paste.wall_share * paste.yield_stress_pa + paste.friction * pressure_pa
     with np.errstate(divide="ignore", invalid="ignore"):
         threshold = np.where(area_mm2 > 0, holds_pa / sections.holding_mm(area_mm2, wetted_mm), np.inf)
-    radius_mm = area_mm2 / wetted_mm * np.sqrt(_rounder(sections.slenderness(area_mm2, height_mm)))
+    # Short side over long side of a duct: a filled section at its mean width, and its mirror image.
+    high_mm = 2 * np.maximum(height_mm, NARROWEST_MM)
+    wide_mm = np.maximum(2 * area_mm2 / high_mm, NARROWEST_MM)
+    slenderness = np.minimum(wide_mm / high_mm, high_mm / wide_mm)
+    radius_mm = area_mm2 / wetted_mm * np.sqrt(1 / np.polynomial.polynomial.polyval(slenderness, DUCT))
     viscosity = paste.wall_share * paste.consistency_pa_s_n
     return flow_between_plates(paste.law, threshold[at], radius_mm[at], viscosity, paste.flow_index, area_mm2[at])
-
-
-def _rounder(side_by_side: Floats) -> Floats:
-    """Return the viscous flow through a rectangular duct, divided by that between plates.
-
-    The plates have the same ratio of area to perimeter.
-    """
-    return 1 / np.polynomial.polynomial.polyval(side_by_side, DUCT)

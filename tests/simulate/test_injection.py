@@ -9,7 +9,7 @@ import pytest
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Run
 from simulate.injection import SAMPLE_EVERY
-from tests.fluids import path, pour, slot
+from tests.fluids import path, pour, results, slot
 from tests.launches import (
     PASTES,
     check_going_on,
@@ -77,7 +77,7 @@ def test_a_replayed_run_ends_when_its_bed_is_at_rest():
     asking, replayed = (finish(ready(PASTES[2:], replays=replays, settle_s=5.0)) for replays in (False, True))
     assert asking.done < asking.frames - SAMPLE_EVERY
     assert asking.done <= replayed.done < asking.done + SAMPLE_EVERY
-    assert np.array_equal(replayed.results()[0].position_mm, asking.results()[0].position_mm)
+    assert np.array_equal(results(replayed)[0].position_mm, results(asking)[0].position_mm)
 
 
 @pytest.mark.parametrize("replays", [False, True])
@@ -112,7 +112,7 @@ def test_paste_with_a_yield_stress_falls_asleep_and_the_run_ends():
     injection = finish(ready((paste,), settle_s=20.0))
     assert injection.at_rest
     assert injection.t_s < 5.0
-    (run,) = injection.results()
+    (run,) = results(injection)
     assert (run.velocity_mm_s == 0).all()
     assert run.escaped_particles == 0
 
