@@ -97,9 +97,6 @@ def settled(run: Bed, depth_mm: Floats) -> Mask:
     fast_mm, reach_mm = run.position_mm[fast, :2], 2 * run.radius_mm
     slow = on_sample.copy()
     slow[fast] = False
-    # Only the part of the bed below particles in flight is searched.
-    low_mm, high_mm = fast_mm.min(axis=0) - reach_mm, fast_mm.max(axis=0) + reach_mm
-    slow &= ((low_mm <= run.position_mm[:, :2]) & (run.position_mm[:, :2] <= high_mm)).all(axis=1)
     slow_mm = run.position_mm[slow]
     around = KDTree(slow_mm[:, :2]).query_ball_point(fast_mm, reach_mm)
     bed_mm = np.array(

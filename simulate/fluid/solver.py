@@ -169,8 +169,6 @@ class FluidSolver:
             state.particles,
             self.fluid_cells.cells,
             wall_cells.cells,
-            pressure.NEIGHBOURS_FULL,
-            pressure.WALLS_FULL,
             self.lists,
             shared=True,
         )

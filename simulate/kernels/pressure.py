@@ -25,9 +25,7 @@ from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Particles, Span, b
 
 wp.set_module_options({"enable_backward": False})
 
-# One bit each: a particle's faults are their sum.
-NEIGHBOURS_FULL = wp.constant(1)
-WALLS_FULL = wp.constant(2)
+# One bit each, after those of ``neighbours``: a particle's faults are their sum.
 NOT_FINITE = wp.constant(4)
 TOO_FAST = wp.constant(8)
 TOO_DENSE = wp.constant(16)

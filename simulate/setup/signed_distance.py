@@ -80,8 +80,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     mesh = surface.mesh
     spacing_mm = radius_mm / 2
     block_mm = spacing_mm * device_code.BLOCK
-    low, _ = crack_box_mm(solid, outline, radius_mm)
-    blocks = _blocks(solid, outline, radius_mm)
+    low, blocks = _blocks(solid, outline, radius_mm)
     if (count := int(np.prod(blocks, dtype=float))) > BLOCKS_AT_MOST:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks; at most "
@@ -171,14 +170,15 @@ def _mesh(solid: Solid, faces: Integers, device: str) -> wp.Mesh:
     )
 
 
-def _blocks(solid: Solid, outline: Outline, radius_mm: float) -> Integers:
-    low, high = crack_box_mm(solid, outline, radius_mm)
-    return np.ceil((high - low) / (radius_mm / 2 * device_code.BLOCK)).astype(int)
+def _blocks(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Integers]:
+    """Return the lowest corner of the grid, and the number of its blocks along each axis, (3,) each."""
+    low_mm, high_mm = crack_box_mm(solid, outline, radius_mm)
+    return low_mm, np.ceil((high_mm - low_mm) / (radius_mm / 2 * device_code.BLOCK)).astype(int)
 
 
 def grid_fits(solid: Solid, outline: Outline, radius_mm: float) -> bool:
     """Return True if the distance grid around a crack can be as fine as a radius requires."""
-    return bool(np.prod(_blocks(solid, outline, radius_mm), dtype=float) <= BLOCKS_AT_MOST)
+    return bool(np.prod(_blocks(solid, outline, radius_mm)[1], dtype=float) <= BLOCKS_AT_MOST)
 
 
 def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Floats]:

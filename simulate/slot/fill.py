@@ -234,7 +234,7 @@ class _Bed:
         height_mm = self.height_mm
         self.area_mm2 = self.area_mm2 + landed_mm2
         through = self._faces(sections.height_mm(self.area_mm2))
-        flow, stiff = self._flow(through, height_mm)
+        flow, stiff = through.flow_mm3_s(self._push(height_mm))
         filled_mm2, width_mm = sections.area_mm2(height_mm)
         for _ in range(MOST_NEWTON):
             left_mm2 = filled_mm2 - self.area_mm2 + share * _net(flow)
@@ -247,7 +247,7 @@ class _Bed:
             before, there_mm = float(left_mm2 @ change_mm), height_mm
             for _ in range(MOST_HALVED):
                 there_mm = height_mm + change_mm
-                flow, stiff = self._flow(through, there_mm)
+                flow, stiff = through.flow_mm3_s(self._push(there_mm))
                 filled_mm2, width_mm = sections.area_mm2(there_mm)
                 after = float((filled_mm2 - self.area_mm2 + share * _net(flow)) @ change_mm)
                 if after <= OVERSHOT * -before:
@@ -261,10 +261,6 @@ class _Bed:
         """Return the push at the faces in Pa/mm, positive towards larger s."""
         level_mm = self._sections.bottom_mm + height_mm
         return self._pull - self._weight / self._sections.step_mm * (level_mm[1:] - level_mm[:-1])
-
-    def _flow(self, through: PlaneFlow, height_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the flow through the faces, positive towards larger s, and its derivative with respect to the push."""
-        return through.flow_mm3_s(self._push(height_mm))
 
     def _faces(self, height_mm: Floats) -> PlaneFlow:
         """Return each face as a conduit with the section of its upwind cell, filled to a height."""

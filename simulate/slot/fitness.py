@@ -7,7 +7,7 @@ import numpy as np
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Outline, Solid, Trajectory
 from simulate.slot.fill import CELLS, MOUND, HerschelBulkley
-from simulate.slot.narrows import goes_on, narrows
+from simulate.slot.narrows import narrows
 from simulate.slot.sections import sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
@@ -37,16 +37,14 @@ class Fitness:
     misfit: float = 0.0
     """Difference between the areas below a level of a mesh's sections and of this model's trapezoids, as a share."""
     left_out: float = 0.0
-    """Share of the crack's volume that is outside this model's sections: side cracks, and space under closed tips with
-    walls that open downward. It is negative if the sections have more volume than the crack."""
+    """Share of the crack's volume that is outside this model's sections: side cracks, and space under the face beyond
+    the ends of the mouth. It is negative if the sections have more volume than the crack."""
     held_mm: float = 0.0
     """Step of the level that stones, walls across and necks support, in addition to the sections at their places."""
     dragged: float = 0.0
     """Drag of stones, walls across and necks, as an equivalent length of crack divided by the crack's length."""
     narrowest_mm: float = 0.0
     """Arc length of the place that adds most drag."""
-    goes_on_mm: float | None = None
-    """Arc length of an end of the mouth beyond which the cavity continues under the face; None if there is none."""
 
     @property
     def unfit(self) -> tuple[Fact, ...]:
@@ -98,8 +96,8 @@ class Fitness:
             abs(self.left_out) <= MOST_MISFIT,
             "left-out",
             f"This model's sections have {abs(self.left_out):.0%} {'less' if self.left_out > 0 else 'more'} volume "
-            f"than the crack: they do not include side cracks and space under closed tips; {MOST_MISFIT:.0%} is "
-            "allowed.",
+            f"than the crack: they do not include side cracks, and space under the face beyond the ends of the "
+            f"mouth; {MOST_MISFIT:.0%} is allowed.",
             self.left_out,
         )
         unless(
@@ -109,12 +107,6 @@ class Fitness:
             self.narrowest_mm,
             "mm",
         )
-        if self.goes_on_mm is not None:
-            text = (
-                f"The cavity continues under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm; "
-                "this model has a wall there."
-            )
-            reasons.append(doubt("unfit.goes-on", text, self.goes_on_mm, "mm"))
         return tuple(reasons)
 
     @property
@@ -153,5 +145,4 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
         held_mm=slope * narrow.holds_mm if slope > 0 else 0.0,
         dragged=narrow.drags_mm / outline.length_mm,
         narrowest_mm=narrow.s_mm,
-        goes_on_mm=goes_on(outline, solid),
     )
