@@ -49,8 +49,8 @@ class Vessel:
         upward facet and ends at the next downward one, if any; liquid fills it from its foot to its highest particle.
         """
         liquid = Liquid()
-        liquid.top_mm = wp.full(len(self._z_mm), -np.inf, dtype=wp.float64, device="cpu")
-        liquid.position_mm = wp.array(_turned(position_mm), dtype=wp.vec3d, device="cpu")
+        liquid.top_mm = wp.full(len(self._z_mm), -np.inf, wp.float64, "cpu")
+        liquid.position_mm = wp.array(_turned(position_mm), wp.vec3d, device="cpu")
         inputs = [0, len(position_mm), half_mm, np.sqrt(2) * half_mm, self._lines, liquid]
         wp.launch(raise_surface, len(position_mm), inputs=inputs, device="cpu")
         reached_mm = liquid.top_mm.numpy()
@@ -70,11 +70,11 @@ class Vessel:
         cell_mm, low, shape = self._grid
         lines = Lines()
         lines.cell_mm, lines.low, lines.shape = cell_mm, wp.vec2i(*map(int, low)), wp.vec2i(*map(int, shape))
-        lines.z_mm = wp.array(self._z_mm, dtype=wp.float64, device=device)
-        lines.ceiling_mm = wp.array(self._ceiling_mm, dtype=wp.float64, device=device)
-        lines.last = wp.array(self._last, dtype=int, device=device)
-        lines.cell = wp.array(self._cell, dtype=int, device=device)
-        lines.upward = wp.array(self._upward, dtype=int, device=device)
+        lines.z_mm = wp.array(self._z_mm, wp.float64, device=device)
+        lines.ceiling_mm = wp.array(self._ceiling_mm, wp.float64, device=device)
+        lines.last = wp.array(self._last, int, device=device)
+        lines.cell = wp.array(self._cell, int, device=device)
+        lines.upward = wp.array(self._upward, int, device=device)
         return lines
 
 

@@ -10,6 +10,7 @@ import warp as wp
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import State
 from simulate.kernels import pressure
+from simulate.kernels.pair_kernels import PairKernels
 from simulate.settings import Scheme
 from simulate.setup.signed_distance import Barrier
 
@@ -48,7 +49,7 @@ class Pressure:
         state: State,
         lists: Any,
         barrier: Barrier,
-        pairs: pressure.PressureKernels,
+        pairs: PairKernels,
         launcher: Launcher,
         *,
         smoothing: Any,
@@ -64,12 +65,10 @@ class Pressure:
         carried, numbers = zip(*iterations, strict=True)
         self._carries, self._most = any(carried), max(numbers)
         self.iteration_state = iteration_state = pressure.IterationState()
-        iteration_state.carried = wp.array(np.array(carried), dtype=float, device=state.device)
-        iteration_state.iterations = wp.array(np.array(numbers), dtype=int, device=state.device)
-        iteration_state.moves_after_viscosity = wp.array(
-            [float(way) for way in moves_after_viscosity], dtype=float, device=state.device
-        )
-        iteration_state.correction = wp.zeros(len(lists.fluid_count), dtype=wp.vec3, device=state.device)
+        iteration_state.carried = wp.array(carried, float, device=state.device)
+        iteration_state.iterations = wp.array(numbers, int, device=state.device)
+        iteration_state.moves_after_viscosity = wp.array(np.array(moves_after_viscosity), float, device=state.device)
+        iteration_state.correction = wp.zeros(len(lists.fluid_count), wp.vec3, state.device)
         self._densities, self._corrections, self._shifts = {}, {}, {}
         for iteration in (CARRIED_OVER, *range(self._most)):
             self._densities[iteration] = launcher.bind(

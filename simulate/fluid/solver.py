@@ -124,7 +124,7 @@ class FluidSolver:
             state,
             self.lists,
             barrier,
-            kernels.pressure,
+            kernels,
             launcher,
             smoothing=smoothing_of(support, self.mass, wall_mass(radius), settings.relaxation),
             moves_after_viscosity=[fluid.moves_after_viscosity for fluid in fluids],
@@ -135,14 +135,14 @@ class FluidSolver:
             state,
             self.lists,
             self.paste,
-            kernels.viscosity,
+            kernels,
             launcher,
             support=support,
             mass=self.mass,
             explicit=settings.viscosity_solve == "explicit",
             kernel=settings.pair_kernel,
         )
-        self.faults = FaultChecks(state, launcher, barrier, self.viscosity.unsolved, support)
+        self.faults = FaultChecks(state, launcher, barrier, self.viscosity.search.unsolved, support)
         self._bind_lists(kernels.list_neighbours, domain)
         self._bind_moves(down)
         self._bind_frame()
@@ -162,7 +162,7 @@ class FluidSolver:
         # vanish at h.
         low, high, size = domain.low, domain.high, self._support
         self.fluid_cells = CellGrid(low, high, size, state.position, state.status, launcher, state.runs)
-        wall_cells = CellGrid(low, high, size, walls, wp.zeros(len(walls), dtype=int, device=state.device), launcher)
+        wall_cells = CellGrid(low, high, size, walls, wp.zeros(len(walls), int, state.device), launcher)
         wall_cells.fill(len(walls))
         self._list = launcher.bind(
             kernel,

@@ -16,7 +16,7 @@ from simulate.fluid.cell_grid import NEIGHBOURS, pairs_of
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import SPARE, State
 from simulate.kernels import conjugate_gradients as code
-from simulate.kernels.viscosity import ViscosityKernels
+from simulate.kernels.pair_kernels import PairKernels
 from simulate.setup.rheology import DAMPING_FACTOR, Rheology, no_slip_weight
 
 OF_THE_RIGHT = 2e-2  # Largest residual over the right side: a fifth of the error of a coarser time step
@@ -52,7 +52,7 @@ class Viscosity:
         state: State,
         lists: Any,
         paste: Any,
-        pairs: ViscosityKernels,
+        pairs: PairKernels,
         launcher: Launcher,
         *,
         support: float,
@@ -71,7 +71,8 @@ class Viscosity:
         """The linear system that was solved last."""
         self.make_room(lists)
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
-        self._search = code.new_search(rows, state.runs, state.device)
+        self.search = code.new_search(rows, state.runs, state.device)
+        """The last conjugate gradients. ``unsolved`` is 1 for a run with a solve that ended above its goal."""
         self._other: Any = None  # The second velocity of explicit passes
         self._passes = 0
         self.measure_shear = launcher.bind(
@@ -88,11 +89,6 @@ class Viscosity:
         self.bind_weights(lists)
         self._bind_search()
 
-    @property
-    def unsolved(self) -> Any:
-        """Return an array by run: 1 if a solve of the run ended above its goal."""
-        return self._search.unsolved
-
     def make_room(self, lists: Any) -> None:
         """Give the links of pairs as much room as the lists of neighbours have."""
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
@@ -107,13 +103,13 @@ class Viscosity:
             self._support,
             self._paste,
             self.system,
-            self._search,
+            self.search,
             shared=True,
         )
         """Compute the matrix, and the residuals of the velocity without viscosity and of the guess."""
 
     def _bind_search(self) -> None:
-        particles, system, search = self._state.particles, self.system, self._search
+        particles, system, search = self._state.particles, self.system, self.search
         self.apply_matrix = self._launcher.bind(
             self._pairs.apply_matrix,
             particles,
@@ -153,7 +149,7 @@ class Viscosity:
 
     def iterations(self) -> Integers:
         """Return the number of iterations, or of explicit passes, of the last solve, by run."""
-        return np.full(self._state.runs, self._passes) if self._explicit else self._search.iterations.numpy().copy()
+        return np.full(self._state.runs, self._passes) if self._explicit else self.search.iterations.numpy().copy()
 
     def solve_implicit(self, rows: int) -> None:
         """Solve backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
@@ -163,7 +159,7 @@ class Viscosity:
         self.weigh_pairs(rows)
         self._sum_residuals(rows)
         self._start_search(rows)
-        wp.capture_while(self._search.more, self._iterate, rows=rows)
+        wp.capture_while(self.search.more, self._iterate, rows=rows)
         self._sum_left(rows)
         self._shift_all(rows)
 
@@ -177,7 +173,7 @@ class Viscosity:
         """Apply Eq. 5 as printed, v - (A / q) v, in the fewest stable passes; return their number."""
         state = self._state
         if self._other is None:
-            self._other = wp.zeros(state.count + SPARE, dtype=wp.vec3, device=state.device)[: state.count]
+            self._other = wp.zeros(state.count + SPARE, wp.vec3, state.device)[: state.count]
         # Copied, so that particles at rest have no speed in either array.
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other

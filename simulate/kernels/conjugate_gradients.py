@@ -201,7 +201,7 @@ def ask_for_more(search: Search, run: int, at_most: int):
     if search.error[run] <= search.goal[run]:
         return
     if search.iterations[run] < at_most and wp.isfinite(search.error[run]):
-        search.iterations[run] = search.iterations[run] + 1
+        search.iterations[run] += 1
         search.more[0] = 1
     else:
         search.unsolved[run] = 1

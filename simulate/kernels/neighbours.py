@@ -70,9 +70,9 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
                 i = particles.mover[row]
                 if near.fluid_count[row] > near.fluid.shape[1]:
                     near.fluid_count[row] = near.fluid.shape[1]
-                    particles.fault[i] = particles.fault[i] | NEIGHBOURS_FULL
+                    particles.fault[i] |= NEIGHBOURS_FULL
                 if near.wall_count[row] > near.wall.shape[1]:
                     near.wall_count[row] = near.wall.shape[1]
-                    particles.fault[i] = particles.fault[i] | WALLS_FULL
+                    particles.fault[i] |= WALLS_FULL
 
     return list_neighbours

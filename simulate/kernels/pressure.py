@@ -5,7 +5,7 @@ Row ``row`` of a launch is a place in the list of movers, ``Particles.mover``.
 """
 
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import warp as wp
 
@@ -195,11 +195,11 @@ def inspect(
         speed = wp.length(particles.velocity[i])
         density = particles.density[i]
         if not (is_number(wp.length_sq(x)) and is_number(speed) and is_number(density)):
-            particles.fault[i] = particles.fault[i] | NOT_FINITE
+            particles.fault[i] |= NOT_FINITE
         elif speed > fastest:
-            particles.fault[i] = particles.fault[i] | TOO_FAST
+            particles.fault[i] |= TOO_FAST
         elif density > densest:
-            particles.fault[i] = particles.fault[i] | TOO_DENSE
+            particles.fault[i] |= TOO_DENSE
         else:
             face = solid.face
             over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
@@ -211,48 +211,12 @@ def inspect(
                 bring_to_rest(particles, i)
 
 
-@wp.struct
-class Constraint:
-    """Density rho_i of a particle, and its gradients with respect to the positions (Eqs 1 and 2)."""
-
-    density: float
-    volume: float  # m / rho_i
-    wall_slope: wp.vec3  # The walls' part of that gradient
-    squares: float  # Sum of the squared gradients with all positions
-
-
-class PressureKernels(NamedTuple):
-    measure_density: Any
-    correct: Any
-
-
-def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
-    """Return the kernels of a pressure iteration that sum over pairs, with the inner loops of ``loops``.
+def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
+    """Return ``measure_density`` and ``correct`` of a pressure iteration, with the inner loops of ``loops``.
 
     Kernels are defined in a function because Warp binds the functions that a kernel calls when it is defined.
     """
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
-
-    @wp.func(module=module)
-    def constrain(
-        kernel: Smoothing,
-        particles: Particles,
-        neighbours: Neighbours,
-        row: int,
-    ):
-        """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
-        h = kernel.support
-        swelling = particles.swelling[particles.mover[row] // particles.per_run]
-        sums = sum_density(particles, neighbours, row, h)
-        walls = sum_walls(particles, neighbours, row, h)
-        it = Constraint()
-        it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + kernel.wall_density * walls[0]
-        it.volume = swelling * kernel.mass / it.density
-        it.wall_slope = kernel.wall_slope * walls[1:4]
-        slope = swelling * kernel.slope
-        gradient = slope * sums[1:4] + it.wall_slope
-        it.squares = wp.length_sq(gradient) + slope * slope * sums[4]
-        return it
 
     @kernel_in(module)
     def measure_density(
@@ -263,7 +227,9 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         iteration_state: IterationState,
         iteration: int,
     ):
-        """Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps). It stays at most 0.
+        """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel (Eqs 1 and 2).
+
+        Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps). It stays at most 0.
 
         If pressure is not carried over, lambda_i is that of the paper, and each iteration starts at 0.
         """
@@ -272,15 +238,22 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
             run = i // particles.per_run
             if not takes_part(iteration_state, run, iteration):
                 continue
-            it = constrain(kernel, particles, neighbours, row)
+            h = kernel.support
+            swelling = particles.swelling[run]
+            sums = sum_density(particles, neighbours, row, h)
+            walls = sum_walls(particles, neighbours, row, h)
             if lane() > 0:
                 continue
-            particles.density[i] = it.density
-            particles.volume_and_viscosity[i][0] = it.volume
+            density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + kernel.wall_density * walls[0]
+            particles.density[i] = density
+            particles.volume_and_viscosity[i][0] = swelling * kernel.mass / density
+            slope = swelling * kernel.slope
+            wall_gradient = kernel.wall_slope * walls[1:4]
+            squares = wp.length_sq(slope * sums[1:4] + wall_gradient) + slope * slope * sums[4]
             before = particles.pressed[i][3]
-            after = wp.min(before - (it.density - 1.0) / (it.squares + kernel.relaxation), 0.0)
+            after = wp.min(before - (density - 1.0) / (squares + kernel.relaxation), 0.0)
             particles.position[i][3] = after - before
-            particles.pressed[i] = wp.vec4(*it.wall_slope, wp.where(iteration_state.carried[run] > 0.0, after, 0.0))
+            particles.pressed[i] = wp.vec4(*wall_gradient, wp.where(iteration_state.carried[run] > 0.0, after, 0.0))
 
     @kernel_in(module)
     def correct(
@@ -315,4 +288,4 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
             if lane() == 0:
                 iteration_state.correction[row] = step
 
-    return PressureKernels(measure_density, correct)
+    return measure_density, correct

@@ -5,9 +5,8 @@ equivalent to a viscosity and a yield stress. In the implicit form a pair pulls 
 volumes, which conserves momentum and angular momentum. The explicit passes are Eq. 5 as printed.
 """
 
-from collections.abc import Mapping
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import warp as wp
 
@@ -46,13 +45,6 @@ class Paste:
     per_viscosity: float  # Weight of pairs for each cm2/s of viscosity
     slowest_shear: float  # 1/s: below it the viscosity is constant
     frames_to_freeze: wp.array[int]  # Age at which a particle is fixed
-
-
-class ViscosityKernels(NamedTuple):
-    measure_shear: Any
-    weigh_pairs: Mapping[str, Any]  # By the kernel W of pairs
-    apply_matrix: Any
-    pass_velocity: Mapping[str, Any]  # By the kernel W of pairs
 
 
 @wp.func
@@ -96,8 +88,8 @@ def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float,
     return wp.sqrt(0.5 * wp.ddot(rate, rate))
 
 
-def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved: bool) -> ViscosityKernels:
-    """Return the kernels of the viscosity that sum over pairs, with the inner loops of ``loops``.
+def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved: bool) -> tuple[Any, ...]:
+    """Return the kernels of the viscosity that sum over pairs, in ``PairKernels``' order, with the loops of ``loops``.
 
     ``seldom`` is the Warp module of the explicit passes, and of the paper's kernel W. With ``skips_solved`` the
     products of runs that are solved are not computed, which saves time if runs share the threads of a GPU.
@@ -162,7 +154,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             search.product[row] = product
             search.curvature[row] = wp.dot(own, product)
 
-    return ViscosityKernels(
+    return (
         measure_shear,
         {kernel: _weigh_pairs(loops, module if kernel == "poly6" else seldom, kernel) for kernel in WEIGHTS},
         apply_matrix,

@@ -71,7 +71,7 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     share = np.bincount(nearest, minlength=len(chosen)) / CANDIDATES
     dummy = np.full((1, 4), NOWHERE_CM)
     padded = np.concatenate([np.column_stack([chosen * CM, share]), dummy])
-    return WallParticles(wp.array(padded, dtype=wp.vec4, device=barrier.device)[: len(chosen)])
+    return WallParticles(wp.array(padded, wp.vec4, device=barrier.mesh.device)[: len(chosen)])
 
 
 def calibrated_wall_mass(radius: float) -> float:

@@ -100,30 +100,30 @@ class Fitness:
             f"mouth; {MOST_MISFIT:.0%} is allowed.",
             self.left_out,
         )
+        places = f"Stones, a wall across the crack or a neck, mainly at s = {self.narrowest_mm:.1f} mm,"
         unless(
-            self.held_mm <= MOST_HELD_MM and self.dragged <= MOST_DRAGGED,
-            "narrow",
-            f"{self._narrow}; this model averages them over its sections.",
+            np.isfinite(self.dragged),
+            "closed",
+            f"{places} close the crack below the level of the sealant.",
             self.narrowest_mm,
             "mm",
         )
+        unless(
+            not MOST_HELD_MM < self.held_mm < np.inf,
+            "held",
+            f"{places} support a step of the level of up to {self.held_mm:.1f} mm; this model averages them over its "
+            f"sections, and {MOST_HELD_MM:g} mm are allowed.",
+            self.held_mm,
+            "mm",
+        )
+        unless(
+            not MOST_DRAGGED < self.dragged < np.inf,
+            "dragged",
+            f"{places} slow the flow as much as {self.dragged:.2f} times the crack's length would; {MOST_DRAGGED:g} is "
+            "allowed.",
+            self.dragged,
+        )
         return tuple(reasons)
-
-    @property
-    def _narrow(self) -> str:
-        """Return the first half of a sentence on narrow places."""
-        place = f"Stones, a wall across the crack or a neck, mainly at s = {self.narrowest_mm:.1f} mm,"
-        if not np.isfinite(self.dragged):
-            return f"{place} close the crack below the level of the sealant"
-        effects = []
-        if self.held_mm > MOST_HELD_MM:
-            effects.append(f"support a step of the level of up to {self.held_mm:.2g} mm ({MOST_HELD_MM:g} are allowed)")
-        if self.dragged > MOST_DRAGGED:
-            effects.append(
-                f"slow the flow as much as {float(f'{self.dragged:.2g}'):g} times the crack's length would "
-                f"({MOST_DRAGGED:g} is allowed)"
-            )
-        return f"{place} {' and '.join(effects)}"
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:

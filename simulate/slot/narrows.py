@@ -108,7 +108,7 @@ def _cuts_of(outline: Outline, solid: Solid, cells: int) -> _Cuts:
 def _cut(outline: Outline, solid: Solid, cells: int) -> _Cuts:
     s_mm = (np.arange(FINER * cells) + 0.5) * outline.length_mm / (FINER * cells)
     layer_mm = solid.depth_mm / LEVELS
-    middles_mm = (np.arange(LEVELS) + 0.5) * layer_mm - solid.depth_mm
+    middles_mm = (np.arange(LEVELS, dtype=float) + 0.5) * layer_mm - solid.depth_mm
     centre_mm, left_mm, right_mm = (
         np.column_stack([np.interp(s_mm, outline.s_mm, line[:, axis]) for axis in (0, 1)])
         for line in (outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm)
