@@ -18,7 +18,7 @@ from sealtwin.core.records import Floats, Run, Sample
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import RunHealth
 from simulate.device import describe_device, start_warp
-from simulate.fluid.fault_checks import SENTENCES, RunFault
+from simulate.fluid.fault_checks import SENTENCES
 from simulate.fluid.run_statistics import RunStatistics
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
@@ -164,8 +164,6 @@ class Injection:
         # Escapes are judged by the mesh, not by the distance grid that stops particles.
         status_of[(status_of <= int(status.FROZEN)) & (engine.barrier.exact_mm(position_mm) < 0)] = int(status.ESCAPED)
         count, swelling = schedule.particles, engine.state.swelling.numpy()
-        steps = {"frames": self.done, "frame_s": schedule.frame_s, "substeps": engine.substeps}
-        times = {"setup_s": self.setup_s, "frames_s": self.statistics.frames_s}
         made: list[Run | NumericalError] = []
         for number in range(len(self.pastes)):
             if number in self.failed:
@@ -174,9 +172,12 @@ class Injection:
             rows = slice(number * count, (number + 1) * count)
             health = RunHealth(
                 **self.statistics.summary(number),
-                **steps,
+                frames=self.done,
+                frame_s=schedule.frame_s,
+                substeps=engine.substeps,
                 **({} if self.finer == 1 else {"finer": self.finer}),
-                **times,
+                setup_s=self.setup_s,
+                frames_s=self.statistics.frames_s,
                 particles_a_release=schedule.release,
                 wall_particles=len(engine.walls.position_and_share),
                 particles_across=self.pour.sample.outline.mean_width_mm / (2 * solver.size_mm),
@@ -242,9 +243,7 @@ class Injection:
 
     def remarks_on(self, number: int) -> tuple[Fact, ...]:
         """Return the doubts on a fluid. They can be made before the first frame."""
-        fluid, sample = self.pour.fluids[number], self.pour.sample
-        crack = sample.outline, sample.solid
-        remarks = remarks_on(fluid, *crack, self.pour.solver, self.schedule, finer=self.finer)
+        remarks = remarks_on(self.pour.each[number], self.schedule, finer=self.finer)
         now = self.engine.substeps
         text = (
             f"solver.substeps: the run failed with {now // 2} substeps a frame, so it was computed anew with {now}. "
@@ -259,17 +258,16 @@ class Injection:
     def _give_up_faulty(self) -> None:
         """Give up the runs with a fault. For the last run, raises NumericalError and leaves the arrays as they are."""
         for run, fault in self.engine.faults.found().items():
-            self.failed[run] = NumericalError(self._in_words(run, fault))
+            sentence = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
+            if fault.particle is not None:
+                x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
+                sentence += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
+            self.failed[run] = NumericalError(
+                f"{sentence}. Try more solver.substeps, a smaller solver.radius_mm or a thinner sealant."
+            )
             if len(self.failed) == len(self.pastes):
                 raise self.failed[run]
             self.engine.give_up(run)
-
-    def _in_words(self, run: int, fault: RunFault) -> str:
-        sentence = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
-        if fault.particle is not None:
-            x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
-            sentence += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
-        return f"{sentence}. Try more solver.substeps, a smaller solver.radius_mm or a thinner sealant."
 
 
 class Watcher:

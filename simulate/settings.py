@@ -8,10 +8,8 @@ import numpy as np
 from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.facts import Fact
-from sealtwin.core.records import Outline, Solid
 from sealtwin.core.run_figures import FAST, Method
-from sealtwin.core.settings import Likely, Settings, doubts_of
+from sealtwin.core.settings import Likely, Settings
 from simulate.material_curve import (
     ByForm,
     CoolingCurve,
@@ -37,7 +35,6 @@ VISCOSITY = Likely(0.0, 50.0, "Pa s", "in mPa s")
 DENSITY = Likely(700.0, 3500.0, "kg/m3", "in g/cm3 or N/m3")  # From alcohol to heavy mortar
 SLOPE = Likely(-12.0, 12.0, "degrees", "in percent")  # Roads stay below 12 degrees
 NOZZLE = Likely(0.0, 2.0, "mm for a crack of this width", "the outer diameter, or in tenths of a mm", of_width=True)
-LEAST_MOUTH_MM = 1.5  # Nozzles are rarely finer than 3 mm, whatever the crack
 LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
 
 
@@ -247,14 +244,6 @@ class Fluid(Settings):
             )
         if key == "consistency_pa_s_n" and self.flow_index in (None, 1.0):
             raise ValueError(f"consistency_pa_s_n is {self.consistency_pa_s_n:g}: give flow_index, or viscosity_pa_s")
-
-
-def doubts_of_run(
-    outline: Outline, solid: Solid, fluid: Fluid | None, nozzle: "Nozzle", slope: "SampleSlope"
-) -> tuple[Fact, ...]:
-    """Return a question for each setting of a run outside its likely range."""
-    mouth_mm = solid.figures.mouth_width_mm or outline.mean_width_mm
-    return doubts_of(fluid, nozzle, slope, width_mm=max(mouth_mm, LEAST_MOUTH_MM))
 
 
 class Scheme(NamedTuple):

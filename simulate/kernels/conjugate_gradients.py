@@ -104,12 +104,11 @@ def new_search(rows: int, runs: int, device: str) -> Any:
 
 
 @wp.func
-def times(it: Symmetric, by: wp.vec3):
-    return wp.vec3(
-        it[0] * by[0] + it[3] * by[1] + it[5] * by[2],
-        it[3] * by[0] + it[1] * by[1] + it[4] * by[2],
-        it[5] * by[0] + it[4] * by[1] + it[2] * by[2],
-    )
+def full(symmetric: Symmetric):
+    """Return a symmetric matrix with all its elements."""
+    xx, yy, zz = symmetric[0], symmetric[1], symmetric[2]
+    xy, yz, zx = symmetric[3], symmetric[4], symmetric[5]
+    return wp.mat33(xx, xy, zx, xy, yy, yz, zx, yz, zz)
 
 
 @wp.func
@@ -161,11 +160,11 @@ def sum_residuals(
         rows = rows_of(particles, part)
         own = Sums(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            inverse = system.inverse[row]
+            inverse = full(system.inverse[row])
             right = particles.velocity[particles.mover[row]]
-            own[0] += wp.dot(right, times(inverse, right))
-            own[1] += wp.dot(search.residual[row], times(inverse, search.residual[row]))
-            own[2] += wp.dot(search.product[row], times(inverse, search.product[row]))
+            own[0] += wp.dot(right, inverse * right)
+            own[1] += wp.dot(search.residual[row], inverse * search.residual[row])
+            own[2] += wp.dot(search.product[row], inverse * search.product[row])
             own[3] += 1.0 + system.restraint[row]
             own[4] += wp.dot(right, right)
         keep_sum(search, part, lane, own)
@@ -240,7 +239,7 @@ def start_search(
             search.residual[row] = r
             search.direction[row] = wp.vec3(0.0)
             search.pull[row] = wp.vec3(0.0)
-            particles.scaled_residual[i] = times(system.inverse[row], r)
+            particles.scaled_residual[i] = full(system.inverse[row]) * r
 
 
 @wp.func
@@ -309,7 +308,7 @@ def advance_search(
             particles.velocity[i] = particles.velocity[i] + way[0] * direction
             r = search.residual[row] - way[0] * pull
             search.residual[row] = r
-            scaled = times(system.inverse[row], r)
+            scaled = full(system.inverse[row]) * r
             particles.scaled_residual[i] = scaled
             own += wp.dot(r, scaled)
         total = wp.tile_sum(wp.tile(own))[0]

@@ -10,7 +10,7 @@ from typing import Any
 
 import warp as wp
 
-from simulate.kernels.conjugate_gradients import Search, Symmetric, System, is_solved
+from simulate.kernels.conjugate_gradients import Search, Symmetric, System, full, is_solved
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import WEIGHTS, DragSums, GradientSums
@@ -59,14 +59,6 @@ def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, 
     if paste.law[run] == HERSCHEL_BULKLEY:
         viscous = weight * wp.pow(gamma, paste.flow_index[run] - 1.0)
     return viscous + paste.per_viscosity * yield_stress / gamma
-
-
-@wp.func
-def full(symmetric: Symmetric):
-    """Return a symmetric matrix with all its elements."""
-    xx, yy, zz = symmetric[0], symmetric[1], symmetric[2]
-    xy, yz, zx = symmetric[3], symmetric[4], symmetric[5]
-    return wp.mat33(xx, xy, zx, xy, yy, yz, zx, yz, zz)
 
 
 @wp.func

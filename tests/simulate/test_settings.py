@@ -7,6 +7,7 @@ from digitise.settings import CrackShape, NozzlePath
 from sealtwin.core.facts import texts
 from sealtwin.core.settings import doubts_of
 from sealtwin.study.extra_runs import RATIO
+from simulate.pour import Pour
 from simulate.remarks import remarks_on
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import plan_releases
@@ -104,7 +105,7 @@ def test_a_long_thin_crack_has_the_finest_radius_of_a_run_and_a_remark():
     fluid, solver = resolved(poured, sealant(viscosity_pa_s=0.3), Solver(radius_mm="auto"), Nozzle())
     assert 1.0 / 8 < solver.size_mm < 1.0 / 4
     schedule = plan_releases(poured.trajectory, solver.size_mm, 2.4, 0)
-    remarks = remarks_on(fluid, poured.outline, poured.solid, solver, schedule)
+    remarks = remarks_on(Pour(poured, (fluid,), solver), schedule)
     assert "four particles across" in next(remarks).text
 
 
