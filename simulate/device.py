@@ -80,25 +80,20 @@ def choose_device(name: str) -> str:
         name = "cuda:0"
     if name not in present:
         raise InputError(f"device {name} is not on this machine; give auto or one of {', '.join(present)}.")
-    if name != "cpu":
-        _require_recording(name)
+    # A frame is recorded, with its loops and scans.
+    if name != "cpu" and not wp.is_conditional_graph_supported():
+        raise InputError(
+            f"device {name}: its driver cannot replay a recorded frame, which needs CUDA 12.4 or newer. Update "
+            "NVIDIA's driver, or give --device cpu."
+        )
+    if name != "cpu" and not wp.is_mempool_supported(name):
+        raise InputError(f"device {name}: it has no memory pools, which a recorded frame needs. Give --device cpu.")
     return name
 
 
 def free_bytes(name: str) -> float:
     """Return the free memory of a GPU; infinite for a CPU, which the operating system manages."""
     return math.inf if name == "cpu" else float(wp.get_device(name).free_memory)
-
-
-def _require_recording(name: str) -> None:
-    """Raise InputError unless a frame, with its loops and scans, can be recorded."""
-    if not wp.is_conditional_graph_supported():
-        raise InputError(
-            f"device {name}: its driver cannot replay a recorded frame, which needs CUDA 12.4 or newer. Update "
-            "NVIDIA's driver, or give --device cpu."
-        )
-    if not wp.is_mempool_supported(name):
-        raise InputError(f"device {name}: it has no memory pools, which a recorded frame needs. Give --device cpu.")
 
 
 def describe_device(name: str) -> str:

@@ -30,7 +30,6 @@ from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
 from simulate.setup_checks import (
-    check_damping,
     check_fit,
     check_outlet,
     domain_of,
@@ -334,7 +333,12 @@ def case_of(pour: Pour, finer: int = 1) -> SetupCase:
         raise ValueError(
             "Fluids that need different numbers of substeps cannot be computed together. Compute them one by one."
         )
-    check_damping(solver, schedule.frame_s / (finer * substeps))
+    step_s = schedule.frame_s / (finer * substeps)
+    if solver.damping_per_s * step_s > 1:
+        raise InputError(
+            f"solver.damping_per_s is {solver.damping_per_s:g}: in a substep of {step_s * 1e3:.3g} ms it would remove "
+            f"more than a particle's whole speed. Give at most {1 / step_s:.4g}, or more substeps."
+        )
     pour = replace(pour, fluids=fluids, solver=solver)
     return SetupCase(pour, tuple(paste for paste, _ in solved), schedule, courses, domain, finer * substeps)
 

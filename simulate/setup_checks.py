@@ -177,14 +177,6 @@ def carried(solid: Solid, outline: Outline, radius_mm: float) -> bool:
     return grid_fits(solid, outline, radius_mm) and particles <= PARTICLES_AT_MOST
 
 
-def check_damping(solver: Solver, step_s: float) -> None:
-    if solver.damping_per_s * step_s > 1:
-        raise InputError(
-            f"solver.damping_per_s is {solver.damping_per_s:g}: in a substep of {step_s * 1e3:.3g} ms it would remove "
-            f"more than a particle's whole speed. Give at most {1 / step_s:.4g}, or more substeps."
-        )
-
-
 def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float) -> float:
     """Return D as given or, if the fluid sticks to walls, the D with the total drag of no-slip walls."""
     if fluid.D_cm is not None:

@@ -118,10 +118,17 @@ def bed_of(
     inputs: Pour, paste: HerschelBulkley, trajectory: Trajectory, *, cells: int = CELLS, steps: int = STEPS
 ) -> Filled:
     """Return the bed of a paste along a trajectory, with crack, nozzle, slope and settling time of ``inputs``."""
-    sample, nozzle_mm = inputs.sample, inputs.nozzle.diameter_mm
-    resolution = {"cells": cells, "steps": steps}
-    crack, settle_s = (sample.solid, sample.outline), inputs.solver.settle_s
-    return fill(*crack, trajectory, paste, nozzle_mm=nozzle_mm, settle_s=settle_s, slope=inputs.slope, **resolution)
+    return fill(
+        inputs.sample.solid,
+        inputs.sample.outline,
+        trajectory,
+        paste,
+        nozzle_mm=inputs.nozzle.diameter_mm,
+        settle_s=inputs.solver.settle_s,
+        slope=inputs.slope,
+        cells=cells,
+        steps=steps,
+    )
 
 
 def paste_of(inputs: Pour) -> HerschelBulkley:
