@@ -1,10 +1,10 @@
-"""What the particles' radius, substeps and two-level pressure do to the fronts of measured dam breaks.
+"""What the particles' radius and substeps do to the fronts of measured dam breaks.
 
     python -m benchmarks.measured_numerics
 
 Each figure is a front at outline 8 over that of ``benchmarks/measured.py``, which has 12.5 particles across the
-shortest side, one substep and local pressure. The last rows are geometric means over fronts above 10 mm. Nothing is
-judged. Fronts with one substep and with two are written to ``measured/computed.csv``.
+shortest side, and one substep. The last rows are geometric means over fronts above 10 mm. Nothing is judged.
+Fronts with one substep and with two are written to ``measured/computed.csv``.
 """
 
 from collections.abc import Iterator, Mapping
@@ -30,7 +30,6 @@ WAYS: Mapping[str, dict[str, Any]] = {
     "radius 0.75 times": {"radius": 0.75},
     HALF_STEP: {"substeps": 2},
     "four substeps": {"substeps": 4},
-    "two-level pressure": {"pressure": "two-level"},
 }
 
 

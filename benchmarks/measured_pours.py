@@ -15,7 +15,7 @@ from simulate.device import start_warp
 from simulate.hollow import Box, Hollow
 from simulate.loose_fluid import LooseFluid, substep_s
 from simulate.settings import Fluid, SampleSlope, Solver, particle_volume
-from simulate.setup.release_schedule import Outlet, Schedule
+from simulate.setup.release_schedule import Schedule, pack_disc, places_of_releases
 from simulate.setup_checks import solved_as
 
 TUBE_MM = 12.0  # Height of the tube's end above the plate: over the fluid's surface
@@ -112,10 +112,12 @@ def fed(
 
     A release of several particles is spread evenly over the time in which the flow fills it.
     """
-    outlet, frame_s = Outlet(radius_mm, diameter_mm, seed), substep_s(radius_mm)
+    disc_mm, frame_s = pack_disc(diameter_mm / 2, radius_mm), substep_s(radius_mm)
+    release = len(disc_mm)
     count = round(flow_mm3_s * duration_s / particle_volume(radius_mm))
     frame_of = np.floor(np.arange(count) * particle_volume(radius_mm) / flow_mm3_s / frame_s).astype(np.int64)
-    across_mm = outlet.places_mm(-(-count // outlet.release)).reshape(-1, 2)[:count]
+    places_mm = places_of_releases(disc_mm, radius_mm, diameter_mm, seed, -(-count // release))
+    across_mm = places_mm.reshape(-1, 2)[:count]
     down_mm_s = flow_mm3_s / (np.pi * (diameter_mm / 2) ** 2)
     return Schedule(
         position_mm=np.column_stack([across_mm, np.full(count, height_mm)]),
@@ -123,6 +125,6 @@ def fed(
         frame_of=frame_of,
         released=np.searchsorted(frame_of, np.arange(round(duration_s / frame_s)), side="right"),
         frame_s=frame_s,
-        release=outlet.release,
+        release=release,
         dispensed_mm3=count * particle_volume(radius_mm),
     )

@@ -44,11 +44,10 @@ def hydrostatic() -> Iterator[Row]:
     """A column of 16 mm under its weight, its volume kept as in a run: where its level is, and how dense its floor.
 
     Of the weight, local pressure's law may miss 15 %: walls bear up to 6 % by the particles' friction, and sums over a
-    packing are 9 % off the integrals. Two levels promise 2 % (``solver.pressure``).
+    packing are 9 % off the integrals.
     """
-    for substeps, pressure in ((4, "local"), (8, "local"), (4, "two-level")):
+    for substeps in (4, 8):
         how: dict[str, Any] = {"radius_mm": RADIUS_MM, "step_s": FRAME_S / substeps, "keeps_volume": True}
-        how["pressure"] = pressure
         # Water: enough to end the sloshing, little against the weight.
         tank = Tank.of(COLUMN, settled_mm(COLUMN, height_mm=COLUMN_MM, **how), viscosity_mm2_s=1.0, **how)
         tank.wait(REST_S)
@@ -58,14 +57,11 @@ def hydrostatic() -> Iterator[Row]:
         level_mm = float(np.median(tank.surface_mm()[:, 1]))
         # Of all particles: what splashed out, or leaked, is missing from the level.
         stands_mm = tank.engine.state.count * particle_volume(RADIUS_MM) / COLUMN.length_mm / COLUMN.width_mm
-        name = f"column, {substeps} substeps, {pressure}"
+        name = f"column, {substeps} substeps"
         yield Row(f"{name}: level", level_mm, "mm", stands_mm - RADIUS_MM, stands_mm + RADIUS_MM, f"{stands_mm:.4g}")
-        if pressure == "local":
-            borne = pressure_at(dense, tank) / (GRAVITY_MM_S2 * (stands_mm - 2))
-            yield within(f"{name}: floor's pressure over weight", borne, "", 1.0, 0.15)
-            yield Row(f"{name}: floor compressed by", 100 * dense, "%")
-        else:
-            yield Row(f"{name}: floor compressed by", 100 * dense, "%", -2, 2, "0")
+        borne = pressure_at(dense, tank) / (GRAVITY_MM_S2 * (stands_mm - 2))
+        yield within(f"{name}: floor's pressure over weight", borne, "", 1.0, 0.15)
+        yield Row(f"{name}: floor compressed by", 100 * dense, "%")
 
 
 def pressure_at(compression: float, tank: Tank) -> float:

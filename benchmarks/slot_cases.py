@@ -28,9 +28,8 @@ from sealtwin.core.records import Floats, Outline, Sample, Solid, Trajectory
 from simulate.pour import Pour
 from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver, particle_volume
-from simulate.slot.fill import CELLS, STEPS, Filled, fill
+from simulate.slot.fill import CELLS, STEPS, Filled, HerschelBulkley, fill
 from simulate.slot.fitness import Fitness, fitness_of
-from simulate.slot.flux import HerschelBulkley
 from simulate.slot.run import paste_of
 from tests.shapes import straight_slot
 

@@ -35,7 +35,6 @@ NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
 """Warp's warning on a machine without a GPU, which is suppressed."""
 NEEDED_BYTES = 20_000_000
 """Disk space that must be free: ten times the largest compiled module. LLVM ends the process if a disk is full."""
-REMEDY = "Set WARP_CACHE_PATH to a writable folder with at least {needed:.0f} MB free."
 
 
 @cache
@@ -44,7 +43,9 @@ def start_warp() -> None:
 
     Raises InputError if its cache of kernels cannot be written.
     """
-    _guard_kernel_cache()
+    # Warp loads a module when a kernel is first launched.
+    if not hasattr(wp.Module.load, "__wrapped__"):
+        wp.Module.load = _guarded(wp.Module.load)
     try:
         terminal = os.dup(2)
     except OSError:
@@ -79,25 +80,20 @@ def choose_device(name: str) -> str:
         name = "cuda:0"
     if name not in present:
         raise InputError(f"device {name} is not on this machine; give auto or one of {', '.join(present)}.")
-    if name != "cpu":
-        _require_recording(name)
+    # A frame is recorded, with its loops and scans.
+    if name != "cpu" and not wp.is_conditional_graph_supported():
+        raise InputError(
+            f"device {name}: its driver cannot replay a recorded frame, which needs CUDA 12.4 or newer. Update "
+            "NVIDIA's driver, or give --device cpu."
+        )
+    if name != "cpu" and not wp.is_mempool_supported(name):
+        raise InputError(f"device {name}: it has no memory pools, which a recorded frame needs. Give --device cpu.")
     return name
 
 
 def free_bytes(name: str) -> float:
     """Return the free memory of a GPU; infinite for a CPU, which the operating system manages."""
     return math.inf if name == "cpu" else float(wp.get_device(name).free_memory)
-
-
-def _require_recording(name: str) -> None:
-    """Raise InputError unless a frame, with its loops and scans, can be recorded."""
-    if not wp.is_conditional_graph_supported():
-        raise InputError(
-            f"device {name}: its driver cannot replay a recorded frame, which needs CUDA 12.4 or newer. Update "
-            "NVIDIA's driver, or give --device cpu."
-        )
-    if not wp.is_mempool_supported(name):
-        raise InputError(f"device {name}: it has no memory pools, which a recorded frame needs. Give --device cpu.")
 
 
 def describe_device(name: str) -> str:
@@ -144,35 +140,31 @@ def _naming_the_cache() -> Iterator[None]:
     try:
         yield
     except OSError as fault:
-        raise _unusable(fault.strerror or str(fault), fault.filename) from fault
-
-
-def _guard_kernel_cache() -> None:
-    """Check the cache at each load of a module, which Warp does when a kernel is first launched."""
-    if not hasattr(wp.Module.load, "__wrapped__"):
-        wp.Module.load = _guarded(wp.Module.load)
+        cache = fault.filename or wp.config.kernel_cache_dir or "the home folder"
+        raise InputError(
+            f"{cache}: the cache of compiled kernels cannot be stored there ({fault.strerror or fault}). "
+            f"Set WARP_CACHE_PATH to a writable folder with at least {NEEDED_BYTES / 1e6:.0f} MB free."
+        ) from fault
 
 
 def _guarded(load: Any) -> Any:
+    """Return Warp's function that loads a module with checks of the cache. Damaged kernels are compiled again."""
+
     @functools.wraps(load)
     def guarded(module: Any, device: Any, block_dim: int | None = None, *others: Any, **more: Any) -> Any:
         wanted = block_dim if block_dim is not None else module.options["block_dim"]
         if (wp.get_device(device).context, wanted) in module.execs:
             return load(module, device, block_dim, *others, **more)
         home = Path(wp.config.kernel_cache_dir or "", module.get_module_identifier(wanted))
-        cached = home.is_dir()
-        if not cached:
-            _require_room()
-        try:
-            with _naming_the_cache():
-                return load(module, device, block_dim, *others, **more)
-        except Exception:
-            # A module from the cache may be damaged; if it was compiled just now, the fault is in our code.
-            if not cached:
-                raise
-        shutil.rmtree(home, ignore_errors=True)
+        if home.is_dir():
+            try:
+                with _naming_the_cache():
+                    return load(module, device, block_dim, *others, **more)
+            except Exception:
+                # A module from the cache may be damaged. If it was compiled just now, the fault is in our code.
+                shutil.rmtree(home, ignore_errors=True)
+                module.mark_modified()
         _require_room()
-        module.mark_modified()
         with _naming_the_cache():
             return load(module, device, block_dim, *others, **more)
 
@@ -183,11 +175,3 @@ def _require_room() -> None:
     """Raise InputError if the cache cannot take a module. Writes a file, because only that detects a quota."""
     with _naming_the_cache(), tempfile.TemporaryFile(dir=wp.config.kernel_cache_dir) as probe:
         probe.write(bytes(NEEDED_BYTES))
-
-
-def _unusable(reason: str, place: str | None = None) -> InputError:
-    cache = place or wp.config.kernel_cache_dir or "the home folder"
-    return InputError(
-        f"{cache}: the cache of compiled kernels cannot be stored there ({reason}). "
-        f"{REMEDY.format(needed=NEEDED_BYTES / 1e6)}"
-    )

@@ -18,7 +18,7 @@ from sealtwin.core.records import Floats, Run, Sample
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import RunHealth
 from simulate.device import describe_device, start_warp
-from simulate.fluid.fault_checks import SENTENCES, RunFault
+from simulate.fluid.fault_checks import SENTENCES
 from simulate.fluid.run_statistics import RunStatistics
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
@@ -30,7 +30,6 @@ from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
 from simulate.setup_checks import (
-    check_damping,
     check_fit,
     check_outlet,
     domain_of,
@@ -154,15 +153,8 @@ class Injection:
         self.engine.resume(self.done)
         self.moving = self.engine.count_movers()
 
-    def results(self) -> list[Run]:
-        """Return a Run for each fluid, in its present state. Raises NumericalError if one was given up."""
-        outcomes = self.outcomes()
-        if self.failed:
-            raise self.failed[min(self.failed)]
-        return [run for run in outcomes if isinstance(run, Run)]
-
     def outcomes(self) -> list[Run | NumericalError]:
-        """Return a Run for each fluid, or the error for which the run was given up."""
+        """Return a Run for each fluid, in its present state, or the error for which the run was given up."""
         self.wait()
         engine, schedule, solver = self.engine, self.schedule, self.pour.solver
         # Copied from a GPU once for all runs.
@@ -171,8 +163,6 @@ class Injection:
         # Escapes are judged by the mesh, not by the distance grid that stops particles.
         status_of[(status_of <= int(status.FROZEN)) & (engine.barrier.exact_mm(position_mm) < 0)] = int(status.ESCAPED)
         count, swelling = schedule.particles, engine.state.swelling.numpy()
-        steps = {"frames": self.done, "frame_s": schedule.frame_s, "substeps": engine.substeps}
-        times = {"setup_s": self.setup_s, "frames_s": self.statistics.frames_s}
         made: list[Run | NumericalError] = []
         for number in range(len(self.pastes)):
             if number in self.failed:
@@ -181,9 +171,12 @@ class Injection:
             rows = slice(number * count, (number + 1) * count)
             health = RunHealth(
                 **self.statistics.summary(number),
-                **steps,
+                frames=self.done,
+                frame_s=schedule.frame_s,
+                substeps=engine.substeps,
                 **({} if self.finer == 1 else {"finer": self.finer}),
-                **times,
+                setup_s=self.setup_s,
+                frames_s=self.statistics.frames_s,
                 particles_a_release=schedule.release,
                 wall_particles=len(engine.walls.position_and_share),
                 particles_across=self.pour.sample.outline.mean_width_mm / (2 * solver.size_mm),
@@ -249,9 +242,7 @@ class Injection:
 
     def remarks_on(self, number: int) -> tuple[Fact, ...]:
         """Return the doubts on a fluid. They can be made before the first frame."""
-        fluid, sample = self.pour.fluids[number], self.pour.sample
-        crack = sample.outline, sample.solid
-        remarks = remarks_on(fluid, *crack, self.pour.solver, self.schedule, finer=self.finer)
+        remarks = remarks_on(self.pour.each[number], self.schedule, finer=self.finer)
         now = self.engine.substeps
         text = (
             f"solver.substeps: the run failed with {now // 2} substeps a frame, so it was computed anew with {now}. "
@@ -266,17 +257,16 @@ class Injection:
     def _give_up_faulty(self) -> None:
         """Give up the runs with a fault. For the last run, raises NumericalError and leaves the arrays as they are."""
         for run, fault in self.engine.faults.found().items():
-            self.failed[run] = NumericalError(self._in_words(run, fault))
+            sentence = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
+            if fault.particle is not None:
+                x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
+                sentence += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
+            self.failed[run] = NumericalError(
+                f"{sentence}. Try more solver.substeps, a smaller solver.radius_mm or a thinner sealant."
+            )
             if len(self.failed) == len(self.pastes):
                 raise self.failed[run]
             self.engine.give_up(run)
-
-    def _in_words(self, run: int, fault: RunFault) -> str:
-        sentence = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
-        if fault.particle is not None:
-            x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
-            sentence += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
-        return f"{sentence}. Try more solver.substeps, a smaller solver.radius_mm or a thinner sealant."
 
 
 class Watcher:
@@ -308,8 +298,7 @@ class ComputeOptions:
     progress: Progress = field(default_factory=Progress)
     watchers: Sequence[Watcher] = ()  # They see the first of several runs
     in_study: bool = False
-    """True for a run of many: nobody asks for settings with which the fast model is fit, and frames are replayed if
-    that is faster."""
+    """True for a run of many: frames are replayed if that is faster."""
 
 
 @dataclass(frozen=True)
@@ -344,7 +333,12 @@ def case_of(pour: Pour, finer: int = 1) -> SetupCase:
         raise ValueError(
             "Fluids that need different numbers of substeps cannot be computed together. Compute them one by one."
         )
-    check_damping(solver, schedule.frame_s / (finer * substeps))
+    step_s = schedule.frame_s / (finer * substeps)
+    if solver.damping_per_s * step_s > 1:
+        raise InputError(
+            f"solver.damping_per_s is {solver.damping_per_s:g}: in a substep of {step_s * 1e3:.3g} ms it would remove "
+            f"more than a particle's whole speed. Give at most {1 / step_s:.4g}, or more substeps."
+        )
     pour = replace(pour, fluids=fluids, solver=solver)
     return SetupCase(pour, tuple(paste for paste, _ in solved), schedule, courses, domain, finer * substeps)
 
@@ -390,7 +384,6 @@ def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -
         frame_s=schedule.frame_s,
         substeps=case.substeps,
         rows=sum(int(course.moving.max()) for course in case.courses),
-        centreline=sample.outline.centreline_mm * CM,
         down=down,
         threads=options.threads,
     )

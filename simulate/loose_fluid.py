@@ -95,7 +95,6 @@ class LooseFluid:
             frame_s=schedule.frame_s,
             substeps=1,
             rows=state.count,
-            centreline=hollow.outline.centreline_mm * CM,
             down=slope.down,
         )
         control = VolumeControl(hollow.solid, schedule, state, solver, [paste], slope.down)

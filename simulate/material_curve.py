@@ -16,7 +16,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import Floats
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import Settings, checked
 
 MOST_ROWS = 1000
 BOUNDS = {
@@ -37,11 +37,6 @@ class Course(NamedTuple):
     age_s: Floats
     viscosity_pa_s: Floats
     yield_stress_pa: Floats
-
-    @property
-    def softens(self) -> bool:
-        """True if the yield stress falls at some age."""
-        return bool((np.diff(self.yield_stress_pa) < 0).any())
 
     def at(self, age_s: Floats) -> tuple[Floats, Floats]:
         """Return viscosity and yield stress at each age, (m,) each."""
@@ -116,9 +111,7 @@ def read_table(path: Path, kind: type[Table]) -> Table:
     if fault := _first_fault(columns):
         number, name, problem = fault
         raise InputError(f"{path}, row {rows[number]:g}, column {name}: {problem}.")
-    if kind is MaterialCurve and ("age_s" in columns) == ("temperature_c" in columns):
-        raise InputError(f"{path}, row 1: give one of the columns age_s and temperature_c, and not both.")
-    return kind.model_validate({name: tuple(values) for name, values in columns.items()})
+    return checked(kind, path, columns)
 
 
 def fault_of(curve: MaterialCurve | None, cooling: CoolingCurve | None, file: Path | None = None) -> str | None:

@@ -4,7 +4,10 @@ from dataclasses import dataclass, field, replace
 
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Sample
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, doubts_of_run
+from sealtwin.core.settings import doubts_of
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+
+LEAST_MOUTH_MM = 1.5  # Nozzles are rarely finer than 3 mm, whatever the crack
 
 
 @dataclass(frozen=True)
@@ -32,4 +35,5 @@ class Pour:
     @property
     def doubts(self) -> tuple[Fact, ...]:
         """Questions on settings of the only fluid, the nozzle and the slope that are outside their likely range."""
-        return doubts_of_run(self.sample.outline, self.sample.solid, self.fluid, self.nozzle, self.slope)
+        mouth_mm = self.sample.solid.figures.mouth_width_mm or self.sample.outline.mean_width_mm
+        return doubts_of(self.fluid, self.nozzle, self.slope, width_mm=max(mouth_mm, LEAST_MOUTH_MM))

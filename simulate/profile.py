@@ -55,7 +55,7 @@ def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
     if counted.any():
         view = _SideView(particle_s_mm[counted], run.position_mm[counted, 2], run.radius_mm, pixel_mm=s_mm[1])
         covered, top_mm = view.surface(stations)
-        level_mm[covered] = top_mm[covered] + half_spacing_mm(run)
+        level_mm[covered] = top_mm[covered] + half_side_mm(run.radius_mm, run.particle_volume_mm3)
     return Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
 
 
@@ -76,7 +76,8 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = CELL_MM) -> float:
     on_sample = settled(run, np.full(len(run.position_mm), solid.depth_mm))
     if not on_sample.any():
         return 0.0
-    occupied_mm3 = vessel_of(solid, cell_mm).volume_mm3(run.position_mm[on_sample], half_spacing_mm(run))
+    half_mm = half_side_mm(run.radius_mm, run.particle_volume_mm3)
+    occupied_mm3 = vessel_of(solid, cell_mm).volume_mm3(run.position_mm[on_sample], half_mm)
     return occupied_mm3 / run.dispensed_volume_mm3
 
 
@@ -96,9 +97,6 @@ def settled(run: Bed, depth_mm: Floats) -> Mask:
     fast_mm, reach_mm = run.position_mm[fast, :2], 2 * run.radius_mm
     slow = on_sample.copy()
     slow[fast] = False
-    # Only the part of the bed below particles in flight is searched.
-    low_mm, high_mm = fast_mm.min(axis=0) - reach_mm, fast_mm.max(axis=0) + reach_mm
-    slow &= ((low_mm <= run.position_mm[:, :2]) & (run.position_mm[:, :2] <= high_mm)).all(axis=1)
     slow_mm = run.position_mm[slow]
     around = KDTree(slow_mm[:, :2]).query_ball_point(fast_mm, reach_mm)
     bed_mm = np.array(
@@ -113,13 +111,8 @@ def fastest_fall_mm_s(radius_mm: float) -> float:
     return np.sqrt(2 * GRAVITY_MM_S2 * radius_mm)
 
 
-def half_spacing_mm(run: Bed) -> float:
-    """Return the height of the liquid above the topmost centres: half the side of a particle's cube."""
-    return half_side_mm(run.radius_mm, run.particle_volume_mm3)
-
-
 def half_side_mm(radius_mm: float, particle_volume_mm3: float) -> float:
-    """Return half the side of a cube of a particle's volume, but at most its radius."""
+    """Return the height of liquid above the topmost centres: half the side of a particle's cube, at most its radius."""
     return min(radius_mm, float(np.cbrt(particle_volume_mm3)) / 2)
 
 

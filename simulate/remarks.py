@@ -6,10 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Outline, Solid
 from sealtwin.core.regime import standing_stress_pa
 from sealtwin.core.run_figures import BRIDGES
-from simulate.settings import Fluid, Solver
+from simulate.pour import Pour
 from simulate.setup.release_schedule import Schedule, course_of
 from simulate.setup.rheology import CM2_IN_M2, added_viscosity
 from simulate.setup.signed_distance import CM
@@ -34,14 +33,13 @@ AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
 LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 
 
-def remarks_on(
-    fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, schedule: Schedule, *, finer: int = 1
-) -> Iterator[Fact]:
-    """Yield doubts on what a run of particles cannot show of a fluid. ``schedule`` has its releases.
+def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fact]:
+    """Yield doubts on what a run of particles cannot show of its only fluid. ``schedule`` has its releases.
 
     ``finer`` multiplies the number of substeps. The solver's radius must be a number. Raises InputError for a fluid
     that cannot be solved for.
     """
+    fluid, solver, outline, solid = pour.fluid, pour.solver, pour.sample.outline, pour.sample.solid
     radius_mm, frame_s, width_mm = solver.size_mm, schedule.frame_s, outline.mean_width_mm
     if not carried(solid, outline, width_mm / 8):
         across = width_mm / radius_mm / 2

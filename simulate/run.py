@@ -52,7 +52,7 @@ def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalErr
     for fluid in pour.each:
         _warn(options, fluid.doubts)
     if not pour.solver.has_particles:
-        return [pour_fast(fluid, advise=not options.in_study) for fluid in pour.each]
+        return [pour_fast(fluid) for fluid in pour.each]
     injection = _computed(pour, options, max([1, *(watcher.finer for watcher in options.watchers)]))
     return [_result(pour, options, injection, number, outcome) for number, outcome in enumerate(injection.outcomes())]
 

@@ -8,10 +8,8 @@ import numpy as np
 from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.facts import Fact
-from sealtwin.core.records import Outline, Solid
 from sealtwin.core.run_figures import FAST, Method
-from sealtwin.core.settings import Likely, Settings, doubts_of
+from sealtwin.core.settings import Likely, Settings
 from simulate.material_curve import (
     ByForm,
     CoolingCurve,
@@ -37,7 +35,6 @@ VISCOSITY = Likely(0.0, 50.0, "Pa s", "in mPa s")
 DENSITY = Likely(700.0, 3500.0, "kg/m3", "in g/cm3 or N/m3")  # From alcohol to heavy mortar
 SLOPE = Likely(-12.0, 12.0, "degrees", "in percent")  # Roads stay below 12 degrees
 NOZZLE = Likely(0.0, 2.0, "mm for a crack of this width", "the outer diameter, or in tenths of a mm", of_width=True)
-LEAST_MOUTH_MM = 1.5  # Nozzles are rarely finer than 3 mm, whatever the crack
 LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
 
 
@@ -249,14 +246,6 @@ class Fluid(Settings):
             raise ValueError(f"consistency_pa_s_n is {self.consistency_pa_s_n:g}: give flow_index, or viscosity_pa_s")
 
 
-def doubts_of_run(
-    outline: Outline, solid: Solid, fluid: Fluid | None, nozzle: "Nozzle", slope: "SampleSlope"
-) -> tuple[Fact, ...]:
-    """Return a question for each setting of a run outside its likely range."""
-    mouth_mm = solid.figures.mouth_width_mm or outline.mean_width_mm
-    return doubts_of(fluid, nozzle, slope, width_mm=max(mouth_mm, LEAST_MOUTH_MM))
-
-
 class Scheme(NamedTuple):
     """Constants of a preset: the values in effect."""
 
@@ -291,14 +280,6 @@ PRESETS = {
 }
 
 
-LEAST_TWO_LEVEL_ITERATIONS = 4
-"""Smallest number of iterations of two-level pressure. With 3, a column at rest moves at 9 cm/s, because each
-particle's own part of the pressure lags behind the part that is solved for on the nodes."""
-TWO_LEVEL = ACCURATE._replace(iterations=5, volume_factor=1.05)
-"""Constants of two-level pressure. With 4 iterations, 1 % of the particles of a settled column are 2 %
-too dense."""
-
-
 MOST_SUBSTEPS = 1000
 STEEPEST_DEG = 45.0  # Largest slope of a sample; roads stay below 12 degrees
 
@@ -325,14 +306,9 @@ class Solver(Settings):
     """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
     over; a run that collapses is computed anew with twice as many. Compression decreases with the square of their
     number."""
-    pressure: Literal["local", "two-level"] = "local"
-    """local: iterations pass pressure from neighbour to neighbour; a column of 16 mm stays 12 % compressed at its
-    floor. two-level: each iteration also solves for the whole crack; 99 % of the particles are compressed by less than
-    2 %, and a run takes about a quarter longer.
-    """
     iterations: int | None = Field(default=None, ge=1, le=1000)
-    """Pressure iterations per substep. Default: 4, 5 with two-level pressure, or 3 if pressure is carried over from the
-    last substep. It is carried over in a viscous enough fluid that is in physical units or has a yield stress."""
+    """Pressure iterations per substep. Default: 4, or 3 if pressure is carried over from the last substep. It is
+    carried over in a viscous enough fluid that is in physical units or has a yield stress."""
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
     """Volume of a particle in the density sum, divided by that of Eq. 6. Default: preset accurate adjusts it during the
     run so that the bed keeps the dispensed volume, and the run records its last value. Preset paper has 0.811."""
@@ -362,17 +338,6 @@ class Solver(Settings):
                 f"accurate_radius_mm is {self.accurate_radius_mm:g}: only the record of a draft has it, beside the "
                 "draft's own radius_mm. Leave it out"
             )
-        if self.pressure == "two-level":
-            if self.preset != "accurate":
-                raise ValueError(
-                    f'pressure = "two-level" cannot be combined with preset = "{self.preset}", which has local '
-                    'pressure: give preset = "accurate", or pressure = "local"'
-                )
-            if self.iterations is not None and self.iterations < LEAST_TWO_LEVEL_ITERATIONS:
-                raise ValueError(
-                    f'iterations is {self.iterations}: with pressure = "two-level" fewer than '
-                    f"{LEAST_TWO_LEVEL_ITERATIONS} make the fluid unstable; give more, or leave iterations out"
-                )
         return self
 
     @property
@@ -395,15 +360,10 @@ class Solver(Settings):
     @property
     def scheme(self) -> Scheme:
         """Constants of the preset, some of which the user's settings replace."""
-        preset = TWO_LEVEL if self.pressure == "two-level" else PRESETS[self.preset]
+        preset = PRESETS[self.preset]
         return preset._replace(
             iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
         )
-
-    @property
-    def carries_pressure(self) -> bool:
-        """True if pressure may start from that of the last substep. With two levels or preset paper it starts at 0."""
-        return self.preset != "paper" and self.pressure == "local"
 
     @property
     def keeps_volume(self) -> bool:

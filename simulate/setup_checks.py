@@ -9,7 +9,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Sample, Solid, Trajectory
 from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.fluid.solver import SLOWEST_SHEAR, Domain, substeps_for
-from simulate.fluid.viscosity import STABLE, explicit_parts
+from simulate.fluid.viscosity import explicit_passes
 from simulate.material_file import Material
 from simulate.settings import (
     LEVEL,
@@ -99,7 +99,7 @@ def check_fit(
             f"{thickness_mm:g} mm thick ({solid.depth_mm:g} mm of crack above {thickness_mm - solid.depth_mm:g} mm of "
             f"floor). Give at most {allowed_mm:g}, half the thickness, or a larger crack.floor_thickness_mm."
         )
-    if solver.sleep and fluid.course.softens:
+    if solver.sleep and (np.diff(fluid.course.yield_stress_pa) < 0).any():
         raise InputError(
             "fluid.curve: its yield stress falls with age, but sleeping particles would not respond to that. Give "
             "solver.sleep = false."
@@ -177,14 +177,6 @@ def carried(solid: Solid, outline: Outline, radius_mm: float) -> bool:
     return grid_fits(solid, outline, radius_mm) and particles <= PARTICLES_AT_MOST
 
 
-def check_damping(solver: Solver, step_s: float) -> None:
-    if solver.damping_per_s * step_s > 1:
-        raise InputError(
-            f"solver.damping_per_s is {solver.damping_per_s:g}: in a substep of {step_s * 1e3:.3g} ms it would remove "
-            f"more than a particle's whole speed. Give at most {1 / step_s:.4g}, or more substeps."
-        )
-
-
 def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float) -> float:
     """Return D as given or, if the fluid sticks to walls, the D with the total drag of no-slip walls."""
     if fluid.D_cm is not None:
@@ -229,25 +221,15 @@ def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tupl
         _check_viscosity(fluid, solver, paste, frame_s, substeps)
         _check_yield_stress(fluid, solver)
         _check_stiffening(fluid, solver, paste, frame_s, substeps, frames)
-    else:
-        _check_passes(fluid, solver, paste, frame_s, substeps, frames)
+        return paste, substeps
+    lasts, shears_per_s = min(frames, paste.frames_to_freeze), (SLOWEST_SHEAR, SHEARED)
+    passes = explicit_passes(paste, support, frame_s, substeps, shears_per_s=shears_per_s, frames=lasts)
+    if passes > MOST_PASSES:
+        raise InputError(
+            f'solver.viscosity_solve is "explicit": paste that comes to rest takes {passes:.3g} passes a substep '
+            f'{_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. Give "implicit".'
+        )
     return paste, substeps
-
-
-def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int, frames: int) -> None:
-    """Raise InputError if paste that comes to rest would need too many passes at its stiffest age."""
-    support, shears_per_s = 4 * solver.size_mm * CM, (SLOWEST_SHEAR, SHEARED)
-    lasts = min(frames, paste.frames_to_freeze)
-    parts = explicit_parts(paste, support, frame_s, substeps, shears_per_s=shears_per_s, frames=lasts)
-    if (passes := sum(parts) / STABLE) <= MOST_PASSES:
-        return
-    stiff = "yield_stress_most_pa" if fluid.structuration_pa_per_s else "yield_stress_pa"
-    key = "curve" if fluid.curve is not None else (fluid.given_by, stiff, "D_cm")[int(np.argmax(parts))]
-    raise InputError(
-        f"fluid.{key}: the explicit viscosity solve takes {passes:.3g} passes a substep for paste that comes to rest "
-        f"{_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. Give "
-        'solver.viscosity_solve = "implicit".'
-    )
 
 
 def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int) -> None:

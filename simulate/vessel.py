@@ -35,11 +35,8 @@ class Vessel:
         self._ceiling_mm = np.full(len(order), np.inf)
         same_cell = cell[1:] == cell[:-1]
         self._ceiling_mm[:-1][same_cell] = self._z_mm[1:][same_cell]
-        self._upward = inside
-        self._lines = lines = Lines()
-        lines.cell_mm, lines.low, lines.shape = cell_mm, wp.vec2i(*map(int, low)), wp.vec2i(*map(int, shape))
-        lines.z_mm = wp.array(self._z_mm, dtype=wp.float64, device="cpu")
-        lines.last, lines.cell, lines.upward = (wp.array(of, dtype=int, device="cpu") for of in (last, cell, inside))
+        self._grid, self._last, self._cell, self._upward = (cell_mm, low, shape), last, cell, inside
+        self._lines = self.lines_on("cpu")
         # Turned cells of 0.5 mm sum up to 0.3 % less than a slot 6 mm wide: their area is scaled to the empty cavity.
         lines_mm = float((np.minimum(self._ceiling_mm, 0.0)[inside] - np.minimum(self._z_mm, 0.0)[inside]).sum())
         has_cavity = lines_mm > 0 and solid.cavity_volume_mm3 > 0
@@ -52,9 +49,9 @@ class Vessel:
         upward facet and ends at the next downward one, if any; liquid fills it from its foot to its highest particle.
         """
         liquid = Liquid()
-        liquid.top_mm = wp.full(len(self._z_mm), -np.inf, dtype=wp.float64, device="cpu")
-        liquid.position_mm = wp.array(_turned(position_mm), dtype=wp.vec3d, device="cpu")
-        inputs = [liquid, half_mm, np.sqrt(2) * half_mm, self._lines]
+        liquid.top_mm = wp.full(len(self._z_mm), -np.inf, wp.float64, "cpu")
+        liquid.position_mm = wp.array(_turned(position_mm), wp.vec3d, device="cpu")
+        inputs = [0, len(position_mm), half_mm, np.sqrt(2) * half_mm, self._lines, liquid]
         wp.launch(raise_surface, len(position_mm), inputs=inputs, device="cpu")
         reached_mm = liquid.top_mm.numpy()
         wet = np.isfinite(reached_mm)
@@ -68,13 +65,17 @@ class Vessel:
         height_mm = volume_mm3 / self.cell_mm2
         return float(np.interp(height_mm, held_mm, level_mm)) if height_mm < held_mm[-1] else None
 
-    def lines_on(self, device: str) -> tuple[Any, wp.array]:
-        """Return the lines on a device, and the end of the free stretch above each of their crossings."""
-        here, there = self._lines, Lines()
-        there.cell_mm, there.low, there.shape = here.cell_mm, here.low, here.shape
-        for name in ("last", "cell", "z_mm", "upward"):
-            setattr(there, name, wp.clone(getattr(here, name), device=device))
-        return there, wp.array(self._ceiling_mm, dtype=wp.float64, device=device)
+    def lines_on(self, device: str) -> Any:
+        """Return the lines on a device."""
+        cell_mm, low, shape = self._grid
+        lines = Lines()
+        lines.cell_mm, lines.low, lines.shape = cell_mm, wp.vec2i(*map(int, low)), wp.vec2i(*map(int, shape))
+        lines.z_mm = wp.array(self._z_mm, wp.float64, device=device)
+        lines.ceiling_mm = wp.array(self._ceiling_mm, wp.float64, device=device)
+        lines.last = wp.array(self._last, int, device=device)
+        lines.cell = wp.array(self._cell, int, device=device)
+        lines.upward = wp.array(self._upward, int, device=device)
+        return lines
 
 
 @lru_cache(maxsize=2)

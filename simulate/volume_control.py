@@ -79,27 +79,36 @@ class VolumeControl:
         self._particle_volume_mm3 = schedule.dispensed_mm3 / schedule.particles
         half_mm = half_side_mm(radius_mm, self._particle_volume_mm3)
         sizes = device_code.Sizes()
-        sizes.mm, sizes.radius_mm, sizes.floor_mm, sizes.half_mm = CM, radius_mm, -solid.depth_mm, half_mm
-        sizes.reach_mm, sizes.turn, sizes.down = np.sqrt(2) * half_mm, wp.vec2d(*TURN), wp.vec3d(*down)
+        sizes.mm, sizes.radius_mm, sizes.floor_mm = CM, radius_mm, -solid.depth_mm
+        sizes.turn, sizes.down = wp.vec2d(*TURN), wp.vec3d(*down)
         sizes.falls_mm_s, sizes.flows_mm_s = fastest_fall_mm_s(radius_mm), FLOWS_MM_S
-        device, runs, parts = state.device, state.runs, int(device_code.PARTS)
-        lines, ceiling_mm = vessel.lines_on(device)
-        crossings = len(ceiling_mm)
+        device, runs, parts, per_run = state.device, state.runs, int(device_code.PARTS), state.particles_per_run
+        lines = vessel.lines_on(device)
+        crossings = len(lines.z_mm)
         at_once = min(runs, max(1, MOST_TOPS // max(1, crossings)))
         self._beds = beds = device_code.Beds()
-        beds.lies = wp.zeros(state.count, dtype=int, device=device)
-        beds.count = wp.zeros((runs, parts), dtype=wp.vec4i, device=device)
-        beds.length_mm = wp.zeros((runs, parts), dtype=wp.float64, device=device)
-        beds.ceiling_mm = ceiling_mm
-        beds.liquid.top_mm = wp.zeros(at_once * crossings, dtype=wp.float64, device=device)
-        bind, moving, lanes = Launcher(device).bind_whole, (state.particles, sizes), device_code.LANES
-        self._find_lying = bind(device_code.find_lying, state.count, *moving, beds, lanes=lanes)
-        self._count = bind(device_code.count_particles, runs * parts, *moving, beds, lanes=lanes)
+        beds.count = wp.zeros((runs, parts), wp.vec4i, device)
+        beds.length_mm = wp.zeros((runs, parts), wp.float64, device)
+        beds.liquid.position_mm = wp.zeros(state.count, wp.vec3d, device)
+        beds.liquid.top_mm = wp.zeros(at_once * crossings, wp.float64, device)
+        bind, lanes = Launcher(device).bind_whole, device_code.LANES
+        self._find_lying = bind(device_code.find_lying, state.count, state.particles, sizes, beds, lanes=lanes)
+        self._count = bind(device_code.count_particles, runs * parts, state.particles, sizes, beds, lanes=lanes)
         self._batches = []
         for first in range(0, runs, at_once):
-            batch, own = min(at_once, runs - first), (lines, first, beds)
-            raise_surfaces = bind(device_code.raise_surfaces, batch * state.particles_per_run, *moving, *own)
-            self._batches.append((raise_surfaces, bind(device_code.sum_lines, batch * parts, *own, lanes=lanes)))
+            batch = min(at_once, runs - first)
+            raise_surfaces = bind(
+                device_code.raise_surface,
+                batch * per_run,
+                first * per_run,
+                per_run,
+                half_mm,
+                np.sqrt(2) * half_mm,
+                lines,
+                beds.liquid,
+            )
+            sum_lines = bind(device_code.sum_lines, batch * parts, lines, first, beds, lanes=lanes)
+            self._batches.append((raise_surfaces, sum_lines))
 
     def after_frame(self, done: int) -> None:
         """Adjust each run's particles, once in a period. ``done`` is the number of finished frames."""

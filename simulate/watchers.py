@@ -65,8 +65,6 @@ class Checkpoint(Watcher):
     def finer(self) -> int:
         """``Injection.finer`` of the checkpoint. It is 1 without one, and for one that ``begin`` rejects."""
         try:
-            if not self._path.is_file():
-                return 1
             content = self._content()
             return _finer(content) if str(content["key"]) == self._key else 1
         except UNREADABLE:

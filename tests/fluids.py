@@ -89,6 +89,11 @@ def injected(
     return injection
 
 
+def results(injection: Injection) -> list[Run]:
+    """The runs of a launch in which none was given up."""
+    return [run for run in injection.outcomes() if isinstance(run, Run) or pytest.fail(str(run))]
+
+
 def sample_of(crack: tuple[Solid, Outline], trajectory: Trajectory) -> Sample:
     return Sample(crack[1], crack[0], trajectory)
 
@@ -132,7 +137,6 @@ def engine_with(
         frame_s=frame_s,
         substeps=substeps,
         rows=state.count,
-        centreline=crack[1].centreline_mm * CM,
         down=slope.down,
         threads=threads,
         native=native,

@@ -1,5 +1,6 @@
 """Several short pours in one launch, told by the host or replayed, and what may go wrong in one of them."""
 
+import re
 from functools import cache
 from typing import Any
 
@@ -10,7 +11,7 @@ from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Run
 from simulate.injection import Injection
 from simulate.settings import Fluid
-from tests.fluids import injected, path, slot
+from tests.fluids import injected, path, results, slot
 
 PASTES = (
     Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2),
@@ -33,7 +34,7 @@ def finish(injection: Injection) -> Injection:
 
 
 def together(pastes: tuple[Fluid, ...], **how: Any) -> list[Run]:
-    return finish(ready(pastes, **how)).results()
+    return results(finish(ready(pastes, **how)))
 
 
 @cache
@@ -54,7 +55,7 @@ def check_going_on(**how: Any) -> None:
         killed.advance()
     for run in (killed, resumed):
         run.restore(kept)
-        assert np.array_equal(finish(run).results()[0].position_mm, unbroken.results()[0].position_mm)
+        assert np.array_equal(results(finish(run))[0].position_mm, results(unbroken)[0].position_mm)
     resumed.earlier_mm = np.zeros((0, 3))
     resumed.restore(killed.snapshot())
     assert np.array_equal(resumed.earlier_mm, unbroken.earlier_mm)
@@ -85,8 +86,7 @@ def check_the_others(injection: Injection, reason: str) -> None:
     assert isinstance(failed, NumericalError)
     # The others are frozen by now; what failed would never be.
     assert injection.moving == 0
-    with pytest.raises(NumericalError, match=reason):
-        injection.results()
+    assert re.search(reason, str(failed))
     expected = alone(0, injection.engine.state.device)
     for run in (first, last):
         assert isinstance(run, Run)

@@ -58,8 +58,7 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ..
         parts = {"sound": SOUND, "spilled": spilled, "preset": solver.get("preset"), "across": across}
         facts.append(doubted("fluid.volume", ratio, few_across=few_across, **parts))
     if (compressed := health.density_error_p95 or 0.0) > MOST_COMPRESSED:
-        # The two-level pressure is for deep beds, and many substeps help shallow ones as well.
-        facts.append(doubted("fluid.compressed", compressed, pressure=solver.get("pressure")))
+        facts.append(doubted("fluid.compressed", compressed))
     off_mm, flat_mm = health.to_rest_mm or 0.0, health.flat_mm
     # Where the nozzle has just been the level cannot be judged yet, and may still move by millimetres.
     never_frozen = run.settings.get("fluid", {}).get("freeze_after_s") == "never"

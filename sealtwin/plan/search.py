@@ -18,8 +18,7 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
 from simulate.pour import Pour
-from simulate.slot.fill import Filled
-from simulate.slot.flux import HerschelBulkley
+from simulate.slot.fill import Filled, HerschelBulkley
 from simulate.slot.run import bed_of
 from simulate.slot.sections import Trapezoids
 

@@ -82,11 +82,11 @@ def checked_size(pour: Pour) -> tuple[RunSize, list[Fact]]:
     from simulate.remarks import remarks_on
     from simulate.setup.release_schedule import PARTICLE_S
 
-    case, crack = case_of(pour), (pour.sample.outline, pour.sample.solid)
+    case = case_of(pour)
     (course,), pour = case.courses, case.pour
     work_s = SETUP_S + float(PARTICLE_S * case.substeps * course.work.sum())
     size = RunSize(case.schedule.particles, int(course.moving.max()), work_s, case.substeps)
-    return size, [*pour.doubts, *remarks_on(pour.fluid, *crack, pour.solver, case.schedule)]
+    return size, [*pour.doubts, *remarks_on(pour, case.schedule)]
 
 
 @dataclass

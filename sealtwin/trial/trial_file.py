@@ -348,7 +348,7 @@ def drafted(trial: Trial, sample: Sample) -> Trial:
     """
     if not trial.solver.has_particles or trial.solver.preset != "accurate":
         return trial
-    changes = {"preset": "draft", "pressure": "local", "substeps": None, "iterations": None}
+    changes = {"preset": "draft", "substeps": None, "iterations": None}
     return as_run(trial.model_copy(update={"solver": trial.solver.model_copy(update=changes)}), sample)
 
 

@@ -59,11 +59,11 @@ def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
     """
     rows, device = len(lists.fluid_count), lists.fluid_count.device
     if not lists.room:
-        store = wp.zeros(slots * rows, dtype=dtype, device=device)
+        store = wp.zeros(slots * rows, dtype, device)
         return store, _windows(store, (rows, slots), (slots, 1) if lists.lanes > 1 else (1, rows))
     sixteens = -(-rows // int(BLOCK)) * lists.room
     # The last windows extend past the last block.
-    store = wp.zeros(16 * sixteens + slots, dtype=dtype, device=device)
+    store = wp.zeros(16 * sixteens + slots, dtype, device)
     return store, _windows(store, (sixteens, slots), (16, 1))
 
 
@@ -105,10 +105,10 @@ class CellGrid:
         cells.count = wp.vec3i(*map(int, count))
         cells.points_per_run = points // runs
         # One cell more for points left out, and one end more than cells.
-        cells.start = wp.zeros(in_all + 2, dtype=int, device=device)
-        cells.x, cells.y, cells.z = (wp.zeros(points + SPARE, dtype=float, device=device) for _ in range(3))
-        cells.number = wp.zeros(points + SPARE, dtype=int, device=device)
-        cell, rank = (wp.zeros(points, dtype=int, device=device) for _ in range(2))
+        cells.start = wp.zeros(in_all + 2, int, device)
+        cells.x, cells.y, cells.z = (wp.zeros(points + SPARE, float, device) for _ in range(3))
+        cells.number = wp.zeros(points + SPARE, int, device)
+        cell, rank = wp.zeros(points, int, device), wp.zeros(points, int, device)
         if self._in_order:
             cloud = in_order_code.Points()
             cloud.runs, cloud.position, cloud.status, cloud.cell, cloud.rank = runs, position, status, cell, rank
@@ -116,8 +116,8 @@ class CellGrid:
         else:
             self._sorting = sorting = device_code.Sorting()
             sorting.cell, sorting.rank = cell, rank
-            sorting.count = wp.zeros(in_all + 2, dtype=int, device=device)
-            sorting.number = wp.zeros(points, dtype=int, device=device)
+            sorting.count = wp.zeros(in_all + 2, int, device)
+            sorting.number = wp.zeros(points, int, device)
             self._count = launcher.bind_first(device_code.count_in_cells, cells, position, status, sorting)
             self._bring_together = launcher.bind_first(device_code.bring_together, cells, sorting)
             self._put_in_order = launcher.bind_first(device_code.put_in_order, position, sorting, cells)

@@ -9,7 +9,7 @@ from simulate.fluid.cell_grid import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import State
 from simulate.fluid.viscosity import ITERATIONS_AT_MOST
-from simulate.kernels import pressure
+from simulate.kernels import neighbours, pressure
 from simulate.setup.signed_distance import Barrier
 
 FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m: faster particles have energy from numerical errors
@@ -19,8 +19,8 @@ above this limit, lists of 128 neighbours are full."""
 UNSOLVED = 0  # Kind of fault of a run whose viscosity was not solved; the other kinds are the kernels'
 SENTENCES = {
     UNSOLVED: f"The viscosity solve did not converge in {ITERATIONS_AT_MOST} iterations.",
-    int(pressure.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
-    int(pressure.WALLS_FULL): f"A particle has more than {WALL_NEIGHBOURS} wall particles around it.",
+    int(neighbours.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
+    int(neighbours.WALLS_FULL): f"A particle has more than {WALL_NEIGHBOURS} wall particles around it.",
     int(pressure.NOT_FINITE): "A position, speed or density is not finite.",
     int(pressure.TOO_FAST): f"A particle is faster than {FASTEST_CM_S / 100:g} m/s.",
     int(pressure.TOO_DENSE): f"A particle's density is over {DENSEST:g} times the rest density.",

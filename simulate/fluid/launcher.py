@@ -5,6 +5,7 @@ A GPU replays whole frames; one thread of a CPU replays parts of a substep.
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from functools import partial
 from queue import SimpleQueue
 from threading import Thread
 from typing import Any
@@ -47,7 +48,7 @@ class Launcher:
         """
         lanes = self.lanes if shared else self._block(lanes)
         width = lanes if lanes > 1 else None
-        commands = [self._record(kernel, 1, [Span(), *inputs], width) for _ in range(self._threads)]
+        commands = [self._record(kernel, [Span(), *inputs], width) for _ in range(self._threads)]
         return RowLaunch(self, commands, inputs, lanes)
 
     def bind_whole(self, kernel: Any, count: int, *inputs: object, lanes: int | None = None) -> Callable[[], None]:
@@ -58,34 +59,26 @@ class Launcher:
         number of lanes.
         """
         width = None if lanes is None else self._block(lanes)
-        command = self._record(kernel, count if width is None else (count, width), inputs, width)
-
-        # Warp's command has addresses only; the default argument keeps the arrays alive.
-        def launch(_inputs: object = inputs) -> None:
-            self.kernels += 1
-            command.launch()
-
-        return launch
+        return partial(self.bind_first(kernel, *inputs, width=width), count if width is None else (count, width))
 
     def _block(self, lanes: int) -> int:
         return 1 if self.device == "cpu" and not wp.config.enable_cpu_blocks else lanes
 
-    def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        """Return a launch in one piece over the first points. Its argument is their number."""
-        command = self._record(kernel, 1, inputs)
+    def bind_first(self, kernel: Any, *inputs: object, width: int | None = None) -> Callable[[Any], None]:
+        """Return a launch in one piece over the first points. Its argument is their number, or the launch's shape."""
+        command = self._record(kernel, inputs, width)
 
-        def launch(count: int, _inputs: object = inputs) -> None:
+        # Warp's command has addresses only; the default argument keeps the arrays alive.
+        def launch(shape: int | tuple[int, int], _inputs: object = inputs) -> None:
             self.kernels += 1
-            command.set_dim(count)
+            command.set_dim(shape)
             command.launch()
 
         return launch
 
-    def _record(
-        self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], width: int | None = None
-    ) -> Any:
+    def _record(self, kernel: Any, inputs: Sequence[object], width: int | None) -> Any:
         width = width or (1 if self.device == "cpu" else BLOCK)
-        return wp.launch(kernel, dim, inputs=list(inputs), device=self.device, record_cmd=True, block_dim=width)
+        return wp.launch(kernel, 1, inputs=list(inputs), device=self.device, record_cmd=True, block_dim=width)
 
 
 class RowLaunch:
@@ -136,20 +129,11 @@ class Recordings:
 
     def __init__(self, device: str) -> None:
         self._device = device
-        self._frame: Any = None
-        self._parts: dict[int, Any] = {}  # By the number of rows
+        self.frame: Any = None
+        """The recording of a frame, if any."""
+        self.parts: dict[int, Any] = {}  # Recordings of parts of a substep, by the number of rows
         self.replays_parts = False
         """Set to True if parts of a substep may be replayed: all kernels must have been loaded."""
-
-    @property
-    def has_frame(self) -> bool:
-        return self._frame is not None
-
-    def record_frame(self, compute: Callable[[], object]) -> None:
-        self._frame = self._record(compute)
-
-    def replay_frame(self) -> None:
-        wp.capture_launch(self._frame)
 
     def launch(self, rows: int, room: int, *parts: Callable[[int], None]) -> None:
         """Launch the parts of a substep in order, over ``rows`` of at most ``room``. A recording launches all at once.
@@ -161,15 +145,11 @@ class Recordings:
                 part(rows)
             return
         alike = min(-(-rows // ROWS_ALIKE) * ROWS_ALIKE, room)
-        if alike not in self._parts:
-            self._parts[alike] = self._record(lambda: [part(alike) for part in parts])
-        wp.capture_launch(self._parts[alike])
+        if alike not in self.parts:
+            self.parts[alike] = self.record(lambda: [part(alike) for part in parts])
+        wp.capture_launch(self.parts[alike])
 
-    def forget_parts(self) -> None:
-        """Forget recordings of parts, since an array is replaced."""
-        self._parts.clear()
-
-    def _record(self, compute: Callable[[], object]) -> Any:
+    def record(self, compute: Callable[[], object]) -> Any:
         # Modules must not be loaded during a recording, least of all those for CPUs; all are loaded before.
         with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
             compute()

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import State
 from simulate.kernels import pressure
+from simulate.kernels.pair_kernels import PairKernels
 from simulate.settings import Scheme
 from simulate.setup.signed_distance import Barrier
 
@@ -42,46 +42,33 @@ def iterations_of(damping: float, alone: int) -> Iterations:
 
 
 class Pressure:
-    """The pressure of all runs. It has one level or, with ``coarse``, two."""
+    """The pressure of all runs."""
 
     def __init__(
         self,
         state: State,
         lists: Any,
         barrier: Barrier,
-        pairs: pressure.PressureKernels,
+        pairs: PairKernels,
         launcher: Launcher,
         *,
         smoothing: Any,
         moves_after_viscosity: Sequence[bool],
         scheme: Scheme,
         iterations: Sequence[Iterations],
-        coarse: CoarsePressure | None,
     ) -> None:
         """Bind the kernels. ``iterations`` and ``moves_after_viscosity`` have an item for each run.
 
         ``moves_after_viscosity`` is True for a run whose particles move after viscosity.
         """
-        self.smoothing, self.coarse = smoothing, coarse
+        self.smoothing = smoothing
         carried, numbers = zip(*iterations, strict=True)
         self._carries, self._most = any(carried), max(numbers)
         self.iteration_state = iteration_state = pressure.IterationState()
-        iteration_state.carried = wp.array(np.array(carried), dtype=float, device=state.device)
-        iteration_state.iterations = wp.array(np.array(numbers), dtype=int, device=state.device)
-        iteration_state.moves_after_viscosity = wp.array(
-            [float(way) for way in moves_after_viscosity], dtype=float, device=state.device
-        )
-        iteration_state.correction = wp.zeros(len(lists.fluid_count), dtype=wp.vec3, device=state.device)
-        if coarse:
-            self.measure_terms = launcher.bind(
-                pairs.measure_terms,
-                state.particles,
-                lists,
-                smoothing,
-                coarse.rows,
-                shared=True,
-            )
-            """Measure densities and volumes; the coarse level computes the multipliers."""
+        iteration_state.carried = wp.array(carried, float, device=state.device)
+        iteration_state.iterations = wp.array(numbers, int, device=state.device)
+        iteration_state.moves_after_viscosity = wp.array(np.array(moves_after_viscosity), float, device=state.device)
+        iteration_state.correction = wp.zeros(len(lists.fluid_count), wp.vec3, state.device)
         self._densities, self._corrections, self._shifts = {}, {}, {}
         for iteration in (CARRIED_OVER, *range(self._most)):
             self._densities[iteration] = launcher.bind(
@@ -114,16 +101,10 @@ class Pressure:
 
     def solve(self, rows: int) -> None:
         """Compute all iterations of a substep."""
-        if self.coarse:
-            self.coarse.begin(rows)
         if self._carries:
             self.correct(rows, CARRIED_OVER)
         for iteration in range(self._most):
-            if self.coarse:
-                self.measure_terms(rows)
-                self.coarse.change(iteration, rows)
-            else:
-                self.measure_density(rows, iteration)
+            self.measure_density(rows, iteration)
             self.correct(rows, iteration)
 
     def measure_density(self, rows: int, iteration: int = 0) -> None:

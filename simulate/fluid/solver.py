@@ -7,10 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
 from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_lists
-from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.fault_checks import FaultChecks
 from simulate.fluid.launcher import Launcher, Recordings
 from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
@@ -55,40 +53,23 @@ class Domain(NamedTuple):
 
 
 def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
-    """Return the user's number of substeps. By default, it is enough for a short fall in each substep.
-
-    Raises InputError if the user's number is smaller and the pressure has two levels.
-    """
+    """Return the user's number of substeps. By default, it is enough for a short fall in each substep."""
+    if settings.substeps is not None:
+        return settings.substeps
     few, many = (
         max(1, math.ceil(frame_s / math.sqrt(fall * 4 * settings.size_mm / 10 / GRAVITY_CM_S2)))
         for fall in (RESOLUTIONS[settings.preset].fall, RESOLUTIONS[settings.preset].fall_alone)
     )
-    if settings.substeps is not None:
-        if settings.substeps < many and settings.pressure == "two-level":
-            raise InputError(
-                f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
-                f"{frame_s * 1e3:.3g} ms need at least {many}, or the fluid becomes unstable. Give at least {many}, "
-                "or leave substeps out."
-            )
-        return settings.substeps
     return few if iterations_for(settings, fluid, frame_s, few).carried else many
 
 
 def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: int) -> Iterations:
     """Return the user's pressure iterations of a substep, or the fewest that the fluid allows."""
     alone = settings.scheme.iterations
-    if not (settings.carries_pressure and fluid.moves_after_viscosity):
+    if settings.preset == "paper" or not fluid.moves_after_viscosity:
         return Iterations(0.0, alone)
     iterations = iterations_of(fluid.damping(4 * settings.size_mm / 10, frame_s, substeps), alone)
     return iterations if settings.iterations is None else iterations._replace(number=alone)
-
-
-def lanes_for(rows: int, device: str) -> int:
-    """Return the number of threads that share a particle's sums.
-
-    On a GPU they are a warp, unless there are enough particles to give each thread its own.
-    """
-    return int(WARP) if device != "cpu" and rows <= MOST_SHARED else 1
 
 
 class FluidSolver:
@@ -109,12 +90,11 @@ class FluidSolver:
         frame_s: float,
         substeps: int,
         rows: int,
-        centreline: Floats,
         down: Sequence[float] = LEVEL.down,
         threads: int = 1,
         native: bool | None = None,
     ) -> None:
-        """``rows`` is the largest number of particles that move at once. ``centreline`` is the crack's, (n, 2), cm.
+        """``rows`` is the largest number of particles that move at once.
 
         ``down`` is gravity's direction in the sample's coordinates. ``native``: use the inner loops and packed lists
         for CPUs. None: decided by the device.
@@ -125,7 +105,9 @@ class FluidSolver:
         self._frame_s = frame_s
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
-        self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1, lanes_for(rows, device))
+        # On a GPU the threads of a warp share a particle's sums, unless there are enough particles for all threads.
+        lanes = int(WARP) if device != "cpu" and rows <= MOST_SHARED else 1
+        self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1, lanes)
         native = device == "cpu" if native is None else native
         kernels = pair_kernels(native)
         self.movers = MoversList(state, launcher)
@@ -136,47 +118,31 @@ class FluidSolver:
         """
         self.iterations = [iterations_for(settings, fluid, frame_s, substeps) for fluid in fluids]
         """Iterations of each run's pressure."""
-        self._moves_after_viscosity = any(fluid.moves_after_viscosity for fluid in fluids)
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
-        coarse: CoarsePressure | None = None
-        if settings.pressure == "two-level":
-            coarse = CoarsePressure(
-                state,
-                launcher,
-                centreline,
-                domain.low,
-                domain.high,
-                # Wall particles are a radius below the floor.
-                floor=float(walls.position_and_share.numpy()[:, 2].min()) + radius,
-                rows=rows,
-                support=support,
-                iterations=self.scheme.iterations,
-            )
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self.pressure = Pressure(
             state,
             self.lists,
             barrier,
-            kernels.pressure,
+            kernels,
             launcher,
             smoothing=smoothing_of(support, self.mass, wall_mass(radius), settings.relaxation),
             moves_after_viscosity=[fluid.moves_after_viscosity for fluid in fluids],
             scheme=self.scheme,
             iterations=self.iterations,
-            coarse=coarse,
         )
         self.viscosity = Viscosity(
             state,
             self.lists,
             self.paste,
-            kernels.viscosity,
+            kernels,
             launcher,
             support=support,
             mass=self.mass,
             explicit=settings.viscosity_solve == "explicit",
             kernel=settings.pair_kernel,
         )
-        self.faults = FaultChecks(state, launcher, barrier, self.viscosity.unsolved, support)
+        self.faults = FaultChecks(state, launcher, barrier, self.viscosity.search.unsolved, support)
         self._bind_lists(kernels.list_neighbours, domain)
         self._bind_moves(down)
         self._bind_frame()
@@ -196,15 +162,13 @@ class FluidSolver:
         # vanish at h.
         low, high, size = domain.low, domain.high, self._support
         self.fluid_cells = CellGrid(low, high, size, state.position, state.status, launcher, state.runs)
-        wall_cells = CellGrid(low, high, size, walls, wp.zeros(len(walls), dtype=int, device=state.device), launcher)
+        wall_cells = CellGrid(low, high, size, walls, wp.zeros(len(walls), int, state.device), launcher)
         wall_cells.fill(len(walls))
         self._list = launcher.bind(
             kernel,
             state.particles,
             self.fluid_cells.cells,
             wall_cells.cells,
-            pressure.NEIGHBOURS_FULL,
-            pressure.WALLS_FULL,
             self.lists,
             shared=True,
         )
@@ -226,13 +190,14 @@ class FluidSolver:
             particles,
             self.step_s,
         )
-        self._move_after_viscosity = self._launcher.bind(
+        self.move_after_viscosity = self._launcher.bind(
             pressure.move_after_viscosity,
             particles,
             self.pressure.iteration_state,
             self.step_s,
             self.barrier.grid,
         )
+        """Replace the move of paste and of fluid in physical units by the velocity after viscosity times the step."""
 
     def _bind_frame(self) -> None:
         """Bind the kernels that are launched once in a frame."""
@@ -279,11 +244,6 @@ class FluidSolver:
             self.move_after_viscosity,
         )
 
-    def move_after_viscosity(self, rows: int) -> None:
-        """Replace the move of paste and of fluid in physical units by the velocity after viscosity times the step."""
-        if self._moves_after_viscosity:
-            self._move_after_viscosity(rows)
-
     def find_neighbours(self) -> None:
         """List the neighbours among all released particles, also those at rest, and among the walls."""
         self.fluid_cells.fill(self._released)
@@ -297,14 +257,14 @@ class FluidSolver:
     def make_room(self, room: float) -> None:
         """Give each block of packed lists room for 16 times ``room`` entries. The lists become empty."""
         if self.lists.room:
-            self._recordings.forget_parts()
+            self._recordings.parts.clear()  # Since arrays are replaced
             make_room(self.lists, int(room))
             self.viscosity.make_room(self.lists)
 
     @property
     def recorded(self) -> bool:
         """True if a frame has been recorded. Later frames are then replayed."""
-        return self._recordings.has_frame
+        return self._recordings.frame is not None
 
     def advance(self, frame: int) -> list[Integers]:
         """Compute a frame: release, freezing, all substeps, fault checks. Return the viscosity's iterations by substep.
@@ -316,10 +276,10 @@ class FluidSolver:
         if self.replays and not self.recorded and self.kernels_a_frame:
             # A recording has the addresses of the lists, which can then get no more room.
             self.make_room(MOST_ROOM)
-            self._recordings.record_frame(lambda: self._run_frame(frame))
+            self._recordings.frame = self._recordings.record(lambda: self._run_frame(frame))
         if not self.recorded:
             return self._run_frame(frame)
-        self._recordings.replay_frame()
+        wp.capture_launch(self._recordings.frame)
         return []
 
     def _run_frame(self, frame: int) -> list[Integers]:

@@ -16,22 +16,11 @@ from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
 
 SPARE = 2  # Entries after the last particle: a dummy particle that pads lists, and room for loads of sixteen bytes
-KEPT_AS = {
-    "place": "position",
-    "velocity": "velocity",
-    "earlier_velocity": "earlier_velocity",
-    "density": "density",
-    "bulk": "volume_and_viscosity",
-    "pressed": "pressed",
-    "free": "free",
-    "wall": "wall",
-    "fate": "status",
-    "number": "number",
-    "released_in": "release_frame",
-    "quiet_s": "quiet_s",
-}
-"""Arrays that later substeps need, by their names in a checkpoint. Some of these names are older than the attributes.
-"""
+KEPT = (
+    *("position", "velocity", "earlier_velocity", "density", "volume_and_viscosity", "pressed", "free", "wall"),
+    *("status", "number", "release_frame", "quiet_s"),
+)
+"""Arrays that later substeps need, which a checkpoint has by these names."""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
 """Free ball of a particle for which walls have not been searched yet. No position is in it or near it."""
 
@@ -62,7 +51,7 @@ class State:
         self.wall = particles.wall = zeros(count, wp.vec4)
         self.free = particles.free = full(count, wp.vec4(*NOWHERE_FREE), wp.vec4)
         self.status = particles.status = full(count, int(device_code.WAITING), int)
-        self.number = wp.array(np.arange(count), dtype=int, device=device)
+        self.number = wp.array(np.arange(count), int, device=device)
         """Place of each particle in the order of release, over all runs."""
         self.release_frame = particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), int, device=device)
         self.quiet_s = particles.quiet_s = zeros(count)
@@ -72,7 +61,7 @@ class State:
         self.swelling = particles.swelling = full(runs, 1.0, float)
         particles.per_run = per_run
         particles.moved = self.scaled_residual
-        particles.previous_position = wp.array(np.tile(position, (runs, 1)), dtype=wp.vec3, device=device)
+        particles.previous_position = wp.array(np.tile(position, (runs, 1)), wp.vec3, device=device)
         particles.density_before = self.column(float)
         self._columns += [particles.previous_position, self.scaled_residual, *self.lasting().values()]
 
@@ -90,12 +79,12 @@ class State:
         return int(self._released[min(frame, len(self._released) - 1)])
 
     def lasting(self) -> dict[str, Any]:
-        """Return the arrays that later substeps need. Keys are their names in a checkpoint."""
-        return {key: getattr(self, name) for key, name in KEPT_AS.items()}
+        """Return the arrays that later substeps need, by name."""
+        return {name: getattr(self, name) for name in KEPT}
 
     def column(self, dtype: type) -> Any:
         """Return an array of zeros with one value per particle. It is renumbered with the particles."""
-        self._columns.append(wp.zeros(self.count, dtype=dtype, device=self.device))
+        self._columns.append(wp.zeros(self.count, dtype, self.device))
         return self._columns[-1]
 
     def renumber(self, order: Integers) -> None:
@@ -129,7 +118,7 @@ class State:
 def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
     """Return an array of ``runs`` times ``rows``, with readable entries after its end."""
     spare = np.full((SPARE, rows.shape[1]), NOWHERE_CM if dtype is wp.vec4 else 0.0)
-    whole = wp.array(np.concatenate([np.tile(rows, (runs, 1)), spare]), dtype=dtype, device=device)
+    whole = wp.array(np.concatenate([np.tile(rows, (runs, 1)), spare]), dtype, device=device)
     return whole[: runs * len(rows)]
 
 
@@ -141,11 +130,11 @@ class MoversList:
         device = state.device
         self._state, self._sorted = state, False
         self._in_order = device == "cpu" if in_order is None else in_order
-        state.particles.mover = wp.zeros(state.count, dtype=int, device=device)
-        state.particles.mover_count = wp.zeros(1, dtype=int, device=device)
-        state.particles.first_row = wp.zeros(state.runs + 1, dtype=int, device=device)
+        state.particles.mover = wp.zeros(state.count, int, device)
+        state.particles.mover_count = wp.zeros(1, int, device)
+        state.particles.first_row = wp.zeros(state.runs + 1, int, device)
         self._order = listing.Order()
-        self._order.row = wp.zeros(0 if self._in_order else state.count, dtype=int, device=device)
+        self._order.row = wp.zeros(0 if self._in_order else state.count, int, device)
         by_cell, moving = (0, 1), state.particles
         if self._in_order:
             self._list = [launcher.bind(listing.list_in_order, moving, self._order, way) for way in by_cell]

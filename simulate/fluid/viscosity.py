@@ -16,7 +16,7 @@ from simulate.fluid.cell_grid import NEIGHBOURS, pairs_of
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import SPARE, State
 from simulate.kernels import conjugate_gradients as code
-from simulate.kernels.viscosity import ViscosityKernels
+from simulate.kernels.pair_kernels import PairKernels
 from simulate.setup.rheology import DAMPING_FACTOR, Rheology, no_slip_weight
 
 OF_THE_RIGHT = 2e-2  # Largest residual over the right side: a fifth of the error of a coarser time step
@@ -29,24 +29,19 @@ AT_WALLS = 5.0  # Largest part of a velocity that walls on three sides remove, o
 FRESH_SHEAR = 10.0  # Shear in 1/s of a particle just released: its neighbours are from an earlier release
 
 
-def explicit_parts(
+def explicit_passes(
     paste: Rheology, support: float, frame_s: float, substeps: int, *, shears_per_s: tuple[float, float], frames: int
-) -> tuple[float, float, float]:
-    """Return the fractions of a velocity that viscosity, yield stress and D each remove in one explicit substep.
+) -> float:
+    """Return the number of explicit passes in a substep that a paste takes at most, up to an age of ``frames``.
 
-    They are the largest up to an age of ``frames``, and may exceed 1. ``shears_per_s`` are the slowest shear rate and
-    that of a jet. Lengths are in cm.
+    ``shears_per_s`` are the slowest shear rate and that of a jet. Lengths are in cm.
     """
     step_s = frame_s / substeps
     per_viscosity = DAMPING_FACTOR * step_s / support**2
     if paste.sticks:
         per_viscosity += AT_WALLS * no_slip_weight(1.0, support, step_s) / support
-    whole, viscous = (
-        max(paste.apparent_cm2_s(shear, support, frame_s, yields=yields)[: frames + 1].max() for shear in shears_per_s)
-        for yields in (True, False)
-    )
-    drag = AT_WALLS * paste.wall_weight_cm / substeps / support
-    return viscous * per_viscosity, (whole - viscous) * per_viscosity, drag
+    viscosity = max(paste.apparent_cm2_s(shear, support, frame_s)[: frames + 1].max() for shear in shears_per_s)
+    return (viscosity * per_viscosity + AT_WALLS * paste.wall_weight_cm / substeps / support) / STABLE
 
 
 class Viscosity:
@@ -57,7 +52,7 @@ class Viscosity:
         state: State,
         lists: Any,
         paste: Any,
-        pairs: ViscosityKernels,
+        pairs: PairKernels,
         launcher: Launcher,
         *,
         support: float,
@@ -66,7 +61,7 @@ class Viscosity:
         kernel: str,
     ) -> None:
         """``kernel`` is the weight W of pairs, a key of ``pair_sums.WEIGHTS``."""
-        self._state, self._lists, self._paste, self._support = state, lists, paste, support
+        self._state, self._paste, self._support = state, paste, support
         self._pairs, self._launcher, self._kernel, self._explicit = pairs, launcher, kernel, explicit
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
@@ -74,9 +69,10 @@ class Viscosity:
         rows = len(lists.fluid_count)
         self.system = code.new_system(rows, state.column(float), state.column(float), state.device)
         """The linear system that was solved last."""
-        self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
+        self.make_room(lists)
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
-        self._search = code.new_search(rows, state.runs, state.device)
+        self.search = code.new_search(rows, state.runs, state.device)
+        """The last conjugate gradients. ``unsolved`` is 1 for a run with a solve that ended above its goal."""
         self._other: Any = None  # The second velocity of explicit passes
         self._passes = 0
         self.measure_shear = launcher.bind(
@@ -93,15 +89,8 @@ class Viscosity:
         self.bind_weights(lists)
         self._bind_search()
 
-    @property
-    def unsolved(self) -> Any:
-        """Return an array by run: 1 if a solve of the run ended above its goal."""
-        return self._search.unsolved
-
     def make_room(self, lists: Any) -> None:
         """Give the links of pairs as much room as the lists of neighbours have."""
-        if lists is not self._lists:
-            raise RuntimeError("the viscosity has other lists, which get no new stores")
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
 
     def bind_weights(self, lists: Any) -> None:
@@ -114,13 +103,13 @@ class Viscosity:
             self._support,
             self._paste,
             self.system,
-            self._search,
+            self.search,
             shared=True,
         )
         """Compute the matrix, and the residuals of the velocity without viscosity and of the guess."""
 
     def _bind_search(self) -> None:
-        particles, system, search = self._state.particles, self.system, self._search
+        particles, system, search = self._state.particles, self.system, self.search
         self.apply_matrix = self._launcher.bind(
             self._pairs.apply_matrix,
             particles,
@@ -160,7 +149,7 @@ class Viscosity:
 
     def iterations(self) -> Integers:
         """Return the number of iterations, or of explicit passes, of the last solve, by run."""
-        return np.full(self._state.runs, self._passes) if self._explicit else self._search.iterations.numpy().copy()
+        return np.full(self._state.runs, self._passes) if self._explicit else self.search.iterations.numpy().copy()
 
     def solve_implicit(self, rows: int) -> None:
         """Solve backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
@@ -170,7 +159,7 @@ class Viscosity:
         self.weigh_pairs(rows)
         self._sum_residuals(rows)
         self._start_search(rows)
-        wp.capture_while(self._search.more, self._iterate, rows=rows)
+        wp.capture_while(self.search.more, self._iterate, rows=rows)
         self._sum_left(rows)
         self._shift_all(rows)
 
@@ -184,18 +173,16 @@ class Viscosity:
         """Apply Eq. 5 as printed, v - (A / q) v, in the fewest stable passes; return their number."""
         state = self._state
         if self._other is None:
-            self._other = wp.zeros(state.count + SPARE, dtype=wp.vec3, device=state.device)[: state.count]
+            self._other = wp.zeros(state.count + SPARE, wp.vec3, state.device)[: state.count]
         # Copied, so that particles at rest have no speed in either array.
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other
+        # A first pass measures the restraints.
         self.pass_once(before, after, 1, rows)
         self._passes = max(1, math.ceil(self.system.restraint.numpy()[:rows].max(initial=0.0) / STABLE))
-        if self._passes == 1:
-            before = after
-        else:
-            for _ in range(self._passes):
-                self.pass_once(before, after, self._passes, rows)
-                before, after = after, before
+        for _ in range(self._passes):
+            self.pass_once(before, after, self._passes, rows)
+            before, after = after, before
         wp.copy(state.velocity, before)
         return self._passes
 

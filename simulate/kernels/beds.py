@@ -26,14 +26,15 @@ class Lines:
     cell: wp.array[int]
     z_mm: wp.array[wp.float64]
     upward: wp.array[int]  # 1 for a facet that faces up
+    ceiling_mm: wp.array[wp.float64]  # End of the free stretch above each crossing
 
 
 @wp.struct
 class Liquid:
-    """The particles, and the top of the liquid above each crossing."""
+    """The particles of a bed, and the top of the liquid above each crossing."""
 
-    position_mm: wp.array[wp.vec3d]
-    top_mm: wp.array[wp.float64]
+    position_mm: wp.array[wp.vec3d]  # Turned as the solid's lines are; NaN for a particle that is not in the bed
+    top_mm: wp.array[wp.float64]  # Run by run
 
 
 @wp.struct
@@ -46,8 +47,6 @@ class Sizes:
     flows_mm_s: wp.float64  # Speed from which paste with a yield stress counts as flowing
     radius_mm: wp.float64
     floor_mm: wp.float64  # Height of the solid's floor
-    half_mm: wp.float64  # Height of the liquid above the centres of its topmost particles
-    reach_mm: wp.float64  # Distance within which a particle raises lines
     turn: wp.vec2d  # Cosine and sine of the angle by which the solid's lines are turned
 
 
@@ -55,28 +54,31 @@ class Sizes:
 class Beds:
     """Measured figures, and the arrays that are needed to measure them."""
 
-    lies: wp.array[int]  # 1 for a particle on the sample that is not in flight; by particle
     count: wp.array2d[wp.vec4i]
     """Numbers of particles that are on the bed, that move, that do both, and that do both and flow; by run and part."""
     length_mm: wp.array2d[wp.float64]  # Wet length of the vertical lines, by run and part
-    ceiling_mm: wp.array[wp.float64]  # End of the free stretch above each crossing
     liquid: Liquid
-    """The tops of the liquid in a batch of runs, one run after the other."""
+    """Particles on the sample that are not in flight, and the tops of the liquid in a batch of runs."""
 
 
-@wp.func
-def raise_over(
-    liquid: Liquid,  # in, out: top_mm
-    tops: int,
-    here: wp.vec3d,
+@run_kernel
+def raise_surface(
+    first: int,
+    per_run: int,
     half_mm: wp.float64,
     reach_mm: wp.float64,
     lines: Lines,
+    liquid: Liquid,  # in, out: top_mm
 ):
-    """Raise the liquid to ``half_mm`` above a particle, at upward crossings of the lines of cells within reach.
+    """Raise the liquid to ``half_mm`` above each particle, at upward crossings of the lines of cells within reach.
 
-    Only the stretch of a line at the particle's height is raised. ``tops`` is the place of the first crossing's top.
+    Only the stretch of a line at the particle's height is raised. Particles count from ``first``.
     """
+    k = wp.tid()
+    here = liquid.position_mm[first + k]
+    if not wp.isfinite(here):
+        return
+    tops = k // per_run * lines.z_mm.shape[0]
     size = lines.cell_mm
     reach = int(wp.ceil(reach_mm / size))
     row = int(wp.floor(here[0] / size))
@@ -104,34 +106,20 @@ def raise_over(
                 wp.atomic_max(liquid.top_mm, tops + below, here[2] + half_mm)
 
 
-@run_kernel
-def raise_surface(
-    liquid: Liquid,  # in, out: top_mm
-    half_mm: wp.float64,
-    reach_mm: wp.float64,
-    lines: Lines,
-):
-    """Raise the liquid above each upward crossing to ``half_mm`` above the highest particle near the cell's line."""
-    raise_over(liquid, 0, liquid.position_mm[wp.tid()], half_mm, reach_mm, lines)
-
-
 @wp.func
 def is_here(particles: Particles, i: int):
     """True for a released particle that is not lost. Particles that are not released have another status."""
-    x = particles.position[i]
-    return particles.status[i] <= FROZEN and wp.isfinite(wp.vec3(x[0], x[1], x[2]))
+    return particles.status[i] <= FROZEN and wp.isfinite(particles.position[i][:3])
 
 
 @wp.func
 def place_of(particles: Particles, sizes: Sizes, i: int):
-    x = particles.position[i]
-    return wp.vec3d(wp.float64(x[0]) / sizes.mm, wp.float64(x[1]) / sizes.mm, wp.float64(x[2]) / sizes.mm)
+    return wp.vec3d(particles.position[i][:3]) / sizes.mm
 
 
 @wp.func
 def speed_of(particles: Particles, sizes: Sizes, i: int):
-    v = particles.velocity[i]
-    return wp.vec3d(wp.float64(v[0]) / sizes.mm, wp.float64(v[1]) / sizes.mm, wp.float64(v[2]) / sizes.mm)
+    return wp.vec3d(particles.velocity[i]) / sizes.mm
 
 
 @wp.func
@@ -139,11 +127,24 @@ def falls(particles: Particles, sizes: Sizes, i: int):
     return wp.dot(speed_of(particles, sizes, i), sizes.down) > sizes.falls_mm_s
 
 
+@wp.func
+def keep_in_bed(
+    particles: Particles,
+    sizes: Sizes,
+    beds: Beds,  # out: the liquid's position_mm
+    i: int,
+    lies: bool,
+):
+    x = place_of(particles, sizes, i)
+    turned = wp.vec3d(x[0] * sizes.turn[0] - x[1] * sizes.turn[1], x[0] * sizes.turn[1] + x[1] * sizes.turn[0], x[2])
+    beds.liquid.position_mm[i] = wp.where(lies, turned, wp.vec3d(wp.float64(wp.nan)))
+
+
 @run_kernel
 def find_lying(
     particles: Particles,
     sizes: Sizes,
-    beds: Beds,  # out: lies
+    beds: Beds,  # out: the liquid's position_mm
 ):
     """``profile.settled`` on the device, with one block of threads per particle.
 
@@ -153,7 +154,7 @@ def find_lying(
     here = is_here(particles, i)
     if not here or not falls(particles, sizes, i):
         if lane == 0:
-            beds.lies[i] = wp.where(here, 1, 0)
+            keep_in_bed(particles, sizes, beds, i, here)
         return
     place = place_of(particles, sizes, i)
     first = i // particles.per_run * particles.per_run
@@ -168,7 +169,7 @@ def find_lying(
                 bed_mm = wp.max(bed_mm, other[2])
     highest_mm = wp.tile_max(wp.tile(bed_mm))[0]
     if lane == 0:
-        beds.lies[i] = wp.where(place[2] <= highest_mm + sizes.radius_mm, 1, 0)
+        keep_in_bed(particles, sizes, beds, i, place[2] <= highest_mm + sizes.radius_mm)
 
 
 @run_kernel
@@ -184,7 +185,7 @@ def count_particles(
     own = wp.vec4i(0, 0, 0, 0)
     for k in range(begin + lane, wp.min(begin + width, particles.per_run), wp.block_dim()):
         i = run * particles.per_run + k
-        lies = beds.lies[i]
+        lies = wp.where(wp.isfinite(beds.liquid.position_mm[i]), 1, 0)
         moves = int(0)
         flows = int(0)
         if particles.status[i] == MOVING and is_here(particles, i):
@@ -195,25 +196,6 @@ def count_particles(
     total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
     if lane == 0:
         beds.count[run, part % PARTS] = total
-
-
-@run_kernel
-def raise_surfaces(
-    particles: Particles,
-    sizes: Sizes,
-    lines: Lines,
-    first_run: int,
-    beds: Beds,  # in, out: the liquid's tops
-):
-    """Raise the surfaces of a batch of runs to their particles, as ``raise_surface`` does."""
-    k = wp.tid()
-    i = first_run * particles.per_run + k
-    if beds.lies[i] == 0:
-        return
-    x = place_of(particles, sizes, i)
-    turned = wp.vec3d(x[0] * sizes.turn[0] - x[1] * sizes.turn[1], x[0] * sizes.turn[1] + x[1] * sizes.turn[0], x[2])
-    tops = k // particles.per_run * lines.z_mm.shape[0]
-    raise_over(beds.liquid, tops, turned, sizes.half_mm, sizes.reach_mm, lines)
 
 
 @run_kernel
@@ -232,7 +214,7 @@ def sum_lines(
     for k in range(begin + lane, wp.min(begin + width, crossings), wp.block_dim()):
         top_mm = beds.liquid.top_mm[run * crossings + k]
         if wp.isfinite(top_mm):
-            own += wp.min(top_mm, beds.ceiling_mm[k]) - lines.z_mm[k]
+            own += wp.min(top_mm, lines.ceiling_mm[k]) - lines.z_mm[k]
     total = wp.tile_sum(wp.tile(own))[0]
     if lane == 0:
         beds.length_mm[first_run + run, part % PARTS] = total

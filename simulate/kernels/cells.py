@@ -48,14 +48,6 @@ def cell_along(x: float, corner: float, size: float, count: int):
     return wp.clamp(int(wp.floor((x - corner) / size)), 0, count - 1)
 
 
-@wp.func
-def cell_of(cells: CellArrays, x: wp.vec4):
-    a = cell_along(x[0], cells.corner[0], cells.size, cells.count[0])
-    b = cell_along(x[1], cells.corner[1], cells.size, cells.count[1])
-    c = cell_along(x[2], cells.corner[2], cells.size, cells.count[2])
-    return a + cells.count[0] * (b + cells.count[1] * c)
-
-
 @wp.kernel
 def count_in_cells(
     cells: CellArrays,
@@ -67,7 +59,11 @@ def count_in_cells(
     i = wp.tid()
     sorting.cell[i] = -1
     if status[i] <= FROZEN:
-        key = cell_of(cells, position[i]) + i // cells.points_per_run * cells_per_run(cells)
+        x = position[i]
+        a = cell_along(x[0], cells.corner[0], cells.size, cells.count[0])
+        b = cell_along(x[1], cells.corner[1], cells.size, cells.count[1])
+        c = cell_along(x[2], cells.corner[2], cells.size, cells.count[2])
+        key = i // cells.points_per_run * cells_per_run(cells) + a + cells.count[0] * (b + cells.count[1] * c)
         sorting.cell[i] = key
         sorting.rank[i] = wp.atomic_add(sorting.count, key, 1)
 

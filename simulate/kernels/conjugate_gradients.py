@@ -104,12 +104,11 @@ def new_search(rows: int, runs: int, device: str) -> Any:
 
 
 @wp.func
-def times(it: Symmetric, by: wp.vec3):
-    return wp.vec3(
-        it[0] * by[0] + it[3] * by[1] + it[5] * by[2],
-        it[3] * by[0] + it[1] * by[1] + it[4] * by[2],
-        it[5] * by[0] + it[4] * by[1] + it[2] * by[2],
-    )
+def full(symmetric: Symmetric):
+    """Return a symmetric matrix with all its elements."""
+    xx, yy, zz = symmetric[0], symmetric[1], symmetric[2]
+    xy, yz, zx = symmetric[3], symmetric[4], symmetric[5]
+    return wp.mat33(xx, xy, zx, xy, yy, yz, zx, yz, zz)
 
 
 @wp.func
@@ -121,22 +120,6 @@ def rows_of(particles: Particles, part: int):
     width = (rows + CHUNKS - 1) // CHUNKS
     begin = wp.min(part % CHUNKS * width, rows)
     return wp.vec2i(first + begin, first + wp.min(begin + width, rows))
-
-
-@wp.func
-def squares_of(particles: Particles, system: System, search: Search, row: int):
-    """Return a row's terms of the squares of the right side and of both residuals, in the preconditioner's norm."""
-    inverse = system.inverse[row]
-    own = particles.velocity[particles.mover[row]]
-    still = search.residual[row]
-    moved = search.product[row]
-    return Sums(
-        wp.dot(own, times(inverse, own)),
-        wp.dot(still, times(inverse, still)),
-        wp.dot(moved, times(inverse, moved)),
-        1.0 + system.restraint[row],
-        wp.dot(own, own),
-    )
 
 
 @wp.func
@@ -169,6 +152,7 @@ def sum_residuals(
     system: System,
     search: Search,  # out: partial, and zero in ``more``
 ):
+    """Sum the squares of the right side and of both residuals, in the preconditioner's norm."""
     lane = wp.tid() % wp.block_dim()
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
         if part + lane == 0:
@@ -176,14 +160,14 @@ def sum_residuals(
         rows = rows_of(particles, part)
         own = Sums(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own += squares_of(particles, system, search, row)
+            inverse = full(system.inverse[row])
+            right = particles.velocity[particles.mover[row]]
+            own[0] += wp.dot(right, inverse * right)
+            own[1] += wp.dot(search.residual[row], inverse * search.residual[row])
+            own[2] += wp.dot(search.product[row], inverse * search.product[row])
+            own[3] += 1.0 + system.restraint[row]
+            own[4] += wp.dot(right, right)
         keep_sum(search, part, lane, own)
-
-
-@wp.func
-def begins_at_guess(squares: Sums):
-    """Return 1 if the guess is nearer than the velocity without viscosity; 0 if it is not finite."""
-    return wp.where(squares[2] < squares[1], 1, 0)
 
 
 @wp.func
@@ -216,27 +200,10 @@ def ask_for_more(search: Search, run: int, at_most: int):
     if search.error[run] <= search.goal[run]:
         return
     if search.iterations[run] < at_most and wp.isfinite(search.error[run]):
-        search.iterations[run] = search.iterations[run] + 1
+        search.iterations[run] += 1
         search.more[0] = 1
     else:
         search.unsolved[run] = 1
-
-
-@wp.func
-def start_row(particles: Particles, system: System, search: Search, row: int, warm: int):
-    """Start a row at the guess or, if not ``warm``, at the velocity without viscosity.
-
-    The guess is in the array of the scaled residual.
-    """
-    i = particles.mover[row]
-    r = search.residual[row]
-    if warm == 1:
-        r = search.product[row]
-        particles.velocity[i] = particles.scaled_residual[i]
-    search.residual[row] = r
-    search.direction[row] = wp.vec3(0.0)
-    search.pull[row] = wp.vec3(0.0)
-    particles.scaled_residual[i] = times(system.inverse[row], r)
 
 
 @run_kernel
@@ -249,6 +216,10 @@ def start_search(
     system: System,
     search: Search,  # out: also all scalars, which blocks do not read here
 ):
+    """Start each run at its guess, which is in the array of the scaled residual, or at the velocity without viscosity.
+
+    The guess is taken if it is nearer.
+    """
     lane = wp.tid() % wp.block_dim()
     begin = parts.begin + wp.tid() // wp.block_dim()
     squares = Sums(0.0)
@@ -258,9 +229,17 @@ def start_search(
             squares = whole_sum(search, part // CHUNKS, lane)
         if part % CHUNKS + lane == 0:
             begin_run(search, part // CHUNKS, squares, of_the_right, of_the_change, at_most)
-        warm = begins_at_guess(squares)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            start_row(particles, system, search, row, warm)
+            i = particles.mover[row]
+            r = search.residual[row]
+            # Start at the guess if it is nearer than the velocity without viscosity, and finite.
+            if squares[2] < squares[1]:
+                r = search.product[row]
+                particles.velocity[i] = particles.scaled_residual[i]
+            search.residual[row] = r
+            search.direction[row] = wp.vec3(0.0)
+            search.pull[row] = wp.vec3(0.0)
+            particles.scaled_residual[i] = full(system.inverse[row]) * r
 
 
 @wp.func
@@ -281,10 +260,10 @@ def sum_curvature(
         if is_solved(search, part // CHUNKS):
             continue
         rows = rows_of(particles, part)
-        own = float(0.0)
+        own = Sums()
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own += search.curvature[row]
-        keep_sum(search, part, lane, Sums(own, 0.0, 0.0, 0.0, 0.0))
+            own[0] += search.curvature[row]
+        keep_sum(search, part, lane, own)
 
 
 @wp.func
@@ -301,22 +280,6 @@ def way_of(search: Search, run: int, along: float):
     return wp.vec2(search.error[run] / wp.max(curvature, 1.0e-30), turn)
 
 
-@wp.func
-def advance_row(particles: Particles, system: System, search: Search, row: int, length: float, turn: float):
-    """Update a row's direction and take the step. Return r . M^-1 r of the new residual r."""
-    i = particles.mover[row]
-    direction = particles.scaled_residual[i] + turn * search.direction[row]
-    pull = search.product[row] + turn * search.pull[row]
-    search.direction[row] = direction
-    search.pull[row] = pull
-    particles.velocity[i] = particles.velocity[i] + length * direction
-    r = search.residual[row] - length * pull
-    search.residual[row] = r
-    scaled = times(system.inverse[row], r)
-    particles.scaled_residual[i] = scaled
-    return wp.dot(r, scaled)
-
-
 @run_kernel
 def advance_search(
     parts: Span,
@@ -324,6 +287,7 @@ def advance_search(
     system: System,
     search: Search,  # out: left and the vectors; all blocks read the sums and the scalars
 ):
+    """Update the directions, take the step along them, and sum r . M^-1 r of the new residual r."""
     lane = wp.tid() % wp.block_dim()
     begin = parts.begin + wp.tid() // wp.block_dim()
     way = wp.vec2(0.0)
@@ -336,7 +300,17 @@ def advance_search(
             way = way_of(search, run, whole_sum(search, run, lane)[0])
         own = float(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own += advance_row(particles, system, search, row, way[0], way[1])
+            i = particles.mover[row]
+            direction = particles.scaled_residual[i] + way[1] * search.direction[row]
+            pull = search.product[row] + way[1] * search.pull[row]
+            search.direction[row] = direction
+            search.pull[row] = pull
+            particles.velocity[i] = particles.velocity[i] + way[0] * direction
+            r = search.residual[row] - way[0] * pull
+            search.residual[row] = r
+            scaled = full(system.inverse[row]) * r
+            particles.scaled_residual[i] = scaled
+            own += wp.dot(r, scaled)
         total = wp.tile_sum(wp.tile(own))[0]
         if lane == 0:
             search.left[run, part % CHUNKS] = total
@@ -377,10 +351,10 @@ def sum_left(
     lane = wp.tid() % wp.block_dim()
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
         rows = rows_of(particles, part)
-        own = wp.vec3(0.0)
+        own = Sums()
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own += search.residual[row]
-        keep_sum(search, part, lane, Sums(own[0], own[1], own[2], 0.0, 0.0))
+            own[:3] += search.residual[row]
+        keep_sum(search, part, lane, own)
 
 
 @run_kernel
@@ -397,7 +371,7 @@ def shift_all(parts: Span, particles: Particles, search: Search):
         rows = rows_of(particles, part)
         if begins_run(part, begin):
             left = whole_sum(search, run, lane)
-            by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
+            by = left[:3] / wp.max(search.holds[run], 1.0)
         # A velocity that is not finite stays with its own particle, which the fault check then reports.
         if not wp.isfinite(by):
             continue

@@ -108,7 +108,7 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
         return wp.vec4(0.0, 0.0, 0.0, distance)
     slope_z = wp.lerp(wp.lerp(d001 - d000, d011 - d010, q), wp.lerp(d101 - d100, d111 - d110, q), p)
     slope = wp.normalize(wp.vec3(d1 - d0, wp.lerp(d01 - d00, d11 - d10, p), slope_z))
-    return wp.vec4(slope[0], slope[1], slope[2], distance)
+    return wp.vec4(*slope, distance)
 
 
 @wp.func
@@ -145,21 +145,21 @@ def push_out(solid: Distance, x: wp.vec3):
         there = distance_at(solid, here, 2.0 * solid.clearance)
         if there[3] >= enough or there[3] <= 0.0 or turn == 8:
             break
-        here += wp.min(solid.clearance - there[3], 0.9 * there[3]) * wp.vec3(there[0], there[1], there[2])
-    return Landing(here, wp.vec3(there[0], there[1], there[2]), there[3])
+        here += wp.min(solid.clearance - there[3], 0.9 * there[3]) * there[:3]
+    return Landing(here, there[:3], there[3])
 
 
 @wp.func
 def slide(plane: wp.vec4, start: wp.vec3, step: wp.vec3, clearance: float):
     """Return the part of a step that keeps the clearance from a plane wall."""
-    normal = wp.vec3(plane[0], plane[1], plane[2])
+    normal = plane[:3]
     return step + wp.max(clearance - (wp.dot(normal, start + step) - plane[3]), 0.0) * normal
 
 
 @wp.func
 def is_plane(beside: wp.vec4) -> bool:
     """Return True if a particle's nearest wall is a plane, and not rounded or undetermined."""
-    return beside[0] != ROUNDED and beside[0] * beside[0] + beside[1] * beside[1] + beside[2] * beside[2] > 0.0
+    return beside[0] != ROUNDED and wp.length_sq(beside[:3]) > 0.0
 
 
 @wp.func
@@ -193,7 +193,7 @@ def move(
     if squared == 0.0 or not is_number(squared):
         return step
     ball = free[i]
-    centre = wp.vec3(ball[0], ball[1], ball[2])
+    centre = ball[:3]
     radius = wp.max(ball[3], 0.0)
     from_centre = wp.length_sq(start - centre)
     away = wp.max(from_centre, wp.length_sq(start + step - centre))
@@ -248,15 +248,15 @@ def move_along(
         n = wp.vec3(ROUNDED)
     # At most the grid's margin around the walls; 0 next to the sample's block, whose sides are not in the grid.
     radius = wp.where(here.distance < BESIDE, wp.min(here.distance - solid.clearance, solid.clearance), 0.0)
-    free[i] = wp.vec4(x[0], x[1], x[2], radius)
-    beside[i] = wp.vec4(n[0], n[1], n[2], wp.dot(n, x) - here.distance)
+    free[i] = wp.vec4(*x, radius)
+    beside[i] = wp.vec4(*n, wp.dot(n, x) - here.distance)
     return moved
 
 
 @wp.func
 def near_free(ball: wp.vec4, x: wp.vec3, clearance: float) -> bool:
     """Return True if a position is nearer to the middle of a free ball than any wall is."""
-    return wp.length(x - wp.vec3(ball[0], ball[1], ball[2])) < ball[3] + clearance
+    return wp.length(x - ball[:3]) < ball[3] + clearance
 
 
 @wp.kernel

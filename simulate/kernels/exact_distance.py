@@ -64,13 +64,6 @@ def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, nearby: float, away: flo
     return wp.where(wp.mesh_query_ray_count_intersections(mesh, x, ray) % 2 == 1, -size, size)
 
 
-@wp.func
-def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
-    """Return the row of a block whose first nodes are the last ones of block ``own``; ``own`` if it has no nodes."""
-    row = row_at(solid, a, b, c)
-    return wp.where(row >= 0, row, own)
-
-
 @wp.func_native(
     f"enum {{ SIDE = {int(BLOCK) + 1}, NODES = {int(NODES)}, MIDDLE = NODES / 2 }};"
     """
@@ -136,7 +129,10 @@ def measure_nodes(
     for node in range(NODES):
         place = place_of(node)
         step = wp.vec3i(place[0] // BLOCK, place[1] // BLOCK, place[2] // BLOCK)
-        owner = row_of_owner(solid, block[0] + step[0], block[1] + step[1], block[2] + step[2], row)
+        # The last nodes of a block are the first ones of the next, if that has nodes.
+        owner = row_at(solid, block[0] + step[0], block[1] + step[1], block[2] + step[2])
+        if owner < 0:
+            owner = row
         if not shared:
             blocks.distance[row, node] = wp.where(owner == row, float(LARGEST), float(NOT_OWN))
         elif owner != row:

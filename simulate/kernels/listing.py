@@ -40,7 +40,7 @@ def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.ar
                     k = first + lane()
                     is_near = int(0)
                     if k < high:
-                        offset = wp.vec3(cells.x[k] - here[0], cells.y[k] - here[1], cells.z[k] - here[2])
+                        offset = wp.vec3(cells.x[k], cells.y[k], cells.z[k]) - here[:3]
                         if wp.length_sq(offset) < reach * reach and cells.number[k] != self:
                             is_near = 1
                     marks = count_marks(is_near)

@@ -26,7 +26,7 @@ class Order:
 @run_kernel
 def count_frame(particles: Particles):
     """Advance the frame number on the device, so that a replayed frame has its own number."""
-    particles.frame[0] = particles.frame[0] + 1
+    particles.frame[0] += 1
 
 
 @run_kernel

@@ -7,9 +7,14 @@ import warp as wp
 
 from simulate.kernels.cells import CellArrays
 from simulate.kernels.lanes import lane, lanes
+from simulate.kernels.run_module import kernel_in
 from simulate.kernels.status import Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
+
+# One bit each: a particle's faults are their sum.
+NEIGHBOURS_FULL = wp.constant(1)
+WALLS_FULL = wp.constant(2)
 
 BLOCK = wp.constant(64)
 NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists, far from all particles
@@ -42,21 +47,12 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
     """Return the kernel ``list_neighbours`` with the search of the module ``search``."""
     list_rows, block = search.list_rows, search.ROWS
 
-    @wp.func(module=module)
-    def cut(count: wp.array[int], row: int, slots: int):
-        """Limit the length of a list to its slots. Return True if the list was longer."""
-        total = count[row]
-        count[row] = wp.min(total, slots)
-        return total > slots
-
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def list_neighbours(
         rows: Span,
         particles: Particles,
         cells: CellArrays,
         wall_cells: CellArrays,
-        fluid_full: int,
-        walls_full: int,
         near: Neighbours,  # out
     ):
         """List the fluid and the wall particles nearer than a cell's size, without the particle itself.
@@ -72,9 +68,11 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
                 continue
             for row in range(first, last):
                 i = particles.mover[row]
-                if cut(near.fluid_count, row, near.fluid.shape[1]):
-                    particles.fault[i] = particles.fault[i] | fluid_full
-                if cut(near.wall_count, row, near.wall.shape[1]):
-                    particles.fault[i] = particles.fault[i] | walls_full
+                if near.fluid_count[row] > near.fluid.shape[1]:
+                    near.fluid_count[row] = near.fluid.shape[1]
+                    particles.fault[i] |= NEIGHBOURS_FULL
+                if near.wall_count[row] > near.wall.shape[1]:
+                    near.wall_count[row] = near.wall.shape[1]
+                    particles.fault[i] |= WALLS_FULL
 
     return list_neighbours

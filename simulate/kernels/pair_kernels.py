@@ -1,5 +1,6 @@
 """The kernels that sum over pairs of particles, with the inner loops for a device."""
 
+from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -7,15 +8,21 @@ import warp as wp
 
 from simulate.kernels import listing, listing_cpu, pair_sums, pair_sums_cpu
 from simulate.kernels.neighbours import neighbour_kernels
-from simulate.kernels.pressure import PressureKernels, pressure_kernels
+from simulate.kernels.pressure import pressure_kernels
 from simulate.kernels.run_module import MODULE
-from simulate.kernels.viscosity import ViscosityKernels, viscosity_kernels
+from simulate.kernels.viscosity import viscosity_kernels
 
 
 class PairKernels(NamedTuple):
+    """Kernels with the inner loops for a device."""
+
     list_neighbours: Any
-    pressure: PressureKernels
-    viscosity: ViscosityKernels
+    measure_density: Any
+    correct: Any
+    measure_shear: Any
+    weigh_pairs: Mapping[str, Any]  # By the kernel W of pairs
+    apply_matrix: Any
+    pass_velocity: Mapping[str, Any]  # By the kernel W of pairs
 
 
 @cache
@@ -27,8 +34,8 @@ def pair_kernels(native: bool) -> PairKernels:
     module, seldom = MODULE if native else wp.get_module(kind), wp.get_module(f"{kind}.seldom")
     return PairKernels(
         neighbour_kernels(search, module),
-        pressure_kernels(loops, module, seldom),
-        viscosity_kernels(loops, module, seldom, skips_solved=not native),
+        *pressure_kernels(loops, module),
+        *viscosity_kernels(loops, module, seldom, skips_solved=not native),
     )
 
 

@@ -39,12 +39,6 @@ WallSums = wp.types.vector(length=4, dtype=wp.float32)
 
 
 @wp.func
-def between(here: wp.vec4, other: wp.vec4):
-    """Return the offset from ``other``, of two positions with a fourth number."""
-    return wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-
-
-@wp.func
 def spike(support: float, distance: float):
     """Return (h - r)^2 / r. Times the offset, it is proportional to the gradient of (h - r)^3.
 
@@ -63,14 +57,12 @@ def sum_density(particles: Particles, near: Neighbours, row: int, support: float
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):
         other = particles.position[near.fluid[window, slot]]
-        offset = between(here, other)
+        offset = here[:3] - other[:3]
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
         slope = spike(support, wp.sqrt(squared))
         sums[0] += rest * rest * rest
-        sums[1] += slope * offset[0]
-        sums[2] += slope * offset[1]
-        sums[3] += slope * offset[2]
+        sums[1:4] += slope * offset
         sums[4] += slope * slope * squared
     return over_lanes(sums)
 
@@ -82,14 +74,12 @@ def sum_walls(particles: Particles, near: Neighbours, row: int, support: float):
     window = near.wall_at[row]
     for slot in range(lane(), near.wall_count[row], lanes()):
         other = near.wall_particle[near.wall[window, slot]]
-        offset = between(here, other)
+        offset = here[:3] - other[:3]
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
         slope = other[3] * spike(support, wp.sqrt(squared))
         sums[0] += other[3] * rest * rest * rest
-        sums[1] += slope * offset[0]
-        sums[2] += slope * offset[1]
-        sums[3] += slope * offset[2]
+        sums[1:4] += slope * offset
     return over_lanes(sums)
 
 
@@ -101,7 +91,7 @@ def sum_correction(particles: Particles, near: Neighbours, row: int, support: fl
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):
         other = particles.position[near.fluid[window, slot]]
-        offset = between(here, other)
+        offset = here[:3] - other[:3]
         answer = other[3]
         if answer == RESTS:
             answer = resting
@@ -161,7 +151,7 @@ def sum_gradient(particles: Particles, near: Neighbours, row: int, support: floa
     for slot in range(lane(), near.fluid_count[row], lanes()):
         j = near.fluid[window, slot]
         other = particles.position[j]
-        offset = between(here, other)
+        offset = here[:3] - other[:3]
         apart = moves - particles.velocity[j]
         weight = poly6(wp.length_sq(offset), support)
         sums[0] += weight * offset[0] * offset[0]
@@ -170,9 +160,9 @@ def sum_gradient(particles: Particles, near: Neighbours, row: int, support: floa
         sums[3] += weight * offset[0] * offset[1]
         sums[4] += weight * offset[1] * offset[2]
         sums[5] += weight * offset[2] * offset[0]
-        for a in range(3):
-            for b in range(3):
-                sums[6 + 3 * a + b] += weight * apart[a] * offset[b]
+        sums[6:9] += weight * apart[0] * offset
+        sums[9:12] += weight * apart[1] * offset
+        sums[12:15] += weight * apart[2] * offset
     return over_lanes(sums)
 
 
@@ -204,7 +194,7 @@ def link_pairs_by(kernel: str) -> Any:
         for slot in range(lane(), near.fluid_count[row], lanes()):
             j = near.fluid[window, slot]
             other = particles.position[j]
-            offset = between(here, other)
+            offset = here[:3] - other[:3]
             squared = wp.length_sq(offset)
             theirs = particles.volume_and_viscosity[j]
             mean = 0.5 * (own[1] + theirs[1])
@@ -221,9 +211,8 @@ def link_pairs_by(kernel: str) -> Any:
                 sums[6] += weight
             still = wp.dot(moves - particles.velocity[j], link)
             moved = wp.dot(guessed - particles.scaled_residual[j], link)
-            for axis in range(3):
-                sums[7 + axis] += still * link[axis]
-                sums[10 + axis] += moved * link[axis]
+            sums[7:10] += still * link
+            sums[10:13] += moved * link
         return over_lanes(sums)
 
     return link_pairs
@@ -254,12 +243,12 @@ def sum_eq5_by(kernel: str) -> Any:
         for slot in range(lane(), near.fluid_count[row], lanes()):
             j = near.fluid[window, slot]
             other = particles.position[j]
-            offset = between(here, other)
+            offset = here[:3] - other[:3]
             theirs = particles.volume_and_viscosity[j]
             mean = 2.0 * viscosity * theirs[1] / wp.max(viscosity + theirs[1], 1.0e-20)
             weight = wp.static(factor) * theirs[0] * mean * weigh(wp.length_sq(offset), support)
             apart = weight * (moves - velocity[j])
-            sums += wp.vec4(apart[0], apart[1], apart[2], weight)
+            sums += wp.vec4(*apart, weight)
         return over_lanes(sums)
 
     return sum_eq5
@@ -273,15 +262,13 @@ def sum_drag(particles: Particles, near: Neighbours, row: int, support: float):
     window = near.wall_at[row]
     for slot in range(lane(), near.wall_count[row], lanes()):
         other = near.wall_particle[near.wall[window, slot]]
-        offset = between(here, other)
+        offset = here[:3] - other[:3]
         squared = wp.length_sq(offset)
         far = other[3] * distance_weight(squared, support)
         sums[0] += other[3] * gauss(squared, support)
         sums[1] += other[3] * no_slip_weight(squared, support)
         sums[2] += far
-        sums[3] += far * offset[0]
-        sums[4] += far * offset[1]
-        sums[5] += far * offset[2]
+        sums[3:6] += far * offset
     return over_lanes(sums)
 
 

@@ -5,11 +5,10 @@ Row ``row`` of a launch is a place in the list of movers, ``Particles.mover``.
 """
 
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import warp as wp
 
-from simulate.kernels.coarse_pressure import CoarseRows
 from simulate.kernels.distance import (
     ROUNDED,
     Distance,
@@ -21,14 +20,12 @@ from simulate.kernels.distance import (
 )
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.run_module import run_kernel
+from simulate.kernels.run_module import kernel_in, run_kernel
 from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Particles, Span, bring_to_rest, end_of
 
 wp.set_module_options({"enable_backward": False})
 
-# One bit each: a particle's faults are their sum.
-NEIGHBOURS_FULL = wp.constant(1)
-WALLS_FULL = wp.constant(2)
+# One bit each, after those of ``neighbours``: a particle's faults are their sum.
 NOT_FINITE = wp.constant(4)
 TOO_FAST = wp.constant(8)
 TOO_DENSE = wp.constant(16)
@@ -40,8 +37,6 @@ UNDONE_RANGE = wp.constant(0.3)
 """Range of compression, relative to the rest density, that pressure corrects in a substep. From UNDONE on, a share of
 its displacement is kept after viscosity has acted, and from UNDONE + UNDONE_RANGE on all of it. Beds that flow or rest
 are compressed less."""
-MOST_BY_WALLS = wp.constant(0.6)
-"""Largest share of walls in a density. A corner of two walls has 0.43 (1 - 0.75^2), and one of three has 0.58."""
 
 
 @wp.struct
@@ -75,11 +70,6 @@ def takes_part(iteration_state: IterationState, run: int, iteration: int) -> boo
     return iteration < iteration_state.iterations[run]
 
 
-@wp.func
-def xyz(x: wp.vec4):
-    return wp.vec3(x[0], x[1], x[2])
-
-
 @run_kernel
 def predict(
     rows: Span,
@@ -96,16 +86,14 @@ def predict(
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
-        x = xyz(particles.position[i])
+        x = particles.position[i][:3]
         particles.previous_position[i] = x
         v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
         moved = move(solid, particles.free, particles.wall, i, x, step_s * v, True)
-        there = x + moved
         particles.moved[i] = moved
-        pressed = particles.pressed[i]
-        multiplier = iteration_state.carried[i // particles.per_run] * pressed[3]
-        particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
-        particles.position[i] = wp.vec4(there[0], there[1], there[2], multiplier)
+        multiplier = iteration_state.carried[i // particles.per_run] * particles.pressed[i][3]
+        particles.pressed[i][3] = multiplier
+        particles.position[i] = wp.vec4(*(x + moved), multiplier)
 
 
 @run_kernel
@@ -130,7 +118,7 @@ def shift(
         x = particles.position[i]
         if iteration == 0:
             particles.density_before[i] = particles.density[i]
-        start = xyz(x)
+        start = x[:3]
         moved = particles.moved[i]
         step = iteration_state.correction[row]
         wall = particles.wall[i]
@@ -143,10 +131,8 @@ def shift(
             step = move(solid, particles.free, particles.wall, i, start, step, False)
         else:
             step = slide(wall, start, step, solid.clearance)
-        there = start + step
-        moved += step
-        particles.moved[i] = moved
-        particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
+        particles.moved[i] = moved + step
+        particles.position[i] = wp.vec4(*(start + step), x[3])
 
 
 @run_kernel
@@ -182,9 +168,10 @@ def move_after_viscosity(
             continue
         start, step = particles.previous_position[i], step_s * particles.velocity[i]
         stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
-        step += stays * (xyz(particles.position[i]) - start - step)
+        x = particles.position[i]
+        step += stays * (x[:3] - start - step)
         there = start + move(solid, particles.free, particles.wall, i, start, step, False)
-        particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
+        particles.position[i] = wp.vec4(*there, x[3])
 
 
 @run_kernel
@@ -204,15 +191,15 @@ def inspect(
         i = particles.mover[row]
         if particles.status[i] != MOVING:
             continue
-        x = xyz(particles.position[i])
+        x = particles.position[i][:3]
         speed = wp.length(particles.velocity[i])
         density = particles.density[i]
         if not (is_number(wp.length_sq(x)) and is_number(speed) and is_number(density)):
-            particles.fault[i] = particles.fault[i] | NOT_FINITE
+            particles.fault[i] |= NOT_FINITE
         elif speed > fastest:
-            particles.fault[i] = particles.fault[i] | TOO_FAST
+            particles.fault[i] |= TOO_FAST
         elif density > densest:
-            particles.fault[i] = particles.fault[i] | TOO_DENSE
+            particles.fault[i] |= TOO_DENSE
         else:
             face = solid.face
             over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
@@ -224,56 +211,14 @@ def inspect(
                 bring_to_rest(particles, i)
 
 
-@wp.struct
-class Constraint:
-    """Density rho_i of a particle, and its gradients with respect to the positions (Eqs 1 and 2)."""
-
-    density: float
-    volume: float  # m / rho_i
-    by_walls: float  # The walls' part of the density
-    slope: wp.vec3  # Gradient with the particle's own position
-    wall_slope: wp.vec3  # The walls' part of that gradient
-    squares: float  # Sum of the squared gradients with all positions
-
-
-class PressureKernels(NamedTuple):
-    measure_density: Any
-    measure_terms: Any
-    correct: Any
-
-
-def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> PressureKernels:
-    """Return the kernels of a pressure iteration that sum over pairs, with the inner loops of ``loops``.
-
-    ``two_level`` is the Warp module of kernels for two levels only.
+def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
+    """Return ``measure_density`` and ``correct`` of a pressure iteration, with the inner loops of ``loops``.
 
     Kernels are defined in a function because Warp binds the functions that a kernel calls when it is defined.
     """
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
 
-    @wp.func(module=module)
-    def constrain(
-        kernel: Smoothing,
-        particles: Particles,
-        neighbours: Neighbours,
-        row: int,
-    ):
-        """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
-        h = kernel.support
-        swelling = particles.swelling[particles.mover[row] // particles.per_run]
-        sums = sum_density(particles, neighbours, row, h)
-        walls = sum_walls(particles, neighbours, row, h)
-        it = Constraint()
-        it.by_walls = kernel.wall_density * walls[0]
-        it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
-        it.volume = swelling * kernel.mass / it.density
-        it.wall_slope = kernel.wall_slope * wp.vec3(walls[1], walls[2], walls[3])
-        slope = swelling * kernel.slope
-        it.slope = slope * wp.vec3(sums[1], sums[2], sums[3]) + it.wall_slope
-        it.squares = wp.length_sq(it.slope) + slope * slope * sums[4]
-        return it
-
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def measure_density(
         rows: Span,
         particles: Particles,
@@ -282,7 +227,9 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         iteration_state: IterationState,
         iteration: int,
     ):
-        """Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps). It stays at most 0.
+        """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel (Eqs 1 and 2).
+
+        Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps). It stays at most 0.
 
         If pressure is not carried over, lambda_i is that of the paper, and each iteration starts at 0.
         """
@@ -291,45 +238,24 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             run = i // particles.per_run
             if not takes_part(iteration_state, run, iteration):
                 continue
-            here = particles.position[i]
-            it = constrain(kernel, particles, neighbours, row)
+            h = kernel.support
+            swelling = particles.swelling[run]
+            sums = sum_density(particles, neighbours, row, h)
+            walls = sum_walls(particles, neighbours, row, h)
             if lane() > 0:
                 continue
-            particles.density[i] = it.density
-            particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
+            density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + kernel.wall_density * walls[0]
+            particles.density[i] = density
+            particles.volume_and_viscosity[i][0] = swelling * kernel.mass / density
+            slope = swelling * kernel.slope
+            wall_gradient = kernel.wall_slope * walls[1:4]
+            squares = wp.length_sq(slope * sums[1:4] + wall_gradient) + slope * slope * sums[4]
             before = particles.pressed[i][3]
-            after = wp.min(before - (it.density - 1.0) / (it.squares + kernel.relaxation), 0.0)
-            particles.position[i] = wp.vec4(here[0], here[1], here[2], after - before)
-            lasts = wp.where(iteration_state.carried[run] > 0.0, after, 0.0)
-            particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], lasts)
+            after = wp.min(before - (density - 1.0) / (squares + kernel.relaxation), 0.0)
+            particles.position[i][3] = after - before
+            particles.pressed[i] = wp.vec4(*wall_gradient, wp.where(iteration_state.carried[run] > 0.0, after, 0.0))
 
-    @wp.kernel(enable_backward=False, module=two_level)
-    def measure_terms(
-        rows: Span,
-        particles: Particles,
-        neighbours: Neighbours,
-        kernel: Smoothing,
-        coarse: CoarseRows,  # out: slope, yielding and compression
-    ):
-        """Compute the density, and each particle's data for the coarse level.
-
-        Walls respond to a multiplier, but not to its gradient. Only the fluid neighbours of a particle near a wall
-        contribute to the gradient, and so the particle has a larger share in its nodes' multipliers.
-        """
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
-            i = particles.mover[row]
-            it = constrain(kernel, particles, neighbours, row)
-            if lane() > 0:
-                continue
-            particles.density[i] = it.density
-            particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
-            particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], 0.0)
-            share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
-            coarse.slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
-            coarse.yielding[row] = 1.0 / (it.squares + kernel.relaxation)
-            coarse.compression[row] = it.density - 1.0
-
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def correct(
         rows: Span,
         particles: Particles,
@@ -342,7 +268,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
     ):
         """Compute dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
 
-        lambda is the fourth number of ``position``: the multiplier, or its change in an iteration on two levels.
+        lambda is the fourth number of ``position``: the multiplier's change in this iteration.
 
         A neighbour at rest does not move. Its multiplier lambda_j is taken as lambda_i or, as in the paper, as 0, which
         makes the neighbour half as hard as it should be.
@@ -354,8 +280,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
                 continue
             own = particles.position[i][3]
             slope = particles.swelling[run] * kernel.slope
-            pressed = particles.pressed[i]
-            step = own * wp.vec3(pressed[0], pressed[1], pressed[2])
+            step = own * particles.pressed[i][:3]
             step += slope * sum_correction(particles, neighbours, row, kernel.support, frozen_answer * own)
             squared = wp.length_sq(step)
             if squared > longest * longest:
@@ -363,4 +288,4 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             if lane() == 0:
                 iteration_state.correction[row] = step
 
-    return PressureKernels(measure_density, measure_terms, correct)
+    return measure_density, correct

@@ -1,10 +1,12 @@
 """The Warp module of all kernels that a run on a CPU launches.
 
 A compiler reads Warp's headers for each module, which takes longer than compiling ten kernels. Other modules contain
-the kernels that only a GPU launches (to sort, to list movers and to sum over pairs), those of the two-level pressure,
-those of the explicit viscosity, and those of tests.
+the kernels that only a GPU launches (to sort, to list movers and to sum over pairs), those of the explicit viscosity,
+and those of tests.
 """
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import warp as wp
@@ -12,9 +14,12 @@ import warp as wp
 MODULE = wp.get_module("simulate.kernels")
 
 
-def run_kernel(function: Any) -> Any:
-    """Make a kernel of this module from a function."""
-    return wp.kernel(function, enable_backward=False, module=MODULE)
+def kernel_in(module: Any) -> Callable[[Any], Any]:
+    """Return a decorator that makes a kernel of a Warp module from a function."""
+    return partial(wp.kernel, enable_backward=False, module=module)
+
+
+run_kernel = kernel_in(MODULE)
 
 
 def cpu_block(*parts: str) -> str:

@@ -75,8 +75,7 @@ def end_of(rows: Span, particles: Particles):
 
 @wp.func
 def bring_to_rest(particles: Particles, i: int):
-    x = particles.position[i]
-    particles.position[i] = wp.vec4(x[0], x[1], x[2], RESTS)
+    particles.position[i][3] = RESTS
     particles.velocity[i] = wp.vec3(0.0)
     particles.earlier_velocity[i] = wp.vec3(0.0)
     particles.scaled_residual[i] = wp.vec3(0.0)

@@ -5,16 +5,16 @@ equivalent to a viscosity and a yield stress. In the implicit form a pair pulls 
 volumes, which conserves momentum and angular momentum. The explicit passes are Eq. 5 as printed.
 """
 
-from collections.abc import Mapping
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import warp as wp
 
-from simulate.kernels.conjugate_gradients import Search, Symmetric, System, is_solved
+from simulate.kernels.conjugate_gradients import Search, Symmetric, System, full, is_solved
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import WEIGHTS, DragSums, GradientSums
+from simulate.kernels.run_module import kernel_in
 from simulate.kernels.status import Particles, Span, end_of
 from simulate.shear_law import Law
 
@@ -47,13 +47,6 @@ class Paste:
     frames_to_freeze: wp.array[int]  # Age at which a particle is fixed
 
 
-class ViscosityKernels(NamedTuple):
-    measure_shear: Any
-    weigh_pairs: Mapping[str, Any]  # By the kernel W of pairs
-    apply_matrix: Any
-    pass_velocity: Mapping[str, Any]  # By the kernel W of pairs
-
-
 @wp.func
 def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, shear: float):
     """Return the viscosity at a shear rate, as a weight of pairs: ``shear_law.apparent_viscosity`` on the device.
@@ -71,9 +64,9 @@ def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, 
 @wp.func
 def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float, support: float):
     """Return the shear rate, sqrt(2 D:D), of a linear fit to the velocities around a particle. At walls they are 0."""
-    fit = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
-    changes = wp.mat33(sums[6], sums[7], sums[8], sums[9], sums[10], sums[11], sums[12], sums[13], sums[14])
-    normal = wp.normalize(wp.vec3(walls[3], walls[4], walls[5]))
+    fit = full(sums[:6])
+    changes = wp.mat33(*sums[6:15])
+    normal = wp.normalize(walls[3:6])
     # A wall has the weight of the volume that it cuts off, in particles.
     moment = WALL_MOMENT * support / volume
     fit += moment * walls[2] * wp.outer(normal, normal)
@@ -87,8 +80,8 @@ def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float,
     return wp.sqrt(0.5 * wp.ddot(rate, rate))
 
 
-def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved: bool) -> ViscosityKernels:
-    """Return the kernels of the viscosity that sum over pairs, with the inner loops of ``loops``.
+def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved: bool) -> tuple[Any, ...]:
+    """Return the kernels of the viscosity that sum over pairs, in ``PairKernels``' order, with the loops of ``loops``.
 
     ``seldom`` is the Warp module of the explicit passes, and of the paper's kernel W. With ``skips_solved`` the
     products of runs that are solved are not computed, which saves time if runs share the threads of a GPU.
@@ -97,7 +90,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
     """
     sum_gradient, sum_drag, sum_pulled = loops.sum_gradient, loops.sum_drag, loops.sum_pulled
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def measure_shear(
         rows: Span,
         particles: Particles,  # out: viscosity
@@ -128,11 +121,11 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             system.shear[i] = gamma
             aged = paste.by_age[run, wp.min(age, paste.by_age.shape[1] - 1)]
             bulk = apparent_weight(paste, run, aged[0], aged[1], gamma)
-            particles.volume_and_viscosity[i] = wp.vec2(particles.volume_and_viscosity[i][0], bulk)
+            particles.volume_and_viscosity[i][1] = bulk
             wall = apparent_weight(paste, run, paste.sticks[run] * aged[0], aged[1], at_wall)
             system.at_walls[i] = paste.wall_share[run] * wall
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def apply_matrix(
         rows: Span,
         particles: Particles,
@@ -153,7 +146,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             search.product[row] = product
             search.curvature[row] = wp.dot(own, product)
 
-    return ViscosityKernels(
+    return (
         measure_shear,
         {kernel: _weigh_pairs(loops, module if kernel == "poly6" else seldom, kernel) for kernel in WEIGHTS},
         apply_matrix,
@@ -165,7 +158,7 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
     """Return the kernel ``weigh_pairs`` with the weight W of pairs ``kernel``."""
     link_pairs, sum_drag = loops.link_pairs_by(kernel), loops.sum_drag
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def weigh_pairs(
         rows: Span,
         particles: Particles,
@@ -188,13 +181,13 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
             system.drag[row] = drag
             # A pair pulls along one of three directions.
             system.restraint[row] = drag + sums[6] / 3.0
-            block = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
+            block = full(sums[:6])
             for axis in range(3):
                 block[axis, axis] += 1.0 + drag
             it = wp.inverse(block)
             system.inverse[row] = Symmetric(it[0, 0], it[1, 1], it[2, 2], it[0, 1], it[1, 2], it[2, 0])
-            search.residual[row] = -(wp.vec3(sums[7], sums[8], sums[9]) + drag * own)
-            search.product[row] = own - guess - (wp.vec3(sums[10], sums[11], sums[12]) + drag * guess)
+            search.residual[row] = -(sums[7:10] + drag * own)
+            search.product[row] = own - guess - (sums[10:13] + drag * guess)
 
     return weigh_pairs
 
@@ -203,7 +196,7 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
     """Return the kernel ``pass_velocity`` with the weight W of pairs ``kernel``."""
     sum_eq5, sum_drag = loops.sum_eq5_by(kernel), loops.sum_drag
 
-    @wp.kernel(enable_backward=False, module=module)
+    @kernel_in(module)
     def pass_velocity(
         rows: Span,
         particles: Particles,
@@ -226,6 +219,6 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
             system.drag[row] = drag
             system.restraint[row] = drag + pulled[3]
-            after[i] = own - (drag * own + wp.vec3(pulled[0], pulled[1], pulled[2])) / passes
+            after[i] = own - (drag * own + pulled[:3]) / passes
 
     return pass_velocity

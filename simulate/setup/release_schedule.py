@@ -21,31 +21,20 @@ ROUNDING = 1e-9  # Tolerance that keeps a whole number of frames from being roun
 PARTICLE_S = 2e-6  # Time of one moving particle in one substep, on one core of the machine in docs/accuracy.md
 
 
-class Outlet:
-    """The particles that leave the nozzle together, in other places about its axis at each release.
+def places_of_releases(disc_mm: Floats, radius_mm: float, diameter_mm: float, seed: int, releases: int) -> Floats:
+    """Draw the places of particles that leave the nozzle together, about its axis, (releases, release, 2).
 
-    Equal discs would stack up like coins. A disc of several particles is turned, and a lone particle is shifted within
-    the bore. Both follow from the seed.
+    ``disc_mm`` are the places of a full release, (release, 2). Equal discs would stack up like coins: a disc of several
+    particles is turned at each release, and a lone particle is shifted within the bore.
     """
-
-    def __init__(self, radius_mm: float, diameter_mm: float, seed: int) -> None:
-        self._disc_mm = pack_disc(diameter_mm / 2, radius_mm)
-        self._room_mm = max(diameter_mm / 2 - radius_mm, LEAST_SHIFT * radius_mm)
-        self._random = np.random.default_rng(seed)
-
-    @property
-    def release(self) -> int:
-        """Number of particles in a full release."""
-        return len(self._disc_mm)
-
-    def places_mm(self, releases: int) -> Floats:
-        """Draw the places of the next releases, (releases, release, 2)."""
-        turn = self._random.uniform(0, 2 * np.pi, releases)
-        if self.release == 1:
-            shift_mm = self._room_mm * np.sqrt(self._random.uniform(0, 1, releases))
-            return (shift_mm * [np.cos(turn), np.sin(turn)]).T[:, np.newaxis]
-        (x, y), turn = self._disc_mm.T, turn[:, np.newaxis]
-        return np.stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)], axis=-1)
+    random = np.random.default_rng(seed)
+    turn = random.uniform(0, 2 * np.pi, releases)
+    if len(disc_mm) == 1:
+        room_mm = max(diameter_mm / 2 - radius_mm, LEAST_SHIFT * radius_mm)
+        shift_mm = room_mm * np.sqrt(random.uniform(0, 1, releases))
+        return (shift_mm * [np.cos(turn), np.sin(turn)]).T[:, np.newaxis]
+    (x, y), turn = disc_mm.T, turn[:, np.newaxis]
+    return np.stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -92,8 +81,9 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
             f"{RELEASED_AT_MOST} particles would leave at once. Give a diameter of at most "
             f"{2 * radius_mm * math.sqrt(RELEASED_AT_MOST):.3g} mm, or a larger radius."
         )
-    outlet = Outlet(radius_mm, diameter_mm, seed)
-    frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (outlet.release * volume_mm3))
+    disc_mm = pack_disc(diameter_mm / 2, radius_mm)
+    release = len(disc_mm)
+    frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (release * volume_mm3))
     if frames > PARTICLES_AT_MOST:
         raise InputError(
             f"trajectory: its largest flow, {flow_mm3_s.max():g} mm3/s over {trajectory.duration_s:g} s, needs "
@@ -107,7 +97,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     for frame in range(frames):
         # The tolerance keeps rounding from starting a release.
         if wanted[frame] > out + 1e-6:
-            out = min(out + outlet.release, particles)
+            out = min(out + release, particles)
         released[frame] = out
     released[-1] = particles
     frame_of = np.searchsorted(released, np.arange(particles), side="right")
@@ -115,7 +105,8 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     at_s = ends_s[frame_of] - frame_s
     tip_mm = np.column_stack([np.interp(at_s, trajectory.t_s, x) for x in trajectory.position_mm.T])
     flow = _flow_as_it_leaves(trajectory, ends_s, frame_s)[frame_of]
-    x, y = outlet.places_mm(frames)[frame_of, np.arange(particles) - batch_start].T
+    places_mm = places_of_releases(disc_mm, radius_mm, diameter_mm, seed, frames)
+    x, y = places_mm[frame_of, np.arange(particles) - batch_start].T
     down_mm_s = flow / (np.pi * (diameter_mm / 2) ** 2)
     return Schedule(
         position_mm=tip_mm + np.column_stack([x, y, 0 * x]),
@@ -123,7 +114,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
         frame_of=frame_of,
         released=released,
         frame_s=frame_s,
-        release=outlet.release,
+        release=release,
         dispensed_mm3=float(asked_mm3[-1]),
     )
 

@@ -16,7 +16,7 @@ class Resolution(NamedTuple):
     column. 0.035 gives the shipped trial 3 substeps."""
     fall_alone: float = 0.03
     """The same if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is compressed
-    by a tenth, and boils with two-level pressure."""
+    by a tenth."""
     shear_by_frame: bool = False  # True if shear rates are measured once in a frame, not in each substep
     pairs_below: float = 1.0
     """Radius "auto" below which two particles leave the nozzle together, over the radius of two that just fit. Lone

@@ -131,13 +131,13 @@ def paste_on_device(
     shape = math.sqrt(math.pi) * support
 
     def by_run(values: Sequence[float], dtype: type = float) -> wp.array:
-        return wp.array(np.array(values), dtype=dtype, device=device)
+        return wp.array(np.array(values), dtype, device=device)
 
     paste = device_code.Paste()
     ages = max(len(fluid.course) for fluid in fluids)
     by_age = np.stack([np.pad(each := fluid.course, ((0, ages - len(each)), (0, 0)), mode="edge") for fluid in fluids])
     by_age[:, :, 0] = by_age[:, :, 0] / substeps / shape
-    paste.by_age = wp.array(by_age, dtype=wp.vec2, device=device)
+    paste.by_age = wp.array(by_age, wp.vec2, device=device)
     paste.drag = by_run([fluid.wall_weight_cm / substeps / shape for fluid in fluids])
     paste.sticks = by_run([float(fluid.sticks) for fluid in fluids])
     paste.wall_share = by_run([fluid.wall_share for fluid in fluids])

@@ -36,11 +36,10 @@ class SolidSurface:
 
     mesh: wp.Mesh
     clearance: float  # Least distance in cm of a particle's centre from walls
-    device: str
 
     def exact_mm(self, points_mm: Floats) -> Floats:
         """Return the signed distance from the mesh, (n,). It is negative inside the solid."""
-        return exact_distance_mm(self.mesh, points_mm, self.device)
+        return exact_distance_mm(self.mesh, points_mm)
 
 
 @dataclass(frozen=True)
@@ -51,9 +50,9 @@ class Barrier(SolidSurface):
 
     def sampled_mm(self, points_mm: Floats) -> Floats:
         """Return the signed distance from the grid, (n,). Far from the surface, its absolute value is a lower bound."""
-        points = wp.array(points_mm * CM, dtype=wp.vec3, device=self.device)
-        distance = wp.empty(len(points_mm), dtype=float, device=self.device)
-        wp.launch(device_code.sample_distance, len(points_mm), inputs=[self.grid, points, distance], device=self.device)
+        count, device = len(points_mm), self.mesh.device
+        points, distance = wp.array(points_mm * CM, wp.vec3, device=device), wp.empty(count, float, device)
+        wp.launch(device_code.sample_distance, count, inputs=[self.grid, points, distance], device=device)
         return distance.numpy() / CM
 
     def is_inside(self, points_mm: Floats, depth_mm: float) -> Mask:
@@ -62,13 +61,13 @@ class Barrier(SolidSurface):
         ``depth_mm`` must exceed the diagonal of a cell. The grid then has the sign, without the rays of ``exact_mm``.
         """
         everywhere, nothing = np.full(len(points_mm), EVERYWHERE_MM), np.zeros(len(points_mm))
-        size_mm = _beside_mm(self.mesh, points_mm, everywhere, nothing, self.device)
+        size_mm = _beside_mm(self.mesh, points_mm, everywhere, nothing)
         # In a block without nodes, a grid's distance in the solid may round to just above 0.
         return (size_mm >= depth_mm) & (self.sampled_mm(points_mm) < ROUNDED * depth_mm)
 
 
 def surface_of(solid: Solid, radius_mm: float, device: str) -> SolidSurface:
-    return SolidSurface(_mesh(solid, solid.faces, device), CLEARANCE * radius_mm * CM, device)
+    return SolidSurface(_mesh(solid, solid.faces, device), CLEARANCE * radius_mm * CM)
 
 
 def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str) -> Barrier:
@@ -80,8 +79,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     mesh = surface.mesh
     spacing_mm = radius_mm / 2
     block_mm = spacing_mm * device_code.BLOCK
-    low, _ = crack_box_mm(solid, outline, radius_mm)
-    blocks = _blocks(solid, outline, radius_mm)
+    low, blocks = _blocks(solid, outline, radius_mm)
     if (count := int(np.prod(blocks, dtype=float))) > BLOCKS_AT_MOST:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks; at most "
@@ -90,10 +88,10 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     half_diagonal_mm = np.sqrt(3) / 2 * block_mm
     number = np.stack(np.meshgrid(*map(np.arange, blocks), indexing="ij"), axis=-1).reshape(-1, 3)
     middle_mm = low + (number + 0.5) * block_mm
-    centre_mm = _at_centres(mesh, low, number, middle_mm, half_diagonal_mm + radius_mm, block_mm, device)
+    centre_mm = _at_centres(mesh, low, number, middle_mm, half_diagonal_mm + radius_mm, block_mm)
     near = (centre_mm > -half_diagonal_mm) & (centre_mm < half_diagonal_mm + radius_mm)
     faced = near.copy()
-    faced[near] = _at_the_face(solid, middle_mm[near], half_diagonal_mm, block_mm, device)
+    faced[near] = _at_the_face(solid, middle_mm[near], half_diagonal_mm, block_mm, mesh.device)
     noded = near & ~faced
     row = np.full(len(number), int(device_code.FAR))
     row[faced] = int(device_code.FACE)
@@ -103,17 +101,17 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     grid.spacing = spacing_mm * CM
     grid.clearance = surface.clearance
     grid.blocks = wp.vec3i(*map(int, blocks))
-    grid.row = wp.array(row, dtype=int, device=device)
-    grid.centre = wp.array(centre_mm * CM, dtype=float, device=device)
+    grid.row = wp.array(row, int, device=device)
+    grid.centre = wp.array(centre_mm * CM, float, device=device)
     grid.face = wp.vec4(*(np.array(solid.block_mm) * CM))
-    nodes_mm = _nodes_mm(mesh, grid, number[noded], device)
-    grid.nodes = wp.array(nodes_mm.ravel() * CM, dtype=float, device=device)
-    grid.rounded = wp.array(_off_plane(nodes_mm) > ROUND * radius_mm, dtype=int, device=device)
-    return Barrier(mesh, surface.clearance, device, grid)
+    nodes_mm = _nodes_mm(mesh, grid, number[noded])
+    grid.nodes = wp.array(nodes_mm.ravel() * CM, float, device=device)
+    grid.rounded = wp.array(_off_plane(nodes_mm) > ROUND * radius_mm, int, device=device)
+    return Barrier(mesh, surface.clearance, grid)
 
 
 def _at_centres(
-    mesh: wp.Mesh, low: Floats, number: Integers, middle_mm: Floats, near_mm: float, block_mm: float, device: str
+    mesh: wp.Mesh, low: Floats, number: Integers, middle_mm: Floats, near_mm: float, block_mm: float
 ) -> Floats:
     """Return the distance at each block's centre, (b,). Above ``near_mm`` it is only a lower bound.
 
@@ -123,16 +121,16 @@ def _at_centres(
     member = np.ravel_multi_index(tuple((number // COARSE).T), tuple(groups))
     first = np.stack(np.meshgrid(*map(np.arange, groups), indexing="ij"), axis=-1).reshape(-1, 3) * COARSE
     group_mm = low + (first + 0.5) * block_mm + (COARSE - 1) / 2 * block_mm
-    around_mm = exact_distance_mm(mesh, group_mm, device)[member]
+    around_mm = exact_distance_mm(mesh, group_mm)[member]
     away_mm = np.linalg.norm(middle_mm - group_mm[member], axis=1)
     for_sure_mm = np.abs(around_mm) - away_mm
     centre_mm = np.sign(around_mm) * for_sure_mm
     unsure = for_sure_mm <= near_mm
-    centre_mm[unsure] = _beside_mm(mesh, middle_mm[unsure], around_mm[unsure], away_mm[unsure], device)
+    centre_mm[unsure] = _beside_mm(mesh, middle_mm[unsure], around_mm[unsure], away_mm[unsure])
     return centre_mm
 
 
-def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block_mm: float, device: str) -> Mask:
+def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block_mm: float, device: Any) -> Mask:
     """Return the mask of blocks, (b,), in which the face is nearest to each position."""
     top = solid.face_label == FaceLabel.TOP
     flat = np.abs(solid.vertices_mm[solid.faces[top]][:, :, 2]).max(initial=0.0) <= RAISED_MM
@@ -141,17 +139,17 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
     others = _mesh(solid, solid.faces[~top], device)
     # If nothing else is within this distance, the face is nearest in the whole block and around it.
     reach_mm = half_diagonal_mm + np.abs(middle_mm[:, 2]) + block_mm / 2
-    return np.isnan(_beside_mm(others, middle_mm, np.zeros(len(middle_mm)), reach_mm, device))
+    return np.isnan(_beside_mm(others, middle_mm, np.zeros(len(middle_mm)), reach_mm))
 
 
-def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers, device: str) -> Floats:
+def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers) -> Floats:
     """Compute the node distances of the blocks ``noded``, (b, NODES), for a grid that has no nodes yet."""
     blocks = exact_distance.Blocks()
-    blocks.number = wp.array(noded, dtype=wp.vec3i, device=device)
-    blocks.distance = wp.empty((len(noded), int(device_code.NODES)), dtype=float, device=device)
+    blocks.number = wp.array(noded, wp.vec3i, device=mesh.device)
+    blocks.distance = wp.empty((len(noded), int(device_code.NODES)), float, mesh.device)
     for shared in (False, True):
         inputs = [mesh.id, grid, shared, blocks]
-        wp.launch(exact_distance.measure_nodes, len(noded), inputs=inputs, device=device)
+        wp.launch(exact_distance.measure_nodes, len(noded), inputs=inputs, device=mesh.device)
     return blocks.distance.numpy() / CM
 
 
@@ -164,21 +162,21 @@ def _off_plane(nodes_mm: Floats) -> Floats:
     return np.abs(nodes_mm - nodes_mm.mean(axis=1, keepdims=True) - slope @ away.T).max(axis=1, initial=0.0)
 
 
-def _mesh(solid: Solid, faces: Integers, device: str) -> wp.Mesh:
+def _mesh(solid: Solid, faces: Integers, device: Any) -> wp.Mesh:
     return wp.Mesh(
-        points=wp.array(solid.vertices_mm * CM, dtype=wp.vec3, device=device),
-        indices=wp.array(faces.ravel(), dtype=int, device=device),
+        wp.array(solid.vertices_mm * CM, wp.vec3, device=device), wp.array(faces.ravel(), int, device=device)
     )
 
 
-def _blocks(solid: Solid, outline: Outline, radius_mm: float) -> Integers:
-    low, high = crack_box_mm(solid, outline, radius_mm)
-    return np.ceil((high - low) / (radius_mm / 2 * device_code.BLOCK)).astype(int)
+def _blocks(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Integers]:
+    """Return the lowest corner of the grid, and the number of its blocks along each axis, (3,) each."""
+    low_mm, high_mm = crack_box_mm(solid, outline, radius_mm)
+    return low_mm, np.ceil((high_mm - low_mm) / (radius_mm / 2 * device_code.BLOCK)).astype(int)
 
 
 def grid_fits(solid: Solid, outline: Outline, radius_mm: float) -> bool:
     """Return True if the distance grid around a crack can be as fine as a radius requires."""
-    return bool(np.prod(_blocks(solid, outline, radius_mm), dtype=float) <= BLOCKS_AT_MOST)
+    return bool(np.prod(_blocks(solid, outline, radius_mm)[1], dtype=float) <= BLOCKS_AT_MOST)
 
 
 def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Floats]:
@@ -195,24 +193,24 @@ def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floa
     return np.append(low_mm, -solid.depth_mm - 2 * radius_mm), np.append(high_mm, top_mm + 2 * radius_mm)
 
 
-def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str) -> Floats:
+def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats) -> Floats:
     """Return the exact signed distance, (n,); NaN for a NaN point. Raises InputError if no triangle has an area."""
     nothing = np.zeros(len(points_mm))
-    distance_mm = _beside_mm(mesh, points_mm, nothing, nothing + EVERYWHERE_MM, device)
+    distance_mm = _beside_mm(mesh, points_mm, nothing, nothing + EVERYWHERE_MM)
     if np.isnan(distance_mm[np.isfinite(points_mm).all(axis=1)]).any():
         raise InputError("no triangle of the solid has an area: check the mesh, or digitise again.")
     return distance_mm
 
 
-def _beside_mm(mesh: wp.Mesh, points_mm: Floats, nearby_mm: Floats, away_mm: Floats, device: str) -> Floats:
+def _beside_mm(mesh: wp.Mesh, points_mm: Floats, nearby_mm: Floats, away_mm: Floats) -> Floats:
     """Return the exact signed distance of points, (n,).
 
     They are ``away_mm`` from other points, whose distance is ``nearby_mm``.
     """
     places = exact_distance.Places()
-    places.point = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
-    places.nearby = wp.array(nearby_mm * CM, dtype=float, device=device)
-    places.away = wp.array(away_mm * CM * SLACK, dtype=float, device=device)
-    places.distance = wp.empty(len(points_mm), dtype=float, device=device)
-    wp.launch(exact_distance.measure_places, len(points_mm), inputs=[mesh.id, places], device=device)
+    places.point = wp.array(points_mm * CM, wp.vec3, device=mesh.device)
+    places.nearby = wp.array(nearby_mm * CM, float, device=mesh.device)
+    places.away = wp.array(away_mm * CM * SLACK, float, device=mesh.device)
+    places.distance = wp.empty(len(points_mm), float, mesh.device)
+    wp.launch(exact_distance.measure_places, len(points_mm), inputs=[mesh.id, places], device=mesh.device)
     return places.distance.numpy() / CM

@@ -60,7 +60,9 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     points = spread_points(triangles_mm, spacing_mm / np.sqrt(CANDIDATES))
     # The whole cavity, and the part of the face that sealant may cover.
     near = label[points.face] != FaceLabel.TOP
-    near[~near] = _near_crack(points.position_mm[~near], outline)
+    crack = KDTree(np.concatenate([outline.left_wall_mm, outline.centreline_mm, outline.right_wall_mm]))
+    away, _ = crack.query(points.position_mm[~near, :2], distance_upper_bound=MARGIN_MM)
+    near[~near] = np.isfinite(away)
     deep = points.position_mm[near] - radius_mm * points.normal[near]
     # In a thin nose a point a radius deep is near the opposite wall, or outside the solid; such points are dropped.
     inside = barrier.is_inside(deep, 0.9 * radius_mm)
@@ -69,7 +71,7 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     share = np.bincount(nearest, minlength=len(chosen)) / CANDIDATES
     dummy = np.full((1, 4), NOWHERE_CM)
     padded = np.concatenate([np.column_stack([chosen * CM, share]), dummy])
-    return WallParticles(wp.array(padded, dtype=wp.vec4, device=barrier.device)[: len(chosen)])
+    return WallParticles(wp.array(padded, wp.vec4, device=barrier.mesh.device)[: len(chosen)])
 
 
 def calibrated_wall_mass(radius: float) -> float:
@@ -95,13 +97,6 @@ def calibrated_wall_mass(radius: float) -> float:
 def source_wall_mass(radius: float) -> float:
     """Return psi in the paper's solver, divided by the rest density: 1 / W(0)."""
     return 64 * np.pi * (4 * radius) ** 3 / 315
-
-
-def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
-    """Return the mask of points within the margin around the crack in the horizontal plane, (n,)."""
-    rows = np.concatenate([outline.left_wall_mm, outline.centreline_mm, outline.right_wall_mm])
-    away, _ = KDTree(rows).query(points_mm[:, :2], distance_upper_bound=MARGIN_MM)
-    return np.isfinite(away)
 
 
 def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:

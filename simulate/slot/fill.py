@@ -17,11 +17,11 @@ import numpy as np
 from scipy.linalg.lapack import dptsv  # pyright: ignore[reportAttributeAccessIssue]
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Outline, Solid, Trajectory
+from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory
+from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.settings import LEVEL, SampleSlope
-from simulate.shear_law import PlaneFlow
-from simulate.slot.flux import HerschelBulkley, conduits
-from simulate.slot.sections import Trapezoids, sections_of
+from simulate.shear_law import Law, PlaneFlow, flow_between_plates
+from simulate.slot.sections import NARROWEST_MM, Trapezoids, sections_of
 
 CELLS = 60
 STEPS = 200
@@ -42,6 +42,29 @@ MOUND, CROWN = 4.0, 2.0
 """Heights of a mound and of a crown, divided by tau / rho g."""
 MOST_MOUND = 0.5
 """Largest share of the sealant that is in a mound. In a short crack a larger mound would have no bed under it."""
+DUCT = (1.0, -1.3553, 1.9467, -1.7012, 0.9564, -0.2537)
+"""Coefficients of a polynomial in short side over long side. It gives the friction of rectangular ducts divided by that
+of plates (Shah and London 1978)."""
+
+
+@dataclass(frozen=True)
+class HerschelBulkley:
+    """Paste with the stress tau + K gamma^n. Particles add a share of the pressure to it."""
+
+    density_kg_m3: float
+    yield_stress_pa: float
+    consistency_pa_s_n: float
+    flow_index: float = 1.0
+    friction: float = 0.0
+    """Share of the pressure that resists shear, as it does between grains. It is 0 for paste."""
+    wall_share: float = 1.0
+    """Stress at a wall over the paste's own."""
+    law: Law = Law.HERSCHEL_BULKLEY
+
+    @property
+    def weight_pa_mm(self) -> float:
+        """Hydrostatic pressure per millimetre of depth."""
+        return 1e-3 * self.density_kg_m3 * GRAVITY_M_S2
 
 
 @dataclass(frozen=True)
@@ -211,7 +234,7 @@ class _Bed:
         height_mm = self.height_mm
         self.area_mm2 = self.area_mm2 + landed_mm2
         through = self._faces(sections.height_mm(self.area_mm2))
-        flow, stiff = self._flow(through, height_mm)
+        flow, stiff = through.flow_mm3_s(self._push(height_mm))
         filled_mm2, width_mm = sections.area_mm2(height_mm)
         for _ in range(MOST_NEWTON):
             left_mm2 = filled_mm2 - self.area_mm2 + share * _net(flow)
@@ -224,7 +247,7 @@ class _Bed:
             before, there_mm = float(left_mm2 @ change_mm), height_mm
             for _ in range(MOST_HALVED):
                 there_mm = height_mm + change_mm
-                flow, stiff = self._flow(through, there_mm)
+                flow, stiff = through.flow_mm3_s(self._push(there_mm))
                 filled_mm2, width_mm = sections.area_mm2(there_mm)
                 after = float((filled_mm2 - self.area_mm2 + share * _net(flow)) @ change_mm)
                 if after <= OVERSHOT * -before:
@@ -239,10 +262,6 @@ class _Bed:
         level_mm = self._sections.bottom_mm + height_mm
         return self._pull - self._weight / self._sections.step_mm * (level_mm[1:] - level_mm[:-1])
 
-    def _flow(self, through: PlaneFlow, height_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the flow through the faces, positive towards larger s, and its derivative with respect to the push."""
-        return through.flow_mm3_s(self._push(height_mm))
-
     def _faces(self, height_mm: Floats) -> PlaneFlow:
         """Return each face as a conduit with the section of its upwind cell, filled to a height."""
         upwind = np.arange(len(height_mm) - 1) + (self._push(height_mm) < 0)
@@ -254,3 +273,26 @@ def _net(flow: Floats) -> Floats:
     net = np.empty(len(flow) + 1)
     net[0], net[1:-1], net[-1] = flow[0], flow[1:] - flow[:-1], -flow[-1]
     return net
+
+
+def conduits(
+    paste: HerschelBulkley, sections: Trapezoids, area_mm2: Floats, height_mm: Floats, at: Integers
+) -> PlaneFlow:
+    """Return the flow through sections ``at``, (k,), which are filled to ``area_mm2`` and ``height_mm``, (n,) each.
+
+    It is that between plates, with two radii of the section in place of half the gap: one for its yield stress, one for
+    its viscous flow.
+    """
+    wetted_mm = sections.wetted_mm(height_mm)
+    # The mean pressure on the walls is half of that at the floor.
+    pressure_pa = paste.weight_pa_mm * np.maximum(height_mm, 0.0) * (1 + sections.floor_mm / wetted_mm) / 2
+    holds_pa = paste.wall_share * paste.yield_stress_pa + paste.friction * pressure_pa
+    with np.errstate(divide="ignore", invalid="ignore"):
+        threshold = np.where(area_mm2 > 0, holds_pa / sections.holding_mm(area_mm2, wetted_mm), np.inf)
+    # Short side over long side of a duct: a filled section at its mean width, and its mirror image.
+    high_mm = 2 * np.maximum(height_mm, NARROWEST_MM)
+    wide_mm = np.maximum(2 * area_mm2 / high_mm, NARROWEST_MM)
+    slenderness = np.minimum(wide_mm / high_mm, high_mm / wide_mm)
+    radius_mm = area_mm2 / wetted_mm * np.sqrt(1 / np.polynomial.polynomial.polyval(slenderness, DUCT))
+    viscosity = paste.wall_share * paste.consistency_pa_s_n
+    return flow_between_plates(paste.law, threshold[at], radius_mm[at], viscosity, paste.flow_index, area_mm2[at])

@@ -6,10 +6,9 @@ import numpy as np
 
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Outline, Solid, Trajectory
-from simulate.slot.fill import CELLS, MOUND
-from simulate.slot.flux import HerschelBulkley
-from simulate.slot.narrows import goes_on, narrows
-from simulate.slot.sections import Trapezoids, sections_of, trapezoid_misfit
+from simulate.slot.fill import CELLS, MOUND, HerschelBulkley
+from simulate.slot.narrows import narrows
+from simulate.slot.sections import sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 """Largest slope that walls support, height of a mound, filled share of the crack, and level over the face."""
@@ -33,23 +32,19 @@ class Fitness:
     the walls support, and 4 tau / rho g, which the paste itself supports."""
     fill: float
     """Dispensed volume divided by the volume of the crack."""
-    most_pa: float
-    """Largest yield stress within the model's domain, rounded down to two digits."""
     above_mm: float = 0.0
     """Highest level of the bed above the face; 0 if it is below the face."""
     misfit: float = 0.0
     """Difference between the areas below a level of a mesh's sections and of this model's trapezoids, as a share."""
     left_out: float = 0.0
-    """Share of the crack's volume that is outside this model's sections: side cracks, and space under closed tips with
-    walls that open downward. It is negative if the sections have more volume than the crack."""
+    """Share of the crack's volume that is outside this model's sections: side cracks, and space under the face beyond
+    the ends of the mouth. It is negative if the sections have more volume than the crack."""
     held_mm: float = 0.0
     """Step of the level that stones, walls across and necks support, in addition to the sections at their places."""
     dragged: float = 0.0
     """Drag of stones, walls across and necks, as an equivalent length of crack divided by the crack's length."""
     narrowest_mm: float = 0.0
     """Arc length of the place that adds most drag."""
-    goes_on_mm: float | None = None
-    """Arc length of an end of the mouth beyond which the cavity continues under the face; None if there is none."""
 
     @property
     def unfit(self) -> tuple[Fact, ...]:
@@ -101,40 +96,34 @@ class Fitness:
             abs(self.left_out) <= MOST_MISFIT,
             "left-out",
             f"This model's sections have {abs(self.left_out):.0%} {'less' if self.left_out > 0 else 'more'} volume "
-            f"than the crack: they do not include side cracks and space under closed tips; {MOST_MISFIT:.0%} is "
-            "allowed.",
+            f"than the crack: they do not include side cracks, and space under the face beyond the ends of the "
+            f"mouth; {MOST_MISFIT:.0%} is allowed.",
             self.left_out,
         )
+        places = f"Stones, a wall across the crack or a neck, mainly at s = {self.narrowest_mm:.1f} mm,"
         unless(
-            self.held_mm <= MOST_HELD_MM and self.dragged <= MOST_DRAGGED,
-            "narrow",
-            f"{self._narrow}; this model averages them over its sections.",
+            np.isfinite(self.dragged),
+            "closed",
+            f"{places} close the crack below the level of the sealant.",
             self.narrowest_mm,
             "mm",
         )
-        if self.goes_on_mm is not None:
-            text = (
-                f"The cavity continues under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm; "
-                "this model has a wall there."
-            )
-            reasons.append(doubt("unfit.goes-on", text, self.goes_on_mm, "mm"))
+        unless(
+            not MOST_HELD_MM < self.held_mm < np.inf,
+            "held",
+            f"{places} support a step of the level of up to {self.held_mm:.1f} mm; this model averages them over its "
+            f"sections, and {MOST_HELD_MM:g} mm are allowed.",
+            self.held_mm,
+            "mm",
+        )
+        unless(
+            not MOST_DRAGGED < self.dragged < np.inf,
+            "dragged",
+            f"{places} slow the flow as much as {self.dragged:.2f} times the crack's length would; {MOST_DRAGGED:g} is "
+            "allowed.",
+            self.dragged,
+        )
         return tuple(reasons)
-
-    @property
-    def _narrow(self) -> str:
-        """Return the first half of a sentence on narrow places."""
-        place = f"Stones, a wall across the crack or a neck, mainly at s = {self.narrowest_mm:.1f} mm,"
-        if not np.isfinite(self.dragged):
-            return f"{place} close the crack below the level of the sealant"
-        effects = []
-        if self.held_mm > MOST_HELD_MM:
-            effects.append(f"support a step of the level of up to {self.held_mm:.2g} mm ({MOST_HELD_MM:g} are allowed)")
-        if self.dragged > MOST_DRAGGED:
-            effects.append(
-                f"slow the flow as much as {float(f'{self.dragged:.2g}'):g} times the crack's length would "
-                f"({MOST_DRAGGED:g} is allowed)"
-            )
-        return f"{place} {' and '.join(effects)}"
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:
@@ -143,39 +132,17 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
     sections_mm3 = float(sections.full_mm2.sum()) * sections.step_mm
     fill = trajectory.dispensed_mm3 / sections_mm3
     held_mm = paste.yield_stress_pa / paste.weight_pa_mm
-    slope, mound_mm = _held(sections, min(fill, 1.0), held_mm, paste.wall_share)
-    allowed = _held(sections, min(fill, FULLEST), held_mm, paste.wall_share)
-    narrow = narrows(outline, solid, sections, fill)
-    excess = max(allowed[0] / STEEPEST, allowed[1] / TALLEST_MM)
-    if narrow.drags_mm <= MOST_DRAGGED * outline.length_mm:
-        excess = max(excess, slope * narrow.holds_mm / MOST_HELD_MM)
-    most_pa = _rounded_down(paste.yield_stress_pa / excess) if excess > 0 else np.inf
+    area_mm2 = min(fill, 1.0) * sections.full_mm2
+    height_mm = sections.height_mm(area_mm2)
+    slopes = paste.wall_share * held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
+    slope, narrow = float(slopes.mean()), narrows(outline, solid, sections, fill)
     return Fitness(
         slope,
-        mound_mm,
+        max(float((slopes * height_mm).mean()), MOUND * held_mm),
         fill,
-        most_pa,
         misfit=trapezoid_misfit(sections, solid),
         left_out=1 - sections_mm3 / solid.cavity_volume_mm3,
         held_mm=slope * narrow.holds_mm if slope > 0 else 0.0,
         dragged=narrow.drags_mm / outline.length_mm,
         narrowest_mm=narrow.s_mm,
-        goes_on_mm=goes_on(outline, solid),
     )
-
-
-def _held(sections: Trapezoids, fill: float, held_mm: float, wall_share: float) -> tuple[float, float]:
-    """Return the slope that walls support and the height of the mound, in sections filled to a share.
-
-    ``held_mm`` is tau / rho g of the paste.
-    """
-    area_mm2 = fill * sections.full_mm2
-    height_mm = sections.height_mm(area_mm2)
-    slope = wall_share * held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
-    return float(slope.mean()), max(float((slope * height_mm).mean()), MOUND * held_mm)
-
-
-def _rounded_down(value: float) -> float:
-    """Return a value above 0 with two digits, rounded down."""
-    digit = 10.0 ** (np.floor(np.log10(value)) - 1)
-    return float(np.floor(value / digit) * digit)

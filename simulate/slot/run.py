@@ -1,7 +1,7 @@
 """Run the fast model with the settings of a trial, and record the run as a run of particles is recorded."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -19,12 +19,10 @@ from simulate.setup.rheology import dynamic_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import sized
 from simulate.shear_law import FLOW_BETWEEN_PLATES
-from simulate.slot.fill import CELLS, STEPS, Filled, fill
-from simulate.slot.fitness import FULLEST, Fitness, fitness_of
-from simulate.slot.flux import HerschelBulkley
+from simulate.slot.fill import CELLS, STEPS, Filled, HerschelBulkley, fill
+from simulate.slot.fitness import fitness_of
 
 STATION_MM = 0.2
-FILL_STEP = 0.1  # Step of the fills that are tried to find one inside the domain
 READ = (
     *("U", "D_cm", "wall_share", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
     *("density_kg_m3", "yield_stress_pa", "material"),
@@ -36,11 +34,8 @@ PARTICLES_RUB = 0.0065
 model replaces particles, so it has the same friction."""
 
 
-def pour(inputs: Pour, *, advise: bool = False) -> tuple[Run, Profile]:
+def pour(inputs: Pour) -> tuple[Run, Profile]:
     """Follow the trajectory and let the sealant settle for ``solver.settle_s``; return the run and its level.
-
-    With ``advise``, the last sentence on an unfit run proposes settings that are fit. At most a dozen more fills are
-    computed to find them.
 
     Raises InputError for a sealant with a setting that is not in READ, such as one that freezes.
     """
@@ -51,14 +46,8 @@ def pour(inputs: Pour, *, advise: bool = False) -> tuple[Run, Profile]:
         raise InputError("trajectory: its flow gives no sealant. Check flow_mm3_s and t_s.")
     paste = paste_of(inputs)
     began = time.perf_counter()
-
-    def poured(trajectory: Trajectory, paste: HerschelBulkley) -> tuple[Filled, Fitness]:
-        filled = bed_of(inputs, paste, trajectory)
-        above_mm = max(0.0, float(filled.level_mm.max()))
-        return filled, replace(fitness_of(solid, outline, trajectory, paste), above_mm=above_mm)
-
-    filled, fitness = poured(trajectory, paste)
-    changes = _changes(trajectory, paste, fitness, poured) if advise else ()
+    filled, fitness = bed_of(inputs, paste, trajectory), fitness_of(solid, outline, trajectory, paste)
+    fitness = replace(fitness, above_mm=max(0.0, float(filled.level_mm.max())))
     in_crack_mm3 = float(np.minimum(filled.area_mm2, filled.sections.full_mm2).sum()) * filled.sections.step_mm
     viscosity_m2_s = paste.consistency_pa_s_n / paste.density_kg_m3
     flowing_s = float(np.diff(trajectory.t_s)[trajectory.flow_mm3_s[:-1] > 0].sum())
@@ -105,7 +94,7 @@ def pour(inputs: Pour, *, advise: bool = False) -> tuple[Run, Profile]:
             mound_mm=fitness.mound_mm,
             fill=fitness.fill,
             above_mm=fitness.above_mm,
-            unfit=_unfit(fitness, fluid, outline, paste, changes),
+            unfit=(*fitness.unfit, *_unfit_settings(fluid, outline)),
         ),
         level=level,
         doubts=inputs.doubts,
@@ -129,10 +118,17 @@ def bed_of(
     inputs: Pour, paste: HerschelBulkley, trajectory: Trajectory, *, cells: int = CELLS, steps: int = STEPS
 ) -> Filled:
     """Return the bed of a paste along a trajectory, with crack, nozzle, slope and settling time of ``inputs``."""
-    sample, nozzle_mm = inputs.sample, inputs.nozzle.diameter_mm
-    resolution = {"cells": cells, "steps": steps}
-    crack, settle_s = (sample.solid, sample.outline), inputs.solver.settle_s
-    return fill(*crack, trajectory, paste, nozzle_mm=nozzle_mm, settle_s=settle_s, slope=inputs.slope, **resolution)
+    return fill(
+        inputs.sample.solid,
+        inputs.sample.outline,
+        trajectory,
+        paste,
+        nozzle_mm=inputs.nozzle.diameter_mm,
+        settle_s=inputs.solver.settle_s,
+        slope=inputs.slope,
+        cells=cells,
+        steps=steps,
+    )
 
 
 def paste_of(inputs: Pour) -> HerschelBulkley:
@@ -172,45 +168,14 @@ def paste_of(inputs: Pour) -> HerschelBulkley:
     )
 
 
-def _changes(
-    trajectory: Trajectory,
-    paste: HerschelBulkley,
-    fitness: Fitness,
-    poured: Callable[[Trajectory, HerschelBulkley], tuple[Filled, Fitness]],
-) -> tuple[str, ...]:
-    """Return settings that bring a fill into the domain. Empty if the case is inside it, or if none were found."""
-    if not fitness.unfit:
-        return ()
-    shares = np.arange(FULLEST, 0.0, -FILL_STEP)
-    for share in [fitness.fill, *shares[shares < fitness.fill]]:
-        less = replace(trajectory, flow_mm3_s=trajectory.flow_mm3_s * share / fitness.fill)
-        soft = replace(paste, yield_stress_pa=min(paste.yield_stress_pa, fitness.most_pa))
-        if poured(less, soft)[1].unfit:
-            continue
-        changes = []
-        if soft != paste:
-            changes.append(f"fluid.yield_stress_pa = {soft.yield_stress_pa:g} or less")
-        if share != fitness.fill:
-            changes.append(f'path.fill = {share:.2f} with path.volume_ml = "cavity"')
-        return tuple(changes)
-    return ()
-
-
-def _unfit(
-    fitness: Fitness, fluid: Fluid, outline: Outline, paste: HerschelBulkley, changes: tuple[str, ...]
-) -> tuple[Fact, ...]:
-    """Return why the model is unfit for a case, and what to change. Empty if it is fit."""
-    reasons, settings = [*fitness.unfit], list(changes)
+def _unfit_settings(fluid: Fluid, outline: Outline) -> Iterator[Fact]:
+    """Yield what this model leaves out of a case."""
     if fluid.D_cm is not None:
-        text = f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls."
-        reasons.append(doubt("unfit.drag", text, fluid.D_cm, "cm"))
-        thickness = f"fluid.viscosity_pa_s = {paste.consistency_pa_s_n:.3g} in place of fluid.U and fluid.D_cm"
-        settings.append(thickness if fluid.U is not None else "no fluid.D_cm")
+        text = (
+            f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls. Leave it out; in "
+            "place of fluid.U, give fluid.viscosity_pa_s."
+        )
+        yield doubt("unfit.drag", text, fluid.D_cm, "cm")
     if outline.branches_kept:
-        reasons.append(doubt("unfit.side-cracks", "The solid has side cracks, which this model does not fill."))
-        if outline.seen_in == "photo":
-            settings.append('photo.branches = "drop"')
-    if settings and (changes or not fitness.unfit):
-        text = f"The case is within the model's domain with: {'; '.join(settings)}."
-        reasons.append(Fact("unfit.remedy", text, kind="remedy"))
-    return tuple(reasons)
+        leave_out = ' Give photo.branches = "drop".' if outline.seen_in == "photo" else ""
+        yield doubt("unfit.side-cracks", f"The solid has side cracks, which this model does not fill.{leave_out}")

@@ -95,12 +95,6 @@ class Trapezoids:
         """Return the length of floor and walls below a height. Above the mouth nothing drags the paste."""
         return self.floor_mm + self.slant * np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
 
-    def slenderness(self, area_mm2: Floats, height_mm: Floats) -> Floats:
-        """Return short side over long side of a duct: a filled section at its mean width, and its mirror image."""
-        high_mm = 2 * np.maximum(height_mm, NARROWEST_MM)
-        wide_mm = np.maximum(2 * area_mm2 / high_mm, NARROWEST_MM)
-        return np.minimum(wide_mm / high_mm, high_mm / wide_mm)
-
     @staticmethod
     def holding_mm(area_mm2: Floats, wetted_mm: Floats) -> Floats:
         """Return area over perimeter of the plug that yields first: a section with corners rounded by that same radius.

@@ -57,7 +57,6 @@ def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand()
         ({"U": 1e4, "D_cm": 0.3}, {}, (0.0, 4)),
         ({"viscosity_pa_s": 0.5}, {"iterations": 6}, (0.5, 6)),
         ({"viscosity_pa_s": 0.5}, {"preset": "paper"}, (0.0, 4)),
-        ({"viscosity_pa_s": 0.5}, {"pressure": "two-level"}, (0.0, 5)),
     ],
 )
 def test_what_is_carried_over_is_the_fluids_and_the_users_affair(fluid, settings, expected):

@@ -7,7 +7,7 @@ from simulate.fluid.cell_grid import CellGrid
 from simulate.fluid.fault_checks import RunFault
 from simulate.fluid.launcher import LEAST_SLICE, Launcher
 from simulate.fluid.state import MoversList, State
-from simulate.kernels import pressure, status
+from simulate.kernels import neighbours, status
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
 from tests.fluids import check, engine_with, in_rows, lattice, listed_fluid, listed_walls, slot
@@ -47,7 +47,7 @@ def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
     crowd = np.vstack([[[3.0, 0.0, -1.0]], np.random.default_rng(0).normal([3, 0, -8], 0.1, (200, 3))])
     engine = engine_with(crowd, slot())
     engine.find_neighbours()
-    assert check(engine) == {0: RunFault(int(pressure.NEIGHBOURS_FULL), 1)}
+    assert check(engine) == {0: RunFault(int(neighbours.NEIGHBOURS_FULL), 1)}
 
 
 def test_what_left_is_nobodys_neighbour():

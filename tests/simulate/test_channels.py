@@ -9,7 +9,7 @@ from sealtwin.core.records import Floats
 from simulate.injection import Injection
 from simulate.loose_fluid import filled_box_mm
 from simulate.setup.rheology import added_viscosity
-from tests.fluids import FRAME_S, injected, path, sealant, slot
+from tests.fluids import FRAME_S, injected, path, results, sealant, slot
 from tests.tanks import Pit, Tank, raised
 
 
@@ -185,7 +185,7 @@ def test_u_is_recorded_as_a_viscosity_only_where_particles_move_by_it(fluid, has
     """Without a yield stress U = 1e5 levels like water; its record once said 854 Pa s."""
     injection = injection_of(**fluid)
     injection.advance()
-    (run,) = injection.results()
+    (run,) = results(injection)
     recorded = run.health.recorded()
     for name in ("viscosity_pa_s", "viscosity_m2_s"):
         assert (recorded[name] is not None) == has_viscosity, name

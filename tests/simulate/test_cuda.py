@@ -6,6 +6,7 @@ import warp as wp
 
 from simulate.device import choose_device
 from simulate.kernels.beds import PARTS
+from tests.fluids import results
 from tests.launches import (
     PASTES,
     check_going_on,
@@ -81,7 +82,7 @@ def test_explicit_passes_are_counted_by_the_host_and_no_frame_of_theirs_is_recor
     """The run stays near to the CPU's: nothing but the rounding of floats lies between."""
     there, here = (finish(ready(PASTES[:1], device=device, viscosity_solve="explicit")) for device in (DEVICE, "cpu"))
     assert not there.engine.recorded
-    explicit, on_cpu = there.results()[0], here.results()[0]
+    explicit, on_cpu = results(there)[0], results(here)[0]
     assert explicit.health.recorded()["viscosity_iterations_most"] >= 1
     assert np.median(explicit.position_mm[:, 2]) == pytest.approx(np.median(on_cpu.position_mm[:, 2]), abs=1e-2)
 

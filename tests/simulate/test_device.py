@@ -64,7 +64,7 @@ def test_a_run_launches_the_kernels_of_one_module_which_gets_no_more_of_them(mon
 def test_all_kernels_but_what_few_launch_are_in_the_module_of_a_run():
     """These are the modules that are compiled for CUDA below."""
     on_a_gpu = ("cells", "movers", "pair_kernels.plain")
-    apart = (*on_a_gpu, "pair_kernels.plain.seldom", "coarse_pressure", "distance", "selftest")
+    apart = (*on_a_gpu, "pair_kernels.plain.seldom", "distance", "selftest")
     assert {module.name for module in device_code()} == {
         run_module.MODULE.name,
         *(f"simulate.kernels.{name}" for name in apart),

@@ -2,7 +2,6 @@
 
 import time
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ import pytest
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Run
 from simulate.injection import SAMPLE_EVERY
-from tests.fluids import path, pour, slot
+from tests.fluids import path, pour, results, slot
 from tests.launches import (
     PASTES,
     check_going_on,
@@ -23,32 +22,25 @@ from tests.launches import (
 )
 
 
-@pytest.fixture(params=["local", "two-level"])
+@pytest.fixture(params=["in order", "renumbered"])
 def way(request, monkeypatch) -> str:
-    """How runs are computed. Particles of long runs are renumbered by cells: here by three frames, with two levels."""
-    if request.param == "two-level":
+    """How runs are computed. Particles of long runs are renumbered by cells: here by three frames."""
+    if request.param == "renumbered":
         monkeypatch.setattr("simulate.fluid.solver.RENUMBERED", 1)
         monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 3)
     return request.param
 
 
-def how_of(way: str) -> dict[str, Any]:
-    return {"pressure": "two-level"} if way == "two-level" else {}
-
-
 @cache
 def runs_of(way: str) -> list[Run]:
     """All pastes in one launch, told by the host."""
-    return together(PASTES, **how_of(way))
+    return together(PASTES)
 
 
 def test_fluids_computed_at_once_are_what_each_is_alone(way):
-    """Bit for bit: a study in one launch must not depend on which runs share it.
-
-    Broken on purpose with one set of two-level pressure's nodes for all, it fails.
-    """
+    """Bit for bit: a study in one launch must not depend on which runs share it."""
     for number, run in enumerate(runs_of(way)):
-        (single,) = together(PASTES[number : number + 1], **how_of(way))
+        (single,) = together(PASTES[number : number + 1])
         assert np.array_equal(run.position_mm, single.position_mm)
         assert np.array_equal(run.velocity_mm_s, single.velocity_mm_s)
         here, there = run.health.recorded(), single.health.recorded()
@@ -59,22 +51,22 @@ def test_fluids_computed_at_once_are_what_each_is_alone(way):
     assert runs_of(way)[-1].settings["fluid"]["yield_stress_pa"] == 12.0
 
 
-@pytest.mark.parametrize("way", ["two-level"], indirect=True)
+@pytest.mark.parametrize("way", ["renumbered"], indirect=True)
 def test_two_threads_give_the_same_bits_as_one(way, monkeypatch):
     """Slices of a launch write rows of their own; sums are taken in the same parts, or in whole numbers."""
     monkeypatch.setattr("simulate.fluid.launcher.LEAST_SLICE", 10)
-    for one, two in zip(runs_of(way), together(PASTES, threads=2, **how_of(way)), strict=True):
+    for one, two in zip(runs_of(way), together(PASTES, threads=2), strict=True):
         assert np.array_equal(one.position_mm, two.position_mm)
 
 
-@pytest.mark.parametrize(("way", "replays"), [("local", False), ("two-level", True)], indirect=["way"])
+@pytest.mark.parametrize(("way", "replays"), [("in order", False), ("renumbered", True)], indirect=["way"])
 def test_a_run_goes_on_from_where_it_was_kept(way, replays):
-    check_going_on(replays=replays, **how_of(way))
+    check_going_on(replays=replays)
 
 
 def test_a_frame_recorded_once_and_replayed_is_the_same_frame(way):
     """No count of movers, no residual, no frame number comes from the host."""
-    for replayed, run in zip(together(PASTES, replays=True, **how_of(way)), runs_of(way), strict=True):
+    for replayed, run in zip(together(PASTES, replays=True), runs_of(way), strict=True):
         assert np.array_equal(replayed.position_mm, run.position_mm)
         # Counted in fewer frames, and not the room for all that may.
         assert 0 < replayed.health.recorded()["moving_most"] <= run.health.recorded()["moving_most"]
@@ -85,7 +77,7 @@ def test_a_replayed_run_ends_when_its_bed_is_at_rest():
     asking, replayed = (finish(ready(PASTES[2:], replays=replays, settle_s=5.0)) for replays in (False, True))
     assert asking.done < asking.frames - SAMPLE_EVERY
     assert asking.done <= replayed.done < asking.done + SAMPLE_EVERY
-    assert np.array_equal(replayed.results()[0].position_mm, asking.results()[0].position_mm)
+    assert np.array_equal(results(replayed)[0].position_mm, results(asking)[0].position_mm)
 
 
 @pytest.mark.parametrize("replays", [False, True])
@@ -120,7 +112,7 @@ def test_paste_with_a_yield_stress_falls_asleep_and_the_run_ends():
     injection = finish(ready((paste,), settle_s=20.0))
     assert injection.at_rest
     assert injection.t_s < 5.0
-    (run,) = injection.results()
+    (run,) = results(injection)
     assert (run.velocity_mm_s == 0).all()
     assert run.escaped_particles == 0
 

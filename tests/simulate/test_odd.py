@@ -44,7 +44,7 @@ CASES = [
     Case("thinnest", 0.1, fluid=CORNERS["thinnest"] | {"freeze_after_s": 0.3}, solver=FINER),
     Case("thickest", 0.1, fluid=CORNERS["thickest"] | {"freeze_after_s": 0.3}, solver={**FINER, "preset": "paper"}),
     Case("undercut", 0.1, fluid=THE_PAPERS, crack={"tilt": "undercut", "wall_angle_deg": 5.5}, solver=FINER),
-    Case("a steep slope", 0.1, fluid=CORNERS["thinnest"], slope=STEEP, solver={**FINER, "pressure": "two-level"}),
+    Case("a steep slope", 0.1, fluid=CORNERS["thinnest"], slope=STEEP, solver=FINER),
     Case("walls that close soon", 0.2, crack={"tilt": "funnel", "wall_angle_deg": 45.0}),
     Case("tips under stiff paste", 0.3, closed_crack(0, 20.0, 3.5), STIFF, {"tilt": "lean"}, {"trim_mm": 0.0}),
     Case("low dams, overfull", 0.6, straight_slot(16.0, ends=OPEN), crack={"depth_mm": 4.0, "dam_height_mm": 0.5}),

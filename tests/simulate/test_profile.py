@@ -12,7 +12,7 @@ from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Floats, Outline, Run, Sections, Solid
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import SolidFigures
-from simulate.profile import half_spacing_mm, measure_profile, volume_ratio
+from simulate.profile import half_side_mm, measure_profile, volume_ratio
 from tests.shapes import CUT, arc_slot, level_floor, outline_between
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 40.0, 3.1, 10.0
@@ -195,7 +195,9 @@ def test_sealant_on_the_face_beside_the_mouth_does_not_raise_the_level():
     beside = measure_profile(run_of(np.vstack([bed, film])), straight(), sample)
     assert np.array_equal(beside.level_mm, measure_profile(run_of(bed), straight(), sample).level_mm)
     above = measure_profile(run_of(np.vstack([bed, film, heap])), straight(), sample)
-    assert above.level_mm[np.abs(above.s_mm - 25) < 4] == pytest.approx(0.4 + half_spacing_mm(run_of(heap)))
+    assert above.level_mm[np.abs(above.s_mm - 25) < 4] == pytest.approx(
+        0.4 + half_side_mm(0.4, run_of(heap).particle_volume_mm3)
+    )
 
 
 def test_the_profile_starts_where_the_nozzle_starts():

@@ -7,6 +7,7 @@ from digitise.settings import CrackShape, NozzlePath
 from sealtwin.core.facts import texts
 from sealtwin.core.settings import doubts_of
 from sealtwin.study.extra_runs import RATIO
+from simulate.pour import Pour
 from simulate.remarks import remarks_on
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import plan_releases
@@ -60,8 +61,6 @@ def test_presets_differ_where_the_issue_says_and_what_the_user_sets_replaces_the
     assert (accurate.frozen_answer, paper.frozen_answer) == (1.0, 0.0)
     mine = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme
     assert (mine.iterations, mine.volume_factor, mine.wall) == (7, 1.0, "source")
-    assert Solver(pressure="two-level").scheme.iterations == 5
-    assert Solver(pressure="two-level", iterations=8).scheme.iterations == 8
     # 4/3 pi R^3 over 4 sqrt(2) 0.97^3 R^3.
     assert paper.volume_factor == pytest.approx(0.8113, abs=1e-4)
 
@@ -90,7 +89,6 @@ def test_a_radius_that_is_not_given_follows_from_crack_and_nozzle(solver, nozzle
     ("solver", "keeps", "factor"),
     [
         ({}, True, 1.07),
-        ({"pressure": "two-level"}, True, 1.05),
         ({"volume_factor": 1.02}, False, 1.02),
         ({"preset": "paper"}, False, 0.8113),
     ],
@@ -107,7 +105,7 @@ def test_a_long_thin_crack_has_the_finest_radius_of_a_run_and_a_remark():
     fluid, solver = resolved(poured, sealant(viscosity_pa_s=0.3), Solver(radius_mm="auto"), Nozzle())
     assert 1.0 / 8 < solver.size_mm < 1.0 / 4
     schedule = plan_releases(poured.trajectory, solver.size_mm, 2.4, 0)
-    remarks = remarks_on(fluid, poured.outline, poured.solid, solver, schedule)
+    remarks = remarks_on(Pour(poured, (fluid,), solver), schedule)
     assert "four particles across" in next(remarks).text
 
 

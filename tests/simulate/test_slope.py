@@ -54,15 +54,14 @@ def test_a_particle_falls_along_the_plumb_line_by_g_t_squared_over_two():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("pressure", ["local", "two-level"])
-def test_the_surface_of_a_settled_liquid_is_square_to_gravity(pressure):
+def test_the_surface_of_a_settled_liquid_is_square_to_gravity():
     """A plane through the topmost particles, away from the walls; the mean of some moments, which scatters by 0.5."""
     pit = Pit(14.0, 9.0, 18.0)
     how: dict[str, Any] = {"radius_mm": 0.5, "step_s": 1.8e-3}
-    # At rest in a level tank: a lattice bursts, and two-level pressure throws it over the rim.
+    # At rest in a level tank: a lattice bursts.
     slope = SampleSlope(gradient_deg=6.0, crossfall_deg=-4.0)
     fluid = settled_mm(pit, height_mm=6.0, **how)
-    tank = Tank.of(pit, fluid, viscosity_mm2_s=100.0, pressure=pressure, slope=slope, **how)
+    tank = Tank.of(pit, fluid, viscosity_mm2_s=100.0, slope=slope, **how)
     tank.wait(0.5)
     seen = [plane_deg(tank) for number, _ in enumerate(tank.run(0.6)) if number % 15 == 0]
     assert np.mean(seen, axis=0) == pytest.approx((-6.0, 4.0), abs=0.8)

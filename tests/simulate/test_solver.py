@@ -73,7 +73,6 @@ def test_substeps_follow_the_fall_of_a_particle(radius_mm, frame_s, carried, alo
     local = Solver(radius_mm=radius_mm)
     assert substeps_for(local, paste, frame_s) == carried
     assert substeps_for(local, the_papers, frame_s) == substeps_for(local, water, frame_s) == alone
-    assert substeps_for(Solver(radius_mm=radius_mm, pressure="two-level"), paste, frame_s) == alone
     assert substeps_for(Solver(radius_mm=radius_mm, substeps=3), paste, frame_s) == 3
 
 

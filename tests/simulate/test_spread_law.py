@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulate.spread_law import GRAVITY_M_S2, STRETCH, Cone, flat_stress_pa, heap_height_mm, stretched_stress_pa
+from simulate.spread_law import GRAVITY_M_S2, STRETCH, flat_stress_pa, heap_height_mm, stretched_stress_pa
 from tests.spreads import spread_radius_mm
 
 DENSITY = 1690.0
@@ -37,7 +37,3 @@ def test_a_heap_tends_to_the_flat_one_as_it_gets_flatter():
 def test_the_flat_formula_is_roussel_and_coussots():
     """A litre of 2000 kg/m3 that spreads to 400 mm: 225 x 2000 x 9.81 x 1e-6 / (128 pi^2 0.2^5) Pa."""
     assert float(flat_stress_pa(1e6, 200.0, 2000.0)) == pytest.approx(10.92, rel=1e-3)
-
-
-def test_a_mini_cone_holds_what_kantro_says():
-    assert Cone(38.0, 19.0, 57.0).volume_mm3 == pytest.approx(37_709, rel=1e-4)

@@ -197,7 +197,7 @@ def test_fluid_whose_links_float16_cannot_hold_counts_as_unsolved(native):
     set_velocity(engine, chaos(engine))
     engine.viscosity.solve_implicit(engine.rows)
     assert np.isinf(engine.viscosity.links.numpy()).any()
-    assert engine.viscosity.unsolved.numpy().tolist() == [1]
+    assert engine.viscosity.search.unsolved.numpy().tolist() == [1]
 
 
 FRAMES = 25

@@ -7,7 +7,7 @@ import warp as wp
 from sealtwin.core.records import Bed, Solid
 from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, ESCAPED, FROZEN, GIVEN_UP, MOVING, SPILLED, WAITING
-from simulate.profile import half_spacing_mm, settled, volume_ratio
+from simulate.profile import half_side_mm, settled, volume_ratio
 from simulate.settings import LEVEL, Fluid, SampleSlope
 from simulate.setup.signed_distance import CM
 from simulate.vessel import Vessel, vessel_of
@@ -168,7 +168,7 @@ def figures_by_host(injection: Injection, solid: Solid, slope: SampleSlope, run:
     bed = Bed(place_mm[here], speed_mm_s[here], lost, radius_mm, size_mm3, slope.table)
     lies, moves = settled(bed, np.full(here.sum(), solid.depth_mm)), status[here] == int(MOVING)
     flows = moves & (np.linalg.norm(bed.velocity_mm_s, axis=1) >= FLOWS_MM_S)
-    volume_mm3 = vessel_of(solid, CELL * radius_mm).volume_mm3(bed.position_mm[lies], half_spacing_mm(bed))
+    volume_mm3 = vessel_of(solid, CELL * radius_mm).volume_mm3(bed.position_mm[lies], half_side_mm(radius_mm, size_mm3))
     lying, moving, both, flowing = (int(mask.sum()) for mask in (lies, moves, moves & lies, flows & lies))
     return BedFigures(lying, moving, both, flowing, volume_mm3)
 

@@ -17,7 +17,7 @@ from simulate.kernels import status
 from simulate.run import follow
 from simulate.settings import Fluid
 from simulate.watchers import COLUMNS, Checkpoint, HealthLog, Moments, take_frame
-from tests.fluids import injected, path, slot
+from tests.fluids import injected, path, results, slot
 
 FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
 CARRYING = Fluid(viscosity_pa_s=0.5, freeze_after_s=0.2)
@@ -85,7 +85,7 @@ def test_a_run_killed_at_random_frames_is_the_unbroken_one_to_the_bit(tmp_path, 
     if solver != {"sleep": False}:
         # Particles froze or slept on the way: otherwise this would not hold what it says.
         assert unbroken.statistics.moving[-1] < 0.8 * max(unbroken.statistics.moving)
-    assert last.results()[0].position_mm.tobytes() == unbroken.results()[0].position_mm.tobytes()
+    assert results(last)[0].position_mm.tobytes() == results(unbroken)[0].position_mm.tobytes()
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +125,9 @@ def test_a_damaged_checkpoint_is_one_sentence_and_a_fresh_start(begun, fresh, tm
         file.write_bytes(content[damage])
     else:
         kept = dict(np.load(io.BytesIO(begun)))
-        np.savez(file, allow_pickle=False, **(kept | {"place": kept["place"][:-1]} if damage == "other size" else {}))
+        np.savez(
+            file, allow_pickle=False, **(kept | {"position": kept["position"][:-1]} if damage == "other size" else {})
+        )
     sentences, before = [], bits(fresh)
     Checkpoint(file, "key", sentences.append).begin(fresh)
     assert len(sentences) == 1
@@ -197,7 +199,7 @@ def test_states_have_the_numbers_of_the_kernels():
 def test_a_frame_holds_what_has_left_the_nozzle_as_it_is_then():
     run = brief()
     followed(run)
-    frame, (result,) = take_frame(run), run.results()
+    frame, (result,) = take_frame(run), results(run)
     assert frame.t_s == run.t_s
     assert np.array_equal(frame.position_mm, result.position_mm)
     assert np.array_equal(frame.velocity_mm_s, result.velocity_mm_s)

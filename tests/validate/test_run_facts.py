@@ -58,11 +58,7 @@ WARNED = {
     "two particles across": ({}, TWO, 1.107, [GAINED, "Only 2.1 particles", "solver.radius_mm"], []),
     "four particles across": ({}, {"particles_across": 3.87}, 1.107, ["so its levels are too high."], ["Only"]),
     "a bed of 9.99 %": ({}, {"density_error_p95": 0.0999}, 1.0, [], []),
-    "a bed of 10.1 %": ({}, {"density_error_p95": 0.101}, 1.0, [BED + "10 %", 'solver.pressure = "two-level"'], []),
-    "what is on already is not advised": (
-        *({"solver": {"pressure": "two-level"}}, {"density_error_p95": 0.2}, 1.0),
-        *([BED, "solver.substeps"], ["two-level"]),
-    ),
+    "a bed of 10.1 %": ({}, {"density_error_p95": 0.101}, 1.0, [BED + "10 %", "solver.substeps"], []),
 }
 
 

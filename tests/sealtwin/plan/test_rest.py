@@ -22,7 +22,7 @@ from sealtwin.plan.search import Case, Knots, Limits
 from sealtwin.plan.verify import Misfit, misfit
 from simulate.pour import Pour
 from simulate.settings import Fluid, Solver
-from simulate.slot.flux import HerschelBulkley
+from simulate.slot.fill import HerschelBulkley
 from tests.shapes import straight_slot
 from tests.studies import plannable_lab
 

@@ -25,7 +25,7 @@ from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mis
 from sealtwin.trial.trial_file import load_trial
 from simulate.pour import Pour
 from simulate.settings import Fluid, Solver
-from simulate.slot.flux import HerschelBulkley
+from simulate.slot.fill import HerschelBulkley
 from tests.shapes import straight_slot
 from tests.studies import plannable_lab
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from simulate.slot.fill import MOST_MOUND, crown_mm, fill, mound_mm2
-from simulate.slot.flux import HerschelBulkley
+from simulate.slot.fill import MOST_MOUND, HerschelBulkley, crown_mm, fill, mound_mm2
 from simulate.slot.sections import Trapezoids, sections_of
 from tests.fluids import path, slot
 

@@ -10,9 +10,9 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats, Outline, Solid
 from simulate.hollow import solid_of
+from simulate.slot.fill import HerschelBulkley
 from simulate.slot.fitness import Fitness, fitness_of
-from simulate.slot.flux import HerschelBulkley
-from simulate.slot.narrows import goes_on, narrows
+from simulate.slot.narrows import narrows
 from simulate.slot.sections import sections_of
 from tests.fluids import path
 from tests.meshes import box
@@ -120,17 +120,9 @@ def test_what_sections_have_is_fit(crack):
         places = narrows(outline, solid, sections, fill)
         assert 0.45 * places.holds_mm < 0.4, fill
         assert places.drags_mm < 0.1 * outline.length_mm, fill
-    assert goes_on(outline, solid) is None
 
 
 def test_a_cavity_that_goes_on_under_the_face_is_unfit():
     """As under a roof, at which the mouth ends."""
     fitness = judged(imported(box((39.0, -3.0, -12.0), (48.0, 3.0, -3.0))))
-    assert fitness.goes_on_mm == pytest.approx(LENGTH_MM)
-    assert "continues under the face" in str(fitness.unfit)
-
-
-def test_the_stress_that_it_is_fit_with_is_fit():
-    crack = slot_with(stone(2.4, 2.4))
-    assert "support a step" in str((fitness := judged(crack, stress_pa=12.0)).unfit)
-    assert judged(crack, stress_pa=fitness.most_pa).unfit == ()
+    assert [why.key for why in fitness.unfit] == ["unfit.left-out"]

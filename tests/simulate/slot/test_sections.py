@@ -74,5 +74,5 @@ def test_walls_that_are_no_trapezoid_are_found():
     full_mm2, half_mm2 = 8 * (9.0 + 3.1), 8 * 9.0
     expected = half_mm2 / full_mm2 - (9.0 + (9.0 + 3.1) / 2) / 2 / (9.0 + 3.1)
     assert trapezoid_misfit(sections, solid) == pytest.approx(expected, abs=0.01)
-    assert "not straight" in str(Fitness(0.1, 1.0, 0.5, 100.0, misfit=trapezoid_misfit(sections, solid)).unfit)
-    assert Fitness(0.1, 1.0, 0.5, 100.0).unfit == ()
+    assert "not straight" in str(Fitness(0.1, 1.0, 0.5, misfit=trapezoid_misfit(sections, solid)).unfit)
+    assert Fitness(0.1, 1.0, 0.5).unfit == ()

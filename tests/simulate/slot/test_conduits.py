@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simulate.shear_law import PlaneFlow
-from simulate.slot.flux import HerschelBulkley, conduits
+from simulate.slot.fill import HerschelBulkley, conduits
 from simulate.slot.sections import Trapezoids
 
 
