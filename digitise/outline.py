@@ -10,14 +10,11 @@ from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
 from digitise.crack_path.hints import CrackPath
-from digitise.crack_path.profiles import finite_median, profiles_across
-from digitise.crack_path.standing_out import band_px, is_wider
+from digitise.crack_path.profiles import band_px, finite_median, is_wider, profiles_across
 from digitise.geometry import polyline
 from digitise.image.raster import sampled
 from digitise.photo import Photo, in_copy, smaller
 from digitise.settings import PhotoInput
-from digitise.walls.beyond import judge_beyond
-from digitise.walls.box_fit import BoxFit
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.doubts import (
@@ -30,9 +27,9 @@ from digitise.walls.doubts import (
     with_bands,
 )
 from digitise.walls.drawn import ByHand, with_drawn
-from digitise.walls.ends import Traced
+from digitise.walls.ends import Traced, judge_beyond
 from digitise.walls.islands_and_side_cracks import find_surroundings, photo_of_paint, with_side_cracks
-from digitise.walls.thin_crack import NotFittedError, trace_line, trace_thin
+from digitise.walls.thin_crack import BoxFit, NotFittedError, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.geometry.polyline import depth_inside, rectangle
-from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_photo
-from digitise.image.painted import read_mask
+from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_mask, read_photo
 from digitise.image.raster import shrunk
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.scale.face_scale import scale_by_face, side_lengths

@@ -22,8 +22,8 @@ from digitise.crack_path.medial_axis import (
     radius,
     side_lines,
 )
+from digitise.crack_path.profiles import unlike_length_px
 from digitise.crack_path.sample_mask import sample_mask
-from digitise.crack_path.standing_out import unlike_length_px
 from digitise.geometry.polyline import extended, resampled, signed_area, smoothed
 from digitise.geometry.region import ISLAND_MM2
 from digitise.image.raster import Map, blurred, continued, resized, shrunk, widened
