@@ -175,8 +175,7 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
         try:
             traced = trace_dark_region(shown, path, share, around.hidden, insisted=hand.decided is not None)
         except InputError as neither:
-            why = str(neither).removeprefix(f"{photo.file}: ")
-            raise WallsMissingError(f"{unclear} A second way was tried: {why}") from None
+            raise WallsMissingError(f"{unclear} A second way was tried: {neither.fault}") from None
     source: WidthSource = "walls" if traced.width_spread is None else "region"
     outline = outline_along(photo, path, traced, source, remarks=hand.warnings, by_hand=hand.decided)
     if outline.width_95_mm is not None:
@@ -279,8 +278,7 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
     except NotFittedError as unfitted:
         if path.source not in CLICKED:
             raise
-        why = str(unfitted).removeprefix(f"{photo.file}: ")
-        alone = f"the result is a path, without walls or solid: {why}"
+        alone = f"the result is a path, without walls or solid: {unfitted.fault}"
         return outline_along(photo, path, trace_line(copy, narrow), "none", remarks=(doubt("walls.path-alone", alone),))
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (

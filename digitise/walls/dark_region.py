@@ -96,7 +96,7 @@ def trace_dark_region(
     left_px, right_px = rims_px + moves_px[:, None]
     right_px = np.maximum(right_px, 1.0 - left_px)
     if (fault := _fault(strip, left_px, right_px)) is not None and not insisted:
-        raise InputError(f"{photo.file}: {fault}")
+        raise InputError(fault, photo.file)
     width_px = float((left_px + right_px).mean())
     middle_mm, left_mm, right_mm = (
         strip.places_mm(aside_px * photo.mm_per_px) for aside_px in ((left_px - right_px) / 2, left_px, -right_px)

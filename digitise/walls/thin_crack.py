@@ -141,9 +141,9 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     if unlike_length_px(photo, path.points_px, path.width_px) > MOST_UNLIKE * length_px:
         if is_darker_than_both_sides(photo, path):
             raise NotFittedError(
-                f"{photo.file}: the ground on one side of the crack is far brighter than on the other, so that its "
-                f"width of about {path.width_px:.1f} px cannot be fitted. Give width_mm, or path_only if the path is "
-                "enough."
+                "the ground on one side of the crack is far brighter than on the other, so that its width of about "
+                f"{path.width_px:.1f} px cannot be fitted. Give width_mm, or path_only if the path is enough.",
+                photo.file,
             )
         raise InputError(
             f"{photo.file}: one side of the path is far brighter than the other, as if the path followed "
@@ -151,9 +151,10 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
         )
     if min(np.count_nonzero(shown), len(ground)) < LEAST_WINDOWS:
         raise NotFittedError(
-            f"{photo.file}: the crack is {path.width_px:.1f} px wide, and too little of it and of the ground beside it "
-            f"is in view to fit its width: {LEAST_WINDOWS} stretches of {WINDOW * STATION_PX:g} px are "
-            "needed. Move the camera closer or give width_mm, or path_only if the path is enough."
+            f"the crack is {path.width_px:.1f} px wide, and too little of it and of the ground beside it is in view to "
+            f"fit its width: {LEAST_WINDOWS} stretches of {WINDOW * STATION_PX:g} px are needed. Move the camera "
+            "closer or give width_mm, or path_only if the path is enough.",
+            photo.file,
         )
     fit = fit_box(light[shown], ground, places_px, path.width_px)
     middle, station = (cuts[1:] + cuts[:-1] - 1) / 2, np.arange(len(line_px))
