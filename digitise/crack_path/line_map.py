@@ -11,10 +11,11 @@ from itertools import pairwise
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects
 from skimage.graph import route_through_array
 
-from digitise.crack_path.sample_mask import filled_polygon, sample_mask, surroundings
-from digitise.image.raster import Map, blurred, blurred_copy, continued, resized, shrunk
+from digitise.crack_path.medial_axis import pieces
+from digitise.image.raster import Map, blurred, blurred_copy, continued, filled_polygon, resized, shrunk, widened
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.photo import Photo
 from sealtwin.core.records import Floats, Integers
@@ -48,6 +49,14 @@ BY_CLEARNESS = 0.7  # Share of a line's worth that is its clearness; the rest is
 NOTHING = 0.04  # Worth of a step off any line: a gap costs as much as a line 25 times as long
 LEAST_CONTRAST = 0.1  # Least contrast of the clearest lines of a photo, of which a line's contrast is a share
 ROOM, LEAST_ROOM_PX = 0.5, 100.0  # Room around the box of two points: share of their distance, and least px
+
+
+# Constants of dark surroundings.
+NARROW = 81  # Cells of the median that removes narrow cracks before surroundings are searched for
+DARK = 0.3  # Share of the usual displayed brightness. A hard shadow leaves 0.4 or more of it, black cloth 0.2 at most
+USUAL = 60  # Percentile of brightness taken for the sample's: most of the searched area shows it
+ALONG = 0.5  # Least share of a region's extent on the border: a crack that leaves the photo has at most a quarter
+LEAST_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
 
 
 @dataclass(frozen=True)
@@ -102,7 +111,7 @@ def map_lines(
     left, top = np.maximum(np.floor(corners_px.min(axis=0)), 0).astype(int).tolist()
     right, bottom = np.minimum(np.ceil(corners_px.max(axis=0)) + 1, photo.size_px).astype(int).tolist()
     light = photo.brightness[top:bottom, left:right]
-    allowed = sample_mask(photo, found_face_px)[top:bottom, left:right]
+    allowed = photo.sample_mask(found_face_px)[top:bottom, left:right]
     if region_px is not None:
         allowed = np.minimum(allowed, filled_polygon(allowed.shape, region_px - (left, top)))
     scale = min(1.0, WORK_PX / max(light.shape))
@@ -121,6 +130,28 @@ def map_lines(
         shown = np.where(allowed, shown, continued(shown, allowed, CONTINUED))
     clear, contrast, width = map(_to_border, _filtered(shown, allowed))
     return LineMap((left, top), scale, shown, clear, contrast, width, allowed, around)
+
+
+def surroundings(shown: Map, crack: Floats | None = None) -> NDArray[np.bool_]:
+    """Return large dark regions along the border of the displayed brightness.
+
+    A region with a place of ``crack``, (n, 2) as column and row, is not among them.
+    """
+    # OpenCV has large medians of whole numbers only.
+    size = min(NARROW, 2 * (min(shown.shape) // 4) + 1)
+    without_cracks = cv2.medianBlur(np.rint(255 * shown).astype(np.uint8), size)
+    label, area = pieces(without_cracks < DARK * np.percentile(without_cracks, USUAL))
+    border = np.concatenate([label[0], label[-1], label[1:-1, 0], label[1:-1, -1]])
+    along = np.bincount(border, minlength=len(area))
+    extent = [max(rows.stop - rows.start, columns.stop - columns.start) for rows, columns in find_objects(label)]
+    # A wide crack that leaves the photo touches its border too, but only across.
+    beyond = (area >= LEAST_SHARE * shown.size) & (along >= ALONG * np.array([1, *extent]))
+    beyond[0] = False
+    if crack is not None:
+        column, row = np.clip(np.rint(crack).astype(int), 0, np.array(shown.shape[::-1]) - 1).T
+        beyond[label[row, column]] = False
+    # Lens and focus spread the sample's edge over a few cells.
+    return widened(beyond[label], 3)
 
 
 def _filtered(shown: Map, allowed: NDArray[np.bool_]) -> tuple[Map, Map, Map]:

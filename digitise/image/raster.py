@@ -62,3 +62,10 @@ def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:
 def lightness(light: Map | NDArray[np.float64]) -> Map:
     """Return the CIE 1976 lightness, 0 to 100, of linear light, without its straight piece near black."""
     return np.asarray(116 * np.cbrt(np.maximum(light, 3e-3)) - 16, dtype=np.float32)
+
+
+def filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> NDArray[np.uint8]:
+    """Return a mask with 255 inside a polygon, else 0."""
+    mask = np.zeros(shape, dtype=np.uint8)
+    cv2.fillPoly(mask, [np.rint(corners_px * 16).astype(np.int32)], [255], shift=4)
+    return mask

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
-from digitise.crack_path.sample_mask import EDGE_PX
 from digitise.geometry.polyline import depth_inside, extended, resampled, runs, smoothed, unit
 from digitise.image.raster import sampled
-from digitise.photo import Photo
+from digitise.photo import EDGE_PX, Photo
 from digitise.walls.ends import PathEnd, Traced, find_tip, judge_end
 from digitise.walls.straightened import (
     LEAST_WIDTH_PX,

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import radius
 from digitise.crack_path.profiles import finite_median, profiles_across
-from digitise.crack_path.sample_mask import EDGE_PX, sample_mask
 from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, unit
 from digitise.image.raster import blurred, shrunk
-from digitise.photo import Photo
+from digitise.photo import EDGE_PX, Photo
 from digitise.walls.straightened import Patch, edge_crossing
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.facts import Fact, doubt
@@ -179,7 +178,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     size = (photo.size_px[0] // factor, photo.size_px[1] // factor)
     whole = np.s_[: size[1] * factor, : size[0] * factor]
     light = blurred(shrunk(photo.brightness[whole], size) if factor > 1 else photo.brightness, 0.8)
-    sample = sample_mask(photo)[whole][::factor, ::factor] > 0
+    sample = photo.sample_mask()[whole][::factor, ::factor] > 0
     width, cells = width_px / factor, (inward_px + 0.5) / factor - 0.5
     dark = (light < threshold) & sample
     # Regions far wider than the crack are no crack.

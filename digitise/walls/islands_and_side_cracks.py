@@ -23,7 +23,6 @@ from digitise.crack_path.medial_axis import (
     side_lines,
 )
 from digitise.crack_path.profiles import unlike_length_px
-from digitise.crack_path.sample_mask import sample_mask
 from digitise.geometry.polyline import extended, resampled, signed_area, smoothed
 from digitise.geometry.region import ISLAND_MM2
 from digitise.image.raster import Map, blurred, continued, resized, shrunk, widened
@@ -128,7 +127,7 @@ def _copied(photo: Photo, points_px: Floats, width_px: float) -> _Copy:
     across, down = ((high - low) // factor).tolist()
     window = np.s_[low[1] : low[1] + down * factor, low[0] : low[0] + across * factor]
     light = blurred(shrunk(photo.brightness[window], (across, down)), BLUR_PX)
-    sample = shrunk(sample_mask(photo)[window], (across, down)) > 0.99 * 255
+    sample = shrunk(photo.sample_mask()[window], (across, down)) > 0.99 * 255
     way = (points_px - low + 0.5) / factor - 0.5
     return _Copy(low, factor, way, _share(light, sample, way, width_px / factor), sample)
 

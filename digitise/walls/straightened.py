@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.crack_path.sample_mask import blank_markers
 from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, tangents
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
@@ -105,7 +104,7 @@ def patch_around(photo: Photo, points_px: Floats, reach_px: float, hidden: NDArr
     soft = blurred(photo.brightness[top:bottom, left:right], BLUR_PX)
     clear = np.full(soft.shape, 255, np.uint8) if hidden is None else 255 - hidden[top:bottom, left:right]
     offset_px = int(left), int(top)
-    blank_markers(clear, photo, offset_px)
+    photo.blank_markers(clear, offset_px)
     return Patch(offset_px, soft, clear, photo.face_mm, photo.mm_per_px)
 
 
