@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from digitise.geometry.polyline import depth_inside, rectangle
 from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_mask, read_photo
-from digitise.image.raster import filled_polygon, shrunk
-from digitise.image.tone_curve import DISPLAY_GAMMA
+from digitise.image.raster import DISPLAY_GAMMA, filled_polygon, shrunk
 from digitise.scale.face_scale import scale_by_face, side_lengths
 from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_markers
 from digitise.scale.view import Lens, Scale, View

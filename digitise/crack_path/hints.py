@@ -25,6 +25,10 @@ class CrackPath:
     warnings: tuple[Fact, ...] = ()
 
 
+IF_LIGHTER = (
+    "if the crack is lighter than the ground, for example because of a filling or a light crust, paint it in "
+    "photo.mask, and give ends_px on the paint"
+)
 IN_ITS_MIDDLE = "give ends_px in the middle of the crack, and via_px"  # Remedy for a path off its crack
 
 
@@ -67,19 +71,13 @@ def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel,
         )
     if photo.face_mm is None:
         return
-    most_mm, places_mm = most_px * photo.mm_per_px, photo.to_mm(points_px)
-    # By markers, mm do not depend on the size of the face.
-    turned_mm = (0, 0, photo.face_mm[3], photo.face_mm[2]) if photo.markers_px else photo.face_mm
-    exchanged = {
-        "width and height of face_mm": depth_inside(places_mm, turned_mm),
-        "x and y of the points": depth_inside(photo.to_mm(points_px[:, ::-1]), photo.face_mm),
-    }
-    cures = [f" With {what} exchanged all are on it." for what, mm in exchanged.items() if mm.min() >= -most_mm]
-    for (name, (x, y)), depth_mm in zip(named, depth_inside(places_mm, photo.face_mm), strict=True):
+    most_mm = most_px * photo.mm_per_px
+    for (name, (x, y)), depth_mm in zip(named, depth_inside(photo.to_mm(points_px), photo.face_mm), strict=True):
         if depth_mm < -most_mm:
             raise InputError(
-                f"{photo.file}: the {name} ({x:g}, {y:g}) is {-depth_mm:.1f} mm outside the face; "
-                f"give the place where the crack meets the face's edge.{''.join(cures)}"
+                f"{photo.file}: the {name} ({x:g}, {y:g}) is {-depth_mm:.1f} mm outside the face; give the place where "
+                "the crack meets the face's edge, and check that width and height of face_mm, and x and y of the "
+                "point, are not exchanged."
             )
 
 

@@ -15,8 +15,17 @@ from scipy.ndimage import find_objects
 from skimage.graph import route_through_array
 
 from digitise.crack_path.medial_axis import pieces
-from digitise.image.raster import Map, blurred, blurred_copy, continued, filled_polygon, resized, shrunk, widened
-from digitise.image.tone_curve import DISPLAY_GAMMA
+from digitise.image.raster import (
+    DISPLAY_GAMMA,
+    Map,
+    blurred,
+    blurred_copy,
+    continued,
+    filled_polygon,
+    resized,
+    shrunk,
+    widened,
+)
 from digitise.photo import Photo
 from sealtwin.core.records import Floats, Integers
 

@@ -12,15 +12,17 @@ from skimage.morphology import skeletonize
 from digitise.image.raster import Map
 from sealtwin.core.records import Floats, Integers
 
-STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))  # Row and column steps to half of a cell's eight neighbours
 LEAST_BRANCH = 0.7  # Least reach of a side crack from the wall in widths; less is roughness of the wall
 LEAST_BRANCH_PX = 8.0  # The same in pixels: shorter ones are pores or slips of a brush
 AT_RIM = 1.5  # Cells from the rim within which a line ends on it: a little more than one step across a corner
 
 
-def pieces(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], Integers]:
-    """Return the number of each cell's piece, 0 outside the mask, and the area of each piece. Corners connect cells."""
-    _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+def pieces(mask: NDArray[np.bool_], connectivity: int = 8) -> tuple[NDArray[np.int32], Integers]:
+    """Return the number of each cell's piece, 0 outside the mask, and the area of each piece.
+
+    With a ``connectivity`` of 8 corners connect cells, with 4 they do not.
+    """
+    _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=connectivity)
     area = stats[:, cv2.CC_STAT_AREA].astype(np.int64)
     area[0] = 0
     return label.astype(np.int32), area
@@ -28,16 +30,16 @@ def pieces(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], Integers]:
 
 def holding(mask: NDArray[np.bool_], places: Floats, connectivity: int = 4) -> NDArray[np.bool_]:
     """Return the piece of a mask with most of ``places``, (n, 2) as column and row; empty if none is in the mask."""
-    label = np.asarray(cv2.connectedComponents(mask.astype(np.uint8), connectivity=connectivity)[1])
+    label, _ = pieces(mask, connectivity)
     column, row = np.clip(np.rint(places).astype(np.int64), 0, np.array(mask.shape[::-1]) - 1).T
-    passed = label[row, column]
-    passed = passed[passed > 0]
-    return label == np.bincount(passed).argmax() if len(passed) else np.zeros_like(mask)
+    count = np.bincount(label[row, column], minlength=2)
+    count[0] = 0
+    return mask & (label == count.argmax())
 
 
-def larger_pieces(mask: NDArray[np.bool_], least: float) -> NDArray[np.bool_]:
+def larger_pieces(mask: NDArray[np.bool_], least: float, connectivity: int = 8) -> NDArray[np.bool_]:
     """Return the mask without its pieces of fewer than ``least`` cells."""
-    label, area = pieces(mask)
+    label, area = pieces(mask, connectivity)
     return mask & (area >= least)[label]
 
 
@@ -94,15 +96,13 @@ def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
     The weight of a link is its length. If ``worth`` is given, the length is multiplied by the mean worth of its two
     cells.
     """
-    row, column = cells.T + 1
-    number = np.full((row.max() + 2, column.max() + 2), -1)
-    number[row, column] = np.arange(len(cells))
-    beside = np.array([number[row + down, column + right] for down, right in STEPS])
-    step, first = np.nonzero(beside >= 0)
-    second, length = beside[step, first], np.hypot(*np.transpose(STEPS))[step]
+    first, second = KDTree(cells).query_pairs(1.5, output_type="ndarray").T
+    length = np.linalg.norm(cells[first] - cells[second], axis=1)
     if worth is not None:
         length = length * (worth[first] + worth[second]) / 2
-    return csr_array(coo_array((length, (first, second)), shape=(len(cells), len(cells))))
+    graph = csr_array(coo_array((length, (first, second)), shape=(len(cells), len(cells))))
+    graph.sort_indices()
+    return graph
 
 
 def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
@@ -137,7 +137,6 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[t
         return []
     to_rim = radius(region)[tuple(trunk.T)]
     away, nearest = KDTree(trunk).query(cells)
-    nearest = np.asarray(nearest)
     beyond = away - to_rim[nearest]
     outside = np.flatnonzero(beyond > 0)
     if len(outside) < 2:

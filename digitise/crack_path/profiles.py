@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import left_normals, resampled, runs, smoothed
+from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
 from sealtwin.core.records import Floats
@@ -55,7 +55,7 @@ def profiles_across(photo: Photo, line_px: Floats, width_px: float, reach_px: fl
     stretch = max(WIDTHS_LONG * width_px, LEAST_LENGTH_PX) / every
     cuts = np.linspace(0, len(line_px), max(1, round(len(line_px) / stretch)) + 1).astype(int)
     offset_px = np.arange(-np.ceil(reach_px), np.ceil(reach_px) + 1)
-    place_px = line_px[:, None] + offset_px[:, None] * normal[:, None]
+    place_px = places_beside(line_px, offset_px, normal)
     shown = np.all((place_px >= 0) & (place_px <= np.array(photo.size_px) - 1), axis=2)
     light = np.where(shown, _softly(photo, place_px).astype(float), np.nan)
     return Profiles(line_px, offset_px, place_px, light, cuts)
@@ -100,7 +100,7 @@ def _across(photo: Photo, points_px: Floats, width_px: float, reach_px: float) -
     line_px, normal = line_px[::every], left_normals(line_px)[::every]
     samples = round(reach_px / STEP_PX)
     offset_px = STEP_PX * np.arange(-samples, samples + 1)
-    place_px = line_px[:, None] + offset_px[:, None] * normal[:, None]
+    place_px = places_beside(line_px, offset_px, normal)
     return _softly(photo, place_px)
 
 
@@ -146,13 +146,11 @@ def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
     step_px = max(1.0, width_px / 8)
     line = smoothed(resampled(points_px, step_px), 8.0)
     soft = blurred(photo.brightness, width_px / 4)
-    normal = left_normals(line)
-    sides = []
-    for sign in (1, -1):
-        places = line[:, None] + sign * width_px * np.array(BESIDE)[:, None] * normal[:, None]
-        sides.append(np.median(sampled(soft, places), axis=1))
-    ratio = median_filter(np.log(np.maximum(sides[0], 1e-4) / np.maximum(sides[1], 1e-4)), size=STEADY)
-    unlike = np.abs(ratio) > np.log(UNLIKE)
+    left, right = (
+        np.maximum(np.median(sampled(soft, places_beside(line, sign * width_px * np.array(BESIDE))), axis=1), 1e-4)
+        for sign in (1, -1)
+    )
+    unlike = np.abs(median_filter(np.log(left / right), size=STEADY)) > np.log(UNLIKE)
     return int(np.ptp(runs(unlike), axis=1).max(initial=0)) * step_px
 
 
@@ -161,9 +159,16 @@ def band_px(photo: Photo, line_px: Floats, width_px: float) -> float:
     profiles = profiles_across(photo, line_px, width_px, BAND[0] * width_px + BAND[1])
     light = np.nan_to_num(profiles.mean(), nan=np.nanmedian(profiles.light))
     profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)
-    near = np.flatnonzero(np.abs(profiles.offset_px) <= max(width_px / 2, 2.0))
-    middle = int(near[np.argmin(profile[near])])
-    bright = np.flatnonzero(profile >= (1 + profile[middle]) / 2)
+    return dark_width_px(profile, profiles.offset_px, max(width_px / 2, 2.0), 1.0)
+
+
+def dark_width_px(profile: Floats, offset_px: Floats, near_px: float, ground: float) -> float:
+    """Width, at half contrast to the ``ground``, of the dark band around the darkest place within ``near_px``.
+
+    Both arrays are (n,). The offsets are 1 px apart.
+    """
+    middle = int(np.argmin(np.where(np.abs(offset_px) <= near_px, profile, np.inf)))
+    bright = np.flatnonzero(profile >= (profile[middle] + ground) / 2)
     return float(bright[bright > middle].min(initial=len(profile)) - bright[bright < middle].max(initial=-1) - 1)
 
 

@@ -51,6 +51,11 @@ def left_normals(points: Floats) -> Floats:
     return to_left(tangents(points))
 
 
+def places_beside(points: Floats, offset: Floats, normal: Floats | None = None) -> Floats:
+    """Return the places at each offset to the left of each point, (points, offsets, 2). ``normal`` may be smoother."""
+    return points[:, None] + offset[:, None] * (left_normals(points) if normal is None else normal)[:, None]
+
+
 def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
     """Return the polyline with a straight piece added at each end, in the mean direction of its last ``over``."""
     s = arc_length(points)

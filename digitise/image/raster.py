@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats
 
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
+DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
 FAR = 1e-3  # Weight of the median, which counts at places without known pixels nearby
 MOST_ROWS = 16384  # Most rows that OpenCV samples at once, a power of two below its 32,767
 

@@ -7,17 +7,15 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import depth_inside, extended, resampled, runs, smoothed, unit
+from digitise.geometry.polyline import depth_inside, extended, resampled, runs, smoothed
 from digitise.image.raster import sampled
 from digitise.photo import EDGE_PX, Photo
-from digitise.walls.ends import PathEnd, Traced, find_tip, judge_end
+from digitise.walls.ends import Ends, Traced, crossings, find_tip, judge_ends
 from digitise.walls.straightened import (
     LEAST_WIDTH_PX,
-    Crossing,
     Crossings,
     Patch,
     Strip,
-    edge_crossing,
     patch_around,
     rays_across,
     sample_step_mm,
@@ -89,11 +87,8 @@ def trace(
     sigma = PATH_SMOOTHING * width_mm / crack.spacing_mm
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), crack.spacing_mm), sigma)
     rim = crack.look(line_mm, width_mm)[1].rim
-    back, ends = round(2 * path.width_px), list[PathEnd]()
-    for points_px, level in ((path.points_px, rim[0]), (path.points_px[::-1], rim[-1])):
-        onward_px = resampled(points_px, 1.0)
-        ahead = unit(onward_px[0] - onward_px[min(back, len(onward_px) - 1)])
-        ends.append(judge_end(photo, patch, points_px[0], ahead, path.width_px, float(level)))
+    inward_px = resampled(path.points_px, 1.0), resampled(path.points_px[::-1], 1.0)
+    ends = judge_ends(photo, patch, inward_px, round(2 * path.width_px), path.width_px, (rim[0], rim[-1]))
     line_mm = _carried_on(photo, line_mm, ends, width_mm, crack.spacing_mm)
     for number in range(MOST_PASSES):
         strip, walls = crack.look(line_mm, width_mm)
@@ -147,7 +142,7 @@ class _Crack:
                 _bridge(walls, side, covered, max(1, round(width_mm / self.spacing_mm)))
         return strip, walls
 
-    def span_mm(self, line_mm: Floats, walls: Walls, ends: list[PathEnd]) -> tuple[float, float]:
+    def span_mm(self, line_mm: Floats, walls: Walls, ends: Ends) -> tuple[float, float]:
         """Return the arc lengths on the line at which the crack begins and ends."""
         s_mm, span_mm = arc_length(line_mm), list[float]()
         for end, crossing in zip(ends, _crossings(self.photo, line_mm, ends), strict=True):
@@ -174,7 +169,7 @@ def _bridge(walls: Walls, side: int, covered: NDArray[np.bool_], reach: int) -> 
             walls.clear_step[side, across], walls.covered[side, across] = False, True
 
 
-def _carried_on(photo: Photo, line_mm: Floats, ends: list[PathEnd], width_mm: float, spacing_mm: float) -> Floats:
+def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spacing_mm: float) -> Floats:
     """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
@@ -194,7 +189,7 @@ def _carried_on(photo: Photo, line_mm: Floats, ends: list[PathEnd], width_mm: fl
 def _recentred(
     strip: Strip,
     walls: Walls,
-    ends: list[PathEnd],
+    ends: Ends,
     span_mm: tuple[float, float],
     width_mm: float,
     spacing_mm: float,
@@ -212,7 +207,7 @@ def _recentred(
     return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
 
 
-def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: list[PathEnd]) -> Floats:
+def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: Ends) -> Floats:
     """Return the wall, continued straight past its last step at open ends. Rays would draw it along the edge there."""
     wall_mm = wall_mm.copy()
     for end, onward, step in zip(ends, (wall_mm[::-1], wall_mm), (has_step[::-1], has_step), strict=True):
@@ -247,20 +242,14 @@ def _shown_span_mm(
     return span_mm
 
 
-def _crossings(photo: Photo, line_mm: Floats, ends: list[PathEnd]) -> Crossings:
-    """Return the crossings of the line with the edge of the face at open ends."""
-    crossings = list[Crossing | None]()
-    for number, end in enumerate(ends):
-        crossing = None
-        if end.kind == "open" and photo.face_mm is not None:
-            crossing = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
-            if crossing is None:
-                raise InputError(
-                    f"{photo.file}: the crack runs along the edge of the face without crossing it; give ends_px "
-                    "farther inside."
-                )
-        crossings.append(crossing)
-    return crossings[0], crossings[1]
+def _crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
+    """Return the crossings of the line with the edge of the face at open ends; raise InputError if one is missing."""
+    crossed = crossings(photo, line_mm, ends)
+    if any(end.kind == "open" and crossing is None for end, crossing in zip(ends, crossed, strict=True)):
+        raise InputError(
+            f"{photo.file}: the crack runs along the edge of the face without crossing it; give ends_px farther inside."
+        )
+    return crossed
 
 
 def _check_found(

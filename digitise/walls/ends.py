@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.crack_path.hints import listed
-from digitise.crack_path.medial_axis import radius
+from digitise.crack_path.medial_axis import pieces, radius
 from digitise.crack_path.profiles import finite_median, profiles_across
 from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, unit
 from digitise.image.raster import blurred, shrunk
 from digitise.photo import EDGE_PX, Photo
-from digitise.walls.straightened import Patch, edge_crossing
+from digitise.walls.straightened import Crossings, Patch, edge_crossings
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
@@ -55,6 +55,10 @@ class PathEnd:
 
     kind: EndKind
     place_px: Floats  # The tip of a closed crack, or else the end of the path
+    ahead: Floats  # Unit vector out of the crack
+
+
+Ends = tuple[PathEnd, PathEnd]
 
 
 def find_tip(photo: Photo, patch: Patch, line_mm: Floats, near_mm: float, reach_mm: float, level: float) -> float:
@@ -73,28 +77,49 @@ def to_its_ends(
     middle_px = lines_px[0]
     beside_px = (BESIDE * width_px + BESIDE_PX) * left_normals(middle_px)
     threshold = float(np.median(patch.light(middle_px)) + np.median(patch.light(middle_px + beside_px))) / 2
-    back = min(len(middle_px) - 1, max(10, round(width_px)))
-    ends, tips_px = list[PathEnd](), list[Floats]()
-    for onward_px in (middle_px[::-1], middle_px):
-        ahead = unit(onward_px[-1] - onward_px[-1 - back])
-        end = judge_end(photo, patch, onward_px[-1], ahead, max(width_px, JUDGED_PX), threshold)
-        beyond = end.kind == "closed" and (end.place_px - onward_px[-1]) @ ahead > 1.0
-        ends.append(end)
-        tips_px.append(end.place_px[None] if beyond else np.empty((0, 2)))
+    inward_px, back_px = (middle_px, middle_px[::-1]), max(10, round(width_px))
+    ends = judge_ends(photo, patch, inward_px, back_px, max(width_px, JUDGED_PX), (threshold, threshold))
+    tips_px = [
+        end.place_px[None][: int(end.kind == "closed" and (end.place_px - line_px[0]) @ end.ahead > 1.0)]
+        for end, line_px in zip(ends, inward_px, strict=True)
+    ]
     lines_mm = [photo.to_mm(np.concatenate([tips_px[0], line_px, tips_px[1]])) for line_px in lines_px]
-    over_mm, onward_mm = (px * photo.mm_per_px for px in (width_px, max(TO_THE_EDGE * width_px, TO_THE_EDGE_PX)))
+    onward_mm = max(TO_THE_EDGE * width_px, TO_THE_EDGE_PX) * photo.mm_per_px
     before_mm, after_mm = (onward_mm * (end.kind == "open") for end in ends)
     line_mm, left_mm, right_mm = (
-        extended(each_mm, before_mm, after_mm, over_mm, photo.mm_per_px) for each_mm in lines_mm
+        extended(each_mm, before_mm, after_mm, width_px * photo.mm_per_px, photo.mm_per_px) for each_mm in lines_mm
     )
-    span_mm = [0.0, float(arc_length(line_mm)[-1])]
-    for number, end in enumerate(ends):
-        if end.kind == "open" and photo.face_mm is not None:
-            crossing = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
-            beyond_mm = onward_mm if number == 0 else span_mm[1] - onward_mm
-            span_mm[number] = beyond_mm if crossing is None else crossing.s_mm
+    first, last = crossings(photo, line_mm, ends)
+    span_mm = (
+        before_mm if first is None else first.s_mm,
+        float(arc_length(line_mm)[-1]) - after_mm if last is None else last.s_mm,
+    )
     kinds = ends[0].kind, ends[1].kind
-    return Traced(line_mm, left_mm, right_mm, kinds, (span_mm[0], span_mm[1]), width_px, width_spread=spread)
+    return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_px, width_spread=spread)
+
+
+def crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
+    """Return the crossings of a line with the edge of the face at its open ends."""
+    if photo.face_mm is None:
+        return None, None
+    first, last = edge_crossings(line_mm, photo.face_mm)
+    return first if ends[0].kind == "open" else None, last if ends[1].kind == "open" else None
+
+
+def judge_ends(
+    photo: Photo,
+    patch: Patch,
+    inward_px: tuple[Floats, Floats],
+    back_px: int,
+    width_px: float,
+    thresholds: tuple[float, float],
+) -> Ends:
+    """Classify both ends of a line, which is given from each end inward; ``back_px`` of it give a direction."""
+    first, last = (
+        judge_end(photo, patch, line_px[0], unit(line_px[0] - line_px[: back_px + 1][-1]), width_px, threshold)
+        for line_px, threshold in zip(inward_px, thresholds, strict=True)
+    )
+    return first, last
 
 
 def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float) -> PathEnd:
@@ -104,16 +129,17 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
         # The mask ends before the edge.
         edge_px = np.abs(depth_inside(photo.to_mm(reached_px), photo.face_mm)) / photo.mm_per_px
         if edge_px.min() <= 2 * EDGE_PX:
-            return PathEnd("open", end_px)
+            return PathEnd("open", end_px, ahead)
     away_px = reached_px - end_px
     width, height = photo.size_px
     goes_on = np.linalg.norm(away_px, axis=1).max() > GOES_ON * width_px
     if goes_on or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
-        return PathEnd("cut", end_px)
+        return PathEnd("cut", end_px, ahead)
     # The farthest dark place ahead, or the middle of a blunt end.
     extent_px, aside = away_px @ ahead, np.array([-ahead[1], ahead[0]])
     sideways_px = away_px[extent_px > extent_px.max() - BLUNT * width_px] @ aside
-    return PathEnd("closed", end_px + extent_px.max() * ahead + (sideways_px.min() + sideways_px.max()) / 2 * aside)
+    tip_px = end_px + extent_px.max() * ahead + (sideways_px.min() + sideways_px.max()) / 2 * aside
+    return PathEnd("closed", tip_px, ahead)
 
 
 def _dark_ahead_px(
@@ -131,7 +157,7 @@ def _dark_ahead_px(
     near = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= reach_px)
     near[near] = patch.on_sample(dark_px[near], photo.to_mm(dark_px[near]))
     dark[y, x] = near
-    label = cv2.connectedComponents(dark.astype(np.uint8), connectivity=8)[1][y[near], x[near]]
+    label = pieces(dark)[0][y[near], x[near]]
     if len(label) == 0:
         return dark_px[near]
     return dark_px[near][label == label[np.argmin(np.linalg.norm(away_px[near], axis=1))]]
@@ -191,7 +217,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
 
 def _farthest(dark: NDArray[np.uint8], end: Floats, ahead: Floats, width: float) -> float:
     """Return the distance of the farthest dark cell that is connected to a place ahead of the end."""
-    _, label = cv2.connectedComponents(dark, connectivity=8)
+    label, _ = pieces(dark > 0)
     rows, columns = np.nonzero(label)
     number, away = label[rows, columns], np.column_stack([columns, rows]) - end
     near = (np.abs(away) <= NEAR * width + 2).all(axis=1) & (away @ ahead > 0)

@@ -12,6 +12,7 @@ from manifold3d import CrossSection, FillRule
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from skimage.measure import find_contours
+from skimage.segmentation import clear_border
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import (
@@ -19,6 +20,7 @@ from digitise.crack_path.medial_axis import (
     LEAST_BRANCH_PX,
     distance_outside,
     holding,
+    pieces,
     radius,
     side_lines,
 )
@@ -152,10 +154,8 @@ def _share(light: Map, sample: NDArray[np.bool_], way: Floats, width: float) -> 
 
 def _enclosed(crack: NDArray[np.bool_], least: float, widest: float) -> list[NDArray[np.bool_]]:
     """Return the places of at least ``least`` cells and at most ``widest`` that the crack surrounds, one mask each."""
-    _, label, stats, _ = cv2.connectedComponentsWithStats((~crack).astype(np.uint8), connectivity=8)
-    inside = (stats[:, :2] > 0).all(axis=1) & (stats[:, :2] + stats[:, 2:4] < crack.shape[::-1]).all(axis=1)
-    numbers = np.flatnonzero(inside & (stats[:, cv2.CC_STAT_AREA] >= least))
-    stones = [label == number for number in numbers if number > 0]
+    label, area = pieces(clear_border(~crack))
+    stones = [label == number for number in np.flatnonzero(area >= least)]
     return [stone for stone in stones if 2 * radius(stone).max() <= widest]
 
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, tangents
+from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, places_beside, tangents
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
@@ -33,23 +33,20 @@ class Crossing:
 Crossings = tuple[Crossing | None, Crossing | None]  # Crossings at the first end and at the last, where these are open
 
 
-def edge_crossing(line_mm: Floats, face_mm: Box, at_start: bool) -> Crossing | None:
-    """Return the crossing nearest to the line's middle, on one side of it; None if there is none.
-
-    The side is before the middle if ``at_start``, otherwise after it.
-    """
-    s_mm, depth_mm = arc_length(line_mm), depth_inside(line_mm, face_mm)
-    outside = np.flatnonzero(depth_mm < 0)
-    middle = len(line_mm) // 2
-    beyond = outside[outside < middle] if at_start else outside[outside > middle]
-    if len(beyond) == 0 or depth_mm[middle] < 0:
-        return None
-    out = int(beyond[-1] if at_start else beyond[0])
-    inner = out + 1 if at_start else out - 1
-    fraction = depth_mm[inner] / (depth_mm[inner] - depth_mm[out])
-    place_mm = line_mm[inner] + fraction * (line_mm[out] - line_mm[inner])
-    inward = np.array([[1, 0], [0, 1], [-1, 0], [0, -1.0]])[nearest_side(place_mm, face_mm)]
-    return Crossing(float(s_mm[inner] + fraction * (s_mm[out] - s_mm[inner])), inward)
+def edge_crossings(line_mm: Floats, face_mm: Box) -> Crossings:
+    """Return the crossings nearest to the line's middle, before it and after it; None if there is none."""
+    s_mm, depth_mm, crossings = arc_length(line_mm), depth_inside(line_mm, face_mm), list[Crossing | None]()
+    outside, middle = np.flatnonzero(depth_mm < 0), len(line_mm) // 2
+    for beyond, step in ((outside[outside < middle][::-1], 1), (outside[outside > middle], -1)):
+        if len(beyond) == 0 or depth_mm[middle] < 0:
+            crossings.append(None)
+            continue
+        inner, out = beyond[0] + step, beyond[0]
+        fraction = depth_mm[inner] / (depth_mm[inner] - depth_mm[out])
+        place_mm = line_mm[inner] + fraction * (line_mm[out] - line_mm[inner])
+        inward = np.array([[1, 0], [0, 1], [-1, 0], [0, -1.0]])[nearest_side(place_mm, face_mm)]
+        crossings.append(Crossing(float(s_mm[inner] + fraction * (s_mm[out] - s_mm[inner])), inward))
+    return crossings[0], crossings[1]
 
 
 def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Floats:
@@ -143,7 +140,7 @@ def straighten(photo: Photo, patch: Patch, line_mm: Floats, ray: Floats, step_mm
     """Sample the photo every ``step_mm`` up to ``reach_mm`` to either side of the line."""
     count = int(np.ceil(reach_mm / step_mm))
     offset_mm = np.arange(-count, count + 1.0) * step_mm
-    place_mm = line_mm[:, None] + offset_mm[:, None] * ray[:, None]
+    place_mm = places_beside(line_mm, offset_mm, ray)
     place_px = photo.to_px(place_mm.reshape(-1, 2)).reshape(place_mm.shape)
     return Strip(line_mm, ray, offset_mm, patch.light(place_px), patch.on_sample(place_px, place_mm), photo.mm_per_px)
 

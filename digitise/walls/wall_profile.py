@@ -63,7 +63,39 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = HALF, along_ed
     face hides a wall before the other, it follows the other at the crack's width, unless rays are ``along_edge``.
     """
     across = width_mm / strip.mm_per_px / strip.station_px
-    over = 2 * int(np.ceil(across)) + 1
+    over, sample_px = 2 * int(np.ceil(across)) + 1, strip.sample_px
+    light, valid = outward(strip, strip.light), outward(strip, strip.valid)
+    dark, bright = _levels(strip, width_mm, over)
+    contrast = np.maximum(bright - dark, 1e-6)
+    share = np.clip((light - dark[:, None]) / contrast[..., None], 0, 1)
+
+    levels = (HALF, STAINED) if wall_share == HALF else (wall_share,)
+    # Samples of unknown brightness must not attract a wall.
+    excess = np.concatenate([np.where(valid, share - level, 0) for level in levels])
+    place_px, *stained_px = np.split(follow(excess, sample_px, strip.station_px), len(levels))
+    for inner_px in stained_px:
+        place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
+
+    edge_px = softness_px(share, place_px, sample_px, wall_share)
+    sigma_px, clear_step = float(np.clip(edge_px, SHARPEST_PX, SOFTEST_PX)), np.zeros(place_px.shape, dtype=bool)
+    rim = dark + contrast * lit_rims(share, place_px, sigma_px, sample_px, wall_share)[:, None]
+
+    shown = np.where(valid, light, np.nan)
+    for _ in range(REFINEMENTS):
+        place_px, clear_step = refined_to_subpixel(shown, place_px, sigma_px, sample_px, over, contrast, rim)
+    rim = dark + max(wall_share, HALF) * (bright.mean(axis=0) - dark)
+    return Walls(
+        completed(place_px * strip.mm_per_px, clear_step, max(1, round(USUAL * across)), along_edge),
+        clear_step,
+        np.zeros_like(clear_step),
+        strip.light[:, strip.middle] < rim,
+        rim,
+        max(edge_px**2 - BLUR_PX**2, 0.0) ** 0.5,
+    )
+
+
+def _levels(strip: Strip, width_mm: float, over: int) -> tuple[Floats, Floats]:
+    """Return the light of the crack, (stations,), and of the mortar to both sides, (2, stations)."""
     distance = np.abs(strip.offset_mm)
     dark = steadied(np.where(strip.valid & (distance < CRACK * width_mm), strip.light, np.nan)[None], over)[0]
     # A tip is narrower than the band, which would count mortar as its darkness.
@@ -72,32 +104,7 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = HALF, along_ed
     usual = float(np.median(strip.light[beside])) if beside.any() else 0.0
     # In wide parts of the crack the band next to it includes crack.
     mortar = beside & (strip.light > (2 * dark[:, None] + usual) / 3)
-    bright = steadied(outward(strip, np.where(mortar, strip.light, np.nan)), over)
-    light, valid = outward(strip, strip.light), outward(strip, strip.valid)
-    contrast = np.maximum(bright - dark, 1e-6)
-    share = np.clip((light - dark[:, None]) / contrast[..., None], 0, 1)
-    levels = (HALF, STAINED) if wall_share == HALF else (wall_share,)
-    # Samples of unknown brightness must not attract a wall.
-    excess = np.concatenate([np.where(valid, share - level, 0) for level in levels])
-    place_px, *stained_px = np.split(follow(excess, strip.sample_px, strip.station_px), len(levels))
-    for inner_px in stained_px:
-        place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
-    edge_px = softness_px(share, place_px, strip.sample_px, wall_share)
-    sigma_px, clear_step = float(np.clip(edge_px, SHARPEST_PX, SOFTEST_PX)), np.zeros(place_px.shape, dtype=bool)
-    rim = dark + contrast * lit_rims(share, place_px, sigma_px, strip.sample_px, wall_share)[:, None]
-    for _ in range(REFINEMENTS):
-        place_px, clear_step = refined_to_subpixel(
-            light, valid, place_px, sigma_px, strip.sample_px, over, contrast, rim
-        )
-    rim = dark + max(wall_share, HALF) * (bright.mean(axis=0) - dark)
-    return Walls(
-        completed(place_px * strip.mm_per_px, clear_step, max(1, round(USUAL * across)), along_edge),
-        clear_step,
-        np.zeros(clear_step.shape, dtype=bool),
-        strip.light[:, strip.middle] < rim,
-        rim,
-        max(edge_px**2 - BLUR_PX**2, 0.0) ** 0.5,
-    )
+    return dark, steadied(outward(strip, np.where(mortar, strip.light, np.nan)), over)
 
 
 def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
@@ -159,8 +166,7 @@ def completed(walls: Floats, clear_step: NDArray[np.bool_], usual: int, along_ed
 def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: float) -> float:
     """Return the blur (sigma) of the sharper wall, from its outer half; light can spoil the inner half."""
     rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
-    columns = np.minimum((place_px[..., None] + rel_px) / sample_px, share.shape[2] - 1)
-    profiles = np.maximum.accumulate(np.median(between(share, columns), axis=1), axis=1)
+    profiles = _usual_profiles(share, place_px, rel_px, sample_px)
     reaches_px = [np.interp([wall_share, OUTER], profile, rel_px) for profile in profiles]
     return float(np.ptp(reaches_px, axis=1).min() / (ndtri(OUTER) - ndtri(wall_share)))
 
@@ -168,46 +174,41 @@ def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: f
 def lit_rims(share: Floats, place_px: Floats, sigma_px: float, sample_px: float, wall_share: float) -> Floats:
     """Return the brightness of a lit rim just inside each wall as a share of the contrast, (2,); 0 without a rim."""
     rel_px, rims = np.arange(-3 * SOFTEST_PX, SOFTEST_PX, 0.5 * sample_px), np.zeros(2)
-    columns = np.clip((place_px[..., None] + rel_px) / sample_px, 0, share.shape[2] - 1)
-    for side, profile in enumerate(np.maximum.accumulate(np.median(between(share, columns), axis=1), axis=1)):
+    for side, profile in enumerate(_usual_profiles(share, place_px, rel_px, sample_px)):
         inner_px, outer_px = np.interp([HALF, wall_share], profile, rel_px)
         if outer_px - inner_px > sigma_px * (ndtri(wall_share) + RIM):
             rims[side] = np.interp(np.linspace(inner_px, outer_px), rel_px, profile).mean()
     return rims
 
 
+def _usual_profiles(share: Floats, place_px: Floats, rel_px: Floats, sample_px: float) -> Floats:
+    """Return the median share at distances from each wall, (2, distances), made to rise outward."""
+    columns = np.clip((place_px[..., None] + rel_px) / sample_px, 0, share.shape[2] - 1)
+    return np.maximum.accumulate(np.median(between(share, columns), axis=1), axis=1)
+
+
 def refined_to_subpixel(
-    light: Floats,
-    valid: NDArray[np.bool_],
-    place_px: Floats,
-    sigma_px: float,
-    sample_px: float,
-    over: int,
-    contrast: Floats,
-    rim: Floats,
+    light: Floats, place_px: Floats, sigma_px: float, sample_px: float, over: int, contrast: Floats, rim: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return each wall's sub-pixel distance from the line in px, (2, stations), and the stations with a clear step.
 
     A wall is where the light, linear between samples, crosses the middle between the medians just inside and just
-    outside. The search begins at ``place_px``. ``light`` and ``valid`` run from the line
-    outward, (2, stations, samples); levels are medians over ``over`` stations, inside at least ``rim``, (2, stations).
+    outside. The search begins at ``place_px``. ``light`` runs from the line outward, (2, stations, samples), NaN off
+    the sample; levels are medians over ``over`` stations, inside at least ``rim``, (2, stations).
     """
     width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
     outer_px = np.arange(CLEAR * sigma_px, (CLEAR + OUTSIDE) * sigma_px, sample_px)
-    inner_px = -np.arange(CLEAR * sigma_px, (CLEAR + INSIDE) * sigma_px, sample_px)
     # Past the middle of the crack the light of the other wall begins.
-    inner_px = np.maximum(inner_px, -width_px / 2)
-    shown = np.where(valid, light, np.nan)
+    inner_px = np.maximum(-np.arange(CLEAR * sigma_px, (CLEAR + INSIDE) * sigma_px, sample_px), -width_px / 2)
     outer, inner = (
-        steadied(between(shown, (place_px[..., None] + rel_px) / sample_px), over) for rel_px in (outer_px, inner_px)
+        steadied(between(light, (place_px[..., None] + rel_px) / sample_px), over) for rel_px in (outer_px, inner_px)
     )
 
     inner = np.maximum(inner, rim)
-    threshold = inner + MIDDLE * (outer - inner)
-    excess = light - threshold[..., None]
-    rising = (excess[..., :-1] < 0) & (excess[..., 1:] >= 0) & valid[..., :-1] & valid[..., 1:]
-    here, there = excess[..., :-1], excess[..., 1:]
-    crossing_px = (np.arange(rising.shape[-1]) - here / np.where(rising, there - here, 1)) * sample_px
+    excess = light - (inner + MIDDLE * (outer - inner))[..., None]
+    before, after = excess[..., :-1], excess[..., 1:]
+    rising = (before < 0) & (after >= 0)
+    crossing_px = (np.arange(rising.shape[-1]) - before / np.where(rising, after - before, 1)) * sample_px
     away_px = np.where(rising, np.abs(crossing_px - place_px[..., None]), np.inf)
     nearest = away_px.argmin(axis=-1)[..., None]
     stepped = np.take_along_axis(away_px, nearest, -1)[..., 0] <= SNAP_PX
@@ -238,5 +239,5 @@ def between(values: Floats, column: Floats) -> Floats:
     """Interpolate each row of values at fractional columns, (..., n); NaN outside the row."""
     last = values.shape[-1] - 1
     left = np.clip(column.astype(int), 0, last - 1)
-    here, there = (np.take_along_axis(values, left + step, axis=-1) for step in (0, 1))
-    return np.where((column >= 0) & (column <= last), here + (column - left) * (there - here), np.nan)
+    first, second = (np.take_along_axis(values, left + step, axis=-1) for step in (0, 1))
+    return np.where((column >= 0) & (column <= last), first + (column - left) * (second - first), np.nan)
