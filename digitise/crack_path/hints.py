@@ -1,11 +1,11 @@
 """Check ends, via points and regions, and describe them in messages."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from digitise.geometry.polyline import crossings, depth_inside, rectangle
-from digitise.photo import Photo
+from digitise.photo import Photo, in_copy
 from digitise.settings import Pixel
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
@@ -23,6 +23,10 @@ class CrackPath:
     width_px: float  # Typical width of the crack along it
     source: PathSource
     warnings: tuple[Fact, ...] = ()
+
+    def in_copy(self, factor: int) -> "CrackPath":
+        """Return the path in the pixels of ``photo.smaller``."""
+        return replace(self, points_px=in_copy(self.points_px, factor), width_px=self.width_px / factor)
 
 
 IF_LIGHTER = (

@@ -24,7 +24,7 @@ from digitise.geometry.region import box_region, pieces
 from digitise.mesh_import.cavity_sections import ACROSS_PX, seen_from_above
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
 from digitise.photo import Photo
-from digitise.walls.straightened import edge_crossings, rays_across
+from digitise.walls.wall_profile import edge_crossings, rays_across
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import Floats, Outline

@@ -11,17 +11,18 @@ from digitise.geometry.polyline import depth_inside, extended, resampled, runs, 
 from digitise.image.raster import sampled
 from digitise.photo import EDGE_PX, Photo
 from digitise.walls.ends import Ends, Traced, crossings, find_tip, judge_ends
-from digitise.walls.straightened import (
+from digitise.walls.wall_profile import (
     LEAST_WIDTH_PX,
     Crossings,
     Patch,
     Strip,
+    Walls,
+    find_walls,
     patch_around,
     rays_across,
     sample_step_mm,
     straighten,
 )
-from digitise.walls.wall_profile import Walls, find_walls
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats

@@ -17,11 +17,10 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.profiles import finite_median
 from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import lightness
-from digitise.photo import Photo, in_copy, smaller
+from digitise.photo import Photo, smaller
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX
 from digitise.walls.ends import Traced, to_its_ends
-from digitise.walls.straightened import Strip, patch_around, straighten
-from digitise.walls.wall_profile import between, follow, outward, steadied
+from digitise.walls.wall_profile import Strip, between, follow, outward, patch_around, steadied, straighten
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
@@ -69,12 +68,11 @@ def trace_dark_region(
     if factor > 1:
         # Pixels finer than that add nothing to the mean rim.
         copy = smaller(photo, factor)
-        narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
         if hidden is not None:
             hidden = np.asarray(
                 cv2.resize(hidden, copy.brightness.shape[::-1], interpolation=cv2.INTER_NEAREST), np.uint8
             )
-        traced = trace_dark_region(copy, narrow, wall_share, hidden, insisted)
+        traced = trace_dark_region(copy, path.in_copy(factor), wall_share, hidden, insisted)
         return replace(traced, width_px=traced.width_px * factor)
     patch = patch_around(photo, path.points_px, 2 * MOST_REACH_PX, hidden)
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), photo.mm_per_px), 4.0)

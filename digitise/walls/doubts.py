@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
@@ -14,8 +15,7 @@ from digitise.geometry.polyline import left_normals, places_beside, resampled, r
 from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING, TooThinError
-from digitise.walls.straightened import patch_around, straighten
-from digitise.walls.wall_profile import cheapest_way, follow, outward, steadied
+from digitise.walls.wall_profile import cheapest_way, follow, outward, patch_around, steadied, straighten
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
@@ -69,6 +69,11 @@ BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bri
 
 BY_STROKES = "walls.plausible"
 """First part of the key of a doubt about walls that drawn strokes may settle."""
+
+
+def with_doubts(outline: Outline, *doubts: Fact, **fields: Any) -> Outline:
+    """Return the outline with further doubts and with other values of its fields."""
+    return replace(outline, warnings=(*outline.warnings, *doubts), **fields)
 
 
 def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Outline:
@@ -128,12 +133,12 @@ def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Out
     least_wide_mm, most_wide_mm = outline.width_95_mm or (outline.mean_width_mm, outline.mean_width_mm)
     sure_mm = SURE * outline.mean_width_mm
     middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
-    return replace(
+    return with_doubts(
         outline,
+        doubt(f"{BY_STROKES}.band", BAND.format(listed(middle_px), low_mm, high_mm)),
         bands_mm=tuple(rings_mm),
         width_95_mm=(min(least_wide_mm, low_mm - sure_mm), max(most_wide_mm, high_mm + sure_mm)),
         walls=(*outline.walls, *stretches),
-        warnings=(*outline.warnings, doubt(f"{BY_STROKES}.band", BAND.format(listed(middle_px), low_mm, high_mm))),
     )
 
 

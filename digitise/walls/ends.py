@@ -15,7 +15,7 @@ from digitise.crack_path.profiles import finite_median, profiles_across
 from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, unit
 from digitise.image.raster import blurred, shrunk
 from digitise.photo import EDGE_PX, Photo
-from digitise.walls.straightened import Crossings, Patch, edge_crossings
+from digitise.walls.wall_profile import Crossings, Patch, edge_crossings
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats

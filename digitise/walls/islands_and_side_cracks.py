@@ -29,7 +29,7 @@ from digitise.geometry.polyline import extended, resampled, signed_area, smoothe
 from digitise.geometry.region import ISLAND_MM2
 from digitise.image.raster import Map, blurred, continued, resized, shrunk, widened
 from digitise.photo import Photo
-from digitise.walls.straightened import BLUR_PX, LEAST_WIDTH_PX
+from digitise.walls.wall_profile import BLUR_PX, LEAST_WIDTH_PX
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import present
 from sealtwin.core.facts import Fact, doubt

@@ -22,8 +22,7 @@ from digitise.geometry.polyline import left_normals, places_beside, resampled, s
 from digitise.image.raster import DISPLAY_GAMMA, sampled
 from digitise.photo import Photo
 from digitise.walls.ends import Traced, to_its_ends
-from digitise.walls.straightened import Patch, patch_around
-from digitise.walls.wall_profile import cheapest_way
+from digitise.walls.wall_profile import Patch, cheapest_way, patch_around
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
