@@ -114,7 +114,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
             )
         moved = widened(shown, settings.mean_width_mm - shown.mean_width_mm)
         moved = replace(moved, width_source="gauge", width_95_mm=None)
-        return replace(moved, walls=_origins(moved, np.zeros((2, len(moved.s_mm)), dtype=int)))
+        return replace(moved, walls=_origins(moved, np.zeros((2, len(moved.s_mm)), int)))
     width_mm = settings.width_stations_mm
     by_hand = " and ".join(f"photo.{name}" for name in settings.drawn_by_hand)
     if by_hand and (settings.path_only or width_mm is not None):
@@ -250,7 +250,7 @@ def _origins(outline: Outline, methods: Integers) -> tuple[WallStretch, ...]:
     """Return the stretches of both walls; ``methods``, (2, n), are 0 for the usual one, 1 if bridged, 2 by hand."""
     of_paint = outline.path_source == "mask" and outline.width_source == "walls"
     origins = [OF_PAINT if of_paint else ORIGINS[outline.width_source], BRIDGED, BY_HAND]
-    stretches, s_mm, both_mm = list[WallStretch](), outline.s_mm.round(3).tolist(), outline.width_95_mm
+    stretches, s_mm, both_mm = [], outline.s_mm.round(3).tolist(), outline.width_95_mm
     for side, numbers in zip(SIDES, methods, strict=True):
         for begin, end in pairwise([0, *np.flatnonzero(np.diff(numbers)) + 1, len(numbers) - 1]):
             method, why = origins[numbers[begin]]
@@ -352,7 +352,7 @@ def _stations(photo: Photo, traced: Traced) -> tuple[list[Floats], Integers]:
     stations = np.linspace(*traced.span_mm, max(2, 1 + round(length_px)))
     lines_mm = polyline.at_arc_length(np.hstack([traced.line_mm, *smooth_mm]), s_mm, stations)
     centreline_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
-    methods = np.zeros((2, len(stations)), dtype=int)
+    methods = np.zeros((2, len(stations)), int)
     if traced.clear_step is not None:
         methods[polyline.at_arc_length(traced.clear_step.T.astype(float), s_mm, stations).T < 0.5] = 1
     tips, opens = ([end for end in (0, -1) if traced.kinds[end] == kind] for kind in ("closed", "open"))

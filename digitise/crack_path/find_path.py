@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.spatial import KDTree
 
@@ -137,7 +136,7 @@ class CrackSearch:
         line_px = crack.line_px
         path = self.wire.between(line_px[[0, -1]])
         near_px = max(crack.width_px, FOLLOWS_CELLS / self.wire.field.scale)
-        if float(np.mean(KDTree(line_px).query(path.points_px)[0] > near_px)) <= MOST_ASTRAY:
+        if np.mean(KDTree(line_px).query(path.points_px)[0] > near_px) <= MOST_ASTRAY:
             return path
         return self.wire.between(line_px[np.linspace(0, len(line_px) - 1, 5).astype(int)])
 
@@ -156,7 +155,7 @@ class LiveWire:
         self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None, found_face_px: Floats | None = None
     ) -> None:
         """Map the photo within ``roi_px`` and ``found_face_px``; raise InputError if ``roi_px`` is not a region."""
-        self._photo, self._in_region = photo, roi_px is not None
+        self._photo, self._snap_px = photo, snap_px(photo)
         self._limits = None if roi_px is None else region_px(photo, roi_px), found_face_px
         self.field: LineMap = map_lines(photo, *self._limits)
 
@@ -166,7 +165,7 @@ class LiveWire:
         Raises InputError for a point off any crack, or if a gate refuses the path.
         """
         check_hints(self._photo, ends_px, via_px)
-        points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
+        points_px = np.array([ends_px[0], *via_px, ends_px[1]], float)
         return self._believing(points_px).between(points_px, "via" if via_px else "ends")
 
     def between(self, points_px: Floats, source: Literal["ends", "via"] | None = None) -> CrackPath:
@@ -187,21 +186,18 @@ class LiveWire:
 
         Raises InputError if a clicked point is off any line.
         """
-        field = self.field
-        stops = self._on_map(points_px)
-        limit_px = snap_px(self._photo)
-        cost = field.cost()
+        field, stops = self.field, self._on_map(points_px)
+        cost, line = field.cost(), np.zeros(field.clear.shape, bool)
         for number in range(1, len(stops) - 1):
-            stops[number] = self._snapped(stops[number], points_px[number], cost, limit_px)
-        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px, limit_px)
-        width = float(np.median(field.width[tuple(cells.T)]))
+            stops[number] = self._snapped(stops[number], points_px[number], cost)
+        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px)
+        width, line[tuple(cells.T)] = float(np.median(field.width[tuple(cells.T)])), True
         # A wide crack is as cheap along its walls; its middle is the clearest place.
-        away = distance_outside(_marked(cells, cost.shape))
-        beside = away <= max(BESIDE * width, LEAST_BESIDE)
+        beside = distance_outside(line) <= max(BESIDE * width, LEAST_BESIDE)
         clearest = float(np.percentile(field.clear[beside], CLEAREST))
         cost = np.where(beside, field.cost(max(CLEAR, clearest)), np.inf)
-        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px, limit_px)
-        most_px = limit_px + width / field.scale if clicked else len(cells) / field.scale
+        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px)
+        most_px = self._snap_px + width / field.scale if clicked else len(cells) / field.scale
         cells = self._on_crack(cells, points_px, width, most_px)
         line_px = field.to_photo(cells[:, ::-1])
         width_px = width_along(self._photo, line_px, max(width, 1.0) / field.scale)
@@ -212,54 +208,53 @@ class LiveWire:
         if not self.field.around.any():
             return self
         depth_px = distance_outside(~self.field.around) / self.field.scale
-        column, row = np.clip(np.rint(self.field.to_cells(points_px)).astype(int).T, 0, _last(depth_px)[::-1, None])
-        deep = depth_px[row, column] > snap_px(self._photo)
+        row, column = self._nearest_cells(points_px).T
+        deep = depth_px[row, column] > self._snap_px
         if not deep.any():
             return self
         wire = copy(self)
         wire.field = map_lines(self._photo, *self._limits, points_px[deep])
         return wire
 
+    def _nearest_cells(self, points_px: Floats) -> Integers:
+        """Return row and column of each point, (n, 2), those outside the map moved to its rim."""
+        cells = np.rint(self.field.to_cells(points_px)[:, ::-1]).astype(int)
+        return np.clip(cells, 0, np.array(self.field.clear.shape) - 1)
+
     def _on_map(self, points_px: Floats) -> Integers:
         """Return row and column of each point, moved to the nearest cell that is searched."""
-        field, photo = self.field, self._photo
-        if not field.allowed.any():
-            raise InputError(f"{photo.file}: no part of the sample is near the ends; check ends_px and roi_px.")
-        cells = np.rint(field.to_cells(points_px)[:, ::-1]).astype(int)
-        searched = np.clip(cells, 0, _last(field.clear))
-        for number in np.flatnonzero(~field.allowed[tuple(searched.T)]):
-            allowed = np.argwhere(field.allowed)
+        allowed = np.argwhere(self.field.allowed)
+        if len(allowed) == 0:
+            raise InputError(f"{self._photo.file}: no part of the sample is near the ends; check ends_px and roi_px.")
+        cells, searched = np.rint(self.field.to_cells(points_px)[:, ::-1]), self._nearest_cells(points_px)
+        for number in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
             searched[number] = allowed[np.argmin(np.sum((allowed - cells[number]) ** 2, axis=1))]
-        moved_px = np.linalg.norm(searched - cells, axis=1) / field.scale
-        if moved_px.max() > snap_px(photo):
-            (x, y), outside_px = points_px[moved_px.argmax()], moved_px.max()
-            limits = ["the face"] if photo.face_px is not None else []
-            limits += ["without its markers"] if photo.markers_px else []
-            limits += ["inside roi_px"] if self._in_region else []
-            limits += ["without the dark region at its border"] if field.around.any() else []
+        moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
+        farthest = moved_px.argmax()
+        if moved_px[farthest] > self._snap_px:
             raise InputError(
-                f"{photo.file}: the point ({x:g}, {y:g}) is {outside_px:.0f} px outside the searched area, which is "
-                f"{', '.join(limits) or 'the sample'}; check ends_px, via_px{' and roi_px' * self._in_region}."
+                f"{self._photo.file}: the point {listed(points_px[[farthest]])} is {moved_px[farthest]:.0f} px outside "
+                "the searched area: the face of the sample inside roi_px, without markers and without a dark region at "
+                "the photo's border; check ends_px, via_px and roi_px."
             )
         return searched
 
-    def _snapped(self, stop: Integers, point_px: Floats, cost: Floats, limit_px: float) -> Integers:
+    def _snapped(self, stop: Integers, point_px: Floats, cost: Floats) -> Integers:
         """Return a via point moved to the cheapest place of a line near it."""
-        rows, columns = np.nonzero((self.field.clear >= ON_CRACK) & self.field.allowed)
-        away_px = np.hypot(rows - stop[0], columns - stop[1]) / self.field.scale
-        near = np.flatnonzero(away_px <= limit_px)
-        if len(near) == 0:
-            nearest = f": the nearest one is {too_far(away_px.min(), limit_px)}" if len(rows) else ""
-            x, y = point_px
+        clear = np.argwhere((self.field.clear >= ON_CRACK) & self.field.allowed)
+        away_px = np.hypot(*(clear - stop).T) / self.field.scale
+        near = away_px <= self._snap_px
+        if not near.any():
+            nearest = f": the nearest one is {too_far(away_px.min(), self._snap_px)}" if len(clear) else ""
             raise InputError(
-                f"{self._photo.file}: the via point ({x:g}, {y:g}) is not on a crack{nearest}; give a point inside "
-                "the crack."
+                f"{self._photo.file}: the via point {listed(point_px[None])} is not on a crack{nearest}; give a point "
+                "inside the crack."
             )
         # Cost grows with distance, so that the point stays on its crack if a darker one is near.
-        price = cost[rows[near], columns[near]] * (1 + (2 * away_px[near] / limit_px) ** 2)
-        return np.array([rows[near][np.argmin(price)], columns[near][np.argmin(price)]])
+        price = cost[tuple(clear[near].T)] * (1 + (2 * away_px[near] / self._snap_px) ** 2)
+        return clear[near][np.argmin(price)]
 
-    def _joined(self, legs: list[Integers], points_px: Floats, limit_px: float) -> Integers:
+    def _joined(self, legs: list[Integers], points_px: Floats) -> Integers:
         """Join the legs to one path without double parts.
 
         A leg may run back along the one before it, but only by as much as a click may be off.
@@ -269,13 +264,12 @@ class LiveWire:
             apart, nearest = KDTree(cells).query(leg, distance_upper_bound=SAME)
             forth = int(np.flatnonzero(np.isfinite(apart))[-1])
             back = int(np.asarray(nearest)[forth])
-            spur_px = float(arc_length(cells[back:].astype(float))[-1]) / self.field.scale
-            if spur_px > limit_px:
-                x, y = points_px[number]
+            spur_px = arc_length(cells[back:].astype(float))[-1] / self.field.scale
+            if spur_px > self._snap_px:
                 raise InputError(
-                    f"{self._photo.file}: after the via point ({x:g}, {y:g}) the path runs back {spur_px:.0f} px along "
-                    "itself: the point is not on the way to the next one. Give via_px in order along the crack, and "
-                    "give no point on a branch."
+                    f"{self._photo.file}: after the via point {listed(points_px[[number]])} the path runs back "
+                    f"{spur_px:.0f} px along itself: the point is not on the way to the next one. Give via_px in order "
+                    "along the crack, and give no point on a branch."
                 )
             cells = np.concatenate([cells[: back + 1], leg[forth + 1 :]])
         return cells
@@ -287,26 +281,15 @@ class LiveWire:
         light = minimum_filter1d((self.field.shown / np.maximum(around, 1e-3))[tuple(cells.T)], 3)
         dark = light < (1 + float(np.median(light))) / 2
         is_clear = clear >= min(ON_CRACK, SHARE_ON_CRACK * float(np.median(clear)))
-        s_px, ends = arc_length(cells.astype(float)) / self.field.scale, list[int]()
-        for (x, y), away_px in zip(points_px[[0, -1]], (s_px, s_px[-1] - s_px), strict=True):
+        s_px, ends = arc_length(cells.astype(float)) / self.field.scale, []
+        for end, away_px in ((0, s_px), (-1, s_px[-1] - s_px)):
             # The tip of a crack in grain is clear beyond the last place that is dark.
-            nearest_px = [float(away_px[places].min(initial=np.inf)) for places in (is_clear & dark, is_clear)]
+            nearest_px = [away_px[places].min(initial=np.inf) for places in (is_clear & dark, is_clear)]
             moved_px = nearest_px[0] if nearest_px[0] <= limit_px else nearest_px[1]
             if moved_px > limit_px:
                 raise InputError(
-                    f"{self._photo.file}: the end ({x:g}, {y:g}) is not on a crack: the nearest one is "
+                    f"{self._photo.file}: the end {listed(points_px[[end]])} is not on a crack: the nearest one is "
                     f"{too_far(moved_px, limit_px)}; give a point inside the crack; {IF_LIGHTER}."
                 )
             ends.append(int(np.argmin(np.abs(away_px - moved_px))))
         return cells[ends[0] : ends[1] + 1]
-
-
-def _marked(cells: Integers, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    mask = np.zeros(shape, dtype=bool)
-    mask[tuple(cells.T)] = True
-    return mask
-
-
-def _last(picture: NDArray) -> Integers:
-    """Return the last row and column."""
-    return np.array(picture.shape) - 1

@@ -143,9 +143,9 @@ def along_joint(route: Route) -> Fact | None:
     corners, least = straight_legs(cells, width)
     places = np.asarray(KDTree(cells).query(corners)[1])
     s = arc_length(cells)
-    least, beyond = max(least, LEG_SHARE * float(s[-1])), ONWARD + 2 * width
+    least, beyond = max(least, LEG_SHARE * s[-1]), ONWARD + 2 * width
     clear = cv2.dilate(np.minimum(route.field.clear, CLEAR), np.ones((3, 3), np.uint8))
-    path, joints = KDTree(cells), list[tuple[float, int, int]]()
+    path, joints = KDTree(cells), []
     for first, last in pairwise(places.tolist()):
         length = float(s[last] - s[first])
         for corner, other in ((last, first), (first, last)):

@@ -25,6 +25,7 @@ from digitise.image.raster import (
     resized,
     shrunk,
     widened,
+    window_around,
 )
 from digitise.photo import Photo
 from sealtwin.core.records import Floats, Integers
@@ -83,10 +84,10 @@ class LineMap:
 
     def to_cells(self, points_px: Floats) -> Floats:
         """Return the places in the map, as column and row."""
-        return (np.asarray(points_px, dtype=float) - self.offset_px + 0.5) * self.scale - 0.5
+        return (np.asarray(points_px, float) - self.offset_px + 0.5) * self.scale - 0.5
 
     def to_photo(self, places: Floats | Integers) -> Floats:
-        return (np.asarray(places, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
+        return (np.asarray(places, float) + 0.5) / self.scale - 0.5 + self.offset_px
 
     def clear_along(self, cells: Integers) -> Floats:
         """Return the clearness of cells, (n, 2) as rows and columns, at most ``CLEAR``.
@@ -100,7 +101,7 @@ class LineMap:
     def cost(self, clear: float = CLEAR) -> Floats:
         """Return the cost of a step through each cell. A line clearer than ``clear`` is no cheaper."""
         usual = np.percentile(self.contrast[self.allowed], 99) if self.allowed.any() else 0.0
-        share = np.clip(self.contrast / max(float(usual), LEAST_CONTRAST), 0, 1)
+        share = np.clip(self.contrast / max(usual, LEAST_CONTRAST), 0, 1)
         worth = BY_CLEARNESS * np.clip(self.clear, 0, clear) / clear + (1 - BY_CLEARNESS) * share
         return np.where(self.allowed, 1 / (NOTHING + worth), np.inf)
 
@@ -117,10 +118,9 @@ def map_lines(
     region at the border that has a place of ``crack_px``, (n, 2), is crack and not surroundings.
     """
     corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
-    left, top = np.maximum(np.floor(corners_px.min(axis=0)), 0).astype(int).tolist()
-    right, bottom = np.minimum(np.ceil(corners_px.max(axis=0)) + 1, photo.size_px).astype(int).tolist()
-    light = photo.brightness[top:bottom, left:right]
-    allowed = photo.sample_mask(found_face_px)[top:bottom, left:right]
+    low, window = window_around(corners_px, 0.0, photo.size_px)
+    left, top = low.tolist()
+    light, allowed = photo.brightness[window], photo.sample_mask(found_face_px)[window]
     if region_px is not None:
         allowed = np.minimum(allowed, filled_polygon(allowed.shape, region_px - (left, top)))
     scale = min(1.0, WORK_PX / max(light.shape))
@@ -172,7 +172,7 @@ def _filtered(shown: Map, allowed: NDArray[np.bool_]) -> tuple[Map, Map, Map]:
             break
         copy = shrunk(shown, size)
         mean = np.maximum(blurred(copy, max(EVEN / 2**octave, LEAST_EVEN)), np.float32(LEAST_LIGHT))
-        even = np.asarray(copy / mean, dtype=np.float32)
+        even = np.asarray(copy / mean, np.float32)
         usable = shrunk(allowed.astype(np.float32), size) > 0.99
         for sigma in sigmas:
             responses = np.array([_response(even, sigma, direction) for direction in range(DIRECTIONS)])
@@ -193,10 +193,10 @@ def _to_border(picture: Map) -> Map:
 
 def _response(even: Map, sigma: float, direction: int) -> Map:
     """Return how much brighter both sides are than the middle, less half of the sides' difference."""
-    middle = np.asarray(cv2.filter2D(even, cv2.CV_32F, _bar(sigma, direction)), dtype=np.float32)
+    middle = np.asarray(cv2.filter2D(even, cv2.CV_32F, _bar(sigma, direction)), np.float32)
     angle = np.pi * direction / DIRECTIONS + np.pi / 2
     left, right = (_moved(middle, side * SIDE * sigma, angle) for side in (1, -1))
-    return np.asarray((left + right - ONE_SIDED * np.abs(left - right)) / 2 - middle, dtype=np.float32)
+    return np.asarray((left + right - ONE_SIDED * np.abs(left - right)) / 2 - middle, np.float32)
 
 
 def _bar(sigma: float, direction: int) -> Map:
@@ -235,5 +235,5 @@ def cheapest_legs(cost: Floats, stops: Integers, scale: float) -> list[Integers]
         room = int(np.ceil(max(LEAST_ROOM_PX * scale, ROOM * np.linalg.norm(end - start))))
         low, high = np.maximum(np.minimum(start, end) - room, 0), np.maximum(start, end) + room + 1
         way, _ = route_through_array(cost[low[0] : high[0], low[1] : high[1]], start - low, end - low)
-        legs.append(low + np.array(way, dtype=np.int64))
+        legs.append(low + np.array(way, np.int64))
     return legs

@@ -47,7 +47,7 @@ def distance_outside(mask: NDArray[np.bool_]) -> Map:
     """Return the distance of each cell from the nearest cell of the mask, 0 inside it."""
     away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     # OpenCV's last bit depends on the memory address of a small array; squared distances are whole numbers.
-    return np.sqrt(np.rint(np.square(np.asarray(away, dtype=np.float32))))
+    return np.sqrt(np.rint(np.square(np.asarray(away, np.float32))))
 
 
 def radius(region: NDArray[np.bool_]) -> Floats:
@@ -76,9 +76,9 @@ def along_middle(region: NDArray[np.bool_], ends: Floats) -> Integers:
     cells = np.argwhere(region)
     start, end = (cells[int(np.argmin(np.sum((cells - place[::-1]) ** 2, axis=1)))] for place in ends)
     to_rim = radius(region)
-    share = np.minimum(to_rim / max(2 * float(np.median(to_rim[region])), 1.0), 1.5)
+    share = np.minimum(to_rim / max(2 * np.median(to_rim[region]), 1.0), 1.5)
     way, _ = route_through_array(np.where(region, 1 / (0.03 + share**2), np.inf), start, end)
-    return np.array(way, dtype=np.int64)
+    return np.array(way, np.int64)
 
 
 def without_hooks(way: Integers, to_rim: Floats) -> Integers:
@@ -118,10 +118,7 @@ def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
 
     In a tree the result is exact.
     """
-    far = _farthest(dijkstra(graph, directed=False, indices=start))
-    away, before = dijkstra(graph, directed=False, indices=far, return_predecessors=True)
-    end = _farthest(away)
-    return _walked(before, far, end), float(away[end])
+    return _walk(graph, int(_walk(graph, start)[0][-1]))
 
 
 def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[tuple[Integers, bool]]:
@@ -136,7 +133,7 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[t
     if len(trunk) < 2:
         return []
     to_rim = radius(region)[tuple(trunk.T)]
-    away, nearest = KDTree(trunk).query(cells)
+    away, nearest = map(np.asarray, KDTree(trunk).query(cells))
     beyond = away - to_rim[nearest]
     outside = np.flatnonzero(beyond > 0)
     if len(outside) < 2:
@@ -152,8 +149,7 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[t
         # A crack continues past an end beside the path if the click was off its middle.
         if beyond[own].max() < least or min(foot, len(trunk) - 1 - foot) <= to_rim[foot]:
             continue
-        length, before = dijkstra(graph[members][:, members], directed=False, indices=root, return_predecessors=True)
-        walk = _walked(before, root, _farthest(length))
+        walk, _ = _walk(graph[members][:, members], root)
         lines.append((cells[own[walk]], bool(beyond[own[walk[-1]]] <= AT_RIM)))
     return sorted(lines, key=lambda line: -len(line[0]))
 
@@ -165,18 +161,14 @@ def _beside(cells: Integers, way: Integers) -> Integers:
     own = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
     cells, away = cells[own], away[own]
     first, last = (int(np.argmin(np.sum((cells - end) ** 2, axis=1))) for end in way[[0, -1]])
-    graph = linked(cells, worth=1 + away / max(float(np.median(away)), 1.0))
-    _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
-    return cells[_walked(before, first, last)]
+    graph = linked(cells, worth=1 + away / max(np.median(away), 1.0))
+    return cells[_walk(graph, first, last)[0]]
 
 
-def _walked(before: Integers, start: int, end: int) -> Integers:
-    """Return the indices of the path from start to end. ``before`` gives the predecessor of each index."""
-    walk = [end]
+def _walk(graph: csr_array, start: int, end: int | None = None) -> tuple[Integers, float]:
+    """Return the shortest path from start to end, as indices, and its length. Without an end it is the farthest one."""
+    away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+    walk = [int(np.argmax(np.where(np.isfinite(away), away, -1))) if end is None else end]
     while walk[-1] != start:
         walk.append(int(before[walk[-1]]))
-    return np.array(walk[::-1], dtype=np.int64)
-
-
-def _farthest(away: Floats) -> int:
-    return int(np.argmax(np.where(np.isfinite(away), away, -1)))
+    return np.array(walk[::-1], np.int64), float(away[walk[0]])

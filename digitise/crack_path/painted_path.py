@@ -48,7 +48,7 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
         chosen = int(area.argmax())
     else:
         check_hints(photo, ends_px)
-        chosen = _piece_of(photo, label, np.array(ends_px, dtype=float))
+        chosen = _piece_of(photo, label, np.array(ends_px, float))
     left, top, width, height = cv2.boundingRect((label == chosen).astype(np.uint8))
     piece = label[top : top + height, left : left + width] == chosen
     scale = min(1.0, WORK_PX / max(piece.shape))
@@ -101,7 +101,7 @@ def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
 def _without_pinholes(region: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the region with its small holes filled."""
     # In a strip the median distance from the rim is a quarter of the width.
-    hole = PINHOLE * 4 * float(np.median(medial_axis.radius(region)[region]))
+    hole = PINHOLE * 4 * np.median(medial_axis.radius(region)[region])
     return ~medial_axis.larger_pieces(~region, np.pi / 4 * hole**2, connectivity=4)
 
 

@@ -99,7 +99,7 @@ def _across(photo: Photo, points_px: Floats, width_px: float, reach_px: float) -
     every = 1 + len(line_px) // STATIONS
     line_px, normal = line_px[::every], left_normals(line_px)[::every]
     samples = round(reach_px / STEP_PX)
-    offset_px = STEP_PX * np.arange(-samples, samples + 1)
+    offset_px = STEP_PX * np.arange(-samples, samples + 1.0)
     place_px = places_beside(line_px, offset_px, normal)
     return _softly(photo, place_px)
 

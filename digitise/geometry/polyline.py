@@ -111,7 +111,7 @@ def uncrossed(ring: Floats) -> Floats:
 
 
 def _largest(region: CrossSection) -> Floats:
-    rings = (np.asarray(ring, dtype=float) for ring in region.to_polygons())
+    rings = (np.asarray(ring, float) for ring in region.to_polygons())
     return max(rings, key=signed_area, default=np.empty((0, 2)))
 
 
@@ -143,7 +143,7 @@ def on_side(point: Floats, box: Box) -> Floats:
 def rectangle(box: Box) -> Floats:
     """Return the corners of a box: lower left, lower right, upper right, upper left."""
     x_min, y_min, x_max, y_max = box
-    return np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]], dtype=float)
+    return np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]], float)
 
 
 def project(homography: Floats, points: Floats) -> Floats:

@@ -88,7 +88,7 @@ def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
         )
     _check_size(name, image.shape[1], image.shape[0])
     rgb = image if image.ndim == 3 else np.repeat(image[..., None], 3, axis=2)
-    return Decoded(image=np.ascontiguousarray(rgb, dtype=np.uint8))
+    return Decoded(image=np.ascontiguousarray(rgb, np.uint8))
 
 
 @contextmanager
@@ -281,15 +281,9 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
         opacity = picture.convert("RGBA").getchannel("A") if picture.has_transparency_data else None
         # Editors add an opaque alpha channel to any picture.
         by_opacity = opacity is not None and opacity.getextrema() != (255, 255)
-        shown = np.asarray(opacity if by_opacity else picture.convert("L"), dtype=np.uint8)
+        shown = np.asarray(opacity if by_opacity else picture.convert("L"), np.uint8)
     kind = "opacity" if by_opacity else "brightness"
-    if shown.max() < PAINTED:
-        raise InputError(
-            f"{path}: the mask paints nothing: its largest {kind} is {shown.max()} of 255, but paint needs at least "
-            f"{PAINTED}. {REMEDY}"
-        )
-    painted = shown >= PAINTED
-    _soundly_painted(painted, path, f"pixels with a {kind} of {PAINTED} to 255 are painted")
+    painted = _soundly_painted(shown >= PAINTED, path, f"pixels with a {kind} of {PAINTED} to 255 are painted")
     count = np.bincount(shown.ravel(), minlength=256)
     between = PLAIN[0] + int(np.argmax(count[PLAIN[0] : PLAIN[1]]))
     if count[between] > OF_PAINT * np.count_nonzero(painted):

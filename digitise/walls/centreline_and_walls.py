@@ -68,7 +68,7 @@ def trace(
     photo: Photo,
     path: CrackPath,
     wall_share: float,
-    hidden: NDArray[np.uint8] | None = None,
+    hidden: NDArray[np.uint8],
     least_px: float = MIN_WIDTH_PX,
 ) -> Traced:
     """Follow both walls along ``path``, straight across pixels that are ``hidden``.
@@ -76,7 +76,7 @@ def trace(
     Raises InputError if the crack is too short, WallsMissingError if it is unclear, and TooThinError if it is narrower
     than ``least_px`` or blur would decide its width.
     """
-    length_px = float(arc_length(path.points_px)[-1])
+    length_px = arc_length(path.points_px)[-1]
     if length_px < LEAST_SLENDERNESS * path.width_px:
         raise InputError(
             f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; it must be "
@@ -126,7 +126,7 @@ class _Crack:
 
     photo: Photo
     patch: Patch
-    hidden: NDArray[np.uint8] | None
+    hidden: NDArray[np.uint8]
     wall_share: float
     spacing_mm: float
 
@@ -136,25 +136,24 @@ class _Crack:
         ray = rays_across(line_mm, width_mm, crossings or (None, None))
         strip = straighten(self.photo, self.patch, line_mm, ray, step_mm, REACH * width_mm)
         walls = find_walls(strip, width_mm, self.wall_share, crossings is not None)
-        if self.hidden is not None:
-            for side, sign in enumerate((1, -1)):
-                wall_px = self.photo.to_px(strip.places_mm(sign * walls.away_mm[side]))
-                covered = (sampled(self.hidden, wall_px) > 0) & ~walls.clear_step[side]
-                _bridge(walls, side, covered, max(1, round(width_mm / self.spacing_mm)))
+        for side, sign in enumerate((1, -1)):
+            wall_px = self.photo.to_px(strip.places_mm(sign * walls.away_mm[side]))
+            covered = (sampled(self.hidden, wall_px) > 0) & ~walls.clear_step[side]
+            _bridge(walls, side, covered, max(1, round(width_mm / self.spacing_mm)))
         return strip, walls
 
     def span_mm(self, line_mm: Floats, walls: Walls, ends: Ends) -> tuple[float, float]:
         """Return the arc lengths on the line at which the crack begins and ends."""
-        s_mm, span_mm = arc_length(line_mm), list[float]()
+        s_mm, span_mm = arc_length(line_mm), []
         for end, crossing in zip(ends, _crossings(self.photo, line_mm, ends), strict=True):
-            near_mm = float(s_mm[KDTree(line_mm).query(self.photo.to_mm(end.place_px[None])[0])[1]])
+            near_mm = s_mm[KDTree(line_mm).query(self.photo.to_mm(end.place_px[None])[0])[1]]
             if crossing is not None:
                 near_mm = crossing.s_mm
             elif end.kind == "closed":
                 reach_mm = walls.usual_width_mm
-                level = float(np.interp(near_mm, s_mm, walls.rim))
+                level = np.interp(near_mm, s_mm, walls.rim)
                 near_mm = find_tip(self.photo, self.patch, line_mm, near_mm, reach_mm, level)
-            span_mm.append(near_mm)
+            span_mm.append(float(near_mm))
         return span_mm[0], span_mm[1]
 
 
@@ -223,12 +222,12 @@ def _shown_span_mm(
     photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats], span_mm: tuple[float, float]
 ) -> tuple[float, float]:
     """Return the longest part of a span with both walls in the photo; raise InputError if that is too short."""
-    width, height = photo.size_px
-    hidden = np.zeros(len(line_mm), dtype=bool)
-    for wall_mm in walls_mm:
-        outside = depth_inside(photo.to_px(wall_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
+    both_mm, (width, height) = np.concatenate(walls_mm), photo.size_px
+    outside = depth_inside(photo.to_px(both_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
+    if photo.face_mm is not None:
         # A wall beyond the edge of the face ends there anyway.
-        hidden |= outside & (True if photo.face_mm is None else depth_inside(wall_mm, photo.face_mm) > 0)
+        outside &= depth_inside(both_mm, photo.face_mm) > 0
+    hidden = np.logical_or(*outside.reshape(2, -1))
     s_mm = arc_length(line_mm)
     within = (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
     first, past = max(runs(within & ~hidden), key=np.ptp, default=(0, 1))

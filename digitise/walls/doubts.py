@@ -86,7 +86,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Out
     line_mm, walls_mm = outline.centreline_mm[thin], (outline.left_wall_mm[thin], outline.right_wall_mm[thin])
     if len(line_mm) < LEAST_PROFILES:
         return outline
-    station_px = float(s_mm[-1]) / (len(s_mm) - 1) / px
+    station_px = s_mm[-1] / (len(s_mm) - 1) / px
 
     def odd(widths: float) -> int:
         return int(max(3, widths * width_px / station_px)) | 1
@@ -122,7 +122,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Out
     )
     if high_mm - low_mm < WORTH_SAYING * width_px * px:
         return outline
-    rings_mm, stretches = list[Floats](), list[WallStretch]()
+    rings_mm, stretches = [], []
     for side, sign, where, edge_px in zip(SIDES, (1, -1), doubtful, edges_px.swapaxes(0, 1), strict=True):
         near_mm, far_mm = line_mm + sign * px * edge_px[..., None] * ray
         for begin, end in runs(where):
@@ -153,7 +153,7 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
     line_px, reach_px = resampled(outline.centreline_px, 1.0), 2 * half_px + 2 * LINE_PX
     offset_px, normal = np.arange(-reach_px, reach_px + 1), left_normals(smoothed(line_px, 2 * half_px))
     light, inner = sampled(photo.brightness, places_beside(line_px, offset_px, normal)), np.abs(offset_px) < half_px
-    soft = np.asarray(cv2.blur(light, (LINE_PX, LINE_ALONG_PX)), dtype=float)[:, inner]
+    soft = np.asarray(cv2.blur(light, (LINE_PX, LINE_ALONG_PX)), float)[:, inner]
     inside = np.median(light[:, inner])
     ground = float(np.median(light[:, np.abs(offset_px) > half_px + 2 * LINE_PX]))
     column = cheapest_way(soft[None] / ground, LINE_STEP * np.arange(-2.0, 3.0) ** 2)[0]
@@ -197,7 +197,7 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
 
 def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[Fact]:
     """Return warnings if the crack closes before an end of the path; raise InputError if much of the path is lost."""
-    s_px, warnings = arc_length(path_px), list[Fact]()
+    s_px, warnings = arc_length(path_px), []
     first, last = np.asarray(KDTree(path_px).query(centreline_px[[0, -1]])[1])
     for end, lost_px in ((0, float(s_px[first])), (-1, float(s_px[-1] - s_px[last]))):
         if kinds[end] != "closed" or lost_px <= snap_px(photo):

@@ -13,8 +13,8 @@ from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import pieces, radius
 from digitise.crack_path.profiles import finite_median, profiles_across
 from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, unit
-from digitise.image.raster import blurred, shrunk
-from digitise.photo import EDGE_PX, Photo
+from digitise.image.raster import blurred, draw_line
+from digitise.photo import EDGE_PX, Photo, in_copy, smaller
 from digitise.walls.wall_profile import Crossings, Patch, edge_crossings
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.facts import Fact, doubt
@@ -67,7 +67,7 @@ def find_tip(photo: Photo, patch: Patch, line_mm: Floats, near_mm: float, reach_
     fine_mm = np.arange(max(near_mm - reach_mm, 0), min(near_mm + reach_mm, s_mm[-1]), STEP_PX * photo.mm_per_px)
     light = patch.light(photo.to_px(at_arc_length(line_mm, s_mm, fine_mm)))
     places_mm = fine_mm[1:][(light[:-1] < level) != (light[1:] < level)]
-    return float(min(places_mm, key=lambda place_mm: abs(place_mm - near_mm), default=near_mm))
+    return min(places_mm, key=lambda place_mm: abs(place_mm - near_mm), default=near_mm)
 
 
 def to_its_ends(
@@ -146,18 +146,15 @@ def _dark_ahead_px(
     photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float
 ) -> Floats:
     """Return the pixels of crack around and ahead of the end that are connected to it, (n, 2)."""
-    reach_px = LOOK_AHEAD * width_px
-    left, top = np.maximum(np.floor(end_px - reach_px) - patch.offset_px, 0).astype(int)
-    right, bottom = (np.ceil(end_px + reach_px) - patch.offset_px).astype(int) + 1
-    dark = patch.soft[top:bottom, left:right] < threshold
-    y, x = np.nonzero(dark)
-    dark_px = np.column_stack([x + left, y + top]) + np.array(patch.offset_px, dtype=float)
+    rows, columns = np.nonzero(patch.soft < threshold)
+    dark_px = np.column_stack([columns, rows]).astype(float) + patch.offset_px
     away_px = dark_px - end_px
     # A strip behind the end is included, so that a bright speck on the end does not separate it from the crack.
-    near = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= reach_px)
+    near = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= LOOK_AHEAD * width_px)
     near[near] = patch.on_sample(dark_px[near], photo.to_mm(dark_px[near]))
-    dark[y, x] = near
-    label = pieces(dark)[0][y[near], x[near]]
+    crack = np.zeros(patch.soft.shape, bool)
+    crack[rows[near], columns[near]] = True
+    label = pieces(crack)[0][rows[near], columns[near]]
     if len(label) == 0:
         return dark_px[near]
     return dark_px[near][label == label[np.argmin(np.linalg.norm(away_px[near], axis=1))]]
@@ -176,8 +173,8 @@ NEAR = 1.5  # Widths from the end within which the rest of the crack must begin
 
 def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
     """Return a doubt for each end that a click cut, if the photo shows much more of the crack beyond it."""
-    length_px = float(arc_length(line_px)[-1])
-    last_px, warnings = np.array(photo.size_px) - 1, list[Fact]()
+    length_px = arc_length(line_px)[-1]
+    last_px, warnings = np.array(photo.size_px) - 1, []
     for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
         if kind != "cut" or depth_inside(inward_px[:1], (0, 0, *last_px))[0] < AT_BORDER * (width_px + 2):
             continue
@@ -201,17 +198,15 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     ground = finite_median(profiles.light[:, away_px > GROUND_BESIDE[0] * width_px + 2])
     threshold = (ground + finite_median(profiles.light[:, away_px <= max(width_px / 4, 1.0)])) / 2
     factor = max(1, int(width_px / WORK_PX), -(-max(photo.size_px) // LARGEST_PX))
-    size = (photo.size_px[0] // factor, photo.size_px[1] // factor)
-    whole = np.s_[: size[1] * factor, : size[0] * factor]
-    light = blurred(shrunk(photo.brightness[whole], size) if factor > 1 else photo.brightness, 0.8)
-    sample = photo.sample_mask()[whole][::factor, ::factor] > 0
-    width, cells = width_px / factor, (inward_px + 0.5) / factor - 0.5
-    dark = (light < threshold) & sample
+    copy, width, cells = smaller(photo, factor), width_px / factor, in_copy(inward_px, factor)
+    height, across = copy.brightness.shape
+    sample = photo.sample_mask()[::factor, ::factor][:height, :across] > 0
+    dark = (blurred(copy.brightness, 0.8) < threshold) & sample
     # Regions far wider than the crack are no crack.
     thick, reach = radius(dark) > SWELLING * width / 2 + 1, 2 * int(SWELLING * width / 2 + 1) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
     dark = dark.astype(np.uint8) & (1 - cv2.dilate(thick.astype(np.uint8), disc))
-    cv2.polylines(dark, [np.rint(cells).astype(np.int32)], False, 0, max(1, round(BODY * width)))
+    draw_line(dark, cells, 0, BODY * width)
     return factor * _farthest(dark, cells[0], unit(part_px[0] - part_px[-1]), width)
 
 

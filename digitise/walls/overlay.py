@@ -39,7 +39,7 @@ class Canvas:
         self.scale: float = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
         how = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_CUBIC
         picture = cv2.resize(photo.image, None, fx=self.scale, fy=self.scale, interpolation=how)
-        self.picture: Picture = np.asarray(picture, dtype=np.uint8)
+        self.picture: Picture = np.asarray(picture, np.uint8)
         self.unit: float = max(self.picture.shape[:2]) / 1000
         self.extent = np.array(self.picture.shape[1::-1])
 
@@ -195,4 +195,4 @@ def straight_view(photo: Photo, outline: Outline) -> NDArray[np.uint8]:
     places_mm = places_beside(at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), across_mm)
     x, y = np.moveaxis(photo.to_px(places_mm.reshape(-1, 2)).reshape(places_mm.shape).astype(np.float32), 2, 0)
     straight = cv2.remap(photo.image, x.T, y.T, cv2.INTER_LINEAR, None, cv2.BORDER_CONSTANT, (255,) * 3)
-    return np.asarray(straight, dtype=np.uint8)
+    return np.asarray(straight, np.uint8)

@@ -170,23 +170,18 @@ def _windows(
 def _line_px(photo: Photo, path: CrackPath) -> Floats:
     """Return a smooth line along the darkest places near the path."""
     line_px, width_px = smoothed(resampled(path.points_px, 1.0), ALONG), path.width_px
-    cell_px = max(photo.size_px) / WORK_PX
+    cell_px, around = max(photo.size_px) / WORK_PX, int(np.ceil((width_px + NEAR_PX) / STEP_PX))
+    across = max(ACROSS * width_px, LEAST_ACROSS_PX) / STEP_PX
     for reach_px in (CELLS * cell_px + width_px + NEAR_PX, width_px / 2 + NEAR_PX):
-        aside_px = _darkest_px(photo, line_px, reach_px, width_px)
+        reach = int(np.ceil(reach_px / STEP_PX))
+        places_px = STEP_PX * np.arange(-reach - around, reach + around + 1.0)
+        light = sampled(photo.brightness, places_beside(line_px, places_px))
+        dark = 1 - light / np.maximum(np.median(light, axis=1, keepdims=True), DARKEST)
+        dark = gaussian_filter(dark.astype(float), (ALONG, across))[:, around:-around]
+        aside_px = (cheapest_way(-dark[None], STIFFNESS * np.array([1, 0, 1]))[0] - reach) * STEP_PX
         moved_px = line_px + aside_px[:, None] * left_normals(line_px)
         line_px = smoothed(resampled(moved_px, 1.0), max(width_px, LEAST_SMOOTHING_PX))
     return line_px
-
-
-def _darkest_px(photo: Photo, line_px: Floats, reach_px: float, width_px: float) -> Floats:
-    """Return the signed distance from each point of a line to the darkest line nearby, positive to the left."""
-    reach, around = (int(np.ceil(px / STEP_PX)) for px in (reach_px, width_px + NEAR_PX))
-    places_px = STEP_PX * np.arange(-reach - around, reach + around + 1)
-    light = sampled(photo.brightness, places_beside(line_px, places_px))
-    dark = 1 - light / np.maximum(np.median(light, axis=1, keepdims=True), DARKEST)
-    across = max(ACROSS * width_px, LEAST_ACROSS_PX) / STEP_PX
-    dark = gaussian_filter(dark.astype(float), (ALONG, across))[:, around:-around]
-    return (cheapest_way(-dark[None], STIFFNESS * np.array([1, 0, 1]))[0] - reach) * STEP_PX
 
 
 def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -> BoxFit:
@@ -194,14 +189,14 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
 
     ``ground``, (n, places), are windows next to the crack, which show the noise.
     """
-    shapes, weights = list[_Shape](), list[Floats]()
+    shapes, weights = [], []
     likely = 1 / (1 + np.exp((1 - DARKNESS - INNER_LIGHT) / FADE))
     for gamma, tone_weight in zip(TONES, TONE_WEIGHTS, strict=True):
         bent, beside = (values ** (gamma / DISPLAY_GAMMA) for values in (light, ground))
         whitener = _whitener(beside, places_px)
         fits = [_Shape(np.full(len(light), width_px), np.zeros(len(light)), USUAL_BLUR)]
         for darkness in DARKNESS:
-            fits.append(_fitted(bent, places_px, whitener, float(darkness), fits[-1]))
+            fits.append(_fitted(bent, places_px, whitener, darkness, fits[-1]))
         shapes += fits[1:]
         surprise, squares = np.array([(fit.surprise, fit.squares) for fit in fits[1:]]).T
         # A worse fit widens the interval.
@@ -259,14 +254,12 @@ def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float,
         normal[:, 1, 1] += OFF_LINE**-2
         pull[:, 1] -= windows[:, 1] / OFF_LINE**2
         blurrier, blur_sd_px = np.log(blur_px / USUAL_BLUR) / BLUR_SD, BLUR_SD * blur_px
-        squares = float((rest**2).sum())
+        squares = (rest**2).sum()
         unlikely = 2 * np.log(noise / level).sum() + (windows[:, 1] ** 2).sum() / OFF_LINE**2 + blurrier**2
         steady = 1e-9 * np.eye(4) * np.trace(normal, axis1=1, axis2=2)[:, None, None]
         inverse = np.linalg.inv(normal[:, :4, :4] + steady)
         by_blur = (inverse @ normal[:, :4, 4:])[..., 0]
-        stiff, force = (
-            float((each[:, 4] - (by_blur * each[:, :4]).sum(axis=1)).sum()) for each in (normal[..., 4], pull)
-        )
+        stiff, force = ((each[:, 4] - (by_blur * each[:, :4]).sum(axis=1)).sum() for each in (normal[..., 4], pull))
         stiff, force = stiff + blur_sd_px**-2, force - blurrier / blur_sd_px
         more_px = np.clip(force / stiff, -MOST_BLURRIER * blur_px, MOST_BLURRIER * blur_px)
         step = (inverse @ pull[:, :4, None])[..., 0] - by_blur * more_px
@@ -274,10 +267,10 @@ def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float,
         shape = _Shape(
             windows[:, 0],
             windows[:, 1],
-            float(np.clip(blur_px + more_px, LEAST_BLUR, MOST_BLUR)),
-            squares + float(unlikely),
+            np.clip(blur_px + more_px, LEAST_BLUR, MOST_BLUR),
+            squares + unlikely,
             squares,
-            float(np.sqrt(inverse[:, 0, 0].sum() / len(light) ** 2 + by_blur[:, 0].mean() ** 2 / stiff)),
+            np.sqrt(inverse[:, 0, 0].sum() / len(light) ** 2 + by_blur[:, 0].mean() ** 2 / stiff),
         )
     return shape
 
@@ -292,4 +285,4 @@ def _whitener(ground: Floats, places_px: Floats) -> Floats:
     count = rest.shape[1]
     by_lag = np.array([(rest[:, : count - lag] * rest[:, lag:]).sum() for lag in range(count)]) / rest.size
     by_lag[0] = (1 + WHITE) * by_lag[0] + 1e-9
-    return np.asarray(solve_triangular(np.linalg.cholesky(toeplitz(by_lag)), np.eye(count), lower=True), dtype=float)
+    return np.asarray(solve_triangular(np.linalg.cholesky(toeplitz(by_lag)), np.eye(count), lower=True), float)

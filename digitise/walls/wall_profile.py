@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 from scipy.special import ndtri
 
 from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, places_beside, tangents
-from digitise.image.raster import Map, blurred, sampled
+from digitise.image.raster import Map, blurred, sampled, window_around
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Integers
@@ -62,7 +62,7 @@ def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Float
         sine = along @ crossing.inward
         sine = np.copysign(np.maximum(np.abs(sine), 1e-6), sine)
         to_edge = np.clip(-(normal @ crossing.inward) / sine, -MOST_OBLIQUE, MOST_OBLIQUE)
-        oblique = abs(float(np.interp(crossing.s_mm, s_mm, to_edge)))
+        oblique = abs(np.interp(crossing.s_mm, s_mm, to_edge))
         # The edge cuts off a normal's wall within half a width times the cotangent. The rays turn back over more than
         # as much again, so that they do not meet within the crack.
         reaches = np.abs(s_mm - crossing.s_mm) / max(SPREAD * width_mm * oblique, 1e-9)
@@ -98,12 +98,9 @@ def patch_around(photo: Photo, points_px: Floats, reach_px: float, hidden: NDArr
 
     Pixels that are ``hidden``, as markers are, do not count as sample.
     """
-    margin = reach_px + RIM_PX
-    left, top = np.maximum(np.floor(points_px.min(axis=0) - margin), 0).astype(int)
-    right, bottom = np.minimum(np.ceil(points_px.max(axis=0) + margin) + 1, photo.size_px).astype(int)
-    soft = blurred(photo.brightness[top:bottom, left:right], BLUR_PX)
-    clear = np.full(soft.shape, 255, np.uint8) if hidden is None else 255 - hidden[top:bottom, left:right]
-    offset_px = int(left), int(top)
+    low, window = window_around(points_px, reach_px + RIM_PX, photo.size_px)
+    soft, offset_px = blurred(photo.brightness[window], BLUR_PX), (int(low[0]), int(low[1]))
+    clear = np.full(soft.shape, 255, np.uint8) if hidden is None else 255 - hidden[window]
     photo.blank_markers(clear, offset_px)
     return Patch(offset_px, soft, clear, photo.face_mm, photo.mm_per_px)
 
@@ -122,12 +119,12 @@ class Strip:
     @property
     def sample_px(self) -> float:
         """Spacing of samples across."""
-        return float(self.offset_mm[1] - self.offset_mm[0]) / self.mm_per_px
+        return (self.offset_mm[1] - self.offset_mm[0]) / self.mm_per_px
 
     @property
     def station_px(self) -> float:
         """Spacing of stations along."""
-        return float(arc_length(self.line_mm)[-1]) / (len(self.line_mm) - 1) / self.mm_per_px
+        return arc_length(self.line_mm)[-1] / (len(self.line_mm) - 1) / self.mm_per_px
 
     @property
     def middle(self) -> int:
@@ -150,7 +147,7 @@ def straighten(photo: Photo, patch: Patch, line_mm: Floats, ray: Floats, step_mm
 
 def sample_step_mm(width_mm: float, mm_per_px: float) -> float:
     """Spacing of samples across a crack about ``width_mm`` wide."""
-    return float(np.clip(width_mm / SAMPLES, FINEST_PX * mm_per_px, COARSEST_PX * mm_per_px))
+    return np.clip(width_mm / SAMPLES, FINEST_PX * mm_per_px, COARSEST_PX * mm_per_px)
 
 
 # Constants of following and refining walls. "share" is the share of the contrast from crack to mortar.
@@ -219,7 +216,7 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = HALF, along_ed
         place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
 
     edge_px = softness_px(share, place_px, sample_px, wall_share)
-    sigma_px, clear_step = float(np.clip(edge_px, SHARPEST_PX, SOFTEST_PX)), np.zeros(place_px.shape, dtype=bool)
+    sigma_px, clear_step = np.clip(edge_px, SHARPEST_PX, SOFTEST_PX), np.zeros(place_px.shape, bool)
     rim = dark + contrast * lit_rims(share, place_px, sigma_px, sample_px, wall_share)[:, None]
 
     shown = np.where(valid, light, np.nan)
@@ -257,8 +254,8 @@ def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
     """
     most = max(1, round(STEEPEST_WALL * station_px / sample_px))
     price = STIFFNESS / station_px * (np.arange(-most, most + 1) * sample_px) ** 2
-    place = cheapest_way(np.cumsum(excess, axis=2) * sample_px, np.asarray(price, dtype=float))
-    return np.asarray((place + 0.5) * sample_px, dtype=float)
+    place = cheapest_way(np.cumsum(excess, axis=2) * sample_px, np.asarray(price, float))
+    return np.asarray((place + 0.5) * sample_px, float)
 
 
 def cheapest_way(cost: Floats, price: Floats) -> Integers:
@@ -276,7 +273,7 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
     for station in range(1, stations):
         least = (options[station - 1] + price[:, None]).min(axis=1)
         reached[station, :, most:-most] = least + cost[:, station]
-    place = np.empty((ways, stations), dtype=np.int64)
+    place = np.empty((ways, stations), np.int64)
     place[:, -1] = reached[-1, :, most:-most].argmin(axis=1)
     for station in range(stations - 1, 0, -1):
         for way, sample in enumerate(place[:, station]):
@@ -310,7 +307,7 @@ def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: f
     rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
     profiles = _usual_profiles(share, place_px, rel_px, sample_px)
     reaches_px = [np.interp([wall_share, OUTER], profile, rel_px) for profile in profiles]
-    return float(np.ptp(reaches_px, axis=1).min() / (ndtri(OUTER) - ndtri(wall_share)))
+    return np.ptp(reaches_px, axis=1).min() / (ndtri(OUTER) - ndtri(wall_share))
 
 
 def lit_rims(share: Floats, place_px: Floats, sigma_px: float, sample_px: float, wall_share: float) -> Floats:

@@ -39,7 +39,7 @@ def test_the_path_runs_in_the_crack_from_the_first_end_to_the_second(specimen, p
     [
         (((-5.0, 100.0), (400.0, 100.0)), r"end \(-5, 100\) is outside the photo of 500 x 300 px"),
         (((5.0, 100.0), (400.0, 300.0)), r"end \(400, 300\) is outside the photo"),
-        (((100.0, 100.0), (100.0, 100.0)), "same place"),
+        (((100.0, 100.0), (100.0, 100.0)), "only 0 px apart"),
         (((100.0, 100.0), (111.0, 100.0)), r"only 11 px apart; .* 15 px beside its crack, .* farther apart than that"),
         (((50.0, 60.0), (450.0, 250.0)), "no crack between the ends"),
     ],
