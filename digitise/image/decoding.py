@@ -283,6 +283,11 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
         by_opacity = opacity is not None and opacity.getextrema() != (255, 255)
         shown = np.asarray(opacity if by_opacity else picture.convert("L"), np.uint8)
     kind = "opacity" if by_opacity else "brightness"
+    if shown.max() < PAINTED:
+        raise InputError(
+            f"{path}: the mask paints nothing: its largest {kind} is {shown.max()} of 255, but paint needs at least "
+            f"{PAINTED}. {REMEDY}"
+        )
     painted = _soundly_painted(shown >= PAINTED, path, f"pixels with a {kind} of {PAINTED} to 255 are painted")
     count = np.bincount(shown.ravel(), minlength=256)
     between = PLAIN[0] + int(np.argmax(count[PLAIN[0] : PLAIN[1]]))
