@@ -10,14 +10,11 @@ from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
 from digitise.crack_path.hints import CrackPath
-from digitise.crack_path.profiles import finite_median, profiles_across
-from digitise.crack_path.standing_out import band_px, is_wider
+from digitise.crack_path.profiles import band_px, finite_median, is_wider, profiles_across
 from digitise.geometry import polyline
 from digitise.image.raster import sampled
-from digitise.photo import Photo, in_copy, smaller
+from digitise.photo import Photo, smaller
 from digitise.settings import PhotoInput
-from digitise.walls.beyond import judge_beyond
-from digitise.walls.box_fit import BoxFit
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.doubts import (
@@ -28,16 +25,17 @@ from digitise.walls.doubts import (
     judge_reach,
     judge_stretches,
     with_bands,
+    with_doubts,
 )
 from digitise.walls.drawn import ByHand, with_drawn
-from digitise.walls.ends import Traced
+from digitise.walls.ends import Traced, judge_beyond
 from digitise.walls.islands_and_side_cracks import find_surroundings, photo_of_paint, with_side_cracks
-from digitise.walls.thin_crack import NotFittedError, trace_line, trace_thin
+from digitise.walls.thin_crack import BoxFit, NotFittedError, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import SIDES, Floats, Outline, WallMethod, WallStretch, WidthSource
+from sealtwin.core.records import SIDES, Floats, Integers, Outline, WallMethod, WallStretch, WidthSource
 from sealtwin.core.solid_figures import Span
 
 WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: it removes noise of grain, and keeps a sand grain's edge
@@ -72,6 +70,7 @@ PAINTED = (
     "the painted crack is no darker than the ground beside it: its width is that of the paint, {:.3g} mm (95 %: {:.3g} "
     "to {:.3g} mm), which the photo does not confirm"
 )
+GAUGE = "the crack's width is the given width_mm; side cracks and islands are not searched for"
 PROPOSAL = doubt(
     "path.automatic", "the crack was found automatically: look at overlay.png, then give ends_px to confirm it"
 )
@@ -101,7 +100,7 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
         return outline
     shown = photo_of_paint(photo, path) if path.source == "mask" else photo
     beyond = judge_beyond(shown, outline.centreline_px, outline.ends, path.width_px)
-    return replace(outline, warnings=(*outline.warnings, *beyond))
+    return with_doubts(outline, *beyond)
 
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
@@ -115,16 +114,16 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
             )
         moved = widened(shown, settings.mean_width_mm - shown.mean_width_mm)
         moved = replace(moved, width_source="gauge", width_95_mm=None)
-        return replace(moved, walls=tuple(_origins(moved, np.zeros((2, len(moved.s_mm))))))
+        return replace(moved, walls=_origins(moved, np.zeros((2, len(moved.s_mm)), int)))
     width_mm = settings.width_stations_mm
     by_hand = " and ".join(f"photo.{name}" for name in settings.drawn_by_hand)
     if by_hand and (settings.path_only or width_mm is not None):
         raise InputError(f"{photo.file}: {by_hand} cannot be combined with width_mm or path_only: give one.")
     if settings.path_only or width_mm is not None:
         traced = _middle(photo, path, settings)
-        return (
-            outline_along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
-        )
+        if width_mm is None:
+            return outline_along(photo, path, traced, "none")
+        return _gauged(photo, path, traced, width_mm)
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
             outline = outline_by_walls(with_drawn(photo, path, settings), path, settings)
@@ -138,20 +137,20 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
                 if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
                     return fitted
             # There is no fit, or it took the band for the crack.
-            warnings = (*outline.warnings, doubt(f"{BY_STROKES}.line-inside", LINE_INSIDE.format(wide_mm, narrow_mm)))
+            inside = doubt(f"{BY_STROKES}.line-inside", LINE_INSIDE.format(wide_mm, narrow_mm))
             # The line is found in a picture that is softened over its own least width.
             least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
             walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
-            return replace(outline, width_95_mm=(least_mm, wide_mm), warnings=warnings, walls=walls)
+            return with_doubts(outline, inside, width_95_mm=(least_mm, wide_mm), walls=walls)
     if by_hand:
         raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
     if path.source != "mask" or not _is_light(photo, path):
         return _fitted(photo, path)
     outline = outline_by_walls(ByHand(photo), path, settings, least_px=0.0)
-    brush_mm = BRUSH_PX * photo.mm_per_px
-    interval_mm = max(outline.mean_width_mm - brush_mm, 0.0), outline.mean_width_mm + brush_mm
-    warnings = (*outline.warnings, doubt(f"{BY_STROKES}.painted", PAINTED.format(outline.mean_width_mm, *interval_mm)))
-    return replace(outline, width_95_mm=interval_mm, warnings=warnings)
+    mean_mm, brush_mm = outline.mean_width_mm, BRUSH_PX * photo.mm_per_px
+    interval_mm = max(mean_mm - brush_mm, 0.0), mean_mm + brush_mm
+    unconfirmed = doubt(f"{BY_STROKES}.painted", PAINTED.format(mean_mm, *interval_mm))
+    return with_doubts(outline, unconfirmed, width_95_mm=interval_mm)
 
 
 def _is_light(photo: Photo, path: CrackPath) -> bool:
@@ -178,13 +177,9 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
         try:
             traced = trace_dark_region(shown, path, share, around.hidden, insisted=hand.decided is not None)
         except InputError as neither:
-            why = str(neither).removeprefix(f"{photo.file}: ")
-            raise WallsMissingError(f"{unclear} A second way was tried: {why}") from None
+            raise WallsMissingError(f"{unclear} A second way was tried: {neither.fault}") from None
     source: WidthSource = "walls" if traced.width_spread is None else "region"
-    outline = outline_along(photo, path, traced, source, remarks=hand.warnings, by_hand=hand.decided)
-    if outline.width_95_mm is not None:
-        warnings = (*outline.warnings, doubt(f"{BY_STROKES}.region", REGION.format(*outline.width_95_mm)))
-        outline = replace(outline, warnings=warnings)
+    outline = outline_along(photo, path, traced, source, *hand.warnings, by_hand=hand.decided)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
     if not painted:
         outline = with_bands(photo, outline, around.hidden)
@@ -193,13 +188,13 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     least_px = 0.0 if painted else MIN_WIDTH_PX
     outline = with_side_cracks(photo, outline, around.side_cracks, settings.branches == "keep", least_px)
     islands_mm = tuple(ring for ring in around.islands_mm if points_in_poly(ring, outline.outline_mm).all())
-    warnings = [*missed, *outline.warnings]
+    warnings = (*missed, *outline.warnings)
     if islands_mm:
         count = "1 island is" if len(islands_mm) == 1 else f"{len(islands_mm)} islands are"
         area_mm2 = -sum(map(polyline.signed_area, islands_mm))
         text = f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there"
-        warnings.append(doubt("walls.islands", text, area_mm2, "mm²"))
-    return replace(outline, warnings=tuple(warnings), islands_mm=(*islands_mm, *outline.islands_mm))
+        warnings += (doubt("walls.islands", text, area_mm2, "mm²"),)
+    return replace(outline, warnings=warnings, islands_mm=(*islands_mm, *outline.islands_mm))
 
 
 def outline_along(
@@ -207,27 +202,28 @@ def outline_along(
     path: CrackPath,
     traced: Traced,
     source: WidthSource,
+    *doubts: Fact,
     width_95_mm: Span | None = None,
-    remarks: tuple[Fact, ...] = (),
     by_hand: NDArray[np.uint8] | None = None,
 ) -> Outline:
     """Return the outline of a traced crack, without side cracks and islands."""
     (centreline_mm, left_mm, right_mm), methods = _stations(photo, traced)
-    doubts = [PROPOSAL] if path.source == "automatic" else []
+    warnings = [*photo.warnings, *path.warnings]
+    if path.source == "automatic":
+        warnings.append(PROPOSAL)
     # Most are corners and chips of a few px.
     if traced.missing > 2 * WORTH_SAYING:
         text = f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"
-        doubts.append(doubt(f"{BY_STROKES}.bridged", text, traced.missing))
+        warnings.append(doubt(f"{BY_STROKES}.bridged", text, traced.missing))
     if traced.beyond_mm > 0:
         text = f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
-        doubts.append(doubt("walls.cut-by-photo", text, traced.beyond_mm, "mm"))
+        warnings.append(doubt("walls.cut-by-photo", text, traced.beyond_mm, "mm"))
     if by_hand is not None:
         drawn = np.stack([sampled(by_hand, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)])
         methods = np.where(drawn, 2, methods)
         share = max(float(drawn.mean()), 0.01)
-        doubts.append(
-            doubt("walls.drawn", f"{share:.0%} of the walls are beside lines or strokes drawn by hand", share)
-        )
+        text = f"{share:.0%} of the walls are beside lines or strokes drawn by hand"
+        warnings.append(doubt("walls.drawn", text, share))
     if source == "none":
         # The ring of a path runs forth and back, without area.
         left_mm = right_mm = centreline_mm
@@ -239,33 +235,29 @@ def outline_along(
         ends=traced.kinds,
         **photo.facts_of_outline,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *doubts, *remarks),
+        warnings=(*warnings, *doubts),
         width_source=source,
         width_95_mm=width_95_mm,
     )
     if traced.width_spread is not None:
-        outline = replace(
-            outline, width_95_mm=tuple(outline.mean_width_mm * (1 + traced.width_spread * sign) for sign in (-1, 1))
-        )
-    return outline if source == "none" else replace(outline, walls=tuple(_origins(outline, methods)))
+        low_mm, high_mm = (outline.mean_width_mm * (1 + traced.width_spread * sign) for sign in (-1, 1))
+        region = doubt(f"{BY_STROKES}.region", REGION.format(low_mm, high_mm))
+        outline = with_doubts(outline, region, width_95_mm=(low_mm, high_mm))
+    return outline if source == "none" else replace(outline, walls=_origins(outline, methods))
 
 
-def _origins(outline: Outline, methods: Floats) -> list[WallStretch]:
+def _origins(outline: Outline, methods: Integers) -> tuple[WallStretch, ...]:
     """Return the stretches of both walls; ``methods``, (2, n), are 0 for the usual one, 1 if bridged, 2 by hand."""
-    origins = [ORIGINS[outline.width_source], BRIDGED, BY_HAND]
-    if outline.path_source == "mask" and outline.width_source == "walls":
-        origins[0] = OF_PAINT
-    stretches, s_mm, both_mm = list[WallStretch](), outline.s_mm, outline.width_95_mm
+    of_paint = outline.path_source == "mask" and outline.width_source == "walls"
+    origins = [OF_PAINT if of_paint else ORIGINS[outline.width_source], BRIDGED, BY_HAND]
+    stretches, s_mm, both_mm = [], outline.s_mm.round(3).tolist(), outline.width_95_mm
     for side, numbers in zip(SIDES, methods, strict=True):
-        cuts = np.flatnonzero(np.diff(numbers)) + 1
-        for begin, end in pairwise([0, *cuts, len(numbers) - 1]):
-            method, why = origins[int(numbers[begin])]
+        for begin, end in pairwise([0, *np.flatnonzero(np.diff(numbers)) + 1, len(numbers) - 1]):
+            method, why = origins[numbers[begin]]
             # Of a width on average, each wall has half.
             doubt_mm = None if both_mm is None or numbers[begin] else (both_mm[0] / 2, both_mm[1] / 2)
-            stretches.append(
-                WallStretch(round(float(s_mm[begin]), 3), round(float(s_mm[end]), 3), side, method, doubt_mm, why)
-            )
-    return stretches
+            stretches.append(WallStretch(s_mm[begin], s_mm[end], side, method, doubt_mm, why))
+    return tuple(stretches)
 
 
 def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outline:
@@ -275,22 +267,20 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
     """
     # An enlarged photo shows no more than the smaller one that it was made from.
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
-    copy = photo if factor == 1 else smaller(photo, factor)
-    narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
+    copy, narrow = smaller(photo, factor), path.in_copy(factor)
     try:
         traced, fit = trace_thin(copy, narrow)
     except NotFittedError as unfitted:
         if path.source not in CLICKED:
             raise
-        why = str(unfitted).removeprefix(f"{photo.file}: ")
-        alone = f"the result is a path, without walls or solid: {why}"
-        return outline_along(photo, path, trace_line(copy, narrow), "none", remarks=(doubt("walls.path-alone", alone),))
+        alone = f"the result is a path, without walls or solid: {unfitted.fault}"
+        return outline_along(photo, path, trace_line(copy, narrow), "none", doubt("walls.path-alone", alone))
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
             f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width: the result "
             "is its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
         )
-        return outline_along(photo, path, traced, "none", remarks=(doubt("walls.too-thin", thin, fit.mean_px, "px"),))
+        return outline_along(photo, path, traced, "none", doubt("walls.too-thin", thin, fit.mean_px, "px"))
     low_mm, mean_mm, high_mm = (px * copy.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
     if low_mm <= 0:
         raise InputError(
@@ -299,16 +289,15 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
             "darker than the ground beside it: give ends_px on a dark crack, or give width_mm or path_only."
         )
     why = "too thin" if factor * fit.mean_px < MIN_WIDTH_PX else "too blurred"
-    remark = (
+    fitted = (
         f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for measured walls: its width is fitted to its "
         f"blurred profile, {mean_mm:.3g} mm on average (95 %: {low_mm:.3g} to {high_mm:.3g} mm); side cracks and "
         "islands are not searched for"
     )
-    dark_mm = band_mm or _dark_mm(copy, narrow, traced, fit)
-    remarks = [doubt("walls.fitted", remark, mean_mm, "mm")]
+    doubts, dark_mm = [doubt("walls.fitted", fitted, mean_mm, "mm")], band_mm or _dark_mm(copy, narrow, traced, fit)
     if dark_mm is not None:
-        remarks.append(doubt(f"{BY_STROKES}.band", BAND.format(mean_mm, dark_mm), dark_mm, "mm"))
-    return outline_along(photo, path, traced, "fit", (low_mm, max(high_mm, dark_mm or 0.0)), tuple(remarks))
+        doubts.append(doubt(f"{BY_STROKES}.band", BAND.format(mean_mm, dark_mm), dark_mm, "mm"))
+    return outline_along(photo, path, traced, "fit", *doubts, width_95_mm=(low_mm, max(high_mm, dark_mm or 0.0)))
 
 
 def _dark_mm(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> float | None:
@@ -343,43 +332,38 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     s_mm, normal = arc_length(traced.line_mm), polyline.left_normals(traced.line_mm)
     half_mm = np.interp(s_mm, *width_mm.T)[:, None] / 2 * normal
     traced = replace(traced, left_mm=traced.line_mm + half_mm, right_mm=traced.line_mm - half_mm)
-    given = "the crack's width is the given width_mm; side cracks and islands are not searched for"
-    remarks = [doubt("walls.gauge", given)]
-    last_mm, width_there_mm = width_mm[-1]
+    doubts = [doubt("walls.gauge", GAUGE)]
+    last_mm, width_there_mm = width_mm[-1].tolist()
     if 0 < last_mm < s_mm[-1] - TABLE_SHORT_MM:
         text = (
             f"width_mm extends to s = {last_mm:g} mm, but the crack is {s_mm[-1]:.1f} mm long: its last width, "
             f"{width_there_mm:g} mm, is used for the rest. Extend the table"
         )
-        remarks.append(doubt("walls.short-table", text, float(last_mm), "mm"))
-    return outline_along(photo, path, traced, "gauge", remarks=tuple(remarks))
+        doubts.append(doubt("walls.short-table", text, last_mm, "mm"))
+    return outline_along(photo, path, traced, "gauge", *doubts)
 
 
-def _stations(photo: Photo, traced: Traced) -> tuple[tuple[Floats, Floats, Floats], Floats]:
+def _stations(photo: Photo, traced: Traced) -> tuple[list[Floats], Integers]:
     """Return centreline, left and right wall at even stations, and the walls' methods, (2, n): 1 if bridged."""
-    s_mm = arc_length(traced.line_mm)
-    first_mm, last_mm = traced.span_mm
+    s_mm, walls_mm = arc_length(traced.line_mm), (traced.left_mm, traced.right_mm)
     sigma = WALL_SMOOTHING_PX / STATION_PX
-    left_mm, right_mm = (
-        polyline.without_loops(polyline.smoothed(wall, sigma)) for wall in (traced.left_mm, traced.right_mm)
-    )
-    count = max(2, 1 + round((last_mm - first_mm) / (STATION_PX * photo.mm_per_px)))
-    stations = np.linspace(first_mm, last_mm, count)
-    centreline_mm, left_at, right_at = (
-        polyline.at_arc_length(points, s_mm, stations) for points in (traced.line_mm, left_mm, right_mm)
-    )
-    methods = np.zeros((2, count))
+    smooth_mm = (polyline.without_loops(polyline.smoothed(wall_mm, sigma)) for wall_mm in walls_mm)
+    length_px = (traced.span_mm[1] - traced.span_mm[0]) / (STATION_PX * photo.mm_per_px)
+    stations = np.linspace(*traced.span_mm, max(2, 1 + round(length_px)))
+    lines_mm = polyline.at_arc_length(np.hstack([traced.line_mm, *smooth_mm]), s_mm, stations)
+    centreline_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
+    methods = np.zeros((2, len(stations)), int)
     if traced.clear_step is not None:
         methods[polyline.at_arc_length(traced.clear_step.T.astype(float), s_mm, stations).T < 0.5] = 1
-    tips = [station for kind, station in zip(traced.kinds, (0, -1), strict=True) if kind == "closed"]
-    left_at[tips] = right_at[tips] = centreline_mm[tips]  # a tip belongs to both walls
+    tips, opens = ([end for end in (0, -1) if traced.kinds[end] == kind] for kind in ("closed", "open"))
+    left_mm[tips] = right_mm[tips] = centreline_mm[tips]  # a tip belongs to both walls
+    lines_mm = [centreline_mm, left_mm, right_mm]
     if photo.face_mm is not None:
-        low, high = photo.face_mm[:2], photo.face_mm[2:]
-        left_at, right_at = np.clip(left_at, low, high), np.clip(right_at, low, high)
-        for kind, station in zip(traced.kinds, (0, -1), strict=True):
-            for line_mm in (centreline_mm, left_at, right_at) if kind == "open" else ():
-                line_mm[station] = polyline.on_side(line_mm[station], photo.face_mm)
-    return (centreline_mm, left_at, right_at), methods
+        lines_mm[1:] = (np.clip(wall_mm, photo.face_mm[:2], photo.face_mm[2:]) for wall_mm in lines_mm[1:])
+        for line_mm in lines_mm:
+            for end in opens:
+                line_mm[end] = polyline.on_side(line_mm[end], photo.face_mm)
+    return lines_mm, methods
 
 
 def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:

@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.geometry.polyline import depth_inside, rectangle
-from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_photo
-from digitise.image.painted import read_mask
-from digitise.image.raster import shrunk
-from digitise.image.tone_curve import DISPLAY_GAMMA
+from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_mask, read_photo
+from digitise.image.raster import DISPLAY_GAMMA, filled_polygon, shrunk
 from digitise.scale.face_scale import scale_by_face, side_lengths
 from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_markers
 from digitise.scale.view import Lens, Scale, View
@@ -32,6 +30,8 @@ TILT_WARNING = (
     "to 7 % at 10 degrees; give markers or the face's corners to measure it"
 )
 SAME_SCALE = 0.01  # Relative difference of two scales that agree
+EDGE_PX = 3  # Pixels of the photo at the edge of the face that mix with its surroundings
+MARKER_MARGIN = 1.3  # Size of a marker with its white rim over its black square
 UNSURE = 0.01  # Least standard uncertainty of a scale with a warning; a crack's width is reported to twice that
 
 
@@ -71,6 +71,24 @@ class Photo(Pixels, Scale):
         start = rectangle(self.face_mm)[:, None]
         share = np.arange(RING_POINTS)[:, None] / RING_POINTS
         return self.to_px((start + share * (np.roll(start, -1, axis=0) - start)).reshape(-1, 2))
+
+    def sample_mask(self, found_face_px: Floats | None = None) -> NDArray[np.uint8]:
+        """Return a mask, (height, width): 255 on the sample's face except markers, else 0."""
+        face_px = self.face_ring_px if self.face_ring_px is not None else found_face_px
+        mask = np.full(self.brightness.shape, 255, dtype=np.uint8)
+        if face_px is not None:
+            mask = filled_polygon(self.brightness.shape, face_px)
+            disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * EDGE_PX + 1, 2 * EDGE_PX + 1))
+            mask = np.asarray(cv2.erode(mask, disc), dtype=np.uint8)
+        self.blank_markers(mask)
+        return mask
+
+    def blank_markers(self, mask: NDArray[np.uint8], offset_px: tuple[int, int] = (0, 0)) -> None:
+        """Set a mask to 0 on markers and their white rims; its first pixel is at ``offset_px`` in the photo."""
+        for quad in self.markers_px:
+            middle = quad.mean(axis=0)
+            corners = middle + MARKER_MARGIN * (quad - middle) - offset_px
+            cv2.fillPoly(mask, [np.rint(corners * 16).astype(np.int32)], [0], shift=4)
 
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:

@@ -8,11 +8,14 @@ from pydantic import Field, model_validator
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind
 from sealtwin.core.settings import Settings, checked, read_toml
+from simulate.shear_law import Law
 
 Sentence = Annotated[str, Field(min_length=1, max_length=300, pattern=r"^[^\x00-\x1f\x7f]*$")]
 # Not strict: after a validator with mode="before", pydantic no longer accepts a JSON list as a tuple.
 Sentences = Annotated[tuple[Sentence, ...], Field(max_length=20, strict=False)]
 NAME = "file of a material"
+KEY_OF_LAW = {Law.BINGHAM: "viscosity_pa_s", Law.HERSCHEL_BULKLEY: "consistency_pa_s_n"}
+"""Setting of a material that gives its viscosity, by the laws that a material can have."""
 STARTER = "'sealtwin material spread PHOTO' or 'sealtwin material rheometer CSV' writes one"
 
 

@@ -18,6 +18,7 @@ from simulate.profile import CELL_MM, measure_profile, over_cavity, volume_ratio
 from simulate.setup.release_schedule import PARTICLE_S, frames_to_freeze
 from simulate.setup.signed_distance import surface_of
 from simulate.setup_checks import check_outlet
+from simulate.shear_law import power_at_rest
 from simulate.slot.run import pour as pour_fast
 from simulate.vessel import vessel_of
 
@@ -162,7 +163,8 @@ def _rest(injection: Injection, run: Run, level: Profile, number: int) -> dict[s
         off_mm = level.level_mm - measure_profile(earlier, outline, solid).level_mm
         since, ends = (frame - len(schedule.released) for frame in (injection.looks_back, injection.done))
         if since > 0:
-            n, frozen = fluid.flow_index or 1.0, max(ends, frames_to_freeze(fluid, schedule.frame_s))
+            n = power_at_rest(fluid.law, fluid.flow_index or 1.0)
+            frozen = max(ends, frames_to_freeze(fluid, schedule.frame_s))
             off_mm *= (1 - (ends / frozen) ** n) / ((ends / since) ** n - 1)
         else:
             late_mm = schedule.position_mm[schedule.frame_of >= injection.looks_back, :2]

@@ -54,6 +54,8 @@ LAWS = {
     "consistency_pa_s_n": GivenLaw(Law.HERSCHEL_BULKLEY, ("flow_index", *_STRESSES, "density_kg_m3")),
 }
 """Laws of flow by the setting that gives them. The first setting that a fluid has decides."""
+VISCOSITIES_PA_S = tuple(key for key in LAWS if key not in ("material", "curve", "U"))
+"""Settings that give a law by its viscosity at a shear rate of 1/s."""
 
 
 def excluded_by(key: str) -> list[str]:

@@ -1,8 +1,9 @@
 """The laws of shear flow on the host: the viscosity at a shear rate, and the flow between two plates.
 
-A law is a member of ``Law`` and two functions: ``apparent_viscosity`` here, and ``apparent_weight`` in
-``kernels.viscosity``, which is the same on the device. ``settings.LAWS`` has the setting that gives it. The fast model
-has the laws of ``FLOW_BETWEEN_PLATES`` and refuses others; its settings are in ``slot.run.READ``.
+A law is a member of ``Law``, with its viscosity and its power at rest here, and ``apparent_weight`` in
+``kernels.viscosity``, which is its viscosity on the device. ``settings.LAWS`` has the setting that gives it, which
+everything reads that replaces, draws or calibrates a law. The fast model has the laws of ``FLOW_BETWEEN_PLATES`` and
+refuses others; its settings are in ``slot.run.READ``. ``material_file.KEY_OF_LAW`` has the laws of a measured paste.
 """
 
 from dataclasses import dataclass
@@ -34,6 +35,15 @@ def apparent_viscosity(
             return viscosity + stress / shear_per_s
         case Law.HERSCHEL_BULKLEY:
             return viscosity * shear_per_s ** (flow_index - 1) + stress / shear_per_s
+
+
+def power_at_rest(law: Law, flow_index: float) -> float:
+    """Return the power of the shear rate in the stress above the yield stress as the flow comes to rest."""
+    match law:
+        case Law.BINGHAM:
+            return 1.0
+        case Law.HERSCHEL_BULKLEY:
+            return flow_index
 
 
 @dataclass(frozen=True)
@@ -80,7 +90,8 @@ def flow_between_plates(
 ) -> PlaneFlow:
     """Return the flow through an area above a threshold in Pa/mm. With an area of 1 mm2 it is the mean speed.
 
-    ``viscosity`` is that of ``apparent_viscosity``. Raises KeyError for a law without such a flow.
+    ``viscosity`` is that of ``apparent_viscosity``. The threshold includes the particles' friction, which is right only
+    for a law that adds its yield stress to its viscous stress. Raises KeyError for a law without such a flow.
     """
     m = 1 / flow_index
     return FLOW_BETWEEN_PLATES[law](threshold, area_mm2 * (half_gap_mm ** (m + 1) / (m + 2) / viscosity**m), m)

@@ -7,8 +7,7 @@ import cv2
 import numpy as np
 from scipy.optimize import root_scalar
 
-from digitise.image.raster import blurred
-from digitise.image.tone_curve import DISPLAY_GAMMA
+from digitise.image.raster import DISPLAY_GAMMA, blurred
 from digitise.scale.marker_print import board_around, board_toml
 from digitise.scale.marker_scale import black_modules
 from fixtures.generate.camera import camera_above

@@ -38,8 +38,8 @@ SAME_CELLS, SAME = 5.0, 0.5  # Distance within which two lines are one, and leas
 # A line that is surely a crack, on the same photos: 48 lines are taken alone, and each is one.
 STRAIGHT, LEAST_LEG = 1.5, 24.0  # Distance of a straight leg from its chord, and its least length
 LEG_WIDTHS = 4.0  # The same length in widths of the line
-MOST_STRAIGHT, MOST_LEGS = 0.3, 0.8  # Largest share of a crack's line in one straight leg, and in all
-MOST_STEPPED, STEP_LEG = 0.25, 16.0  # The same in legs that meet at a corner, and their least length
+MOST_STRAIGHT = 0.3, 0.8, 0.25  # Largest share of its line in one straight leg, in all, and in those with a corner
+STEP_LEG = 16.0  # Least length of a leg that meets another one at a corner
 CORNER_DEG, CORNER = 50.0, 12.0  # Least turn at a corner, and its largest length
 MOST_COUNTED = 9.0  # Difference of both sides over the step above which a line's score falls no more
 MOST_UNLIKE = 0.3  # Largest difference of both sides over the step to the darker one
@@ -54,12 +54,8 @@ class FoundCrack:
     line_px: Floats  # (n, 2), in the photo, from left to right
     width_px: float  # Typical width along it
     score: float  # Clearness times contrast, summed along the line, less for straight lines and unlike sides
-    legs: float  # Share of the line in straight legs
-    stepped: float  # Share of the line in straight legs that meet at a corner
-    straight: float  # Share of the line that its longest straight leg takes
     unlike: float  # Difference between the two sides over the step from the line to the darker side; inf without a step
-    clear: float  # Median clearness
-    worst: float  # Mean clearness of the faintest stretch
+    doubt: str  # Clause on why this may be no crack; empty if it surely is one
 
     @property
     def middle_px(self) -> Floats:
@@ -71,23 +67,6 @@ class FoundCrack:
         """Ring around the line at its typical width, (m, 2)."""
         aside_px = max(self.width_px, 2.0) / 2 * left_normals(self.line_px)
         return np.concatenate([self.line_px + aside_px, (self.line_px - aside_px)[::-1]])
-
-    @property
-    def doubt(self) -> str:
-        """Return why this may be no crack, as a clause; empty if it surely is one."""
-        if not self.unlike <= MOST_UNLIKE:
-            return "its two sides differ in brightness, as at the edge of a marking, a patch or a joint"
-        if self.straight > MOST_STRAIGHT or self.legs > MOST_LEGS or self.stepped > MOST_STEPPED:
-            return (
-                f"{max(self.straight, self.legs, self.stepped):.0%} of it runs in straight legs, as a joint between "
-                "bricks, tiles or slabs does"
-            )
-        if self.clear < LEAST_CLEAR or self.worst < LEAST_WORST:
-            return (
-                f"it is {self.clear:.1f} times as dark as the ground's grain (at least {LEAST_CLEAR:g}), and its "
-                f"faintest part {self.worst:.1f} times (at least {LEAST_WORST:g})"
-            )
-        return ""
 
 
 def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Floats]]:
@@ -102,11 +81,11 @@ def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Flo
     if perhaps:
         ways += _ways(field, field.allowed & ~_beside(bones.shape, (*surely, *perhaps)))
     ways = ways or _ways(field, field.allowed)
-    least_px = LEAST_LENGTH * float(np.hypot(*photo.size_px))
+    least_px = LEAST_LENGTH * np.hypot(*photo.size_px)
     cracks = (_crack(photo, field, way) for way in ways)
     # The ends of the rim of a stain meet.
     cracks = (crack for crack in cracks if np.linalg.norm(crack.line_px[-1] - crack.line_px[0]) >= least_px)
-    apart = list[FoundCrack]()
+    apart = []
     for crack in sorted(cracks, key=lambda crack: (crack.unlike > MOST_UNLIKE, -crack.score)):
         near_px = max(crack.width_px, SAME_CELLS / field.scale)
         if all(np.mean(KDTree(other.line_px).query(crack.line_px)[0] <= near_px) < SAME for other in apart):
@@ -125,7 +104,7 @@ def _bones(field: LineMap, allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _ways(field: LineMap, allowed: NDArray[np.bool_]) -> list[Integers]:
     """Return the lines through the allowed cells that are worth most, as rows and columns."""
     lines = _linked(_bones(field, allowed))
-    worth, ways = _worth(field), list[Integers]()
+    worth, ways = _worth(field), []
     label, area = medial_axis.pieces(lines)
     for piece in np.flatnonzero(area >= LEAST_BONE):
         cells = np.argwhere(label == piece)
@@ -194,7 +173,7 @@ def _share_near(near: NDArray[np.bool_], line: Floats) -> float:
 
 def _beside(shape: tuple[int, ...], lines: Sequence[Floats]) -> NDArray[np.bool_]:
     """Return the cells beside straight lines, each extended across the whole map as a joint is."""
-    mask, reach = np.zeros(shape, dtype=np.uint8), sum(shape)
+    mask, reach = np.zeros(shape, np.uint8), sum(shape)
     for line in lines:
         start, end = np.rint(line + reach * unit(line[1] - line[0]) * np.array([[-1], [1]])).astype(int).tolist()
         cv2.line(mask, start, end, 255, round(2 * BESIDE_JOINT) + 1)
@@ -208,37 +187,39 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     corners, least = straight_legs(way, width_px * field.scale)
     turns = np.diff(corners, axis=0)
     lengths = np.linalg.norm(turns, axis=1)
-    legs = float(lengths[lengths >= least].sum() / lengths.sum())
-    unlike = _unlike(photo, line_px, width_px)
+    legs = lengths[lengths >= least].sum() / lengths.sum()
+    unlike, shares = _unlike(photo, line_px, width_px), (lengths.max() / lengths.sum(), legs, _stepped(turns, lengths))
     clear = np.minimum(field.clear[along], CLEAR).astype(float)
     stretch = min(len(clear), int(LEAST_LEG))
-    return FoundCrack(
-        line_px=line_px,
-        width_px=width_px,
-        score=float(_worth(field)[along].sum()) * (1.05 - legs) / (1 + min(unlike, MOST_COUNTED)) / field.scale,
-        legs=legs,
-        stepped=_stepped(turns, lengths),
-        straight=float(lengths.max() / lengths.sum()),
-        unlike=unlike,
-        clear=float(np.median(clear)),
-        worst=float(np.convolve(clear, np.ones(stretch) / stretch, mode="valid").min()),
-    )
+    usual, worst = np.median(clear), np.convolve(clear, np.ones(stretch) / stretch, mode="valid").min()
+    doubt = ""
+    if not unlike <= MOST_UNLIKE:
+        doubt = "its two sides differ in brightness, as at the edge of a marking, a patch or a joint"
+    elif np.any(np.greater(shares, MOST_STRAIGHT)):
+        doubt = f"{max(shares):.0%} of it runs in straight legs, as a joint between bricks, tiles or slabs does"
+    elif usual < LEAST_CLEAR or worst < LEAST_WORST:
+        doubt = (
+            f"it is {usual:.1f} times as dark as the ground's grain (at least {LEAST_CLEAR:g}), and its faintest part "
+            f"{worst:.1f} times (at least {LEAST_WORST:g})"
+        )
+    score = _worth(field)[along].sum() * (1.05 - legs) / (1 + min(unlike, MOST_COUNTED)) / field.scale
+    return FoundCrack(line_px, width_px, score, unlike, doubt)
 
 
 def straight_legs(cells: Floats | Integers, width: float) -> tuple[Floats, float]:
     """Return the corners between the straight legs of a line, (n, 2), and the least length of a leg that counts."""
     corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
-    return np.asarray(corners, dtype=float), max(LEAST_LEG, LEG_WIDTHS * width)
+    return np.asarray(corners, float), max(LEAST_LEG, LEG_WIDTHS * width)
 
 
 def _stepped(turns: Floats, lengths: Floats) -> float:
     """Return the share of a polyline in long legs that meet at a corner. ``turns``, (n, 2), are its legs."""
-    begins, cornered = np.append(0, np.cumsum(lengths)), np.zeros(len(lengths), dtype=bool)
+    begins, cornered = np.append(0, np.cumsum(lengths)), np.zeros(len(lengths), bool)
     for first, second in pairwise(np.flatnonzero(lengths >= STEP_LEG)):
         turned = turns[first] @ turns[second] < np.cos(np.radians(CORNER_DEG)) * lengths[first] * lengths[second]
         if turned and begins[second] - begins[first + 1] <= CORNER:
             cornered[[first, second]] = True
-    return float(lengths[cornered].sum() / lengths.sum())
+    return lengths[cornered].sum() / lengths.sum()
 
 
 def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:

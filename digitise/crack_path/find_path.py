@@ -1,20 +1,29 @@
 """Find the crack in a photo: the painted one, the darkest path between given points, or one of the likeliest lines."""
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.spatial import KDTree
 
 from digitise.crack_path.candidates import FoundCrack, candidates
-from digitise.crack_path.hints import CrackPath, listed
+from digitise.crack_path.gates import GATES, Route, moved_click
+from digitise.crack_path.hints import IF_LIGHTER, CrackPath, check_hints, listed, region_px, snap_px, too_far
+from digitise.crack_path.line_map import CLEAR, EVEN, LineMap, cheapest_legs, map_lines
+from digitise.crack_path.medial_axis import distance_outside
 from digitise.crack_path.painted_path import painted_path
-from digitise.crack_path.path_search import LiveWire
+from digitise.crack_path.profiles import width_along
+from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
 from digitise.settings import MOST_RANKED, Pixel
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt, texts
+from sealtwin.core.records import Floats, Integers
 
 EDGES_FOUND = doubt(
     "path.inside-edges",
@@ -23,6 +32,12 @@ EDGES_FOUND = doubt(
 )
 FOLLOWS_CELLS, MOST_ASTRAY = 5.0, 0.2  # Least distance and largest share of a path off the line that was chosen
 RUNNER_UP = 0.5  # A second line with more than this share of the first one's score makes the choice the user's
+ON_CRACK = 3.0  # Clearness of a place on a crack: the darkest ways through bare ground have 2 on average
+SHARE_ON_CRACK = 0.5  # The same as a share of the path's own clearness
+SAME = 1.5  # Distance in cells within which two paths are the same
+BESIDE = 1.0  # Widths to each side of a path within which the middle of its crack is searched for
+LEAST_BESIDE = 3.0  # The same in cells
+CLEAREST = 90  # Percentile of the clearness there that is the middle's
 
 
 class RivalCracksError(InputError):
@@ -58,7 +73,7 @@ class CrackSearch:
     """The lines that are most likely to be the crack, at most ``MOST_RANKED``. The likeliest is first."""
 
     photo: Photo
-    wire: LiveWire
+    wire: "LiveWire"
     cracks: tuple[FoundCrack, ...]
     warnings: tuple[Fact, ...]
 
@@ -121,7 +136,7 @@ class CrackSearch:
         line_px = crack.line_px
         path = self.wire.between(line_px[[0, -1]])
         near_px = max(crack.width_px, FOLLOWS_CELLS / self.wire.field.scale)
-        if float(np.mean(KDTree(line_px).query(path.points_px)[0] > near_px)) <= MOST_ASTRAY:
+        if np.mean(KDTree(line_px).query(path.points_px)[0] > near_px) <= MOST_ASTRAY:
             return path
         return self.wire.between(line_px[np.linspace(0, len(line_px) - 1, 5).astype(int)])
 
@@ -131,3 +146,150 @@ class CrackSearch:
             f"{rank}. {listed(crack.line_px[[0, -1]])} px, {crack.score / best:.0%}"
             for rank, crack in enumerate(self.cracks, 1)
         )
+
+
+class LiveWire:
+    """Paths along a photo's crack between clicked points, on one map. Several threads may use it."""
+
+    def __init__(
+        self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None, found_face_px: Floats | None = None
+    ) -> None:
+        """Map the photo within ``roi_px`` and ``found_face_px``; raise InputError if ``roi_px`` is not a region."""
+        self._photo, self._snap_px = photo, snap_px(photo)
+        self._limits = None if roi_px is None else region_px(photo, roi_px), found_face_px
+        self.field: LineMap = map_lines(photo, *self._limits)
+
+    def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
+        """Find the path past all clicked points in order.
+
+        Raises InputError for a point off any crack, or if a gate refuses the path.
+        """
+        check_hints(self._photo, ends_px, via_px)
+        points_px = np.array([ends_px[0], *via_px, ends_px[1]], float)
+        return self._believing(points_px).between(points_px, "via" if via_px else "ends")
+
+    def between(self, points_px: Floats, source: Literal["ends", "via"] | None = None) -> CrackPath:
+        """Find the path past all points, (n, 2), inside the photo.
+
+        Without a ``source`` nobody clicked the points: they are places on a line that a search found.
+        """
+        route = self.route(points_px, clicked=source is not None)
+        gates = [gate for gate in GATES if source is not None or gate is not moved_click]
+        findings = [finding for gate in gates if (finding := gate(route)) is not None]
+        if any(finding.level == "fault" for finding in findings):
+            findings.sort(key=lambda finding: finding.level != "fault")
+            raise InputError(f"{self._photo.file}: {'. Also, '.join(texts(findings))}.")
+        return CrackPath(route.points_px, route.width_px, source or "automatic", tuple(findings))
+
+    def route(self, points_px: Floats, clicked: bool = True) -> Route:
+        """Return the cheapest way past the points, from the first place on the crack to the last.
+
+        Raises InputError if a clicked point is off any line.
+        """
+        field, stops = self.field, self._on_map(points_px)
+        cost, line = field.cost(), np.zeros(field.clear.shape, bool)
+        for number in range(1, len(stops) - 1):
+            stops[number] = self._snapped(stops[number], points_px[number], cost)
+        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px)
+        width, line[tuple(cells.T)] = float(np.median(field.width[tuple(cells.T)])), True
+        # A wide crack is as cheap along its walls; its middle is the clearest place.
+        beside = distance_outside(line) <= max(BESIDE * width, LEAST_BESIDE)
+        clearest = float(np.percentile(field.clear[beside], CLEAREST))
+        cost = np.where(beside, field.cost(max(CLEAR, clearest)), np.inf)
+        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px)
+        most_px = self._snap_px + width / field.scale if clicked else len(cells) / field.scale
+        cells = self._on_crack(cells, points_px, width, most_px)
+        line_px = field.to_photo(cells[:, ::-1])
+        width_px = width_along(self._photo, line_px, max(width, 1.0) / field.scale)
+        return Route(self._photo, field, cells, line_px, width_px, points_px)
+
+    def _believing(self, points_px: Floats) -> "LiveWire":
+        """Return a wire for which a dark border region with a clicked point deep inside is crack, not surroundings."""
+        if not self.field.around.any():
+            return self
+        depth_px = distance_outside(~self.field.around) / self.field.scale
+        row, column = self._nearest_cells(points_px).T
+        deep = depth_px[row, column] > self._snap_px
+        if not deep.any():
+            return self
+        wire = copy(self)
+        wire.field = map_lines(self._photo, *self._limits, points_px[deep])
+        return wire
+
+    def _nearest_cells(self, points_px: Floats) -> Integers:
+        """Return row and column of each point, (n, 2), those outside the map moved to its rim."""
+        cells = np.rint(self.field.to_cells(points_px)[:, ::-1]).astype(int)
+        return np.clip(cells, 0, np.array(self.field.clear.shape) - 1)
+
+    def _on_map(self, points_px: Floats) -> Integers:
+        """Return row and column of each point, moved to the nearest cell that is searched."""
+        allowed = np.argwhere(self.field.allowed)
+        if len(allowed) == 0:
+            raise InputError(f"{self._photo.file}: no part of the sample is near the ends; check ends_px and roi_px.")
+        cells, searched = np.rint(self.field.to_cells(points_px)[:, ::-1]), self._nearest_cells(points_px)
+        for number in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
+            searched[number] = allowed[np.argmin(np.sum((allowed - cells[number]) ** 2, axis=1))]
+        moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
+        farthest = moved_px.argmax()
+        if moved_px[farthest] > self._snap_px:
+            raise InputError(
+                f"{self._photo.file}: the point {listed(points_px[[farthest]])} is {moved_px[farthest]:.0f} px outside "
+                "the searched area: the face of the sample inside roi_px, without markers and without a dark region at "
+                "the photo's border; check ends_px, via_px and roi_px."
+            )
+        return searched
+
+    def _snapped(self, stop: Integers, point_px: Floats, cost: Floats) -> Integers:
+        """Return a via point moved to the cheapest place of a line near it."""
+        clear = np.argwhere((self.field.clear >= ON_CRACK) & self.field.allowed)
+        away_px = np.hypot(*(clear - stop).T) / self.field.scale
+        near = away_px <= self._snap_px
+        if not near.any():
+            nearest = f": the nearest one is {too_far(away_px.min(), self._snap_px)}" if len(clear) else ""
+            raise InputError(
+                f"{self._photo.file}: the via point {listed(point_px[None])} is not on a crack{nearest}; give a point "
+                "inside the crack."
+            )
+        # Cost grows with distance, so that the point stays on its crack if a darker one is near.
+        price = cost[tuple(clear[near].T)] * (1 + (2 * away_px[near] / self._snap_px) ** 2)
+        return clear[near][np.argmin(price)]
+
+    def _joined(self, legs: list[Integers], points_px: Floats) -> Integers:
+        """Join the legs to one path without double parts.
+
+        A leg may run back along the one before it, but only by as much as a click may be off.
+        """
+        cells = legs[0]
+        for number, leg in enumerate(legs[1:], 1):
+            apart, nearest = KDTree(cells).query(leg, distance_upper_bound=SAME)
+            forth = int(np.flatnonzero(np.isfinite(apart))[-1])
+            back = int(np.asarray(nearest)[forth])
+            spur_px = arc_length(cells[back:].astype(float))[-1] / self.field.scale
+            if spur_px > self._snap_px:
+                raise InputError(
+                    f"{self._photo.file}: after the via point {listed(points_px[[number]])} the path runs back "
+                    f"{spur_px:.0f} px along itself: the point is not on the way to the next one. Give via_px in order "
+                    "along the crack, and give no point on a branch."
+                )
+            cells = np.concatenate([cells[: back + 1], leg[forth + 1 :]])
+        return cells
+
+    def _on_crack(self, cells: Integers, points_px: Floats, width: float, limit_px: float) -> Integers:
+        """Return the path from its first place on the crack to its last: a clear one that is darker than the ground."""
+        clear = maximum_filter1d(self.field.clear_along(cells), 3)
+        around = resized(blurred_copy(self.field.shown, EVEN + 2 * width), self.field.shown.shape)
+        light = minimum_filter1d((self.field.shown / np.maximum(around, 1e-3))[tuple(cells.T)], 3)
+        dark = light < (1 + float(np.median(light))) / 2
+        is_clear = clear >= min(ON_CRACK, SHARE_ON_CRACK * float(np.median(clear)))
+        s_px, ends = arc_length(cells.astype(float)) / self.field.scale, []
+        for end, away_px in ((0, s_px), (-1, s_px[-1] - s_px)):
+            # The tip of a crack in grain is clear beyond the last place that is dark.
+            nearest_px = [away_px[places].min(initial=np.inf) for places in (is_clear & dark, is_clear)]
+            moved_px = nearest_px[0] if nearest_px[0] <= limit_px else nearest_px[1]
+            if moved_px > limit_px:
+                raise InputError(
+                    f"{self._photo.file}: the end {listed(points_px[[end]])} is not on a crack: the nearest one is "
+                    f"{too_far(moved_px, limit_px)}; give a point inside the crack; {IF_LIGHTER}."
+                )
+            ends.append(int(np.argmin(np.abs(away_px - moved_px))))
+        return cells[ends[0] : ends[1] + 1]

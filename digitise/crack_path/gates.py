@@ -5,7 +5,7 @@ sentence has no full stop.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
@@ -14,12 +14,11 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from digitise.crack_path.candidates import straight_legs
-from digitise.crack_path.hints import listed, snap_px
-from digitise.crack_path.line_map import CLEAR, LineMap, cheapest_legs, map_lines
+from digitise.crack_path.hints import IF_LIGHTER, listed, snap_px
+from digitise.crack_path.line_map import CLEAR, LineMap
 from digitise.crack_path.medial_axis import distance_outside
 from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
 from digitise.geometry.polyline import extended, runs, smoothed
-from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.facts import Fact, doubt
@@ -35,7 +34,6 @@ AS_GROUND = 2.1  # Least mean over them that is not refused
 LIGHT_PX = 12.0  # Distance from the wall up to which a light line is searched for
 LIGHT = 0.5  # Step from ground to the light line over that from path to ground: 12 % of the right paths have more
 NOT_DARK, BRIGHT = 0.9, 1.25  # Light of the path and of the light line over the ground's, above which it is refused
-LIGHT_CLEAR = 5.0  # Least median clearness of a light line that a refusal names
 
 LEG_SHARE = 0.15  # Least length of a leg along a joint over the path's
 SMOOTHED = 2.0  # Cells over which the steps of the path are smoothed
@@ -76,27 +74,9 @@ def dark_enough(route: Route) -> Fact | None:
         return None
     fault = (
         f"no crack between the ends: the darkest way there is {clear:.1f} times as dark as the ground's grain (at "
-        f"least {LEAST_CLEAR:g} times along a crack)"
+        f"least {LEAST_CLEAR:g} times along a crack); check ends_px; {IF_LIGHTER}"
     )
-    remedy = lighter_line_between(route.photo, route.clicks_px) or "check ends_px"
-    return Fact("path.not-dark", f"{fault}; {remedy}", clear, kind="doubt", level="fault")
-
-
-def lighter_line_between(photo: Photo, clicks_px: Floats) -> str:
-    """Return a clause about a clear light line between the clicks, or an empty string."""
-    negative = (1 - photo.brightness ** (1 / DISPLAY_GAMMA)) ** DISPLAY_GAMMA
-    field = map_lines(replace(photo, brightness=negative.astype(np.float32)))
-    stops = np.rint(field.to_cells(clicks_px)[:, ::-1]).astype(int)
-    stops = np.clip(stops, 0, np.array(field.clear.shape) - 1)
-    if not field.allowed[tuple(stops.T)].all():
-        return ""
-    cells = np.concatenate(cheapest_legs(field.cost(), stops, field.scale))
-    if np.median(field.clear[tuple(cells.T)]) < LIGHT_CLEAR:
-        return ""
-    return (
-        "a line lighter than the ground runs between them. If it is the crack, for example because of a filling or a "
-        "light crust, paint it in photo.mask, and give ends_px on the paint"
-    )
+    return Fact("path.not-dark", fault, clear, kind="doubt", level="fault")
 
 
 def bare_stretch(route: Route) -> Fact | None:
@@ -139,19 +119,18 @@ def lighter_line(route: Route) -> Fact | None:
     half_px = max(route.width_px, 2.0) / 2
     profiles = profiles_across(route.photo, route.points_px, route.width_px, half_px + 2 * LIGHT_PX)
     light, away_px = profiles.mean(), np.abs(profiles.offset_px)
-    own = np.nan_to_num(light[:, away_px <= half_px], nan=np.inf).min(axis=1)
+    dark = np.nan_to_num(light[:, away_px <= half_px], nan=np.inf).min(axis=1)
     ground = row_medians(light[:, away_px > half_px + LIGHT_PX])
     near = (away_px > half_px / 2) & (away_px <= half_px + LIGHT_PX)
     sides = [np.nan_to_num(light[:, near & (side * profiles.offset_px > 0)], nan=0).max(axis=1) for side in (1, -1)]
-    steps = [finite_median((side - ground) / np.fmax(ground - own, 1e-3)) for side in sides]
+    steps = [finite_median((side - ground) / np.fmax(ground - dark, 1e-3)) for side in sides]
     if not max(steps) > LIGHT:
         return None
     times = finite_median(sides[int(np.argmax(steps))] / np.fmax(ground, 1e-6))
-    darkness = finite_median(own / np.fmax(ground, 1e-6))
+    darkness = finite_median(dark / np.fmax(ground, 1e-6))
     text = (
         f"a line {times:.1f} times as bright as the ground runs within {half_px + LIGHT_PX:.0f} px of the path, from "
-        f"{listed(route.points_px[[0, -1]])} px. If the crack is that line, for example because of a filling or a "
-        "light crust, paint it in photo.mask, and give ends_px on the paint"
+        f"{listed(route.points_px[[0, -1]])} px: {IF_LIGHTER}"
     )
     refused = darkness > NOT_DARK and times > BRIGHT
     return Fact("path.lighter-line", text, times, kind="doubt", level="fault" if refused else "caution")
@@ -164,9 +143,9 @@ def along_joint(route: Route) -> Fact | None:
     corners, least = straight_legs(cells, width)
     places = np.asarray(KDTree(cells).query(corners)[1])
     s = arc_length(cells)
-    least, beyond = max(least, LEG_SHARE * float(s[-1])), ONWARD + 2 * width
+    least, beyond = max(least, LEG_SHARE * s[-1]), ONWARD + 2 * width
     clear = cv2.dilate(np.minimum(route.field.clear, CLEAR), np.ones((3, 3), np.uint8))
-    path, joints = KDTree(cells), list[tuple[float, int, int]]()
+    path, joints = KDTree(cells), []
     for first, last in pairwise(places.tolist()):
         length = float(s[last] - s[first])
         for corner, other in ((last, first), (first, last)):

@@ -1,11 +1,11 @@
 """Check ends, via points and regions, and describe them in messages."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from digitise.geometry.polyline import crossings, depth_inside, rectangle
-from digitise.photo import Photo
+from digitise.photo import Photo, in_copy
 from digitise.settings import Pixel
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
@@ -24,7 +24,15 @@ class CrackPath:
     source: PathSource
     warnings: tuple[Fact, ...] = ()
 
+    def in_copy(self, factor: int) -> "CrackPath":
+        """Return the path in the pixels of ``photo.smaller``."""
+        return replace(self, points_px=in_copy(self.points_px, factor), width_px=self.width_px / factor)
 
+
+IF_LIGHTER = (
+    "if the crack is lighter than the ground, for example because of a filling or a light crust, paint it in "
+    "photo.mask, and give ends_px on the paint"
+)
 IN_ITS_MIDDLE = "give ends_px in the middle of the crack, and via_px"  # Remedy for a path off its crack
 
 
@@ -48,44 +56,35 @@ def too_far(away_px: float, most_px: float) -> str:
 
 def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> None:
     """Raise InputError if a point is outside the photo or the face, or the ends are too close together."""
-    named = [("end", point) for point in ends_px] + [("via point", point) for point in via_px]
-    points_px = np.array([*ends_px, *via_px])
+    points_px, names = np.array([*ends_px, *via_px], float), ["end", "end", *("via point" for _ in via_px)]
     width, height = photo.size_px
-    for name, (x, y) in named:
-        if not (0 <= x <= width - 1 and 0 <= y <= height - 1):
+    for name, point_px in zip(names, points_px, strict=True):
+        if depth_inside(point_px, (0, 0, width - 1, height - 1)) < 0:
             raise InputError(
-                f"{photo.file}: the {name} ({x:g}, {y:g}) is outside the photo of {width} x {height} px; x counts "
-                "from the left and y from the top."
+                f"{photo.file}: the {name} {listed(point_px[None])} is outside the photo of {width} x {height} px; x "
+                "counts from the left and y from the top."
             )
-    apart_px = float(np.linalg.norm(np.subtract(*ends_px)))
-    most_px = snap_px(photo)
+    apart_px, most_px = float(np.linalg.norm(np.subtract(*ends_px))), snap_px(photo)
     if apart_px < most_px:
-        distance = "the same place" if apart_px == 0 else f"only {apart_px:.2g} px apart"
         raise InputError(
-            f"{photo.file}: the two ends {listed(np.array(ends_px))} px are {distance}; an end may be clicked "
-            f"{most_px:.0f} px beside its crack, so the ends must be farther apart than that. Check ends_px."
+            f"{photo.file}: the two ends {listed(np.array(ends_px))} px are only {apart_px:.2g} px apart; an end may "
+            f"be clicked {most_px:.0f} px beside its crack, so the ends must be farther apart than that. Check ends_px."
         )
     if photo.face_mm is None:
         return
-    most_mm, places_mm = most_px * photo.mm_per_px, photo.to_mm(points_px)
-    # By markers, mm do not depend on the size of the face.
-    turned_mm = (0, 0, photo.face_mm[3], photo.face_mm[2]) if photo.markers_px else photo.face_mm
-    exchanged = {
-        "width and height of face_mm": depth_inside(places_mm, turned_mm),
-        "x and y of the points": depth_inside(photo.to_mm(points_px[:, ::-1]), photo.face_mm),
-    }
-    cures = [f" With {what} exchanged all are on it." for what, mm in exchanged.items() if mm.min() >= -most_mm]
-    for (name, (x, y)), depth_mm in zip(named, depth_inside(places_mm, photo.face_mm), strict=True):
-        if depth_mm < -most_mm:
+    for name, point_px in zip(names, points_px, strict=True):
+        outside_mm = -float(depth_inside(photo.to_mm(point_px[None]), photo.face_mm)[0])
+        if outside_mm > most_px * photo.mm_per_px:
             raise InputError(
-                f"{photo.file}: the {name} ({x:g}, {y:g}) is {-depth_mm:.1f} mm outside the face; "
-                f"give the place where the crack meets the face's edge.{''.join(cures)}"
+                f"{photo.file}: the {name} {listed(point_px[None])} is {outside_mm:.1f} mm outside the face; give the "
+                "place where the crack meets the face's edge, and check that width and height of face_mm, and x and y "
+                "of the point, are not exchanged."
             )
 
 
 def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
     """Return the corners of the region of interest, (n, 2). Raises InputError if it is too small or its sides cross."""
-    corners = np.array(roi_px, dtype=float)
+    corners = np.array(roi_px, float)
     if len(corners) == 2:
         (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)
         corners = rectangle((left, top, right, bottom))

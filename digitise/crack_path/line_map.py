@@ -11,11 +11,22 @@ from itertools import pairwise
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects
 from skimage.graph import route_through_array
 
-from digitise.crack_path.sample_mask import filled_polygon, sample_mask, surroundings
-from digitise.image.raster import Map, blurred, blurred_copy, continued, resized, shrunk
-from digitise.image.tone_curve import DISPLAY_GAMMA
+from digitise.crack_path.medial_axis import pieces
+from digitise.image.raster import (
+    DISPLAY_GAMMA,
+    Map,
+    blurred,
+    blurred_copy,
+    continued,
+    filled_polygon,
+    resized,
+    shrunk,
+    widened,
+    window_around,
+)
 from digitise.photo import Photo
 from sealtwin.core.records import Floats, Integers
 
@@ -50,6 +61,14 @@ LEAST_CONTRAST = 0.1  # Least contrast of the clearest lines of a photo, of whic
 ROOM, LEAST_ROOM_PX = 0.5, 100.0  # Room around the box of two points: share of their distance, and least px
 
 
+# Constants of dark surroundings.
+NARROW = 81  # Cells of the median that removes narrow cracks before surroundings are searched for
+DARK = 0.3  # Share of the usual displayed brightness. A hard shadow leaves 0.4 or more of it, black cloth 0.2 at most
+USUAL = 60  # Percentile of brightness taken for the sample's: most of the searched area shows it
+ALONG = 0.5  # Least share of a region's extent on the border: a crack that leaves the photo has at most a quarter
+LEAST_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
+
+
 @dataclass(frozen=True)
 class LineMap:
     """A small copy of a photo or of a region in it."""
@@ -65,10 +84,10 @@ class LineMap:
 
     def to_cells(self, points_px: Floats) -> Floats:
         """Return the places in the map, as column and row."""
-        return (np.asarray(points_px, dtype=float) - self.offset_px + 0.5) * self.scale - 0.5
+        return (np.asarray(points_px, float) - self.offset_px + 0.5) * self.scale - 0.5
 
     def to_photo(self, places: Floats | Integers) -> Floats:
-        return (np.asarray(places, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
+        return (np.asarray(places, float) + 0.5) / self.scale - 0.5 + self.offset_px
 
     def clear_along(self, cells: Integers) -> Floats:
         """Return the clearness of cells, (n, 2) as rows and columns, at most ``CLEAR``.
@@ -82,7 +101,7 @@ class LineMap:
     def cost(self, clear: float = CLEAR) -> Floats:
         """Return the cost of a step through each cell. A line clearer than ``clear`` is no cheaper."""
         usual = np.percentile(self.contrast[self.allowed], 99) if self.allowed.any() else 0.0
-        share = np.clip(self.contrast / max(float(usual), LEAST_CONTRAST), 0, 1)
+        share = np.clip(self.contrast / max(usual, LEAST_CONTRAST), 0, 1)
         worth = BY_CLEARNESS * np.clip(self.clear, 0, clear) / clear + (1 - BY_CLEARNESS) * share
         return np.where(self.allowed, 1 / (NOTHING + worth), np.inf)
 
@@ -99,10 +118,9 @@ def map_lines(
     region at the border that has a place of ``crack_px``, (n, 2), is crack and not surroundings.
     """
     corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
-    left, top = np.maximum(np.floor(corners_px.min(axis=0)), 0).astype(int).tolist()
-    right, bottom = np.minimum(np.ceil(corners_px.max(axis=0)) + 1, photo.size_px).astype(int).tolist()
-    light = photo.brightness[top:bottom, left:right]
-    allowed = sample_mask(photo, found_face_px)[top:bottom, left:right]
+    low, window = window_around(corners_px, 0.0, photo.size_px)
+    left, top = low.tolist()
+    light, allowed = photo.brightness[window], photo.sample_mask(found_face_px)[window]
     if region_px is not None:
         allowed = np.minimum(allowed, filled_polygon(allowed.shape, region_px - (left, top)))
     scale = min(1.0, WORK_PX / max(light.shape))
@@ -123,6 +141,28 @@ def map_lines(
     return LineMap((left, top), scale, shown, clear, contrast, width, allowed, around)
 
 
+def surroundings(shown: Map, crack: Floats | None = None) -> NDArray[np.bool_]:
+    """Return large dark regions along the border of the displayed brightness.
+
+    A region with a place of ``crack``, (n, 2) as column and row, is not among them.
+    """
+    # OpenCV has large medians of whole numbers only.
+    size = min(NARROW, 2 * (min(shown.shape) // 4) + 1)
+    without_cracks = cv2.medianBlur(np.rint(255 * shown).astype(np.uint8), size)
+    label, area = pieces(without_cracks < DARK * np.percentile(without_cracks, USUAL))
+    border = np.concatenate([label[0], label[-1], label[1:-1, 0], label[1:-1, -1]])
+    along = np.bincount(border, minlength=len(area))
+    extent = [max(rows.stop - rows.start, columns.stop - columns.start) for rows, columns in find_objects(label)]
+    # A wide crack that leaves the photo touches its border too, but only across.
+    beyond = (area >= LEAST_SHARE * shown.size) & (along >= ALONG * np.array([1, *extent]))
+    beyond[0] = False
+    if crack is not None:
+        column, row = np.clip(np.rint(crack).astype(int), 0, np.array(shown.shape[::-1]) - 1).T
+        beyond[label[row, column]] = False
+    # Lens and focus spread the sample's edge over a few cells.
+    return widened(beyond[label], 3)
+
+
 def _filtered(shown: Map, allowed: NDArray[np.bool_]) -> tuple[Map, Map, Map]:
     """Return clearness, contrast and width of the best line at each cell."""
     clear, contrast, width = (np.zeros_like(shown) for _ in range(3))
@@ -132,7 +172,7 @@ def _filtered(shown: Map, allowed: NDArray[np.bool_]) -> tuple[Map, Map, Map]:
             break
         copy = shrunk(shown, size)
         mean = np.maximum(blurred(copy, max(EVEN / 2**octave, LEAST_EVEN)), np.float32(LEAST_LIGHT))
-        even = np.asarray(copy / mean, dtype=np.float32)
+        even = np.asarray(copy / mean, np.float32)
         usable = shrunk(allowed.astype(np.float32), size) > 0.99
         for sigma in sigmas:
             responses = np.array([_response(even, sigma, direction) for direction in range(DIRECTIONS)])
@@ -153,10 +193,10 @@ def _to_border(picture: Map) -> Map:
 
 def _response(even: Map, sigma: float, direction: int) -> Map:
     """Return how much brighter both sides are than the middle, less half of the sides' difference."""
-    middle = np.asarray(cv2.filter2D(even, cv2.CV_32F, _bar(sigma, direction)), dtype=np.float32)
+    middle = np.asarray(cv2.filter2D(even, cv2.CV_32F, _bar(sigma, direction)), np.float32)
     angle = np.pi * direction / DIRECTIONS + np.pi / 2
     left, right = (_moved(middle, side * SIDE * sigma, angle) for side in (1, -1))
-    return np.asarray((left + right - ONE_SIDED * np.abs(left - right)) / 2 - middle, dtype=np.float32)
+    return np.asarray((left + right - ONE_SIDED * np.abs(left - right)) / 2 - middle, np.float32)
 
 
 def _bar(sigma: float, direction: int) -> Map:
@@ -195,5 +235,5 @@ def cheapest_legs(cost: Floats, stops: Integers, scale: float) -> list[Integers]
         room = int(np.ceil(max(LEAST_ROOM_PX * scale, ROOM * np.linalg.norm(end - start))))
         low, high = np.maximum(np.minimum(start, end) - room, 0), np.maximum(start, end) + room + 1
         way, _ = route_through_array(cost[low[0] : high[0], low[1] : high[1]], start - low, end - low)
-        legs.append(low + np.array(way, dtype=np.int64))
+        legs.append(low + np.array(way, np.int64))
     return legs

@@ -12,15 +12,17 @@ from skimage.morphology import skeletonize
 from digitise.image.raster import Map
 from sealtwin.core.records import Floats, Integers
 
-STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))  # Row and column steps to half of a cell's eight neighbours
 LEAST_BRANCH = 0.7  # Least reach of a side crack from the wall in widths; less is roughness of the wall
 LEAST_BRANCH_PX = 8.0  # The same in pixels: shorter ones are pores or slips of a brush
 AT_RIM = 1.5  # Cells from the rim within which a line ends on it: a little more than one step across a corner
 
 
-def pieces(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], Integers]:
-    """Return the number of each cell's piece, 0 outside the mask, and the area of each piece. Corners connect cells."""
-    _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+def pieces(mask: NDArray[np.bool_], connectivity: int = 8) -> tuple[NDArray[np.int32], Integers]:
+    """Return the number of each cell's piece, 0 outside the mask, and the area of each piece.
+
+    With a ``connectivity`` of 8 corners connect cells, with 4 they do not.
+    """
+    _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=connectivity)
     area = stats[:, cv2.CC_STAT_AREA].astype(np.int64)
     area[0] = 0
     return label.astype(np.int32), area
@@ -28,16 +30,16 @@ def pieces(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], Integers]:
 
 def holding(mask: NDArray[np.bool_], places: Floats, connectivity: int = 4) -> NDArray[np.bool_]:
     """Return the piece of a mask with most of ``places``, (n, 2) as column and row; empty if none is in the mask."""
-    label = np.asarray(cv2.connectedComponents(mask.astype(np.uint8), connectivity=connectivity)[1])
+    label, _ = pieces(mask, connectivity)
     column, row = np.clip(np.rint(places).astype(np.int64), 0, np.array(mask.shape[::-1]) - 1).T
-    passed = label[row, column]
-    passed = passed[passed > 0]
-    return label == np.bincount(passed).argmax() if len(passed) else np.zeros_like(mask)
+    count = np.bincount(label[row, column], minlength=2)
+    count[0] = 0
+    return mask & (label == count.argmax())
 
 
-def larger_pieces(mask: NDArray[np.bool_], least: float) -> NDArray[np.bool_]:
+def larger_pieces(mask: NDArray[np.bool_], least: float, connectivity: int = 8) -> NDArray[np.bool_]:
     """Return the mask without its pieces of fewer than ``least`` cells."""
-    label, area = pieces(mask)
+    label, area = pieces(mask, connectivity)
     return mask & (area >= least)[label]
 
 
@@ -45,7 +47,7 @@ def distance_outside(mask: NDArray[np.bool_]) -> Map:
     """Return the distance of each cell from the nearest cell of the mask, 0 inside it."""
     away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     # OpenCV's last bit depends on the memory address of a small array; squared distances are whole numbers.
-    return np.sqrt(np.rint(np.square(np.asarray(away, dtype=np.float32))))
+    return np.sqrt(np.rint(np.square(np.asarray(away, np.float32))))
 
 
 def radius(region: NDArray[np.bool_]) -> Floats:
@@ -74,9 +76,9 @@ def along_middle(region: NDArray[np.bool_], ends: Floats) -> Integers:
     cells = np.argwhere(region)
     start, end = (cells[int(np.argmin(np.sum((cells - place[::-1]) ** 2, axis=1)))] for place in ends)
     to_rim = radius(region)
-    share = np.minimum(to_rim / max(2 * float(np.median(to_rim[region])), 1.0), 1.5)
+    share = np.minimum(to_rim / max(2 * np.median(to_rim[region]), 1.0), 1.5)
     way, _ = route_through_array(np.where(region, 1 / (0.03 + share**2), np.inf), start, end)
-    return np.array(way, dtype=np.int64)
+    return np.array(way, np.int64)
 
 
 def without_hooks(way: Integers, to_rim: Floats) -> Integers:
@@ -94,15 +96,13 @@ def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
     The weight of a link is its length. If ``worth`` is given, the length is multiplied by the mean worth of its two
     cells.
     """
-    row, column = cells.T + 1
-    number = np.full((row.max() + 2, column.max() + 2), -1)
-    number[row, column] = np.arange(len(cells))
-    beside = np.array([number[row + down, column + right] for down, right in STEPS])
-    step, first = np.nonzero(beside >= 0)
-    second, length = beside[step, first], np.hypot(*np.transpose(STEPS))[step]
+    first, second = KDTree(cells).query_pairs(1.5, output_type="ndarray").T
+    length = np.linalg.norm(cells[first] - cells[second], axis=1)
     if worth is not None:
         length = length * (worth[first] + worth[second]) / 2
-    return csr_array(coo_array((length, (first, second)), shape=(len(cells), len(cells))))
+    graph = csr_array(coo_array((length, (first, second)), shape=(len(cells), len(cells))))
+    graph.sort_indices()
+    return graph
 
 
 def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
@@ -118,10 +118,7 @@ def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
 
     In a tree the result is exact.
     """
-    far = _farthest(dijkstra(graph, directed=False, indices=start))
-    away, before = dijkstra(graph, directed=False, indices=far, return_predecessors=True)
-    end = _farthest(away)
-    return _walked(before, far, end), float(away[end])
+    return _walk(graph, int(_walk(graph, start)[0][-1]))
 
 
 def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[tuple[Integers, bool]]:
@@ -136,8 +133,7 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[t
     if len(trunk) < 2:
         return []
     to_rim = radius(region)[tuple(trunk.T)]
-    away, nearest = KDTree(trunk).query(cells)
-    nearest = np.asarray(nearest)
+    away, nearest = map(np.asarray, KDTree(trunk).query(cells))
     beyond = away - to_rim[nearest]
     outside = np.flatnonzero(beyond > 0)
     if len(outside) < 2:
@@ -153,8 +149,7 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[t
         # A crack continues past an end beside the path if the click was off its middle.
         if beyond[own].max() < least or min(foot, len(trunk) - 1 - foot) <= to_rim[foot]:
             continue
-        length, before = dijkstra(graph[members][:, members], directed=False, indices=root, return_predecessors=True)
-        walk = _walked(before, root, _farthest(length))
+        walk, _ = _walk(graph[members][:, members], root)
         lines.append((cells[own[walk]], bool(beyond[own[walk[-1]]] <= AT_RIM)))
     return sorted(lines, key=lambda line: -len(line[0]))
 
@@ -166,18 +161,14 @@ def _beside(cells: Integers, way: Integers) -> Integers:
     own = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
     cells, away = cells[own], away[own]
     first, last = (int(np.argmin(np.sum((cells - end) ** 2, axis=1))) for end in way[[0, -1]])
-    graph = linked(cells, worth=1 + away / max(float(np.median(away)), 1.0))
-    _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
-    return cells[_walked(before, first, last)]
+    graph = linked(cells, worth=1 + away / max(np.median(away), 1.0))
+    return cells[_walk(graph, first, last)[0]]
 
 
-def _walked(before: Integers, start: int, end: int) -> Integers:
-    """Return the indices of the path from start to end. ``before`` gives the predecessor of each index."""
-    walk = [end]
+def _walk(graph: csr_array, start: int, end: int | None = None) -> tuple[Integers, float]:
+    """Return the shortest path from start to end, as indices, and its length. Without an end it is the farthest one."""
+    away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+    walk = [int(np.argmax(np.where(np.isfinite(away), away, -1))) if end is None else end]
     while walk[-1] != start:
         walk.append(int(before[walk[-1]]))
-    return np.array(walk[::-1], dtype=np.int64)
-
-
-def _farthest(away: Floats) -> int:
-    return int(np.argmax(np.where(np.isfinite(away), away, -1)))
+    return np.array(walk[::-1], np.int64), float(away[walk[0]])

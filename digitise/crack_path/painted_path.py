@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from digitise.crack_path import medial_axis
 from digitise.crack_path.hints import CrackPath, check_hints, listed, snap_px
-from digitise.crack_path.profiles import Profiles, finite_median, profiles_across, row_medians
+from digitise.crack_path.profiles import Profiles, dark_width_px, finite_median, profiles_across, row_medians
 from digitise.image.raster import sampled, shrunk, widened
 from digitise.photo import Photo
 from digitise.settings import Pixel
@@ -43,18 +43,17 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
     Raises InputError if an end is not on the paint, the two are on different pieces, or the photo shows no crack there.
     """
     paint = present(photo.drawn, "the paint")
-    count, label, stats, _ = cv2.connectedComponentsWithStats(paint.astype(np.uint8), connectivity=8)
+    label, area = medial_axis.pieces(paint)
     if ends_px is None:
-        chosen = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
+        chosen = int(area.argmax())
     else:
         check_hints(photo, ends_px)
-        chosen = _piece_of(photo, label, np.array(ends_px, dtype=float))
-    left, top, width, height = (int(value) for value in stats[chosen, :4])
+        chosen = _piece_of(photo, label, np.array(ends_px, float))
+    left, top, width, height = cv2.boundingRect((label == chosen).astype(np.uint8))
     piece = label[top : top + height, left : left + width] == chosen
     scale = min(1.0, WORK_PX / max(piece.shape))
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    region = shrunk(piece.astype(np.float32), size) > LEAST_COVERED
-    region = _without_pinholes(region)
+    region = _without_pinholes(shrunk(piece.astype(np.float32), size) > LEAST_COVERED)
 
     def to_photo(cells: Integers) -> Floats:
         return (cells[:, ::-1].astype(float) + 0.5) / scale - 0.5 + (left, top)
@@ -65,14 +64,15 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
     else:
         way = medial_axis.along_middle(region, (np.array(ends_px) - (left, top) + 0.5) * scale - 0.5)
     width_px = (2 * float(np.median(medial_axis.radius(region)[tuple(way.T)])) - 1) / scale
-    share = stats[chosen, cv2.CC_STAT_AREA] / stats[1:, cv2.CC_STAT_AREA].sum()
-    others = (
-        f"the mask has {count - 1} pieces; the piece from {listed(to_photo(way)[[0, -1]])} px, which has {share:.0%} "
-        "of the paint, is used"
-    )
-    piece_used = doubt("path.mask-in-pieces", others, count - 1)
-    doubts = _judged(photo, paint, to_photo(way), width_px, confirmed=ends_px is not None)
-    return CrackPath(to_photo(way), width_px, "mask", (piece_used, *doubts) if count > 2 else doubts)
+    line_px, count = to_photo(way), len(area) - 1
+    doubts = _judged(photo, paint, line_px, width_px, confirmed=ends_px is not None)
+    if count > 1:
+        used = (
+            f"the mask has {count} pieces; the piece from {listed(line_px[[0, -1]])} px, which has "
+            f"{area[chosen] / area.sum():.0%} of the paint, is used"
+        )
+        doubts = (doubt("path.mask-in-pieces", used, count), *doubts)
+    return CrackPath(line_px, width_px, "mask", doubts)
 
 
 def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
@@ -101,10 +101,8 @@ def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
 def _without_pinholes(region: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the region with its small holes filled."""
     # In a strip the median distance from the rim is a quarter of the width.
-    hole = PINHOLE * 4 * float(np.median(medial_axis.radius(region)[region]))
-    _, label, stats, _ = cv2.connectedComponentsWithStats((~region).astype(np.uint8), connectivity=4)
-    small = np.flatnonzero(stats[:, cv2.CC_STAT_AREA] <= np.pi / 4 * hole**2)
-    return region | (np.isin(label, small) & ~region)
+    hole = PINHOLE * 4 * np.median(medial_axis.radius(region)[region])
+    return ~medial_axis.larger_pieces(~region, np.pi / 4 * hole**2, connectivity=4)
 
 
 def _judged(
@@ -154,11 +152,8 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[Fa
             "px away from the paint. Is the mask shifted or turned relative to the photo?"
         )
         return (doubt("path.mask-aside", text, aside_px, "px"),)
-    profile, offset_px = row_medians(shares.T), profiles.offset_px
-    middle = int(np.argmin(np.where(np.abs(offset_px) <= width_px / 2, profile, np.inf)))
-    ground = finite_median(profile[np.abs(offset_px) > width_px / 2 + RIM_PX])
-    bright = np.flatnonzero(profile >= (profile[middle] + ground) / 2)
-    dark_px = float(bright[bright > middle].min(initial=len(profile)) - bright[bright < middle].max(initial=-1) - 1)
+    profile, beside = row_medians(shares.T), np.abs(profiles.offset_px) > width_px / 2 + RIM_PX
+    dark_px = dark_width_px(profile, profiles.offset_px, width_px / 2, finite_median(profile[beside]))
     wide_px, narrow_px = max(width_px, dark_px), max(min(width_px, dark_px), 1.0)
     if wide_px <= TWICE * narrow_px or wide_px - narrow_px <= WIDER_PX:
         return ()

@@ -1,11 +1,13 @@
-"""Read the light across a line: its mean in stretches along the line, and the width of the dark band."""
+"""Read the light across a line: its mean along the line, the width of the dark band, and how its sides differ."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
-from digitise.geometry.polyline import left_normals, resampled, smoothed
+from digitise.crack_path.hints import CrackPath
+from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
 from sealtwin.core.records import Floats
@@ -53,7 +55,7 @@ def profiles_across(photo: Photo, line_px: Floats, width_px: float, reach_px: fl
     stretch = max(WIDTHS_LONG * width_px, LEAST_LENGTH_PX) / every
     cuts = np.linspace(0, len(line_px), max(1, round(len(line_px) / stretch)) + 1).astype(int)
     offset_px = np.arange(-np.ceil(reach_px), np.ceil(reach_px) + 1)
-    place_px = line_px[:, None] + offset_px[:, None] * normal[:, None]
+    place_px = places_beside(line_px, offset_px, normal)
     shown = np.all((place_px >= 0) & (place_px <= np.array(photo.size_px) - 1), axis=2)
     light = np.where(shown, _softly(photo, place_px).astype(float), np.nan)
     return Profiles(line_px, offset_px, place_px, light, cuts)
@@ -97,8 +99,8 @@ def _across(photo: Photo, points_px: Floats, width_px: float, reach_px: float) -
     every = 1 + len(line_px) // STATIONS
     line_px, normal = line_px[::every], left_normals(line_px)[::every]
     samples = round(reach_px / STEP_PX)
-    offset_px = STEP_PX * np.arange(-samples, samples + 1)
-    place_px = line_px[:, None] + offset_px[:, None] * normal[:, None]
+    offset_px = STEP_PX * np.arange(-samples, samples + 1.0)
+    place_px = places_beside(line_px, offset_px, normal)
     return _softly(photo, place_px)
 
 
@@ -117,3 +119,59 @@ def _between_crossings(light: Map, beside_px: float) -> Floats:
         beyond = light[station, end] - half[station]
         width += np.abs(end - start[station]) - beyond / (light[station, end] - light[station, end + inward])
     return STEP_PX * width
+
+
+NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beyond half a width that belong to the path; reach: widths, plus px
+FAR_DARKER = 0.5  # The same ratio, below which a path between unlike sides is a crack: at one wall of a gap it is 1
+BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach of the view of a dark band: widths, plus px; least px by which it is wider
+TWICE = 2.0  # Least width of such a band over the fitted one; blur widens a band by less
+BESIDE = (1.0, 1.5, 2.0)  # Distances from the line in crack widths at which its two sides are compared
+UNLIKE = 1.8  # Ratio of brightness of both sides that shows a sample's edge; grain makes less over a few widths
+STEADY = 17  # Samples, two crack widths, over which the ratio is a median, so that no pore or grain decides
+GROUND = 75  # Percentile of the light across a stretch taken for the ground's
+
+
+def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
+    """Return True if a path is far darker than its darker side, as a crack between unlike materials is."""
+    profiles = profiles_across(photo, path.points_px, path.width_px, FAR[0] * path.width_px + FAR[1])
+    light, away_px = profiles.mean(), np.abs(profiles.offset_px)
+    dark = light[:, away_px <= path.width_px / 2 + NEAR_PX].min(axis=1)
+    beside = away_px > path.width_px / 2 + NEAR_PX + 1
+    left, right = (row_medians(light[:, beside & (side * profiles.offset_px > 0)]) for side in (1, -1))
+    return finite_median(dark / np.fmax(np.fmin(left, right), 1e-6)) < FAR_DARKER
+
+
+def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
+    """Length of the longest stretch of a line on which both sides differ in brightness by more than ``UNLIKE``."""
+    step_px = max(1.0, width_px / 8)
+    line = smoothed(resampled(points_px, step_px), 8.0)
+    soft = blurred(photo.brightness, width_px / 4)
+    left, right = (
+        np.maximum(np.median(sampled(soft, places_beside(line, sign * width_px * np.array(BESIDE))), axis=1), 1e-4)
+        for sign in (1, -1)
+    )
+    unlike = np.abs(median_filter(np.log(left / right), size=STEADY)) > np.log(UNLIKE)
+    return int(np.ptp(runs(unlike), axis=1).max(initial=0)) * step_px
+
+
+def band_px(photo: Photo, line_px: Floats, width_px: float) -> float:
+    """Width in px of the dark band around a line, at half of its contrast to the ground far from it."""
+    profiles = profiles_across(photo, line_px, width_px, BAND[0] * width_px + BAND[1])
+    light = np.nan_to_num(profiles.mean(), nan=np.nanmedian(profiles.light))
+    profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)
+    return dark_width_px(profile, profiles.offset_px, max(width_px / 2, 2.0), 1.0)
+
+
+def dark_width_px(profile: Floats, offset_px: Floats, near_px: float, ground: float) -> float:
+    """Width, at half contrast to the ``ground``, of the dark band around the darkest place within ``near_px``.
+
+    Both arrays are (n,). The offsets are 1 px apart.
+    """
+    middle = int(np.argmin(np.where(np.abs(offset_px) <= near_px, profile, np.inf)))
+    bright = np.flatnonzero(profile >= (profile[middle] + ground) / 2)
+    return float(bright[bright > middle].min(initial=len(profile)) - bright[bright < middle].max(initial=-1) - 1)
+
+
+def is_wider(dark_px: float, width_px: float) -> bool:
+    """Return True if a dark band is so much wider than the crack's width that it cannot be the crack itself."""
+    return dark_px > TWICE * width_px and dark_px - width_px > BAND_PX

@@ -24,7 +24,7 @@ from digitise.geometry.region import box_region, pieces
 from digitise.mesh_import.cavity_sections import ACROSS_PX, seen_from_above
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
 from digitise.photo import Photo
-from digitise.walls.straightened import Crossings, edge_crossing, rays_across
+from digitise.walls.wall_profile import edge_crossings, rays_across
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import Floats, Outline
@@ -64,7 +64,7 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
     at_edge = depth_inside(points_mm[[0, -1]], box_mm) < ON_EDGE_MM
     before_mm, after_mm = 2 * mean_mm * at_edge
     line_mm = extended(resampled(points_mm, step_mm), before_mm, after_mm, mean_mm, step_mm)
-    crossed: Crossings = edge_crossing(line_mm, box_mm, True), edge_crossing(line_mm, box_mm, False)
+    crossed = edge_crossings(line_mm, box_mm)
     if at_edge.tolist() != [crossing is not None for crossing in crossed]:
         raise InputError(
             f"{name}: the line is outside the face, {box_mm[2] - box_mm[0]:g} x {box_mm[3] - box_mm[1]:g} mm, or "

@@ -51,6 +51,11 @@ def left_normals(points: Floats) -> Floats:
     return to_left(tangents(points))
 
 
+def places_beside(points: Floats, offset: Floats, normal: Floats | None = None) -> Floats:
+    """Return the places at each offset to the left of each point, (points, offsets, 2). ``normal`` may be smoother."""
+    return points[:, None] + offset[:, None] * (left_normals(points) if normal is None else normal)[:, None]
+
+
 def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
     """Return the polyline with a straight piece added at each end, in the mean direction of its last ``over``."""
     s = arc_length(points)
@@ -106,7 +111,7 @@ def uncrossed(ring: Floats) -> Floats:
 
 
 def _largest(region: CrossSection) -> Floats:
-    rings = (np.asarray(ring, dtype=float) for ring in region.to_polygons())
+    rings = (np.asarray(ring, float) for ring in region.to_polygons())
     return max(rings, key=signed_area, default=np.empty((0, 2)))
 
 
@@ -138,7 +143,7 @@ def on_side(point: Floats, box: Box) -> Floats:
 def rectangle(box: Box) -> Floats:
     """Return the corners of a box: lower left, lower right, upper right, upper left."""
     x_min, y_min, x_max, y_max = box
-    return np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]], dtype=float)
+    return np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]], float)
 
 
 def project(homography: Floats, points: Floats) -> Floats:

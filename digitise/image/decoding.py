@@ -1,21 +1,23 @@
-"""Read photos. The header is checked before anything is decompressed."""
+"""Read photos and painted masks. The header is checked before anything is decompressed."""
 
+import math
 import struct
 import warnings
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from io import BytesIO
 from numbers import Real
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps, TiffImagePlugin
 from PIL.ExifTags import IFD, Base
 
-from digitise.image.raster import Map
-from digitise.image.tone_curve import require_usual_tone
+from digitise.image.raster import DISPLAY_GAMMA, Map
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
@@ -64,7 +66,7 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
     """Read a single 8-bit photo and turn it upright; ``key`` is the setting that an InputError names."""
     with opened(path, key) as photo:
         _require_square(path, photo)
-        require_usual_tone(path, photo)
+        _require_usual_tone(path, photo)
         focal_px = _focal_px(photo)
         # HEIC is turned by libheif, and its EXIF states no turn any more.
         ImageOps.exif_transpose(photo, in_place=True)
@@ -86,7 +88,7 @@ def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
         )
     _check_size(name, image.shape[1], image.shape[0])
     rgb = image if image.ndim == 3 else np.repeat(image[..., None], 3, axis=2)
-    return Decoded(image=np.ascontiguousarray(rgb, dtype=np.uint8))
+    return Decoded(image=np.ascontiguousarray(rgb, np.uint8))
 
 
 @contextmanager
@@ -185,3 +187,123 @@ def _focal_px(photo: Image.Image) -> float | None:
     if len(taken) == 2 and abs(np.ptp(np.log(taken)) - np.ptp(np.log(photo.size))) > SQUARE:
         return None
     return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM
+
+
+NEAR = 0.2  # Largest difference of a camera's exponent (sRGB: 2.1 to 2.25); a width changes by under 1 %
+MIDDLE = 128  # Stored value from which a curve's exponent is taken
+MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is checked
+
+
+def _require_usual_tone(path: Path, photo: Image.Image) -> None:
+    """Raise InputError if the file states another tone curve than a camera's: widths would be off by several percent.
+
+    Nothing is converted, so that photos with the curve of sRGB in other colours, as phones save them, stay as they are.
+    """
+    for source, stated in _stated(photo).items():
+        try:
+            gamma = float(stated)
+        except (TypeError, ValueError, ZeroDivisionError):
+            continue
+        if not abs(gamma - DISPLAY_GAMMA) <= NEAR:
+            curve = f"an unreadable {source}" if math.isnan(gamma) else f"gamma {gamma:.2g} ({source})"
+            raise InputError(
+                f"{path}: the file states a tone curve of {curve}, not a camera's usual {DISPLAY_GAMMA:g}. Save it as "
+                "sRGB."
+            )
+
+
+def _stated(photo: Image.Image) -> dict[str, Any]:
+    """Return the exponents from stored value to light that the file states, by their source. NaN if it is not read."""
+    exif, png = photo.getexif(), photo.info.get("gamma")
+    return {
+        "PNG gAMA": 1 / png if png and "srgb" not in photo.info else None,
+        "EXIF Gamma": exif.get_ifd(IFD.Exif).get(Base.Gamma),
+        "TransferFunction": math.nan if Base.TransferFunction in exif else None,
+        "ICC profile": _of_profile(photo.info.get("icc_profile")),
+    }
+
+
+def _of_profile(content: bytes | None) -> float | None:
+    """Return the exponent of an ICC profile. NaN if it cannot be read, None if it is not for red, green, blue or grey.
+
+    A grey is converted to sRGB, whose exponent is ``DISPLAY_GAMMA``.
+    """
+    if not content:
+        return None
+    # Imported here: not every photo needs it.
+    from PIL import ImageCms
+
+    try:
+        profile = ImageCms.getOpenProfile(BytesIO(content))
+        mode = MODE_OF.get(content[16:20])  # The colour space in a profile's header
+        if mode is None:
+            return None
+        grey = Image.new("L", (1, 1), MIDDLE).convert(mode)
+        shown = ImageCms.profileToProfile(grey, profile, ImageCms.createProfile("sRGB"), outputMode="RGB")
+        return DISPLAY_GAMMA * math.log(max(np.asarray(shown).mean(), 1) / 255) / math.log(MIDDLE / 255)
+    except (ImageCms.PyCMSError, OSError, ValueError):
+        return math.nan
+
+
+PAINTED = 128  # Least brightness, or opacity, of 255 of a painted pixel
+MOST_PAINTED = 0.5  # Largest painted share of a mask; above it, black and white are exchanged
+PLAIN, OF_PAINT = (16, 240), 0.2  # Values between are neither black nor white; largest share of paint with one of them
+REMEDY = (
+    "Does it contain object or class numbers from a labelling program? Paint the crack white on black, or opaque on "
+    "transparent."
+)
+
+
+def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> NDArray[np.bool_]:
+    """Check a mask in memory, (height, width); ``size_px`` is the photo's. Pixels that are not 0 are painted."""
+    painted = np.asarray(painted)
+    if painted.shape != size_px[::-1]:
+        raise InputError(
+            f"{name}: an array of shape {painted.shape}; the photo is {size_px[0]} x {size_px[1]} px, so give an "
+            f"array of shape {size_px[::-1]}."
+        )
+    return _soundly_painted(painted.astype(bool), name, "pixels that are not 0 are painted")
+
+
+def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
+    """Read a painted mask, (height, width): the opaque pixels if opacity varies, else the bright ones.
+
+    Raises InputError if the size is not ``size_px``, the photo's width and height, if there are more than two values,
+    or if the mask paints no crack.
+    """
+    with opened(path, "photo.mask") as picture:
+        ImageOps.exif_transpose(picture, in_place=True)
+        if picture.size != size_px:
+            raise InputError(
+                f"{path}: the mask is {picture.width} x {picture.height} px, the photo {size_px[0]} x {size_px[1]}; "
+                "paint it over the photo itself, upright and at full size."
+            )
+        opacity = picture.convert("RGBA").getchannel("A") if picture.has_transparency_data else None
+        # Editors add an opaque alpha channel to any picture.
+        by_opacity = opacity is not None and opacity.getextrema() != (255, 255)
+        shown = np.asarray(opacity if by_opacity else picture.convert("L"), np.uint8)
+    kind = "opacity" if by_opacity else "brightness"
+    if shown.max() < PAINTED:
+        raise InputError(
+            f"{path}: the mask paints nothing: its largest {kind} is {shown.max()} of 255, but paint needs at least "
+            f"{PAINTED}. {REMEDY}"
+        )
+    painted = _soundly_painted(shown >= PAINTED, path, f"pixels with a {kind} of {PAINTED} to 255 are painted")
+    count = np.bincount(shown.ravel(), minlength=256)
+    between = PLAIN[0] + int(np.argmax(count[PLAIN[0] : PLAIN[1]]))
+    if count[between] > OF_PAINT * np.count_nonzero(painted):
+        raise InputError(
+            f"{path}: {count[between]} px of the mask have the {kind} {between} of 255, which is neither painted nor "
+            f"unpainted. {REMEDY}"
+        )
+    return painted
+
+
+def _soundly_painted(painted: NDArray[np.bool_], name: Path | str, rule: str) -> NDArray[np.bool_]:
+    share = float(np.mean(painted))
+    if not 0 < share <= MOST_PAINTED:
+        raise InputError(
+            f"{name}: the mask paints {share:.0%} of the photo; a crack is more than nothing and at most "
+            f"{MOST_PAINTED:.0%} ({rule}). Are black and white exchanged? {REMEDY}"
+        )
+    return painted

@@ -7,13 +7,15 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats
 
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
+Window = tuple[slice, slice]  # Rows and columns of a part of a picture
+DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
 FAR = 1e-3  # Weight of the median, which counts at places without known pixels nearby
 MOST_ROWS = 16384  # Most rows that OpenCV samples at once, a power of two below its 32,767
 
 
 def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
     """Blur a picture by a Gaussian with standard deviation ``sigma_px``."""
-    return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), np.float32)
 
 
 def blurred_copy(picture: Map, sigma_px: float) -> Map:
@@ -28,12 +30,12 @@ def continued(picture: Map, valid: NDArray[np.bool_], sigma_px: float) -> Map:
     weight = valid.astype(np.float32)
     usual = float(np.median(picture[valid])) if valid.any() else 0.0
     mean = (blurred(picture * weight, sigma_px) + FAR * usual) / (blurred(weight, sigma_px) + FAR)
-    return np.asarray(mean, dtype=np.float32)
+    return np.asarray(mean, np.float32)
 
 
 def shrunk(picture: Map | NDArray[np.uint8], size_px: tuple[int, int]) -> Map:
     """Scale down to a width and height; each new pixel is the mean of the pixels that it covers."""
-    return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def sampled(
@@ -42,7 +44,7 @@ def sampled(
     """Interpolate the picture at places (..., 2). ``how`` is OpenCV's interpolation, ``beyond`` its border mode."""
     x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
     if x.size == 0:
-        return np.zeros(x.shape, dtype=picture.dtype)
+        return np.zeros(x.shape, picture.dtype)
     # OpenCV has a limit on rows; a list of places is split into columns.
     rows = min(len(x), MOST_ROWS)
     columns, lines = (np.resize(axis, (rows, -(-x.size // rows))) for axis in (x, y))
@@ -51,7 +53,7 @@ def sampled(
 
 def resized(picture: Map, shape: tuple[int, ...]) -> Map:
     """Scale to a height and width, linearly between the pixels."""
-    return np.asarray(cv2.resize(picture, shape[::-1], interpolation=cv2.INTER_LINEAR), dtype=np.float32)
+    return np.asarray(cv2.resize(picture, shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
 
 
 def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:
@@ -61,4 +63,24 @@ def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:
 
 def lightness(light: Map | NDArray[np.float64]) -> Map:
     """Return the CIE 1976 lightness, 0 to 100, of linear light, without its straight piece near black."""
-    return np.asarray(116 * np.cbrt(np.maximum(light, 3e-3)) - 16, dtype=np.float32)
+    return np.asarray(116 * np.cbrt(np.maximum(light, 3e-3)) - 16, np.float32)
+
+
+def window_around(points_px: Floats, reach_px: float, size_px: tuple[int, int]) -> tuple[Floats, Window]:
+    """Return the first pixel, x and y, of the box around some points, ``reach_px`` larger, and its rows and columns."""
+    low = np.maximum(np.floor(points_px.min(axis=0) - reach_px), 0)
+    high = np.minimum(np.ceil(points_px.max(axis=0) + reach_px) + 1, size_px)
+    columns, rows = (slice(int(first), int(past)) for first, past in zip(low, high, strict=True))
+    return low, (rows, columns)
+
+
+def draw_line(picture: NDArray[np.uint8], points: Floats, value: int = 255, width: float = 1.0) -> None:
+    """Set the pixels of a line, (n, 2) as column and row, at least a pixel wide."""
+    cv2.polylines(picture, [np.rint(points).astype(np.int32)], False, value, max(1, round(width)))
+
+
+def filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> NDArray[np.uint8]:
+    """Return a mask with 255 inside a polygon, else 0."""
+    mask = np.zeros(shape, np.uint8)
+    cv2.fillPoly(mask, [np.rint(corners_px * 16).astype(np.int32)], [255], shift=4)
+    return mask

@@ -6,6 +6,7 @@ functions of The URScript Programming Language, in m and rad; a call after a ble
 
 import io
 import re
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
@@ -45,9 +46,9 @@ class LanguageSettings(Settings):
         return True
 
     @property
+    @abstractmethod
     def steady(self) -> tuple[str, ...]:
         """Settings, as written in the file, that keep a program at one speed or one flow."""
-        return ()
 
     @property
     def largest_flow_mm3_s(self) -> float | None:
@@ -75,6 +76,10 @@ class Gcode(LanguageSettings):
     @property
     def presses_plunger(self) -> bool:
         return True
+
+    @property
+    def steady(self) -> tuple[str, ...]:
+        return ()
 
 
 class Urscript(LanguageSettings):

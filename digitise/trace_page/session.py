@@ -16,10 +16,9 @@ from PIL import Image
 from pydantic import BeforeValidator, Field
 
 from digitise.crack_path.candidates import FoundCrack
-from digitise.crack_path.find_path import CrackSearch, RivalCracksError
+from digitise.crack_path.find_path import CrackSearch, LiveWire, RivalCracksError
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.painted_path import painted_path
-from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
 from digitise.outline import PROPOSAL, trace_outline
 from digitise.photo import Photo, read_pixels, scaled

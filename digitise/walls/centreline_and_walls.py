@@ -7,24 +7,22 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
-from digitise.crack_path.sample_mask import EDGE_PX
-from digitise.geometry.polyline import depth_inside, extended, resampled, runs, smoothed, unit
+from digitise.geometry.polyline import depth_inside, extended, resampled, runs, smoothed
 from digitise.image.raster import sampled
-from digitise.photo import Photo
-from digitise.walls.ends import PathEnd, Traced, find_tip, judge_end
-from digitise.walls.straightened import (
+from digitise.photo import EDGE_PX, Photo
+from digitise.walls.ends import Ends, Traced, crossings, find_tip, judge_ends
+from digitise.walls.wall_profile import (
     LEAST_WIDTH_PX,
-    Crossing,
     Crossings,
     Patch,
     Strip,
-    edge_crossing,
+    Walls,
+    find_walls,
     patch_around,
     rays_across,
     sample_step_mm,
     straighten,
 )
-from digitise.walls.wall_profile import Walls, find_walls
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -70,7 +68,7 @@ def trace(
     photo: Photo,
     path: CrackPath,
     wall_share: float,
-    hidden: NDArray[np.uint8] | None = None,
+    hidden: NDArray[np.uint8],
     least_px: float = MIN_WIDTH_PX,
 ) -> Traced:
     """Follow both walls along ``path``, straight across pixels that are ``hidden``.
@@ -78,7 +76,7 @@ def trace(
     Raises InputError if the crack is too short, WallsMissingError if it is unclear, and TooThinError if it is narrower
     than ``least_px`` or blur would decide its width.
     """
-    length_px = float(arc_length(path.points_px)[-1])
+    length_px = arc_length(path.points_px)[-1]
     if length_px < LEAST_SLENDERNESS * path.width_px:
         raise InputError(
             f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; it must be "
@@ -90,11 +88,8 @@ def trace(
     sigma = PATH_SMOOTHING * width_mm / crack.spacing_mm
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), crack.spacing_mm), sigma)
     rim = crack.look(line_mm, width_mm)[1].rim
-    back, ends = round(2 * path.width_px), list[PathEnd]()
-    for points_px, level in ((path.points_px, rim[0]), (path.points_px[::-1], rim[-1])):
-        onward_px = resampled(points_px, 1.0)
-        ahead = unit(onward_px[0] - onward_px[min(back, len(onward_px) - 1)])
-        ends.append(judge_end(photo, patch, points_px[0], ahead, path.width_px, float(level)))
+    inward_px = resampled(path.points_px, 1.0), resampled(path.points_px[::-1], 1.0)
+    ends = judge_ends(photo, patch, inward_px, round(2 * path.width_px), path.width_px, (rim[0], rim[-1]))
     line_mm = _carried_on(photo, line_mm, ends, width_mm, crack.spacing_mm)
     for number in range(MOST_PASSES):
         strip, walls = crack.look(line_mm, width_mm)
@@ -131,7 +126,7 @@ class _Crack:
 
     photo: Photo
     patch: Patch
-    hidden: NDArray[np.uint8] | None
+    hidden: NDArray[np.uint8]
     wall_share: float
     spacing_mm: float
 
@@ -141,25 +136,24 @@ class _Crack:
         ray = rays_across(line_mm, width_mm, crossings or (None, None))
         strip = straighten(self.photo, self.patch, line_mm, ray, step_mm, REACH * width_mm)
         walls = find_walls(strip, width_mm, self.wall_share, crossings is not None)
-        if self.hidden is not None:
-            for side, sign in enumerate((1, -1)):
-                wall_px = self.photo.to_px(strip.places_mm(sign * walls.away_mm[side]))
-                covered = (sampled(self.hidden, wall_px) > 0) & ~walls.clear_step[side]
-                _bridge(walls, side, covered, max(1, round(width_mm / self.spacing_mm)))
+        for side, sign in enumerate((1, -1)):
+            wall_px = self.photo.to_px(strip.places_mm(sign * walls.away_mm[side]))
+            covered = (sampled(self.hidden, wall_px) > 0) & ~walls.clear_step[side]
+            _bridge(walls, side, covered, max(1, round(width_mm / self.spacing_mm)))
         return strip, walls
 
-    def span_mm(self, line_mm: Floats, walls: Walls, ends: list[PathEnd]) -> tuple[float, float]:
+    def span_mm(self, line_mm: Floats, walls: Walls, ends: Ends) -> tuple[float, float]:
         """Return the arc lengths on the line at which the crack begins and ends."""
-        s_mm, span_mm = arc_length(line_mm), list[float]()
+        s_mm, span_mm = arc_length(line_mm), []
         for end, crossing in zip(ends, _crossings(self.photo, line_mm, ends), strict=True):
-            near_mm = float(s_mm[KDTree(line_mm).query(self.photo.to_mm(end.place_px[None])[0])[1]])
+            near_mm = s_mm[KDTree(line_mm).query(self.photo.to_mm(end.place_px[None])[0])[1]]
             if crossing is not None:
                 near_mm = crossing.s_mm
             elif end.kind == "closed":
                 reach_mm = walls.usual_width_mm
-                level = float(np.interp(near_mm, s_mm, walls.rim))
+                level = np.interp(near_mm, s_mm, walls.rim)
                 near_mm = find_tip(self.photo, self.patch, line_mm, near_mm, reach_mm, level)
-            span_mm.append(near_mm)
+            span_mm.append(float(near_mm))
         return span_mm[0], span_mm[1]
 
 
@@ -175,7 +169,7 @@ def _bridge(walls: Walls, side: int, covered: NDArray[np.bool_], reach: int) -> 
             walls.clear_step[side, across], walls.covered[side, across] = False, True
 
 
-def _carried_on(photo: Photo, line_mm: Floats, ends: list[PathEnd], width_mm: float, spacing_mm: float) -> Floats:
+def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spacing_mm: float) -> Floats:
     """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
@@ -195,7 +189,7 @@ def _carried_on(photo: Photo, line_mm: Floats, ends: list[PathEnd], width_mm: fl
 def _recentred(
     strip: Strip,
     walls: Walls,
-    ends: list[PathEnd],
+    ends: Ends,
     span_mm: tuple[float, float],
     width_mm: float,
     spacing_mm: float,
@@ -213,7 +207,7 @@ def _recentred(
     return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
 
 
-def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: list[PathEnd]) -> Floats:
+def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: Ends) -> Floats:
     """Return the wall, continued straight past its last step at open ends. Rays would draw it along the edge there."""
     wall_mm = wall_mm.copy()
     for end, onward, step in zip(ends, (wall_mm[::-1], wall_mm), (has_step[::-1], has_step), strict=True):
@@ -228,12 +222,12 @@ def _shown_span_mm(
     photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats], span_mm: tuple[float, float]
 ) -> tuple[float, float]:
     """Return the longest part of a span with both walls in the photo; raise InputError if that is too short."""
-    width, height = photo.size_px
-    hidden = np.zeros(len(line_mm), dtype=bool)
-    for wall_mm in walls_mm:
-        outside = depth_inside(photo.to_px(wall_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
+    both_mm, (width, height) = np.concatenate(walls_mm), photo.size_px
+    outside = depth_inside(photo.to_px(both_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
+    if photo.face_mm is not None:
         # A wall beyond the edge of the face ends there anyway.
-        hidden |= outside & (True if photo.face_mm is None else depth_inside(wall_mm, photo.face_mm) > 0)
+        outside &= depth_inside(both_mm, photo.face_mm) > 0
+    hidden = np.logical_or(*outside.reshape(2, -1))
     s_mm = arc_length(line_mm)
     within = (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
     first, past = max(runs(within & ~hidden), key=np.ptp, default=(0, 1))
@@ -248,20 +242,14 @@ def _shown_span_mm(
     return span_mm
 
 
-def _crossings(photo: Photo, line_mm: Floats, ends: list[PathEnd]) -> Crossings:
-    """Return the crossings of the line with the edge of the face at open ends."""
-    crossings = list[Crossing | None]()
-    for number, end in enumerate(ends):
-        crossing = None
-        if end.kind == "open" and photo.face_mm is not None:
-            crossing = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
-            if crossing is None:
-                raise InputError(
-                    f"{photo.file}: the crack runs along the edge of the face without crossing it; give ends_px "
-                    "farther inside."
-                )
-        crossings.append(crossing)
-    return crossings[0], crossings[1]
+def _crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
+    """Return the crossings of the line with the edge of the face at open ends; raise InputError if one is missing."""
+    crossed = crossings(photo, line_mm, ends)
+    if any(end.kind == "open" and crossing is None for end, crossing in zip(ends, crossed, strict=True)):
+        raise InputError(
+            f"{photo.file}: the crack runs along the edge of the face without crossing it; give ends_px farther inside."
+        )
+    return crossed
 
 
 def _check_found(

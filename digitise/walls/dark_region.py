@@ -17,11 +17,10 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.profiles import finite_median
 from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import lightness
-from digitise.photo import Photo, in_copy, smaller
-from digitise.walls.centreline_and_walls import MIN_WIDTH_PX
+from digitise.photo import Photo, smaller
+from digitise.walls.centreline_and_walls import CENTRE_SMOOTHING, MIN_WIDTH_PX, RETURNS
 from digitise.walls.ends import Traced, to_its_ends
-from digitise.walls.straightened import Strip, patch_around, straighten
-from digitise.walls.wall_profile import between, follow, outward, steadied
+from digitise.walls.wall_profile import Strip, between, follow, outward, patch_around, steadied, straighten
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
@@ -33,7 +32,6 @@ ENOUGH_PX = 40.0  # Width in px from which a crack is measured in a smaller copy
 REACH = 2.4  # Widths to either side of the strip, plus ``REACH_PX``, at most ``MOST_REACH_PX``
 REACH_PX = 14.0
 MOST_REACH_PX = 140.0
-PASSES = 3  # Looks at the region, each along the middle of the one before
 ALONG = 0.5  # Widths of the median along the crack, within ``ALONG_PX``
 ALONG_PX = (3.0, 31.0)
 CORE = 0.25  # Widths from the line that give the crack's darkness
@@ -43,10 +41,9 @@ GROUND_PX = 4.0
 STEADY = 2.0  # Widths along which darkness and ground are medians
 LEAST_CONTRAST = 4.0  # Of lightness
 RIM = 0.5  # Share of the contrast at the rim of the region
+PASSES = 3  # Looks at the region, each along the middle of the one before
 PATH_SMOOTHING = 0.6  # Sigma of the rough path in widths, and of the line between the rims
 LINE_SMOOTHING = 0.4
-MIDDLE_SMOOTHING = 0.25  # Sigma of the final line in widths, and corrections of it, as of followed walls
-RETURNS = 4
 INSIDE_PX = 2.5  # Distance inside the rim from which the aligned profile is the crack's, and outside it
 OUTSIDE_PX = 3.0
 MOST_MOVED = 0.35  # Largest distance in widths by which a wall is moved
@@ -58,7 +55,7 @@ SURE = 0.10  # Half of the 95 % interval of the mean width over the width that n
 
 
 def trace_dark_region(
-    photo: Photo, path: CrackPath, wall_share: float, hidden: NDArray[np.uint8] | None = None, insisted: bool = False
+    photo: Photo, path: CrackPath, wall_share: float, hidden: NDArray[np.uint8], insisted: bool = False
 ) -> Traced:
     """Return the crack between the rims of the dark region along ``path``, at ``wall_share`` of the contrast.
 
@@ -69,39 +66,34 @@ def trace_dark_region(
     if factor > 1:
         # Pixels finer than that add nothing to the mean rim.
         copy = smaller(photo, factor)
-        narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
-        if hidden is not None:
-            hidden = np.asarray(
-                cv2.resize(hidden, copy.brightness.shape[::-1], interpolation=cv2.INTER_NEAREST), np.uint8
-            )
-        traced = trace_dark_region(copy, narrow, wall_share, hidden, insisted)
+        shape = copy.brightness.shape[::-1]
+        hidden = np.asarray(cv2.resize(hidden, shape, interpolation=cv2.INTER_NEAREST), np.uint8)
+        traced = trace_dark_region(copy, path.in_copy(factor), wall_share, hidden, insisted)
         return replace(traced, width_px=traced.width_px * factor)
-    patch = patch_around(photo, path.points_px, 2 * MOST_REACH_PX, hidden)
-    line_mm = smoothed(resampled(photo.to_mm(path.points_px), photo.mm_per_px), 4.0)
+    patch, px = patch_around(photo, path.points_px, 2 * MOST_REACH_PX, hidden), photo.mm_per_px
 
-    def look(line_mm: Floats, width_px: float, smoothing: float) -> tuple[Strip, Floats]:
-        line_mm = resampled(smoothed(line_mm, smoothing * width_px), photo.mm_per_px)
-        reach_mm = round(min(REACH * width_px + REACH_PX, MOST_REACH_PX)) * photo.mm_per_px
-        strip = straighten(photo, patch, line_mm, left_normals(line_mm), photo.mm_per_px, reach_mm)
-        return strip, _rims_px(strip, width_px)
+    def look(line_mm: Floats, width_px: float, smoothing: float) -> tuple[Strip, Floats, float]:
+        line_mm = resampled(smoothed(line_mm, smoothing * width_px), px)
+        reach_mm = round(min(REACH * width_px + REACH_PX, MOST_REACH_PX)) * px
+        strip = straighten(photo, patch, line_mm, left_normals(line_mm), px, reach_mm)
+        rims_px = _rims_px(strip, width_px)
+        return strip, rims_px, max(float(np.median(rims_px.sum(axis=0))), 4.0)
 
-    width_px = max(path.width_px, 4.0)
-    strip, rims_px = look(line_mm, width_px, PATH_SMOOTHING)
+    line_mm = smoothed(resampled(photo.to_mm(path.points_px), px), 4.0)
+    strip, rims_px, width_px = look(line_mm, max(path.width_px, 4.0), PATH_SMOOTHING)
     for _ in range(PASSES - 1):
-        width_px = max(float(np.median(rims_px.sum(axis=0))), 4.0)
-        line_mm = strip.places_mm((rims_px[0] - rims_px[1]) / 2 * photo.mm_per_px)
-        strip, rims_px = look(resampled(line_mm, photo.mm_per_px), width_px, LINE_SMOOTHING)
-    width_px = max(float(np.median(rims_px.sum(axis=0))), 4.0)
+        middle_mm = strip.places_mm((rims_px[0] - rims_px[1]) / 2 * px)
+        strip, rims_px, width_px = look(resampled(middle_mm, px), width_px, LINE_SMOOTHING)
     moves_px, soft_px = _moves_px(strip, rims_px, width_px, wall_share)
     left_px, right_px = rims_px + moves_px[:, None]
     right_px = np.maximum(right_px, 1.0 - left_px)
     if (fault := _fault(strip, left_px, right_px)) is not None and not insisted:
-        raise InputError(f"{photo.file}: {fault}")
-    width_px = float((left_px + right_px).mean())
+        raise InputError(fault, photo.file)
+    width_px = (left_px + right_px).mean()
     middle_mm, left_mm, right_mm = (
-        strip.places_mm(aside_px * photo.mm_per_px) for aside_px in ((left_px - right_px) / 2, left_px, -right_px)
+        strip.places_mm(aside_px * px) for aside_px in ((left_px - right_px) / 2, left_px, -right_px)
     )
-    middle_mm = smoothed(middle_mm, MIDDLE_SMOOTHING * width_px, RETURNS)
+    middle_mm = smoothed(middle_mm, CENTRE_SMOOTHING * width_px, RETURNS)
     lines_px = photo.to_px(middle_mm), photo.to_px(left_mm), photo.to_px(right_mm)
     spread = np.hypot.reduce([SURE, soft_px / max(width_px, 1.0), INSISTED * (fault is not None)])
     return to_its_ends(photo, patch, lines_px, width_px, float(spread))
@@ -143,7 +135,7 @@ def _moves_px(strip: Strip, rims_px: Floats, width_px: float, wall_share: float)
         levels = dark + (bright - dark) * np.array([wall_share - 0.1, wall_share, wall_share + 0.1])
         low_px, place_px, high_px = np.interp(levels, np.maximum.accumulate(profile), at_px)
         moves_px[side] = np.clip(place_px, -MOST_MOVED * width_px, MOST_MOVED * width_px)
-        soft_px += float(high_px - low_px) / 2
+        soft_px += (high_px - low_px) / 2
     return moves_px, soft_px
 
 

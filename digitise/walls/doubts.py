@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
@@ -10,12 +11,11 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
-from digitise.geometry.polyline import left_normals, resampled, runs, smoothed
+from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
 from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING, TooThinError
-from digitise.walls.straightened import patch_around, straighten
-from digitise.walls.wall_profile import cheapest_way, follow, outward, steadied
+from digitise.walls.wall_profile import cheapest_way, follow, outward, patch_around, steadied, straighten
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
@@ -71,6 +71,11 @@ BY_STROKES = "walls.plausible"
 """First part of the key of a doubt about walls that drawn strokes may settle."""
 
 
+def with_doubts(outline: Outline, *doubts: Fact, **fields: Any) -> Outline:
+    """Return the outline with further doubts and with other values of its fields."""
+    return replace(outline, warnings=(*outline.warnings, *doubts), **fields)
+
+
 def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Outline:
     """Return the outline with the bands along its walls, and an interval that covers both widths, if they matter.
 
@@ -78,16 +83,16 @@ def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Out
     """
     px, thin = photo.mm_per_px, slice(None, None, EVERY)
     width_px, s_mm = max(outline.mean_width_mm / px, 4.0), outline.s_mm[thin]
-    line_mm, left_mm, right_mm = outline.centreline_mm[thin], outline.left_wall_mm[thin], outline.right_wall_mm[thin]
+    line_mm, walls_mm = outline.centreline_mm[thin], (outline.left_wall_mm[thin], outline.right_wall_mm[thin])
     if len(line_mm) < LEAST_PROFILES:
         return outline
-    station_px = float(s_mm[-1]) / (len(s_mm) - 1) / px
+    station_px = s_mm[-1] / (len(s_mm) - 1) / px
 
     def odd(widths: float) -> int:
         return int(max(3, widths * width_px / station_px)) | 1
 
     ray = left_normals(smoothed(line_mm, width_px / station_px))
-    both_px = np.stack([((left_mm - line_mm) * ray).sum(axis=1), ((line_mm - right_mm) * ray).sum(axis=1)]) / px
+    both_px = ((np.stack(walls_mm) - line_mm) * ray).sum(axis=2) * [[1], [-1]] / px
     reach_px, step_px = float(np.percentile(both_px, 98)) + REACH * width_px + REACH_PX, max(1.0, SAMPLE * width_px)
     patch = patch_around(photo, photo.to_px(line_mm), reach_px)
     strip = straighten(photo, patch, line_mm, ray, step_px * px, reach_px * px)
@@ -97,42 +102,43 @@ def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Out
     core = np.where(valid & (over_px < -CORE_PX - CORE * walls_px), even, np.nan)
     ground = np.where(valid & (over_px > GROUND * width_px + GROUND_PX), even, np.nan)
     darkest = partial(np.nanpercentile, q=CORE_PERCENTILE)
-    dark = steadied(np.concatenate(list(core), axis=1)[None], odd(STEADY), darkest)
+    dark = steadied(np.hstack(list(core))[None], odd(STEADY), darkest)
     contrast = np.maximum(steadied(ground, odd(STEADY)) - dark, LEAST_CONTRAST)[..., None]
     share = (even - dark[..., None]) / contrast
     excess = [np.where(valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]
-    inner_px, outer_px = np.split(follow(np.concatenate(excess), strip.sample_px, station_px), 2)
-    outer_px = np.maximum(inner_px, outer_px)
-    thick_px = outer_px - inner_px
+    # Inner and outer edge of each side's band, (2, sides, stations).
+    edges_px = follow(np.concatenate(excess), strip.sample_px, station_px).reshape(2, 2, -1)
+    edges_px = np.maximum.accumulate(edges_px)
+    thick_px = edges_px[1] - edges_px[0]
     thick_px -= np.median(thick_px, axis=1, keepdims=True)
     doubtful = median_filter(thick_px, (1, odd(RUN)), mode="nearest") > max(LEAST_PX, LEAST * width_px)
     tip = max(1, round(TIP * width_px / station_px))
     doubtful[:, :tip] = doubtful[:, -tip:] = False
-    covered = [sampled(hidden, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)]
-    doubtful &= ~maximum_filter1d(np.stack(covered).astype(np.uint8), odd(2), axis=1).astype(bool)
+    covered = np.array([sampled(hidden, photo.to_px(wall_mm)) > 0 for wall_mm in walls_mm])
+    doubtful &= maximum_filter1d(covered.astype(np.uint8), odd(2), axis=1) == 0
     low_mm, high_mm = (
         outline.mean_width_mm + px * float(np.where(doubtful, change_px, 0).sum(axis=0).mean())
-        for change_px in (np.minimum(inner_px - both_px, 0), np.maximum(outer_px - both_px, 0))
+        for change_px in (np.minimum(edges_px[0] - both_px, 0), np.maximum(edges_px[1] - both_px, 0))
     )
     if high_mm - low_mm < WORTH_SAYING * width_px * px:
         return outline
-    rings_mm, stretches = list[Floats](), list[WallStretch]()
-    for number, sign in enumerate((1, -1)):
-        near_mm, far_mm = (line_mm + sign * px * each_px[number][:, None] * ray for each_px in (inner_px, outer_px))
-        for begin, end in runs(doubtful[number]):
+    rings_mm, stretches = [], []
+    for side, sign, where, edge_px in zip(SIDES, (1, -1), doubtful, edges_px.swapaxes(0, 1), strict=True):
+        near_mm, far_mm = line_mm + sign * px * edge_px[..., None] * ray
+        for begin, end in runs(where):
             rings_mm.append(np.concatenate([near_mm[begin:end], far_mm[begin:end][::-1]]))
             first_mm, last_mm = np.round(s_mm[[begin, end - 1]], 3).tolist()
-            least_mm, most_mm = (px * float(each_px[number, begin:end].mean()) for each_px in (inner_px, outer_px))
-            stretches.append(WallStretch(first_mm, last_mm, SIDES[number], "edge", (least_mm, most_mm), BAND_WHY))
-    own_mm, sure_mm = outline.width_95_mm or (outline.mean_width_mm,) * 2, SURE * outline.mean_width_mm
-    interval_mm = min(own_mm[0], low_mm - sure_mm), max(own_mm[1], high_mm + sure_mm)
+            least_mm, most_mm = (px * edge_px[:, begin:end].mean(axis=1)).tolist()
+            stretches.append(WallStretch(first_mm, last_mm, side, "edge", (least_mm, most_mm), BAND_WHY))
+    least_wide_mm, most_wide_mm = outline.width_95_mm or (outline.mean_width_mm, outline.mean_width_mm)
+    sure_mm = SURE * outline.mean_width_mm
     middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
-    return replace(
+    return with_doubts(
         outline,
+        doubt(f"{BY_STROKES}.band", BAND.format(listed(middle_px), low_mm, high_mm)),
         bands_mm=tuple(rings_mm),
-        width_95_mm=interval_mm,
+        width_95_mm=(min(least_wide_mm, low_mm - sure_mm), max(most_wide_mm, high_mm + sure_mm)),
         walls=(*outline.walls, *stretches),
-        warnings=(*outline.warnings, doubt(f"{BY_STROKES}.band", BAND.format(listed(middle_px), low_mm, high_mm))),
     )
 
 
@@ -144,24 +150,18 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
     half_px = outline.mean_width_mm / photo.mm_per_px / 2 - LINE_PX
     if half_px < SLIM * LINE_PX / 2:
         return None
-    line_px = resampled(outline.centreline_px, 1.0)
-    offset_px, normal = (
-        np.arange(-2 * half_px - 2 * LINE_PX, 2 * half_px + 2 * LINE_PX + 1),
-        left_normals(smoothed(line_px, 2 * half_px)),
-    )
-    light = sampled(photo.brightness, line_px[:, None] + offset_px[:, None] * normal[:, None])
-    soft = np.asarray(cv2.blur(light, (LINE_PX, LINE_ALONG_PX)), dtype=float)
-    between = np.abs(offset_px) < half_px
-    ground, inside = float(np.median(light[:, np.abs(offset_px) > half_px + 2 * LINE_PX])), np.median(light[:, between])
-    price = LINE_STEP * np.arange(-2.0, 3.0) ** 2
-    column = cheapest_way(soft[None, :, between] / ground, price)[0]
-    line = float(np.median(np.take_along_axis(soft[:, between], column[:, None], axis=1)))
-    dark = soft[:, between] < (line + inside) / 2
-    width_px = max(float(np.median(dark.sum(axis=1))), float(LINE_PX))
+    line_px, reach_px = resampled(outline.centreline_px, 1.0), 2 * half_px + 2 * LINE_PX
+    offset_px, normal = np.arange(-reach_px, reach_px + 1), left_normals(smoothed(line_px, 2 * half_px))
+    light, inner = sampled(photo.brightness, places_beside(line_px, offset_px, normal)), np.abs(offset_px) < half_px
+    soft = np.asarray(cv2.blur(light, (LINE_PX, LINE_ALONG_PX)), float)[:, inner]
+    inside = np.median(light[:, inner])
+    ground = float(np.median(light[:, np.abs(offset_px) > half_px + 2 * LINE_PX]))
+    column = cheapest_way(soft[None] / ground, LINE_STEP * np.arange(-2.0, 3.0) ** 2)[0]
+    line = float(np.median(np.take_along_axis(soft, column[:, None], axis=1)))
+    width_px = max(float(np.median((soft < (line + inside) / 2).sum(axis=1))), float(LINE_PX))
     if inside - line <= DARKER * (ground - line) or 2 * half_px < SLIM * width_px:
         return None
-    points_px = line_px + offset_px[between][column][:, None] * normal
-    return replace(path, points_px=points_px, width_px=width_px)
+    return replace(path, points_px=line_px + offset_px[inner][column][:, None] * normal, width_px=width_px)
 
 
 def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[Fact]:
@@ -197,7 +197,7 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
 
 def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[Fact]:
     """Return warnings if the crack closes before an end of the path; raise InputError if much of the path is lost."""
-    s_px, warnings = arc_length(path_px), list[Fact]()
+    s_px, warnings = arc_length(path_px), []
     first, last = np.asarray(KDTree(path_px).query(centreline_px[[0, -1]])[1])
     for end, lost_px in ((0, float(s_px[first])), (-1, float(s_px[-1] - s_px[last]))):
         if kinds[end] != "closed" or lost_px <= snap_px(photo):

@@ -9,14 +9,13 @@ strokes are enough.
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
 from digitise.geometry.polyline import depth_inside, resampled
-from digitise.image.raster import blurred, lightness, sampled
+from digitise.image.raster import blurred, draw_line, filled_polygon, lightness, sampled, window_around
 from digitise.photo import Photo
 from digitise.settings import PhotoInput, Strokes
 from sealtwin.core.arc_length import arc_length
@@ -66,19 +65,16 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
     """
     if not settings.drawn_by_hand:
         return ByHand(photo)
-    width_px, warnings = max(path.width_px, 4.0), list[Fact]()
+    width_px, warnings = max(path.width_px, 4.0), []
     lines, light = _lines(photo, path, settings, width_px, warnings), photo.brightness.copy()
-    sure, decided = np.zeros((2, *light.shape), dtype=np.uint8), np.zeros(light.shape, dtype=np.uint8)
-    dark = float(np.median(sampled(light, path.points_px)))
-    reach_px = max(REACH * width_px, REACH_PX)
+    sure, decided = np.zeros((2, *light.shape), np.uint8), np.zeros(light.shape, np.uint8)
+    dark, reach_px = float(np.median(sampled(light, path.points_px))), max(REACH * width_px, REACH_PX)
     # What is surely crack or ground comes last, so that no lightness changes it.
     for line in sorted(lines, key=lambda line: line.kind == "wall"):
-        low = np.maximum(np.floor(line.place_px.min(axis=0) - reach_px), 0).astype(int)
-        high = np.ceil(line.place_px.max(axis=0) + reach_px).astype(int) + 1
-        window = np.s_[low[1] : high[1], low[0] : high[0]]
+        low, window = window_around(line.place_px, reach_px, photo.size_px)
         part, place, foot = light[window], line.place_px - low, line.foot_px - low
         outward = (place - foot) / np.maximum(np.linalg.norm(place - foot, axis=1), 1.0)[:, None]
-        areas = _filled(part.shape, place, foot), _filled(part.shape, place, place + width_px * outward)
+        areas = _between(part.shape, place, foot), _between(part.shape, place, place + width_px * outward)
         near = _stroke(part.shape, place, 1 if line.kind == "wall" else 2 * reach_px)
         bright = float(np.percentile(part, GROUND))
         between, beyond = (float(np.percentile(part[area], DARKEST)) for area in areas)
@@ -95,7 +91,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
                 part[near & (soft < (under + ground) / 2)] = dark
             else:
                 lighter = near & (soft > (under + crack) / 2)
-                part[lighter] = np.maximum(part, bright)[lighter]
+                part[lighter] = np.maximum(part[lighter], bright)
         decided[window][near] = 255
         body = _stroke(part.shape, place, BRUSH_PX)
         for number, kind in enumerate(("crack", "ground")):
@@ -109,21 +105,20 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
             if line.kind in (kind, "wall"):
                 area = areas[number] if line.kind == "wall" else areas[number] | body
                 sure[number][window][area], sure[1 - number][window][area] = 255, 0
-    light[sure[1] > 0] = np.maximum(light, float(np.percentile(light, GROUND)))[sure[1] > 0]
-    light[sure[0] > 0] = dark
+    crack, ground = sure > 0
+    light[ground] = np.maximum(light[ground], float(np.percentile(light, GROUND)))
+    light[crack] = dark
     return ByHand(replace(photo, brightness=light), decided | sure[0] | sure[1], tuple(warnings))
 
 
-def _filled(shape: tuple[int, ...], first: Floats, second: Floats) -> NDArray[np.bool_]:
+def _between(shape: tuple[int, ...], first: Floats, second: Floats) -> NDArray[np.bool_]:
     """Return a mask of what is between two lines."""
-    area = np.zeros(shape, dtype=np.uint8)
-    cv2.fillPoly(area, [np.rint(16 * np.concatenate([first, second[::-1]])).astype(np.int32)], 255, cv2.LINE_8, 4)
-    return area > 0
+    return filled_polygon(shape, np.concatenate([first, second[::-1]])) > 0
 
 
 def _stroke(shape: tuple[int, ...], line: Floats, width: float) -> NDArray[np.bool_]:
-    area = np.zeros(shape, dtype=np.uint8)
-    cv2.polylines(area, [np.rint(line).astype(np.int32)], False, 255, round(width))
+    area = np.zeros(shape, np.uint8)
+    draw_line(area, line, width=width)
     return area > 0
 
 
@@ -137,13 +132,13 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
         ("ground", "ground_strokes_px, stroke", settings.ground_strokes_px),
         ("wall", "walls_px, line", settings.walls_px),
     )
-    lines = list[_Line]()
+    lines = []
     for kind, names, points in drawn:
         for number, points_px in enumerate(points or (), start=1):
-            line_px, name = np.array(points_px, dtype=float), f"photo.{names} {number}"
+            line_px, name = np.array(points_px, float), f"photo.{names} {number}"
             if depth_inside(line_px, (-0.5, -0.5, width - 0.5, height - 0.5)).min() < 0:
                 raise InputError(f"{photo.file}: {name}, leaves the photo of {width} x {height} px; draw it inside.")
-            length_px = float(arc_length(line_px)[-1]) if len(line_px) > 1 else 0.0
+            length_px = arc_length(line_px)[-1]
             place_px = resampled(line_px, max(1.0, length_px / MOST_POINTS)) if length_px > 0 else line_px[[0, 0]]
             away_px, nearest = tree.query(place_px)
             at_end = np.isin(nearest, (0, len(way_px) - 1))

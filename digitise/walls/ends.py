@@ -1,4 +1,7 @@
-"""Classify the ends of a crack: open at the edge of the face, closed in a tip, or cut if the crack continues."""
+"""Classify the ends of a crack: open at the edge of the face, closed in a tip, or cut if the crack continues.
+
+Beyond an end that a click cut, measure how far the crack continues, to warn that only a part of it was traced.
+"""
 
 from dataclasses import dataclass
 
@@ -6,11 +9,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.crack_path.sample_mask import EDGE_PX
+from digitise.crack_path.hints import listed
+from digitise.crack_path.medial_axis import pieces, radius
+from digitise.crack_path.profiles import finite_median, profiles_across
 from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, unit
-from digitise.photo import Photo
-from digitise.walls.straightened import Patch, edge_crossing
+from digitise.image.raster import blurred, draw_line
+from digitise.photo import EDGE_PX, Photo, in_copy, smaller
+from digitise.walls.wall_profile import Crossings, Patch, edge_crossings
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
@@ -48,6 +55,10 @@ class PathEnd:
 
     kind: EndKind
     place_px: Floats  # The tip of a closed crack, or else the end of the path
+    ahead: Floats  # Unit vector out of the crack
+
+
+Ends = tuple[PathEnd, PathEnd]
 
 
 def find_tip(photo: Photo, patch: Patch, line_mm: Floats, near_mm: float, reach_mm: float, level: float) -> float:
@@ -56,7 +67,7 @@ def find_tip(photo: Photo, patch: Patch, line_mm: Floats, near_mm: float, reach_
     fine_mm = np.arange(max(near_mm - reach_mm, 0), min(near_mm + reach_mm, s_mm[-1]), STEP_PX * photo.mm_per_px)
     light = patch.light(photo.to_px(at_arc_length(line_mm, s_mm, fine_mm)))
     places_mm = fine_mm[1:][(light[:-1] < level) != (light[1:] < level)]
-    return float(min(places_mm, key=lambda place_mm: abs(place_mm - near_mm), default=near_mm))
+    return min(places_mm, key=lambda place_mm: abs(place_mm - near_mm), default=near_mm)
 
 
 def to_its_ends(
@@ -66,28 +77,49 @@ def to_its_ends(
     middle_px = lines_px[0]
     beside_px = (BESIDE * width_px + BESIDE_PX) * left_normals(middle_px)
     threshold = float(np.median(patch.light(middle_px)) + np.median(patch.light(middle_px + beside_px))) / 2
-    back = min(len(middle_px) - 1, max(10, round(width_px)))
-    ends, tips_px = list[PathEnd](), list[Floats]()
-    for onward_px in (middle_px[::-1], middle_px):
-        ahead = unit(onward_px[-1] - onward_px[-1 - back])
-        end = judge_end(photo, patch, onward_px[-1], ahead, max(width_px, JUDGED_PX), threshold)
-        beyond = end.kind == "closed" and (end.place_px - onward_px[-1]) @ ahead > 1.0
-        ends.append(end)
-        tips_px.append(end.place_px[None] if beyond else np.empty((0, 2)))
+    inward_px, back_px = (middle_px, middle_px[::-1]), max(10, round(width_px))
+    ends = judge_ends(photo, patch, inward_px, back_px, max(width_px, JUDGED_PX), (threshold, threshold))
+    tips_px = [
+        end.place_px[None][: int(end.kind == "closed" and (end.place_px - line_px[0]) @ end.ahead > 1.0)]
+        for end, line_px in zip(ends, inward_px, strict=True)
+    ]
     lines_mm = [photo.to_mm(np.concatenate([tips_px[0], line_px, tips_px[1]])) for line_px in lines_px]
-    over_mm, onward_mm = (px * photo.mm_per_px for px in (width_px, max(TO_THE_EDGE * width_px, TO_THE_EDGE_PX)))
+    onward_mm = max(TO_THE_EDGE * width_px, TO_THE_EDGE_PX) * photo.mm_per_px
     before_mm, after_mm = (onward_mm * (end.kind == "open") for end in ends)
     line_mm, left_mm, right_mm = (
-        extended(each_mm, before_mm, after_mm, over_mm, photo.mm_per_px) for each_mm in lines_mm
+        extended(each_mm, before_mm, after_mm, width_px * photo.mm_per_px, photo.mm_per_px) for each_mm in lines_mm
     )
-    span_mm = [0.0, float(arc_length(line_mm)[-1])]
-    for number, end in enumerate(ends):
-        if end.kind == "open" and photo.face_mm is not None:
-            crossing = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
-            beyond_mm = onward_mm if number == 0 else span_mm[1] - onward_mm
-            span_mm[number] = beyond_mm if crossing is None else crossing.s_mm
+    first, last = crossings(photo, line_mm, ends)
+    span_mm = (
+        before_mm if first is None else first.s_mm,
+        float(arc_length(line_mm)[-1]) - after_mm if last is None else last.s_mm,
+    )
     kinds = ends[0].kind, ends[1].kind
-    return Traced(line_mm, left_mm, right_mm, kinds, (span_mm[0], span_mm[1]), width_px, width_spread=spread)
+    return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_px, width_spread=spread)
+
+
+def crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
+    """Return the crossings of a line with the edge of the face at its open ends."""
+    if photo.face_mm is None:
+        return None, None
+    first, last = edge_crossings(line_mm, photo.face_mm)
+    return first if ends[0].kind == "open" else None, last if ends[1].kind == "open" else None
+
+
+def judge_ends(
+    photo: Photo,
+    patch: Patch,
+    inward_px: tuple[Floats, Floats],
+    back_px: int,
+    width_px: float,
+    thresholds: tuple[float, float],
+) -> Ends:
+    """Classify both ends of a line, which is given from each end inward; ``back_px`` of it give a direction."""
+    first, last = (
+        judge_end(photo, patch, line_px[0], unit(line_px[0] - line_px[: back_px + 1][-1]), width_px, threshold)
+        for line_px, threshold in zip(inward_px, thresholds, strict=True)
+    )
+    return first, last
 
 
 def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float) -> PathEnd:
@@ -97,34 +129,94 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
         # The mask ends before the edge.
         edge_px = np.abs(depth_inside(photo.to_mm(reached_px), photo.face_mm)) / photo.mm_per_px
         if edge_px.min() <= 2 * EDGE_PX:
-            return PathEnd("open", end_px)
+            return PathEnd("open", end_px, ahead)
     away_px = reached_px - end_px
     width, height = photo.size_px
     goes_on = np.linalg.norm(away_px, axis=1).max() > GOES_ON * width_px
     if goes_on or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
-        return PathEnd("cut", end_px)
+        return PathEnd("cut", end_px, ahead)
     # The farthest dark place ahead, or the middle of a blunt end.
     extent_px, aside = away_px @ ahead, np.array([-ahead[1], ahead[0]])
     sideways_px = away_px[extent_px > extent_px.max() - BLUNT * width_px] @ aside
-    return PathEnd("closed", end_px + extent_px.max() * ahead + (sideways_px.min() + sideways_px.max()) / 2 * aside)
+    tip_px = end_px + extent_px.max() * ahead + (sideways_px.min() + sideways_px.max()) / 2 * aside
+    return PathEnd("closed", tip_px, ahead)
 
 
 def _dark_ahead_px(
     photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float
 ) -> Floats:
     """Return the pixels of crack around and ahead of the end that are connected to it, (n, 2)."""
-    reach_px = LOOK_AHEAD * width_px
-    left, top = np.maximum(np.floor(end_px - reach_px) - patch.offset_px, 0).astype(int)
-    right, bottom = (np.ceil(end_px + reach_px) - patch.offset_px).astype(int) + 1
-    dark = patch.soft[top:bottom, left:right] < threshold
-    y, x = np.nonzero(dark)
-    dark_px = np.column_stack([x + left, y + top]) + np.array(patch.offset_px, dtype=float)
+    rows, columns = np.nonzero(patch.soft < threshold)
+    dark_px = np.column_stack([columns, rows]).astype(float) + patch.offset_px
     away_px = dark_px - end_px
     # A strip behind the end is included, so that a bright speck on the end does not separate it from the crack.
-    near = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= reach_px)
+    near = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= LOOK_AHEAD * width_px)
     near[near] = patch.on_sample(dark_px[near], photo.to_mm(dark_px[near]))
-    dark[y, x] = near
-    label = cv2.connectedComponents(dark.astype(np.uint8), connectivity=8)[1][y[near], x[near]]
+    crack = np.zeros(patch.soft.shape, bool)
+    crack[rows[near], columns[near]] = True
+    label = pieces(crack)[0][rows[near], columns[near]]
     if len(label) == 0:
         return dark_px[near]
     return dark_px[near][label == label[np.argmin(np.linalg.norm(away_px[near], axis=1))]]
+
+
+MOST_BEYOND = 0.05  # Share of the traced length by which a crack may continue without a warning
+LEAST_BEYOND, LEAST_BEYOND_PX = 2.0, 30.0  # The same in widths and px: a blunt end, and grain that touches it
+AT_BORDER = 2.0  # Widths, plus twice as many px, from the photo's border within which a crack leaves the photo
+WORK_PX, LARGEST_PX = 6.0, 2500  # Width of the crack in the copy that is searched, and longest side of the copy
+LAST = 8.0  # Widths of the crack before an end that give its darkness and direction
+GROUND_BESIDE = (1.0, 3.0)  # Widths from the line between which the ground's light is read
+SWELLING = 1.5  # Widths above which a dark place is not crack but a shadow, a stain or the table
+BODY = 1.5  # Widths across which the traced crack is removed
+NEAR = 1.5  # Widths from the end within which the rest of the crack must begin
+
+
+def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
+    """Return a doubt for each end that a click cut, if the photo shows much more of the crack beyond it."""
+    length_px = arc_length(line_px)[-1]
+    last_px, warnings = np.array(photo.size_px) - 1, []
+    for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
+        if kind != "cut" or depth_inside(inward_px[:1], (0, 0, *last_px))[0] < AT_BORDER * (width_px + 2):
+            continue
+        beyond_px = _beyond_px(photo, inward_px, max(width_px, 2.0))
+        if beyond_px > max(MOST_BEYOND * length_px, LEAST_BEYOND * width_px, LEAST_BEYOND_PX):
+            beyond_mm = beyond_px * photo.mm_per_px
+            text = (
+                f"the crack continues beyond the end {listed(inward_px[:1])} px for about {beyond_mm:.1f} mm "
+                f"({beyond_px:.0f} px), which are not part of the result: give the crack's real end in ends_px to "
+                "include them"
+            )
+            warnings.append(doubt("path.continues", text, beyond_mm, "mm"))
+    return warnings
+
+
+def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
+    """Return the length of the dark band that continues from the line's first point, away from the line."""
+    part_px = inward_px[: max(2, int(np.searchsorted(arc_length(inward_px), LAST * width_px)))]
+    profiles = profiles_across(photo, part_px, width_px, GROUND_BESIDE[1] * width_px + 4)
+    away_px = np.abs(profiles.offset_px)
+    ground = finite_median(profiles.light[:, away_px > GROUND_BESIDE[0] * width_px + 2])
+    threshold = (ground + finite_median(profiles.light[:, away_px <= max(width_px / 4, 1.0)])) / 2
+    factor = max(1, int(width_px / WORK_PX), -(-max(photo.size_px) // LARGEST_PX))
+    copy, width, cells = smaller(photo, factor), width_px / factor, in_copy(inward_px, factor)
+    height, across = copy.brightness.shape
+    sample = photo.sample_mask()[::factor, ::factor][:height, :across] > 0
+    dark = (blurred(copy.brightness, 0.8) < threshold) & sample
+    # Regions far wider than the crack are no crack.
+    thick, reach = radius(dark) > SWELLING * width / 2 + 1, 2 * int(SWELLING * width / 2 + 1) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
+    dark = dark.astype(np.uint8) & (1 - cv2.dilate(thick.astype(np.uint8), disc))
+    draw_line(dark, cells, 0, BODY * width)
+    return factor * _farthest(dark, cells[0], unit(part_px[0] - part_px[-1]), width)
+
+
+def _farthest(dark: NDArray[np.uint8], end: Floats, ahead: Floats, width: float) -> float:
+    """Return the distance of the farthest dark cell that is connected to a place ahead of the end."""
+    label, _ = pieces(dark > 0)
+    rows, columns = np.nonzero(label)
+    number, away = label[rows, columns], np.column_stack([columns, rows]) - end
+    near = (np.abs(away) <= NEAR * width + 2).all(axis=1) & (away @ ahead > 0)
+    if not near.any():
+        return 0.0
+    start = np.flatnonzero(near)[np.argmax(away[near] @ ahead)]
+    return float(np.linalg.norm(away[number == number[start]], axis=1).max())

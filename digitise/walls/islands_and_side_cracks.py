@@ -12,6 +12,7 @@ from manifold3d import CrossSection, FillRule
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from skimage.measure import find_contours
+from skimage.segmentation import clear_border
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import (
@@ -19,19 +20,20 @@ from digitise.crack_path.medial_axis import (
     LEAST_BRANCH_PX,
     distance_outside,
     holding,
+    pieces,
     radius,
     side_lines,
 )
-from digitise.crack_path.sample_mask import sample_mask
-from digitise.crack_path.standing_out import unlike_length_px
+from digitise.crack_path.profiles import unlike_length_px
 from digitise.geometry.polyline import extended, resampled, signed_area, smoothed
 from digitise.geometry.region import ISLAND_MM2
-from digitise.image.raster import Map, blurred, continued, resized, shrunk, widened
+from digitise.image.raster import Map, blurred, continued, draw_line, resized, shrunk, widened, window_around
 from digitise.photo import Photo
-from digitise.walls.straightened import BLUR_PX, LEAST_WIDTH_PX
+from digitise.walls.doubts import with_doubts
+from digitise.walls.wall_profile import BLUR_PX, LEAST_WIDTH_PX
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import present
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import doubt
 from sealtwin.core.records import Floats, Outline
 
 # Constants of stones and side cracks. "widths" are crack widths.
@@ -102,9 +104,8 @@ def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surro
     least = ISLAND_MM2 / photo.mm_per_px**2
     if path.source != "mask":
         least = max(LEAST_MM2 / photo.mm_per_px**2, (LEAST_SIDE * path.width_px) ** 2, LEAST_PX)
-    stones = _enclosed(crack, least / copy.factor**2, WIDEST * path.width_px / copy.factor) if crack.any() else []
     islands_px = []
-    for stone in stones:
+    for stone in _enclosed(crack, least / copy.factor**2, WIDEST * path.width_px / copy.factor):
         alone = np.where(widened(stone, 1), copy.share, np.minimum(copy.share, wall_share))
         ring = max(_contours(copy, alone, wall_share, 0.0), key=lambda ring: abs(signed_area(ring)))
         islands_px.append(ring if signed_area(photo.to_mm(ring)) < 0 else ring[::-1])
@@ -116,19 +117,18 @@ def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surro
         cv2.fillPoly(hidden, whole, 255)
         cv2.polylines(hidden, whole, True, 255, 2 * SKIRT_PX + 1)
     for side in side_cracks:
-        _draw(hidden, side.line_px, 2 * (side.half_px + SKIRT_PX))
+        draw_line(hidden, side.line_px, width=2 * (side.half_px + SKIRT_PX))
     return Surroundings(tuple(photo.to_mm(ring_px) for ring_px in islands_px), side_cracks, hidden)
 
 
 def _copied(photo: Photo, points_px: Floats, width_px: float) -> _Copy:
     """Return the copy around a path."""
-    reach_px, factor = max(REACH * width_px, AROUND * float(arc_length(points_px)[-1])), max(1, int(width_px / WORK_PX))
-    low = np.maximum(np.floor(points_px.min(axis=0) - reach_px), 0).astype(int)
-    high = np.minimum(np.ceil(points_px.max(axis=0) + reach_px) + 1, photo.size_px).astype(int)
-    across, down = ((high - low) // factor).tolist()
-    window = np.s_[low[1] : low[1] + down * factor, low[0] : low[0] + across * factor]
-    light = blurred(shrunk(photo.brightness[window], (across, down)), BLUR_PX)
-    sample = shrunk(sample_mask(photo)[window], (across, down)) > 0.99 * 255
+    reach_px, factor = max(REACH * width_px, AROUND * arc_length(points_px)[-1]), max(1, int(width_px / WORK_PX))
+    low, window = window_around(points_px, reach_px, photo.size_px)
+    down, across = (side // factor for side in photo.brightness[window].shape)
+    whole = np.s_[: down * factor, : across * factor]
+    light = blurred(shrunk(photo.brightness[window][whole], (across, down)), BLUR_PX)
+    sample = shrunk(photo.sample_mask()[window][whole], (across, down)) > 0.99 * 255
     way = (points_px - low + 0.5) / factor - 0.5
     return _Copy(low, factor, way, _share(light, sample, way, width_px / factor), sample)
 
@@ -138,9 +138,9 @@ def _share(light: Map, sample: NDArray[np.bool_], way: Floats, width: float) -> 
     scale = min(1.0, LEVEL_PX / width)
     small = shrunk(light, (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale))))
     shown = shrunk(sample.astype(np.float32), small.shape[::-1]) > 0.99
-    off_path = np.ones(small.shape, dtype=np.uint8)
-    cv2.polylines(off_path, [np.rint((way + 0.5) * scale - 0.5).astype(np.int32)], False, 0)
-    away = distance_outside(off_path == 0) / (width * scale)
+    on_path = np.zeros(small.shape, np.uint8)
+    draw_line(on_path, (way + 0.5) * scale - 0.5)
+    away = distance_outside(on_path > 0) / (width * scale)
     inside, beside = shown & (away < CRACK), shown & (away > MORTAR)
     dark = float(np.median(small[inside])) if inside.any() else 0.0
     usual = float(np.median(small[beside])) if beside.any() else 0.0
@@ -148,15 +148,13 @@ def _share(light: Map, sample: NDArray[np.bool_], way: Floats, width: float) -> 
     mortar = beside & (small > (2 * dark + usual) / 3)
     sigma = SPREAD * width * scale
     low, high = (resized(continued(small, where, sigma), light.shape) for where in (inside, mortar))
-    return np.asarray((light - low) / np.maximum(high - low, np.float32(1e-6)), dtype=np.float32)
+    return np.asarray((light - low) / np.maximum(high - low, np.float32(1e-6)), np.float32)
 
 
 def _enclosed(crack: NDArray[np.bool_], least: float, widest: float) -> list[NDArray[np.bool_]]:
     """Return the places of at least ``least`` cells and at most ``widest`` that the crack surrounds, one mask each."""
-    _, label, stats, _ = cv2.connectedComponentsWithStats((~crack).astype(np.uint8), connectivity=8)
-    inside = (stats[:, :2] > 0).all(axis=1) & (stats[:, :2] + stats[:, 2:4] < crack.shape[::-1]).all(axis=1)
-    numbers = np.flatnonzero(inside & (stats[:, cv2.CC_STAT_AREA] >= least))
-    stones = [label == number for number in numbers if number > 0]
+    label, area = pieces(clear_border(~crack))
+    stones = [label == number for number in np.flatnonzero(area >= least)]
     return [stone for stone in stones if 2 * radius(stone).max() <= widest]
 
 
@@ -164,7 +162,7 @@ def _side_cracks(
     photo: Photo, copy: _Copy, crack: NDArray[np.bool_], width: float, wall_share: float
 ) -> list[SideCrack]:
     """Return the dark side lines of the path that are slender, as a crack is, and no edge of something bright."""
-    to_rim, side_cracks = radius(crack), list[SideCrack]()
+    to_rim, side_cracks = radius(crack), []
     way = np.clip(np.rint(copy.way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)
     way = way[crack[tuple(way.T)]]
     least = max(LEAST_BRANCH * width, LEAST_BRANCH_PX / copy.factor)
@@ -178,15 +176,11 @@ def _side_cracks(
             continue
         line_px, half_px = smoothed(resampled(copy.to_photo(line), 1.0), half * copy.factor), half * copy.factor
         if unlike_length_px(photo, line_px, 2 * half_px) < EDGE * len(line_px):
-            near = np.zeros(crack.shape, dtype=np.uint8)
-            _draw(near, line, 2 * SWELLING * half)
+            near = np.zeros(crack.shape, np.uint8)
+            draw_line(near, line, width=2 * SWELLING * half)
             alone = np.where(widened(holding(crack & (near > 0), line), 1), copy.share, 1)
             side_cracks.append(SideCrack(line_px, half_px, comes_back, tuple(_contours(copy, alone, wall_share, 1.0))))
     return side_cracks
-
-
-def _draw(picture: NDArray[np.uint8], line: Floats, width: float) -> None:
-    cv2.polylines(picture, [np.rint(line).astype(np.int32)], False, 255, max(1, round(width)))
 
 
 def _contours(copy: _Copy, share: Map, level: float, beyond: float) -> list[Floats]:
@@ -204,7 +198,7 @@ def with_side_cracks(
     measured.
     """
     main, centreline = CrossSection([outline.outline_mm], FillRule.Positive), KDTree(outline.centreline_mm)
-    joined, wide_mm, narrow_mm = main, list[Floats](), list[Floats]()
+    joined, wide_mm, narrow_mm = main, [], []
     for side in side_cracks:
         line_mm, ends = photo.to_mm(side.line_px), [0, -1][: 1 + side.comes_back]
         feet_mm = outline.centreline_mm[np.asarray(centreline.query(line_mm[ends])[1])]
@@ -212,10 +206,10 @@ def with_side_cracks(
         is_wide = (rim - main).area() >= least_width_px * photo.mm_per_px * arc_length(line_mm)[-1]
         (wide_mm if is_wide else narrow_mm).append(np.concatenate([feet_mm[:1], line_mm, feet_mm[1:]]))
         joined += rim if is_wide else CrossSection()
-    warnings, ring_mm, enclosed_mm = list[Fact](), outline.outline_mm, ()
+    warnings, ring_mm, enclosed_mm = [], outline.outline_mm, ()
     if wide_mm and keep:
         piece = max(joined.decompose(), key=lambda piece: piece.area())
-        rings = [np.asarray(ring, dtype=float) for ring in piece.to_polygons()]
+        rings = [np.asarray(ring, float) for ring in piece.to_polygons()]
         ring_mm = max(rings, key=signed_area)
         enclosed_mm = tuple(ring for ring in rings if signed_area(ring) <= -ISLAND_MM2)
     elif wide_mm:
@@ -224,13 +218,13 @@ def with_side_cracks(
     if narrow_mm:
         text = f"{_left_out(narrow_mm)}: under {least_width_px:g} px wide, too narrow to measure"
         warnings.append(doubt("walls.narrow-side-cracks", text, len(narrow_mm)))
-    return replace(
+    return with_doubts(
         outline,
+        *warnings,
         **photo.in_both_units(outline=ring_mm),
         branches_mm=(*wide_mm, *narrow_mm),
         branches_kept=bool(wide_mm) and keep,
         islands_mm=enclosed_mm,
-        warnings=(*outline.warnings, *warnings),
     )
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import at_arc_length, left_normals, resampled
+from digitise.geometry.polyline import at_arc_length, places_beside, resampled
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
@@ -39,7 +39,7 @@ class Canvas:
         self.scale: float = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
         how = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_CUBIC
         picture = cv2.resize(photo.image, None, fx=self.scale, fy=self.scale, interpolation=how)
-        self.picture: Picture = np.asarray(picture, dtype=np.uint8)
+        self.picture: Picture = np.asarray(picture, np.uint8)
         self.unit: float = max(self.picture.shape[:2]) / 1000
         self.extent = np.array(self.picture.shape[1::-1])
 
@@ -47,20 +47,28 @@ class Canvas:
         """Map pixels of the photo to pixels of the copy."""
         return (points_px + 0.5) * self.scale - 0.5
 
-    def line(self, points: Floats, colour: Colour, size: float = 0.7, closed: bool = False) -> None:
-        fixed, pen = np.rint(points * 2**SUBPIXEL_BITS).astype(np.int32), max(1, round(size * self.unit))
-        cv2.polylines(self.picture, [fixed], closed, colour, pen, cv2.LINE_AA, SUBPIXEL_BITS)
-
-    def dashed(self, points: Floats, colour: Colour) -> None:
-        """Draw a dashed line, as thin as possible."""
-        dashes = resampled(points, DASH * self.unit)
-        for start in range(0, len(dashes) - 1, 2):
-            self.line(dashes[start : start + 2], colour, 0)
+    def line(
+        self, points_px: Floats, colour: Colour, size: float = 0.7, closed: bool = False, dashed: bool = False
+    ) -> None:
+        """Draw a line through pixels of the photo; a dashed one is as thin as possible."""
+        lines = [self.at(points_px)]
+        if dashed:
+            dashes, size = resampled(lines[0], DASH * self.unit), 0
+            lines = [dashes[start : start + 2] for start in range(0, len(dashes) - 1, 2)]
+        fixed, pen = [np.rint(line * 2**SUBPIXEL_BITS).astype(np.int32) for line in lines], round(size * self.unit)
+        cv2.polylines(self.picture, fixed, closed, colour, max(1, pen), cv2.LINE_AA, SUBPIXEL_BITS)
 
     def dot(self, point: Floats, size: float, colour: Colour, rim: Colour) -> None:
         """Draw a disc of radius ``size`` on a larger one."""
         for radius, shade in ((size + 0.8, rim), (size, colour)):
-            cv2.circle(self.picture, _whole(point), max(1, round(radius * self.unit)), shade, -1, cv2.LINE_AA)
+            cv2.circle(
+                self.picture,
+                np.rint(point).astype(int).tolist(),
+                max(1, round(radius * self.unit)),
+                shade,
+                -1,
+                cv2.LINE_AA,
+            )
 
     def panel(self, low: Floats, high: Floats, colour: Colour, opacity: float) -> None:
         (left, top), (right, bottom) = np.maximum(np.rint((low, high)), 0).astype(int)
@@ -69,7 +77,7 @@ class Canvas:
 
     def text(self, base: Floats, text: str, colour: Colour, times: float = 1) -> None:
         size, pen = 0.4 * times * self.unit, max(1, round(0.5 * times * self.unit))
-        cv2.putText(self.picture, text, _whole(base), FONT, size, colour, pen, cv2.LINE_AA)
+        cv2.putText(self.picture, text, np.rint(base).astype(int).tolist(), FONT, size, colour, pen, cv2.LINE_AA)
 
     def text_size(self, text: str) -> Floats:
         """Width and height. They are a little more than OpenCV's, which leave out the last letter's overhang."""
@@ -81,27 +89,24 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     """Return the photo with walls, centreline, ends, legend, scale bar and nozzle path, (height, width, 3) RGB."""
     canvas = Canvas(photo)
     if photo.face_ring_px is not None:
-        canvas.line(canvas.at(photo.face_ring_px), PAPER, closed=True)
+        canvas.line(photo.face_ring_px, PAPER, closed=True)
     # The ring comes first. Walls cover it except at the ends, where it shows how the crack was closed.
     for ring_px in (outline.outline_px, *map(photo.to_px, outline.islands_mm)):
-        canvas.line(canvas.at(ring_px), ENDS, closed=True)
-    draw_branch = canvas.line if outline.branches_kept else canvas.dashed
+        canvas.line(ring_px, ENDS, closed=True)
     for line_mm in outline.branches_mm:
-        draw_branch(canvas.at(photo.to_px(line_mm)), CENTRE)
+        canvas.line(photo.to_px(line_mm), CENTRE, dashed=not outline.branches_kept)
     for ring_mm in outline.bands_mm:
-        ring_px = canvas.at(photo.to_px(ring_mm))
-        canvas.dashed(np.concatenate([ring_px, ring_px[:1]]), ENDS)
-    canvas.line(canvas.at(outline.left_wall_px), LEFT)
-    canvas.line(canvas.at(outline.right_wall_px), RIGHT)
-    centreline = canvas.at(outline.centreline_px)
-    canvas.line(centreline, CENTRE)
+        canvas.line(photo.to_px(np.vstack([ring_mm, ring_mm[:1]])), ENDS, dashed=True)
+    canvas.line(outline.left_wall_px, LEFT)
+    canvas.line(outline.right_wall_px, RIGHT)
+    canvas.line(outline.centreline_px, CENTRE)
     if trajectory is not None:
         nozzle = canvas.at(photo.to_px(trajectory.position_mm[:, :2]))
         # Beads are so small that the centreline shows between them.
         given = nozzle[trajectory.giving]
         for bead in resampled(given, BEADS * canvas.unit) if len(given) > 1 else ():
             canvas.dot(bead, 1.6, NOZZLE, INK)
-    _mark_ends(canvas, centreline, outline)
+    _mark_ends(canvas, outline)
     _legend(canvas, outline, trajectory)
     return canvas.picture
 
@@ -109,9 +114,8 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
 def draw_way(photo: Photo, path: CrackPath) -> Picture:
     """Return the photo, as large as the overlay, with a path without walls."""
     canvas = Canvas(photo)
-    way = canvas.at(path.points_px)
-    canvas.line(way, CENTRE, 1.5)
-    for point in way[[0, -1]]:
+    canvas.line(path.points_px, CENTRE, 1.5)
+    for point in canvas.at(path.points_px[[0, -1]]):
         canvas.dot(point, 3, ENDS, PAPER)
     return canvas.picture
 
@@ -120,7 +124,7 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Picture:
     """Return the photo, as large as the overlay, with the competing cracks outlined and numbered."""
     canvas = Canvas(photo)
     for crack in cracks:
-        canvas.line(canvas.at(crack.outline_px), ENDS, 1.5, closed=True)
+        canvas.line(crack.outline_px, ENDS, 1.5, closed=True)
     for number, crack in enumerate(cracks, 1):
         place = canvas.at(crack.middle_px)
         canvas.dot(place, 15, INK, PAPER)
@@ -128,20 +132,20 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Picture:
     return canvas.picture
 
 
-def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
+def _mark_ends(canvas: Canvas, outline: Outline) -> None:
     """Draw a dot on each end and its name beyond it."""
-    unit = canvas.unit
+    unit, centreline = canvas.unit, canvas.at(outline.centreline_px)
     first = f"start, s = 0 ({outline.ends[0]} end)"
     last = f"s = {outline.length_mm:.1f} mm ({outline.ends[1]} end)"
     for way, text in ((centreline, first), (centreline[::-1], last)):
         canvas.dot(way[0], 3, ENDS, PAPER)
-        size = canvas.text_size(text)
+        half = 0.5 * canvas.text_size(text)
         behind = at_arc_length(way, arc_length(way), np.array([30 * unit]))[0]
-        beside = way[0] + toward(way[0] - behind) * (14 * unit + 0.5 * size)
-        half = 0.5 * size + 8 * unit
-        corner = np.clip(beside, half, canvas.extent - half) - 0.5 * size
-        canvas.panel(corner - 4 * unit, corner + size + 4 * unit, INK, 0.65)
-        canvas.text(corner + np.array([0, size[1]]), text, PAPER)
+        beside = way[0] + toward(way[0] - behind) * (14 * unit + half)
+        room = half + 8 * unit
+        corner = np.clip(beside, room, canvas.extent - room) - half
+        canvas.panel(corner - 4 * unit, corner + 2 * half + 4 * unit, INK, 0.65)
+        canvas.text(corner + half * (0, 2), text, PAPER)
 
 
 def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> None:
@@ -169,16 +173,12 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
     low = min(corners, key=lambda box: int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()))
     canvas.panel(low, low + size, PAPER, 0.8)
     for number, (colour, text) in enumerate(lines):
-        base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
+        base = np.add(low, (pad, pad / 2 + row * (number + 0.75)))
         if colour is not None:
             bar = length_mm * mm if colour == INK else swatch - pad
-            canvas.panel(np.subtract(base, (0, 7 * unit)), np.add(base, (bar, -3 * unit)), colour, 1)
-            base = base + np.array([swatch, 0])
+            canvas.panel(base - (0, 7 * unit), np.add(base, (bar, -3 * unit)), colour, 1)
+            base = np.add(base, (swatch, 0))
         canvas.text(base, text, INK)
-
-
-def _whole(point: Floats) -> tuple[int, int]:
-    return round(float(point[0])), round(float(point[1]))
 
 
 def straight_view(photo: Photo, outline: Outline) -> NDArray[np.uint8]:
@@ -192,10 +192,7 @@ def straight_view(photo: Photo, outline: Outline) -> NDArray[np.uint8]:
     s_mm = np.linspace(0.0, outline.length_mm, columns)
     half_px = max(1, round(STRAIGHT_AROUND * outline.mean_width_mm / mm_per_px))
     across_mm = np.arange(half_px, -half_px - 1, -1) * (s_mm[1] - s_mm[0])
-    middle_mm = at_arc_length(outline.centreline_mm, outline.s_mm, s_mm)
-    places_mm = middle_mm + across_mm[:, None, None] * left_normals(middle_mm)
-    places_px = photo.to_px(places_mm.reshape(-1, 2)).reshape(places_mm.shape).astype(np.float32)
-    straight = cv2.remap(
-        photo.image, places_px[..., 0], places_px[..., 1], cv2.INTER_LINEAR, None, cv2.BORDER_CONSTANT, (255,) * 3
-    )
-    return np.asarray(straight, dtype=np.uint8)
+    places_mm = places_beside(at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), across_mm)
+    x, y = np.moveaxis(photo.to_px(places_mm.reshape(-1, 2)).reshape(places_mm.shape).astype(np.float32), 2, 0)
+    straight = cv2.remap(photo.image, x.T, y.T, cv2.INTER_LINEAR, None, cv2.BORDER_CONSTANT, (255,) * 3)
+    return np.asarray(straight, np.uint8)

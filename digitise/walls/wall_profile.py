@@ -1,15 +1,154 @@
-"""Measure both walls of a crack in a straightened photo: follow them to a sample, then refine to sub-pixels."""
+"""Straighten the photo along a line, and measure both walls of a crack in the strip, to a fraction of a pixel."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.special import ndtri
 
-from digitise.walls.straightened import BLUR_PX, Strip
+from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, places_beside, tangents
+from digitise.image.raster import Map, blurred, sampled, window_around
+from digitise.photo import Photo
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Integers
+
+SPREAD = 0.6  # Crack widths to each side of the line within which rays do not meet
+MOST_OBLIQUE = 8.0  # Greatest cotangent of the angle to the edge, 7 degrees, at which rays follow it
+BLUR_PX = 0.8  # Gaussian sigma of the brightness before it is sampled, which quiets grain and keeps a straight edge
+RIM_PX = 8  # Margin of a patch: the softening reaches four of its sigmas
+EDGE_PX = 1.5  # Distance from the edge of the face within which brightness mixes with that of the surroundings
+FINEST_PX, COARSEST_PX = 0.5, 1.5  # Bounds on the spacing of samples across, px of the photo: a blurred edge is 3
+LEAST_WIDTH_PX = 6.0  # Least width of a crack to begin with
+SAMPLES = 48  # Samples across one crack width; more cost time and show nothing
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Place where a line meets the edge of the face."""
+
+    s_mm: float
+    inward: Floats  # Unit normal of that edge, onto the face
+
+
+Crossings = tuple[Crossing | None, Crossing | None]  # Crossings at the first end and at the last, where these are open
+
+
+def edge_crossings(line_mm: Floats, face_mm: Box) -> Crossings:
+    """Return the crossings nearest to the line's middle, before it and after it; None if there is none."""
+    s_mm, depth_mm, crossings = arc_length(line_mm), depth_inside(line_mm, face_mm), list[Crossing | None]()
+    outside, middle = np.flatnonzero(depth_mm < 0), len(line_mm) // 2
+    for beyond, step in ((outside[outside < middle][::-1], 1), (outside[outside > middle], -1)):
+        if len(beyond) == 0 or depth_mm[middle] < 0:
+            crossings.append(None)
+            continue
+        inner, out = beyond[0] + step, beyond[0]
+        fraction = depth_mm[inner] / (depth_mm[inner] - depth_mm[out])
+        place_mm = line_mm[inner] + fraction * (line_mm[out] - line_mm[inner])
+        inward = np.array([[1, 0], [0, 1], [-1, 0], [0, -1.0]])[nearest_side(place_mm, face_mm)]
+        crossings.append(Crossing(float(s_mm[inner] + fraction * (s_mm[out] - s_mm[inner])), inward))
+    return crossings[0], crossings[1]
+
+
+def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Floats:
+    """Return rays to the left of a line, (n, 2), that reach 1 mm square to it. At open ends they follow the edge."""
+    s_mm, along, normal = arc_length(line_mm), tangents(line_mm), left_normals(line_mm)
+    shear, turned = np.zeros((2, len(line_mm)))
+    for crossing in crossings:
+        if crossing is None:
+            continue
+        sine = along @ crossing.inward
+        sine = np.copysign(np.maximum(np.abs(sine), 1e-6), sine)
+        to_edge = np.clip(-(normal @ crossing.inward) / sine, -MOST_OBLIQUE, MOST_OBLIQUE)
+        oblique = abs(np.interp(crossing.s_mm, s_mm, to_edge))
+        # The edge cuts off a normal's wall within half a width times the cotangent. The rays turn back over more than
+        # as much again, so that they do not meet within the crack.
+        reaches = np.abs(s_mm - crossing.s_mm) / max(SPREAD * width_mm * oblique, 1e-9)
+        share = np.clip(2 - reaches, 0, 1)
+        shear, turned = shear + share * to_edge, turned + share
+    return normal + (shear / np.maximum(turned, 1))[:, None] * along
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A window of the photo. Places are (..., 2)."""
+
+    offset_px: tuple[int, int]  # The window's first pixel in the photo: x, y
+    soft: Map  # Brightness, blurred by ``BLUR_PX``
+    clear: NDArray[np.uint8]  # 255 outside markers and hidden pixels, 0 on them
+    face_mm: Box | None
+    mm_per_px: float
+
+    def light(self, places_px: Floats) -> Floats:
+        """Brightness at each place. Beyond the patch it is that of the patch's border."""
+        return sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC).astype(float)
+
+    def on_sample(self, places_px: Floats, places_mm: Floats) -> NDArray[np.bool_]:
+        """Return True for places, given in both units, that show the sample and nothing else."""
+        shown = sampled(self.clear, places_px - self.offset_px, beyond=cv2.BORDER_CONSTANT) >= 254
+        if self.face_mm is None:
+            return shown
+        return shown & (depth_inside(places_mm, self.face_mm) >= EDGE_PX * self.mm_per_px)
+
+
+def patch_around(photo: Photo, points_px: Floats, reach_px: float, hidden: NDArray[np.uint8] | None = None) -> Patch:
+    """Return the part of the photo around some points, ``reach_px`` larger than their box on every side.
+
+    Pixels that are ``hidden``, as markers are, do not count as sample.
+    """
+    low, window = window_around(points_px, reach_px + RIM_PX, photo.size_px)
+    soft, offset_px = blurred(photo.brightness[window], BLUR_PX), (int(low[0]), int(low[1]))
+    clear = np.full(soft.shape, 255, np.uint8) if hidden is None else 255 - hidden[window]
+    photo.blank_markers(clear, offset_px)
+    return Patch(offset_px, soft, clear, photo.face_mm, photo.mm_per_px)
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Brightness on both sides of a line, (stations, offsets)."""
+
+    line_mm: Floats
+    ray: Floats  # Rays to the left, (stations, 2), that reach 1 mm square to the line
+    offset_mm: Floats  # Evenly spaced distances square to the line, positive to the left, 0 in the middle
+    light: Floats
+    valid: NDArray[np.bool_]  # Samples on the face and in the photo
+    mm_per_px: float
+
+    @property
+    def sample_px(self) -> float:
+        """Spacing of samples across."""
+        return (self.offset_mm[1] - self.offset_mm[0]) / self.mm_per_px
+
+    @property
+    def station_px(self) -> float:
+        """Spacing of stations along."""
+        return arc_length(self.line_mm)[-1] / (len(self.line_mm) - 1) / self.mm_per_px
+
+    @property
+    def middle(self) -> int:
+        """Column of the line itself."""
+        return len(self.offset_mm) // 2
+
+    def places_mm(self, offset_mm: Floats) -> Floats:
+        """Return the place at a distance on each ray, (stations, 2)."""
+        return self.line_mm + offset_mm[:, None] * self.ray
+
+
+def straighten(photo: Photo, patch: Patch, line_mm: Floats, ray: Floats, step_mm: float, reach_mm: float) -> Strip:
+    """Sample the photo every ``step_mm`` up to ``reach_mm`` to either side of the line."""
+    count = int(np.ceil(reach_mm / step_mm))
+    offset_mm = np.arange(-count, count + 1.0) * step_mm
+    place_mm = places_beside(line_mm, offset_mm, ray)
+    place_px = photo.to_px(place_mm.reshape(-1, 2)).reshape(place_mm.shape)
+    return Strip(line_mm, ray, offset_mm, patch.light(place_px), patch.on_sample(place_px, place_mm), photo.mm_per_px)
+
+
+def sample_step_mm(width_mm: float, mm_per_px: float) -> float:
+    """Spacing of samples across a crack about ``width_mm`` wide."""
+    return np.clip(width_mm / SAMPLES, FINEST_PX * mm_per_px, COARSEST_PX * mm_per_px)
+
 
 # Constants of following and refining walls. "share" is the share of the contrast from crack to mortar.
 #
@@ -63,7 +202,39 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = HALF, along_ed
     face hides a wall before the other, it follows the other at the crack's width, unless rays are ``along_edge``.
     """
     across = width_mm / strip.mm_per_px / strip.station_px
-    over = 2 * int(np.ceil(across)) + 1
+    over, sample_px = 2 * int(np.ceil(across)) + 1, strip.sample_px
+    light, valid = outward(strip, strip.light), outward(strip, strip.valid)
+    dark, bright = _levels(strip, width_mm, over)
+    contrast = np.maximum(bright - dark, 1e-6)
+    share = np.clip((light - dark[:, None]) / contrast[..., None], 0, 1)
+
+    levels = (HALF, STAINED) if wall_share == HALF else (wall_share,)
+    # Samples of unknown brightness must not attract a wall.
+    excess = np.concatenate([np.where(valid, share - level, 0) for level in levels])
+    place_px, *stained_px = np.split(follow(excess, sample_px, strip.station_px), len(levels))
+    for inner_px in stained_px:
+        place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
+
+    edge_px = softness_px(share, place_px, sample_px, wall_share)
+    sigma_px, clear_step = np.clip(edge_px, SHARPEST_PX, SOFTEST_PX), np.zeros(place_px.shape, bool)
+    rim = dark + contrast * lit_rims(share, place_px, sigma_px, sample_px, wall_share)[:, None]
+
+    shown = np.where(valid, light, np.nan)
+    for _ in range(REFINEMENTS):
+        place_px, clear_step = refined_to_subpixel(shown, place_px, sigma_px, sample_px, over, contrast, rim)
+    rim = dark + max(wall_share, HALF) * (bright.mean(axis=0) - dark)
+    return Walls(
+        completed(place_px * strip.mm_per_px, clear_step, max(1, round(USUAL * across)), along_edge),
+        clear_step,
+        np.zeros_like(clear_step),
+        strip.light[:, strip.middle] < rim,
+        rim,
+        max(edge_px**2 - BLUR_PX**2, 0.0) ** 0.5,
+    )
+
+
+def _levels(strip: Strip, width_mm: float, over: int) -> tuple[Floats, Floats]:
+    """Return the light of the crack, (stations,), and of the mortar to both sides, (2, stations)."""
     distance = np.abs(strip.offset_mm)
     dark = steadied(np.where(strip.valid & (distance < CRACK * width_mm), strip.light, np.nan)[None], over)[0]
     # A tip is narrower than the band, which would count mortar as its darkness.
@@ -72,32 +243,7 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = HALF, along_ed
     usual = float(np.median(strip.light[beside])) if beside.any() else 0.0
     # In wide parts of the crack the band next to it includes crack.
     mortar = beside & (strip.light > (2 * dark[:, None] + usual) / 3)
-    bright = steadied(outward(strip, np.where(mortar, strip.light, np.nan)), over)
-    light, valid = outward(strip, strip.light), outward(strip, strip.valid)
-    contrast = np.maximum(bright - dark, 1e-6)
-    share = np.clip((light - dark[:, None]) / contrast[..., None], 0, 1)
-    levels = (HALF, STAINED) if wall_share == HALF else (wall_share,)
-    # Samples of unknown brightness must not attract a wall.
-    excess = np.concatenate([np.where(valid, share - level, 0) for level in levels])
-    place_px, *stained_px = np.split(follow(excess, strip.sample_px, strip.station_px), len(levels))
-    for inner_px in stained_px:
-        place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
-    edge_px = softness_px(share, place_px, strip.sample_px, wall_share)
-    sigma_px, clear_step = float(np.clip(edge_px, SHARPEST_PX, SOFTEST_PX)), np.zeros(place_px.shape, dtype=bool)
-    rim = dark + contrast * lit_rims(share, place_px, sigma_px, strip.sample_px, wall_share)[:, None]
-    for _ in range(REFINEMENTS):
-        place_px, clear_step = refined_to_subpixel(
-            light, valid, place_px, sigma_px, strip.sample_px, over, contrast, rim
-        )
-    rim = dark + max(wall_share, HALF) * (bright.mean(axis=0) - dark)
-    return Walls(
-        completed(place_px * strip.mm_per_px, clear_step, max(1, round(USUAL * across)), along_edge),
-        clear_step,
-        np.zeros(clear_step.shape, dtype=bool),
-        strip.light[:, strip.middle] < rim,
-        rim,
-        max(edge_px**2 - BLUR_PX**2, 0.0) ** 0.5,
-    )
+    return dark, steadied(outward(strip, np.where(mortar, strip.light, np.nan)), over)
 
 
 def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
@@ -108,8 +254,8 @@ def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
     """
     most = max(1, round(STEEPEST_WALL * station_px / sample_px))
     price = STIFFNESS / station_px * (np.arange(-most, most + 1) * sample_px) ** 2
-    place = cheapest_way(np.cumsum(excess, axis=2) * sample_px, np.asarray(price, dtype=float))
-    return np.asarray((place + 0.5) * sample_px, dtype=float)
+    place = cheapest_way(np.cumsum(excess, axis=2) * sample_px, np.asarray(price, float))
+    return np.asarray((place + 0.5) * sample_px, float)
 
 
 def cheapest_way(cost: Floats, price: Floats) -> Integers:
@@ -127,7 +273,7 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
     for station in range(1, stations):
         least = (options[station - 1] + price[:, None]).min(axis=1)
         reached[station, :, most:-most] = least + cost[:, station]
-    place = np.empty((ways, stations), dtype=np.int64)
+    place = np.empty((ways, stations), np.int64)
     place[:, -1] = reached[-1, :, most:-most].argmin(axis=1)
     for station in range(stations - 1, 0, -1):
         for way, sample in enumerate(place[:, station]):
@@ -159,55 +305,49 @@ def completed(walls: Floats, clear_step: NDArray[np.bool_], usual: int, along_ed
 def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: float) -> float:
     """Return the blur (sigma) of the sharper wall, from its outer half; light can spoil the inner half."""
     rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
-    columns = np.minimum((place_px[..., None] + rel_px) / sample_px, share.shape[2] - 1)
-    profiles = np.maximum.accumulate(np.median(between(share, columns), axis=1), axis=1)
+    profiles = _usual_profiles(share, place_px, rel_px, sample_px)
     reaches_px = [np.interp([wall_share, OUTER], profile, rel_px) for profile in profiles]
-    return float(np.ptp(reaches_px, axis=1).min() / (ndtri(OUTER) - ndtri(wall_share)))
+    return np.ptp(reaches_px, axis=1).min() / (ndtri(OUTER) - ndtri(wall_share))
 
 
 def lit_rims(share: Floats, place_px: Floats, sigma_px: float, sample_px: float, wall_share: float) -> Floats:
     """Return the brightness of a lit rim just inside each wall as a share of the contrast, (2,); 0 without a rim."""
     rel_px, rims = np.arange(-3 * SOFTEST_PX, SOFTEST_PX, 0.5 * sample_px), np.zeros(2)
-    columns = np.clip((place_px[..., None] + rel_px) / sample_px, 0, share.shape[2] - 1)
-    for side, profile in enumerate(np.maximum.accumulate(np.median(between(share, columns), axis=1), axis=1)):
+    for side, profile in enumerate(_usual_profiles(share, place_px, rel_px, sample_px)):
         inner_px, outer_px = np.interp([HALF, wall_share], profile, rel_px)
         if outer_px - inner_px > sigma_px * (ndtri(wall_share) + RIM):
             rims[side] = np.interp(np.linspace(inner_px, outer_px), rel_px, profile).mean()
     return rims
 
 
+def _usual_profiles(share: Floats, place_px: Floats, rel_px: Floats, sample_px: float) -> Floats:
+    """Return the median share at distances from each wall, (2, distances), made to rise outward."""
+    columns = np.clip((place_px[..., None] + rel_px) / sample_px, 0, share.shape[2] - 1)
+    return np.maximum.accumulate(np.median(between(share, columns), axis=1), axis=1)
+
+
 def refined_to_subpixel(
-    light: Floats,
-    valid: NDArray[np.bool_],
-    place_px: Floats,
-    sigma_px: float,
-    sample_px: float,
-    over: int,
-    contrast: Floats,
-    rim: Floats,
+    light: Floats, place_px: Floats, sigma_px: float, sample_px: float, over: int, contrast: Floats, rim: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return each wall's sub-pixel distance from the line in px, (2, stations), and the stations with a clear step.
 
     A wall is where the light, linear between samples, crosses the middle between the medians just inside and just
-    outside. The search begins at ``place_px``. ``light`` and ``valid`` run from the line
-    outward, (2, stations, samples); levels are medians over ``over`` stations, inside at least ``rim``, (2, stations).
+    outside. The search begins at ``place_px``. ``light`` runs from the line outward, (2, stations, samples), NaN off
+    the sample; levels are medians over ``over`` stations, inside at least ``rim``, (2, stations).
     """
     width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
     outer_px = np.arange(CLEAR * sigma_px, (CLEAR + OUTSIDE) * sigma_px, sample_px)
-    inner_px = -np.arange(CLEAR * sigma_px, (CLEAR + INSIDE) * sigma_px, sample_px)
     # Past the middle of the crack the light of the other wall begins.
-    inner_px = np.maximum(inner_px, -width_px / 2)
-    shown = np.where(valid, light, np.nan)
+    inner_px = np.maximum(-np.arange(CLEAR * sigma_px, (CLEAR + INSIDE) * sigma_px, sample_px), -width_px / 2)
     outer, inner = (
-        steadied(between(shown, (place_px[..., None] + rel_px) / sample_px), over) for rel_px in (outer_px, inner_px)
+        steadied(between(light, (place_px[..., None] + rel_px) / sample_px), over) for rel_px in (outer_px, inner_px)
     )
 
     inner = np.maximum(inner, rim)
-    threshold = inner + MIDDLE * (outer - inner)
-    excess = light - threshold[..., None]
-    rising = (excess[..., :-1] < 0) & (excess[..., 1:] >= 0) & valid[..., :-1] & valid[..., 1:]
-    here, there = excess[..., :-1], excess[..., 1:]
-    crossing_px = (np.arange(rising.shape[-1]) - here / np.where(rising, there - here, 1)) * sample_px
+    excess = light - (inner + MIDDLE * (outer - inner))[..., None]
+    before, after = excess[..., :-1], excess[..., 1:]
+    rising = (before < 0) & (after >= 0)
+    crossing_px = (np.arange(rising.shape[-1]) - before / np.where(rising, after - before, 1)) * sample_px
     away_px = np.where(rising, np.abs(crossing_px - place_px[..., None]), np.inf)
     nearest = away_px.argmin(axis=-1)[..., None]
     stepped = np.take_along_axis(away_px, nearest, -1)[..., 0] <= SNAP_PX
@@ -238,5 +378,5 @@ def between(values: Floats, column: Floats) -> Floats:
     """Interpolate each row of values at fractional columns, (..., n); NaN outside the row."""
     last = values.shape[-1] - 1
     left = np.clip(column.astype(int), 0, last - 1)
-    here, there = (np.take_along_axis(values, left + step, axis=-1) for step in (0, 1))
-    return np.where((column >= 0) & (column <= last), here + (column - left) * (there - here), np.nan)
+    first, second = (np.take_along_axis(values, left + step, axis=-1) for step in (0, 1))
+    return np.where((column >= 0) & (column <= last), first + (column - left) * (second - first), np.nan)

@@ -103,7 +103,7 @@ def read_photo(
     # A mask may be an array, so it is read here.
     given = locals()
     from digitise.image import decoding
-    from digitise.image.painted import read_mask, take_mask
+    from digitise.image.decoding import read_mask, take_mask
     from digitise.photo import beside_markers, offering_markers, pixels_of, scaled
 
     try:

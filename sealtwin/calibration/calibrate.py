@@ -31,7 +31,8 @@ from sealtwin.study.estimate import WorkAhead
 from sealtwin.study.runner import StudyOptions
 from sealtwin.trial.job import NUMBERS, shown
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced, sets_resolution
-from simulate.material_file import Material
+from simulate.material_file import KEY_OF_LAW, Material
+from simulate.settings import LAWS, VISCOSITIES_PA_S
 from validate.calibration.posterior import SMOOTH_ERRORS_MM, Free, Marginal
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
 from validate.figures.calibration_page import calibration_page
@@ -43,7 +44,7 @@ PREDICTING = 12  # Draws of the posterior that are run in a held-out trial
 OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables of one pour; other trials have their own
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
 STRESS, INDEX = "fluid.yield_stress_pa", "fluid.flow_index"
-THICKNESS = ("fluid.viscosity_pa_s", "fluid.consistency_pa_s_n", "fluid.U")
+THICKNESS = tuple(f"fluid.{key}" for key in (*VISCOSITIES_PA_S, "U"))
 NOT_FOR = (
     "another particle radius or number of substeps: at the same viscosity, levels at radii of 0.6 and 0.8 mm differ "
     "by 0.5 to 0.8 mm",
@@ -317,9 +318,10 @@ def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
 
 
 def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
-    """Return the calibrated material; None for a curve, which its file cannot describe."""
+    """Return the calibrated material; None for a curve or a law that its file cannot describe."""
     fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
-    if fluid is None or fluid.curve is not None:
+    key = next((name.partition(".")[2] for name in THICKNESS if name in best), None) or (fluid and fluid.given_by)
+    if fluid is None or fluid.curve is not None or key is None or LAWS[key].law not in KEY_OF_LAW:
         return None
     health = twin.health
     draws = {free.name: free.values(column) for free, column in zip(result.frees, drawn.T, strict=True)}
@@ -335,12 +337,12 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
     basis.append(f"joint distribution: {POSTERIOR}; the numbers here are its likeliest draw")
     if not error_pa:
         basis.append("the yield stress was not free and has no stated uncertainty, so it has no interval")
-    law: dict[str, Any] = {"viscosity_pa_s": float(f"{thick_pa_s:.6g}") if thick_pa_s else None}
-    if fluid.consistency_pa_s_n is not None or "fluid.consistency_pa_s_n" in best:
-        # The run records the viscosity at a shear rate of 1/s, which is K.
-        law = {"consistency_pa_s_n": law["viscosity_pa_s"], "flow_index": best.get(INDEX, fluid.flow_index)}
+    # The run records the viscosity at a shear rate of 1/s, which is K.
+    law: dict[str, Any] = {KEY_OF_LAW[LAWS[key].law]: float(f"{thick_pa_s:.6g}") if thick_pa_s else None}
+    if "consistency_pa_s_n" in law:
+        law["flow_index"] = best.get(INDEX, fluid.flow_index)
         if INDEX in draws:
-            law["flow_index_95"] = _spread(draws[INDEX], law["flow_index"])[:2]
+            law["flow_index_95"] = _spread(draws[INDEX], best[INDEX])[:2]
     if others := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, INDEX, *THICKNESS)]:
         basis.append(f"fitted together with {', '.join(others)}: set them too")
     if unidentified := [one.free.name for one in calibrated.marginals if not one.identified]:

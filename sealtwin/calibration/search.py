@@ -27,6 +27,7 @@ from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import SETTINGS, Trial, as_run, load_trial, refuse_seeds, with_settings
+from simulate.settings import VISCOSITIES_PA_S
 from validate.calibration.emulator import Emulator
 from validate.calibration.posterior import BasisReach, Free, Posterior, ReadLevels, reach_of, smooth_errors_mm2
 from validate.metrics.curve_distances import are_compared
@@ -265,7 +266,7 @@ class Twin:
             value = value[self.trial.path.reverse]
         if not isinstance(value, int | float) or isinstance(value, bool):
             return None
-        if name in ("fluid.viscosity_pa_s", "fluid.consistency_pa_s_n") and declared.viscosity_percent is not None:
+        if table == "fluid" and key in VISCOSITIES_PA_S and declared.viscosity_percent is not None:
             return value, value * declared.viscosity_percent / 100
         standard = getattr(declared, MEASURED[name]) if name in MEASURED else None
         return None if standard is None else (float(value), standard)

@@ -24,9 +24,13 @@ class SealtwinError(Exception):
 
 
 class InputError(SealtwinError):
-    """Input that cannot be used."""
+    """Input that cannot be used. ``fault`` is the message without the name of the ``file``."""
 
     exit_code = 3
+
+    def __init__(self, fault: str = "", file: Path | None = None) -> None:
+        super().__init__(fault if file is None else f"{file}: {fault}")
+        self.fault = fault
 
 
 ShapeKind = Literal[
@@ -45,7 +49,7 @@ class ShapeError(InputError):
     """
 
     def __init__(self, wrong: str, remedy: str = "", kind: ShapeKind = "", file: Path | None = None) -> None:
-        super().__init__(f"{'' if file is None else f'{file}: '}{wrong} {remedy}".rstrip())
+        super().__init__(f"{wrong} {remedy}".rstrip(), file)
         self.wrong, self.remedy = wrong, remedy
         self.kind: ShapeKind = kind
 

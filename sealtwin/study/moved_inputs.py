@@ -18,7 +18,7 @@ from sealtwin.core.run_figures import PARTICLES
 from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import Trial, as_run
 from sealtwin.trial.validate_stage import read_seeds
-from simulate.settings import LEAST_WALL_SHARE
+from simulate.settings import LEAST_WALL_SHARE, VISCOSITIES_PA_S
 from validate.settings import ANGLE, OF_THE_WALLS
 from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
@@ -185,8 +185,8 @@ def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
     if "wall_share" in steps:
         changes["fluid.wall_share"] = min(1.0, max(LEAST_WALL_SHARE, base.wall_share + steps["wall_share"]))
     if not isinstance(curve := fluid.curve, MaterialCurve):
-        thickness = "fluid.viscosity_pa_s" if fluid.consistency_pa_s_n is None else "fluid.consistency_pa_s_n"
-        changes |= {"fluid.U": None, thickness: _fresh_pa_s(base) * thicker}
+        key = fluid.given_by if fluid.given_by in VISCOSITIES_PA_S else "viscosity_pa_s"
+        changes |= {"fluid.U": None, f"fluid.{key}": _fresh_pa_s(base) * thicker}
         if "yield_stress_pa" in steps:
             changes["fluid.yield_stress_pa"] = fluid.yield_stress_pa + steps["yield_stress_pa"]
         return changes

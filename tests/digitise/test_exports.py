@@ -7,7 +7,7 @@ import pytest
 from skimage.draw import disk, polygon2mask
 
 from digitise.exports import coco_of, mask_of, mask_png, run_lengths
-from digitise.image.painted import read_mask
+from digitise.image.decoding import read_mask
 from sealtwin.core.errors import InputError
 from tests.shapes import arc_slot, straight_slot
 

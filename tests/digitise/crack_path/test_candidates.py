@@ -4,8 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.crack_path.find_path import CrackSearch, RivalCracksError
-from digitise.crack_path.path_search import LiveWire
+from digitise.crack_path.find_path import CrackSearch, LiveWire, RivalCracksError
 from sealtwin.core.errors import InputError
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from digitise.crack_path.line_map import cheapest_legs, map_lines
-from digitise.image.tone_curve import DISPLAY_GAMMA
+from digitise.image.raster import DISPLAY_GAMMA
 from tests.pictures import evenly_scaled, mortar, write_png
 
 SIZE = 160

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from digitise.crack_path.find_path import find_path
-from digitise.crack_path.path_search import LiveWire
+from digitise.crack_path.find_path import LiveWire, find_path
 from sealtwin.core.errors import InputError
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 

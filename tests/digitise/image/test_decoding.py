@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from digitise.image.decoding import read_photo, take_photo
-from digitise.image.painted import take_mask
+from digitise.image.decoding import read_photo, take_mask, take_photo
 from sealtwin.core.errors import InputError
 
 

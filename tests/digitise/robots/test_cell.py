@@ -33,7 +33,7 @@ def uncommented(*tables: str) -> list[tuple[str, str]]:
 
 
 def test_the_example_is_a_valid_cell_with_every_table_of_it_alive(tmp_path):
-    cell = read(tmp_path, *uncommented("plunger", "gcode", "urscript"))
+    cell = read(tmp_path, *uncommented("plunger", *LANGUAGES))
     assert [kind for kind in LANGUAGES if cell.missing_for(kind) is None] == list(LANGUAGES)
     assert cell.table(Urscript).full_flow_mm3_s == 1000.0
 

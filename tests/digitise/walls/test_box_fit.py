@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from digitise.walls.box_fit import BoxFit, fit_box
+from digitise.walls.thin_crack import BoxFit, fit_box
 from sealtwin.core.records import Floats
 
 PLACES_PX = 0.5 * np.arange(-30, 31, dtype=float)

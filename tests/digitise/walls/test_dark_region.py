@@ -36,10 +36,14 @@ def photo(stony, tmp_path_factory) -> Photo:
     return load_photo(settings, folder)
 
 
+def unhidden(photo: Photo) -> np.ndarray:
+    return np.zeros(photo.brightness.shape, np.uint8)
+
+
 def test_a_crack_among_stones_as_wide_as_it_is_traced_by_its_region(stony, photo):
     path = find_path(photo, clicks(WIDE_IN_STONES, stony))
     with pytest.raises(WallsMissingError):
-        trace(photo, path, 0.5)
+        trace(photo, path, 0.5, unhidden(photo))
     outline = trace_outline(photo, path)
     true_mm = stony.recipe.mm_per_px * stony.mean_width_px
     assert outline.width_source == "region"
@@ -56,7 +60,7 @@ def test_bare_ground_beside_it_has_no_region(stony, photo, aside_px):
     across = unit(last - first)[::-1] * (-1, 1)
     bare_px = stony.line_px[::20] + np.asarray(aside_px * across)
     with pytest.raises(InputError, match=r"does not stand out as a crack|px are needed"):
-        trace_dark_region(photo, CrackPath(bare_px, 30.0, "ends"), 0.5)
+        trace_dark_region(photo, CrackPath(bare_px, 30.0, "ends"), 0.5, unhidden(photo))
 
 
 def dark_line(folder: Path, width_px: int = 24, shadow: float = 1.0) -> tuple[Photo, CrackPath]:
@@ -74,7 +78,7 @@ def dark_line(folder: Path, width_px: int = 24, shadow: float = 1.0) -> tuple[Ph
 def test_its_width_is_that_of_followed_walls(tmp_path, width_px, shadow):
     """Also of a crack that is measured in a smaller copy, and beside a shadow's edge."""
     photo, path = dark_line(tmp_path, width_px, shadow)
-    walls, region = trace(photo, path, 0.5), trace_dark_region(photo, path, 0.5)
+    walls, region = (follow(photo, path, 0.5, unhidden(photo)) for follow in (trace, trace_dark_region))
     assert region.width_px == pytest.approx(walls.width_px, rel=0.03, abs=0.4)
     assert np.median(region.left_mm[:, 1]) > np.median(region.right_mm[:, 1])
 
@@ -82,5 +86,5 @@ def test_its_width_is_that_of_followed_walls(tmp_path, width_px, shadow):
 def test_the_share_of_the_contrast_moves_its_walls(tmp_path):
     photo, path = dark_line(tmp_path)
     soft = replace(photo, brightness=cv2.GaussianBlur(photo.brightness, (0, 0), 3.0))
-    inner, outer = (trace_dark_region(soft, path, share).width_px for share in (0.3, 0.7))
+    inner, outer = (trace_dark_region(soft, path, share, unhidden(soft)).width_px for share in (0.3, 0.7))
     assert outer > inner + 3

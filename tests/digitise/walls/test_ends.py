@@ -9,7 +9,7 @@ from digitise.outline import trace_outline
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.walls.ends import PathEnd, judge_end
-from digitise.walls.straightened import patch_around
+from digitise.walls.wall_profile import patch_around
 from sealtwin.core.records import Floats
 from tests.pictures import evenly_scaled, write_png
 

@@ -45,9 +45,7 @@ def test_walls_centreline_and_both_ends_are_drawn_where_they_are(scene):
 
 def test_a_choice_among_cracks_shows_each_with_its_number(scene):
     photo, outline, _ = scene
-    crack = FoundCrack(
-        outline.centreline_px, 31.0, 1.0, legs=0.0, stepped=0.0, straight=0.0, unlike=0.0, clear=8.0, worst=8.0
-    )
+    crack = FoundCrack(outline.centreline_px, 31.0, 1.0, unlike=0.0, doubt="")
     picture = draw_cracks(photo, (crack,))
     scale = picture.shape[1] / photo.size_px[0]
     ring, middle = ((points_px + 0.5) * scale - 0.5 for points_px in (crack.outline_px, crack.middle_px))

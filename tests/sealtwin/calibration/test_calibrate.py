@@ -217,6 +217,10 @@ def test_a_paste_that_thins_is_written_with_k_and_n():
     assert (material.viscosity_pa_s, material.consistency_pa_s_n, material.flow_index) == (None, 5.0, 0.5)
     assert material.flow_index_95 == pytest.approx((0.405, 0.595), abs=0.01)
     assert material.viscosity_error_percent is not None
+    result.frees, result.best = [Free("fluid.viscosity_pa_s", 3.0, 7.0)], np.array([0.5])
+    material = calibrating._material(result, draws[:, :1], calibrated, twin, date(2026, 11, 26))
+    assert material is not None, "a free viscosity replaces K and n"
+    assert (material.viscosity_pa_s, material.consistency_pa_s_n, material.flow_index) == (5.0, None, None)
 
 
 def _command(lab, out):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from digitise.robots.cell import LANGUAGES
 from sealtwin.core import files
 from sealtwin.core.files import sha256
 from sealtwin.trial.starter_files import CELL
@@ -14,7 +15,7 @@ from tests.labs import edit
 from tests.places import FIXTURE
 from tests.programs import sealtwin
 
-EVERY = {"path.txt", "path.csv", "path.prg", "path.gcode", "path.script", "robot.json"}
+EVERY = {language.file for language in LANGUAGES.values()} | {"robot.json"}
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,7 @@ def run(digitised, tmp_path) -> Path:
 def cell(tmp_path) -> Path:
     """The example, with all its tables."""
     text = CELL
-    for old, new in uncommented("plunger", "gcode", "urscript"):
+    for old, new in uncommented("plunger", *LANGUAGES):
         text = text.replace(old, new, 1)
     path = tmp_path / "cell.toml"
     path.write_text(text, encoding="utf-8")

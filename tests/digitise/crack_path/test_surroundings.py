@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from digitise.crack_path.sample_mask import surroundings
+from digitise.crack_path.line_map import surroundings
 
 
 def picture(dark, rows=slice(220, 300), columns=slice(0, 500)):
