@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic_core import PydanticCustomError
 
 from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
@@ -48,7 +49,8 @@ Strokes = Annotated[
     tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MOST_WALL_POINTS)], ...],
     Field(max_length=MOST_STROKES),
 ]
-NO_SCALE = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
+NO_SCALE = "no_scale"  # Type of the fault of a photo without a scale
+SCALES = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
 Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)]
 Walls = Annotated[tuple[Region, ...], Field(max_length=MOST_WALLS)]
 NEEDED_BY = {"ruler_px": "ruler_mm", "ruler_mm": "ruler_px", "face_corners_px": "face_mm", "via_px": "ends_px"}
@@ -60,7 +62,6 @@ NOT_BESIDE = {
     "path_only": ("width_mm", "mean_width_mm"),
 }
 """Settings of a photo that go only with another one, and those that exclude others."""
-CHOICE = "photo.crack = 2"  # Words by which a refusal asks for a choice among cracks
 MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
@@ -208,7 +209,7 @@ class PhotoInput(Settings):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if not (self.mm_per_px or self.ruler_px or self.markers or self.face_mm):
-            raise ValueError(NO_SCALE)
+            raise PydanticCustomError(NO_SCALE, SCALES)
         for name, needed in NEEDED_BY.items():
             if getattr(self, name) and not getattr(self, needed):
                 raise ValueError(f"{name} is given without {needed}: give both")

@@ -12,7 +12,7 @@ from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
-from digitise.settings import CHOICE, MOST_RANKED, Pixel
+from digitise.settings import MOST_RANKED, Pixel
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt, texts
 
@@ -112,7 +112,7 @@ class CrackSearch:
             raise RivalCracksError(
                 f"{self.photo.file}: no line stands out as the crack: of the first, {doubt}. The lines (best first, "
                 f"with the score as a share of the highest) are {self._listed()}; choose one by its number, such as "
-                f"{CHOICE}, or give ends_px.",
+                "photo.crack = 2 (in a batch: 2 in the column crack of photos.csv), or give ends_px.",
                 self.cracks,
             )
 

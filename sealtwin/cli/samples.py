@@ -132,7 +132,7 @@ def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
         why = "it has no walls measured in a photo" if not outline.walls else f"it is {outline.length_mm:.1f} mm long"
         raise InputError(f"{folder / 'outline.json'}: nothing explains the crack at s = {s_mm:g} mm: {why}.")
     rows = {side: {"away_mm": round(away_mm, 3), **asdict(stretch)} for side, (away_mm, stretch) in walls.items()}
-    lines = [f"{away_mm:.2f} mm from the centreline, {stretch.sentence}" for away_mm, stretch in walls.values()]
+    lines = [f"{away_mm:.2f} mm from the centreline, {stretch.sentence()}" for away_mm, stretch in walls.values()]
     command.reply(Answer({"s_mm": s_mm, "walls": rows}, lines))
 
 

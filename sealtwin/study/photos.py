@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from digitise.image.decoding import PHOTO_SUFFIXES
-from digitise.settings import CHOICE
 from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.doubts import ReadSheet
@@ -228,8 +227,7 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
         (folder / FAULT).unlink(missing_ok=True)
         return _done(item, folder, present(done.result.sample, "sample"))
     except SealtwinError as fault:
-        where = CHOICE if _is_trial(item.file) else f"a 2 in the column crack of {out / CSV}"
-        return _failed(item, str(fault).replace(CHOICE, where))
+        return _failed(item, str(fault))
     except OSError as fault:
         return _failed(item, f"{fault.filename or item.file}: {fault.strerror}.")
     except Exception as fault:
