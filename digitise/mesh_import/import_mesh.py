@@ -11,11 +11,17 @@ from scipy.spatial.transform import Rotation
 from digitise.geometry.mesh_topology import examine_mesh, normals
 from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region, prism
-from digitise.mesh_import.block import STEEPEST, Block, FacePlane, cut_block, find_face
-from digitise.mesh_import.cavity import Cavity, along, find_cavity, in_mouth, outline_of, photograph, read_path
-from digitise.mesh_import.cavity_sections import cavity_sections
-from digitise.mesh_import.closed_body import MEND, closed_body, one_surface
-from digitise.mesh_import.mouth_line import line_of_mouth
+from digitise.mesh_import.block import MEND, STEEPEST, Block, FacePlane, closed_body, cut_block, find_face, one_surface
+from digitise.mesh_import.cavity import (
+    Cavity,
+    along,
+    cavity_sections,
+    find_cavity,
+    in_mouth,
+    photograph,
+    read_path,
+)
+from digitise.mesh_import.mouth_line import line_of_mouth, outline_of
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
 from digitise.solid.dams import NEAR_MM, dam_box, label_sides, plate_over
@@ -84,12 +90,10 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
         line_mm = trimesh.transform_points(given_mm, placed)[:, :2]
     cavity = find_cavity(block, plane.below_mm, line_mm)
     photo = photograph(block, cavity, path, settings.units)
-    if line_mm is None:
-        outline = outline_of(line_of_mouth(cavity.mouth, block.face_mm), cavity, photo)
-    else:
-        line_mm = in_mouth(cavity.mouth, line_mm)
-        outline = outline_of(line_of_mouth(cavity.mouth, block.face_mm, line_mm[[0, -1]]), cavity, photo)
-        outline = along(outline, photo, line_mm)
+    line_mm = None if line_mm is None else in_mouth(cavity.mouth, line_mm)
+    line = line_of_mouth(cavity.mouth, block.face_mm, None if line_mm is None else line_mm[[0, -1]])
+    outline = outline_of(line, cavity.mouth, photo, "mesh")
+    outline = outline if line_mm is None else along(outline, photo, line_mm)
     origin = MeshOrigin(
         file=path.name,
         triangles_read=triangles,

@@ -32,11 +32,12 @@ from digitise.geometry.polyline import (
     to_left,
     unit,
 )
-from digitise.mesh_import.cavity_sections import seen_from_above, strip_width_mm
+from digitise.mesh_import.cavity import seen_from_above, strip_width_mm
+from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Floats, Integers, Outline, PathSource
 from sealtwin.core.solid_figures import EndKind
 
 # Limits of the line along a mouth. Lengths without a unit are in widths of the crack.
@@ -120,6 +121,23 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     centre_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
     side_lines_mm, warnings = _side_lines(arms, centre_mm)
     return MouthLine(centre_mm, left_mm, right_mm, (first.kind, last.kind), side_lines_mm, warnings)
+
+
+def outline_of(line: MouthLine, mouth: CrossSection, photo: Photo, source: PathSource) -> Outline:
+    """Return the outline of the crack along a line through its mouth; its ring is the rim of the mouth."""
+    ring_mm, *islands_mm = sorted(map(np.asarray, mouth.to_polygons()), key=signed_area, reverse=True)
+    return Outline(
+        **photo.in_both_units(
+            centreline=line.centreline_mm, left_wall=line.left_mm, right_wall=line.right_mm, outline=ring_mm
+        ),
+        ends=line.ends,
+        **photo.facts_of_outline,
+        path_source=source,
+        warnings=(*photo.warnings, *line.warnings),
+        islands_mm=tuple(islands_mm),
+        branches_mm=line.side_lines_mm,
+        branches_kept=bool(line.side_lines_mm),
+    )
 
 
 def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Floats, ...], tuple[Fact, ...]]:

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from digitise.geometry.polyline import Box, depth_inside, rectangle
 from digitise.image.decoding import Pixels
 from digitise.image.raster import Map
-from digitise.scale.corners import refined_corners, softness_px
-from digitise.scale.face_scale import FACE_MM, given_corners, side_lengths
+from digitise.scale.face_scale import FACE_MM, given_corners, refined_corners, side_lengths, softness_px
 from digitise.scale.view import CORNERS, MIDDLE, Scale, View, find_tilt, fit_markers, places_px
 from digitise.settings import Marker, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError

@@ -18,8 +18,7 @@ from digitise.solid.dams import (
 )
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
-from digitise.solid.sections import crack_sections
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer, crack_sections
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt

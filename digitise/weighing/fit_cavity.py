@@ -18,7 +18,7 @@ from scipy.stats import chi2
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import shape_as_long_as
 from digitise.solid.footprint import lay_out
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.moved_walls import shape_by_weight, widened

@@ -367,8 +367,7 @@ def import_dxf(
     """
     file = file_of(drawing, "drawing")
     given = settings_from(GivenDrawing, "import_dxf", locals())
-    from digitise.drawing.drawn_crack import drawn_crack
-    from digitise.drawing.read_dxf import open_drawing
+    from digitise.drawing.read_dxf import drawn_crack, open_drawing
     from digitise.solid.build_solid import build_solid
 
     drawn = open_drawing(file, given.units)
