@@ -195,7 +195,7 @@ def bead_of(
 ) -> BeadOutline:
     """Measure the bead inside an outline, (n, 2). Raises InputError if it is too short, bent or uneven."""
     area_mm2 = abs(signed_area(outline_mm))
-    cell_mm = float(np.sqrt(area_mm2)) / CELLS
+    cell_mm = np.sqrt(area_mm2) / CELLS
     place_mm, inward_mm = _cells(outline_mm, cell_mm)
     middle = place_mm.mean(axis=0)
     forth = np.linalg.eigh(np.cov(place_mm.T))[1][:, 1]
@@ -210,7 +210,7 @@ def bead_of(
     widths = count * (area_mm2 / len(along_mm)) / np.diff(edges_mm)
     inner = np.abs(edges_mm[1:] + edges_mm[:-1]) <= MIDDLE * length_mm
     width_mm = float(widths[inner].mean())
-    uneven, bent = float(widths[inner].std()) / width_mm, float(np.ptp(line_mm)) / length_mm
+    uneven, bent = widths[inner].std() / width_mm, float(np.ptp(line_mm)) / length_mm
     if length_mm < LEAST_LONG * width_mm or uneven > MOST_UNEVEN or bent > BENT:
         raise InputError(
             f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} mm wide, its width varies by {uneven:.0%} "

@@ -49,7 +49,7 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
     """
     points_mm = without_repeats(points_mm, ON_EDGE_MM)
     s_mm = arc_length(points_mm)
-    mean_mm = float(np.trapezoid(np.interp(s_mm, *width_mm.T), s_mm) / max(s_mm[-1], np.finfo(float).tiny))
+    mean_mm = np.trapezoid(np.interp(s_mm, *width_mm.T), s_mm) / max(s_mm[-1], np.finfo(float).tiny)
     if len(points_mm) < 2 or s_mm[-1] < SLENDERNESS * mean_mm:
         raise InputError(
             f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack is {mean_mm:.3g} mm wide on average; give a "
@@ -137,7 +137,7 @@ def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) 
 
 def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
     """Raise InputError if two parts of a crack along a line would overlap; it has these widths at the line's points."""
-    s_mm, most_mm = arc_length(line_mm), float(width_mm.max())
+    s_mm, most_mm = arc_length(line_mm), width_mm.max()
     stations_mm = np.arange(0.0, s_mm[-1], most_mm / STEPS)
     places_mm = at_arc_length(np.column_stack([line_mm, s_mm, width_mm + ON_EDGE_MM]), s_mm, stations_mm)
     pairs = places_mm[KDTree(places_mm[:, :2]).query_pairs(most_mm + ON_EDGE_MM, output_type="ndarray")]
@@ -155,6 +155,6 @@ def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
 
 def _drawn(mouth: CrossSection, line: MouthLine, face_mm: Box | None, name: str) -> Given:
     """Return the outline of a mouth, and a picture of it."""
-    width_mm = mouth.area() / float(arc_length(line.centreline_mm)[-1])
+    width_mm = mouth.area() / arc_length(line.centreline_mm)[-1]
     photo = top_view(mouth, width_mm, face_mm, Path(name), "given: lines in mm")
     return outline_of(line, mouth, photo, "drawn"), photo

@@ -80,7 +80,7 @@ class Drawing:
             left_out["widths of polylines"] += getattr(entity, "has_width", False)
             # A copy may begin at the other end, or at another corner.
             places = frozenset(map(tuple, np.rint(way_mm / COPY_MM).tolist()))
-            shape = places, round(float(np.linalg.norm(np.diff(way_mm, axis=0), axis=1).sum()) / COPY_MM)
+            shape = places, round(np.linalg.norm(np.diff(way_mm, axis=0), axis=1).sum() / COPY_MM)
             left_out["lines of no length"] += len(places) < 2
             left_out["exact copies of lines"] += shape in ways
             if len(places) > 1:
@@ -167,8 +167,6 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
     """
     if not path.is_file():
         raise InputError(f"{path}: no such drawing.")
-    if path.suffix.lower() == ".dwg":
-        raise InputError(f"{path}: DWG is not read; save the drawing as DXF.")
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; save only the crack's layers.")
     entities, hidden = dict[str, list[Any]](), dict[str, str]()
@@ -227,7 +225,7 @@ def _is_line(entity: Any) -> bool:
 
 def _closes(way_mm: Floats) -> bool:
     """Return True if the last point of a line repeats its first."""
-    return len(way_mm) > 3 and float(np.linalg.norm(way_mm[0] - way_mm[-1])) <= MEETS_MM
+    return len(way_mm) > 3 and bool(np.linalg.norm(way_mm[0] - way_mm[-1]) <= MEETS_MM)
 
 
 def drawn_crack(
@@ -255,7 +253,7 @@ def drawn_crack(
         _require_size(drawing, edge_mm)
         region, warnings = traced_region(edge_mm, stones_mm)
         drawing.notes += warnings
-        region = region.translate((-float(origin_mm[0]), -float(origin_mm[1])))
+        region = region.translate((-origin_mm[0], -origin_mm[1]))
         given = outline_within(region, face_mm, str(drawing.file))
     size = _size(given[0].outline_mm)
     text = f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {size}"

@@ -98,8 +98,8 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
             up *= np.sign(up[2])
             away_mm = (near_mm - place_mm) @ up
             # The median is the face's roughness even if the points include the edge of a crack.
-            reach_mm = min(ROUGHEST_MM, max(4.5 * float(np.median(np.abs(away_mm))), 1e-9))
-        share = float((np.abs((points_mm - place_mm) @ up) <= ROUGHEST_MM).mean())
+            reach_mm = min(ROUGHEST_MM, max(4.5 * np.median(np.abs(away_mm)), 1e-9))
+        share = (np.abs((points_mm - place_mm) @ up) <= ROUGHEST_MM).mean()
         if share >= LEAST_SHARE and up[2] > STEEPEST:
             return FacePlane(up, place_mm, float(np.sqrt(np.mean(away_mm**2))))
     raise ShapeError(
@@ -134,7 +134,7 @@ def cut_block(body: Manifold, below_mm: float) -> Block:
     if rings := body.slice(-below_mm).to_polygons():
         # The smallest rectangle around a section has a side along one of its longest edges.
         (cosine, sine, _), *_ = trimesh.bounds.oriented_bounds_2D(np.vstack(rings))[0]
-        directions_deg.append((float(np.degrees(np.arctan2(sine, cosine))) + 45) % 90 - 45)
+        directions_deg.append((np.degrees(np.arctan2(sine, cosine)) + 45) % 90 - 45)
     blocks = list(filter(None, (_block_at(body, yaw_deg, below_mm) for yaw_deg in directions_deg)))
     if not blocks:
         raise ShapeError(

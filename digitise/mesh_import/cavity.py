@@ -193,7 +193,7 @@ def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
     even_mm = resampled(line_mm, SPACING_MM)
     inside = _inside(mouth, even_mm)
     first, last = np.flatnonzero(inside)[[0, -1]] if inside.any() else (0, 0)
-    beside = 1 - float(inside[first : last + 1].mean())
+    beside = 1 - inside[first : last + 1].mean()
     if first == last or beside > MOST_BESIDE:
         wrong = f"The given path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%})."
         raise ShapeError(wrong, AS_READ, "path")
@@ -232,7 +232,7 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     width, height = (int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
     levels_mm = np.linspace(bottom_mm, 0.0, LEVELS + 1)
     layers = [
-        covered(cavity.slice(float(middle)), lambda ring_mm: (ring_mm - origin_mm) / cell_mm, (width, height))
+        covered(cavity.slice(middle), lambda ring_mm: (ring_mm - origin_mm) / cell_mm, (width, height))
         for middle in (levels_mm[1:] + levels_mm[:-1]) / 2
     ]
     rows, columns = np.nonzero(np.max(layers, axis=0))
@@ -313,7 +313,7 @@ def _depths_mm(cavity: Manifold, outline: Outline, s_mm: Floats) -> Floats:
 def _depth_mm(cavity: Manifold, left_mm: Floats, right_mm: Floats) -> float:
     """Return the depth of the cavity below a line from wall to wall, without other parts of the crack in its plane."""
     x, y = left_mm - right_mm
-    moved = cavity.translate((*-right_mm, 0.0)).rotate((0.0, 0.0, -float(np.degrees(np.arctan2(y, x)))))
+    moved = cavity.translate((*-right_mm, 0.0)).rotate((0.0, 0.0, -np.degrees(np.arctan2(y, x))))
     # A tip that the plane only touches leaves a piece without bounds.
     pieces = [
         piece.bounds() for piece in moved.rotate((-90.0, 0.0, 0.0)).slice(0.0).decompose() if not piece.is_empty()

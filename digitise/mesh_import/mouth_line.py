@@ -162,7 +162,7 @@ def _require_swept(lines_mm: Floats) -> None:
     between_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
     ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
     across_mm = (across_mm[1:] + across_mm[:-1]) / 2
-    swept_mm2 = float(np.abs(cross(ahead_mm, across_mm)).sum())
+    swept_mm2 = np.abs(cross(ahead_mm, across_mm)).sum()
     if abs(swept_mm2 - between_mm2) > UNSWEPT * between_mm2:
         raise ShapeError(
             f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} "
@@ -188,7 +188,7 @@ def _rough_path(outer: CrossSection, between_mm: Floats | None) -> tuple[Floats,
         nearest = KDTree(cells).query(view.to_px(between_mm)[:, ::-1])[1]
         cost = np.where(region, 1 / np.maximum(to_rim, 1), -1)
         way = np.array(route_through_array(cost, *cells[nearest])[0])
-    width_mm = max(2 * float(np.median(to_rim[tuple(way.T)])) - 1, 1.0) * mm_per_px
+    width_mm = max(2 * np.median(to_rim[tuple(way.T)]) - 1, 1.0) * mm_per_px
     return resampled(view.to_mm(way[:, ::-1].astype(float)), width_mm / ACROSS), width_mm
 
 
@@ -214,8 +214,8 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
         if first_mm < width_mm / 2 or last_mm > s_mm[-1] - width_mm / 2:
             continue
         chord_mm = room_mm[-1] - room_mm[0]
-        mouth_mm = max(float(np.linalg.norm(chord_mm)), width_mm / ACROSS)
-        depth_mm = float(np.abs(cross(room_mm - room_mm[0], chord_mm)).max()) / mouth_mm
+        mouth_mm = max(np.linalg.norm(chord_mm), width_mm / ACROSS)
+        depth_mm = np.abs(cross(room_mm - room_mm[0], chord_mm)).max() / mouth_mm
         around_mm = np.array([first_mm - width_mm, first_mm, last_mm, last_mm + width_mm])
         before_mm, _, after_mm = np.diff(at_arc_length(path_mm, s_mm, around_mm), axis=0)
         if depth_mm > (DEEP if unit(before_mm) @ unit(after_mm) > 0.5 else DEEP_AT_BEND) * mouth_mm:

@@ -52,12 +52,6 @@ class Reach(Settings):
     high_mm: tuple[InCell, InCell, InCell]
     """Largest x, y and z of the box."""
 
-    @model_validator(mode="after")
-    def _a_box(self) -> Self:
-        if not (np.array(self.low_mm) < self.high_mm).all():
-            raise ValueError(f"low_mm {list(self.low_mm)} must be below high_mm {list(self.high_mm)} in x, y and z")
-        return self
-
 
 class Motion(Settings):
     """Limits of the arm's motion."""

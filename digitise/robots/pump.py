@@ -24,6 +24,14 @@ MISTYPED = 5.0  # Ratio of given to requested flow, or its inverse, that means a
 DOUBTFUL = 0.1  # Relative half-width of a flow's interval that gives a warning, as for all that is measured
 ROUNDING = 1e-9  # Relative scatter of equal weighings
 ALIKE = 1e-6  # Relative difference of two numbers that are meant as equal
+NO_SCATTER = (
+    "weighings of one flow agree to the last digit and show no scatter, so the uncertainty of the path's flow is "
+    "unknown: weigh for longer or on a finer scale"
+)
+SCATTERS = (
+    "weighings of one flow scatter by {:.0%} (standard deviation), so that the path's flow is known to {:.0%} (95 %): "
+    "weigh more often or for longer"
+)
 
 
 class Pump(Settings):
@@ -89,7 +97,7 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
             f"{path}: {len(asked)} weighings of {len(flows)} flows; at least 2 flows are needed, and 2 weighings that "
             "repeat an earlier flow, since a single weighing shows no scatter."
         )
-    times = float(np.median(given / flows))
+    times = np.median(given / flows)
     if not 1 / MISTYPED < times < MISTYPED:
         raise InputError(
             f"{path}: according to its weighings the pump gives {times:.3g} times the requested flow, and no pump is "
@@ -103,23 +111,15 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
             f"{given[after - 1]:.4g} at {flows[after - 1]:g}: no flow between them can be requested. Weigh again, or "
             "omit the request that the pump does not follow."
         )
-    scatter = float(np.sqrt(((flow / given[group] - 1) ** 2).sum() / freedom))
+    scatter = np.sqrt(((flow / given[group] - 1) ** 2).sum() / freedom)
     # A curve between two flows is off the line by about a quarter of a flow's distance from its neighbours' line.
     off = [
         np.interp(flows[n], np.delete(flows, n), np.delete(given, n)) / given[n] - 1 for n in range(1, len(flows) - 1)
     ]
-    bend = float(np.abs(off).max(initial=0.0)) / 4
+    bend = np.abs(off).max(initial=0.0) / 4
     # The flow with the fewest weighings is known worst.
-    of_mean = float(stdtrit(freedom, 0.975)) * scatter / np.sqrt(count.min())
+    of_mean = stdtrit(freedom, 0.975) * scatter / np.sqrt(count.min())
     half = float(np.linalg.norm([of_mean, 1.96 * pump.density_error_kg_m3 / pump.density_kg_m3, bend]))
-    if scatter < ROUNDING:
-        warning = (
-            f"{path.name}: weighings of one flow agree to the last digit and show no scatter, so the uncertainty of "
-            "the path's flow is unknown: weigh for longer or on a finer scale"
-        )
-        return PumpTable(path.name, flows, given, delay, None, (warning,))
-    warning = (
-        f"{path.name}: weighings of one flow scatter by {scatter:.0%} (standard deviation), so that the path's flow is "
-        f"known to {half:.0%} (95 %): weigh more often or for longer"
-    )
-    return PumpTable(path.name, flows, given, delay, half, (warning,) if half > DOUBTFUL else ())
+    error_95, warning = (half, SCATTERS.format(scatter, half)) if scatter >= ROUNDING else (None, NO_SCATTER)
+    doubtful = error_95 is None or error_95 > DOUBTFUL
+    return PumpTable(path.name, flows, given, delay, error_95, (f"{path.name}: {warning}",) * doubtful)

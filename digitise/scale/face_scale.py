@@ -8,7 +8,7 @@ of the refinements of ``cv2.aruco`` by 0.17 to 1 px.
 import cv2
 import numpy as np
 
-from digitise.geometry.polyline import Box, depth_inside, meeting, rectangle, unit
+from digitise.geometry.polyline import Box, depth_inside, meeting, rectangle, to_left, unit
 from digitise.image.decoding import Pixels
 from digitise.image.raster import Map, sampled
 from digitise.scale.view import MIDDLE, Scale, fit_corners, places_px
@@ -158,33 +158,18 @@ def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple
     return np.array([meeting(lines[side - 1], lines[side]) for side in range(4)]), bend_px
 
 
-def softness_px(brightness: Map, corners_px: Floats, reach_px: float) -> float:
-    """Return the distance over which light rises from black to white across a black square's softest side, in px."""
-    profiles = (light_across(brightness, corners_px, side, reach_px)[2].mean(axis=0) for side in range(4))
-    return max(float(STEP_PX * np.ptp(profile) / np.gradient(profile).max()) for profile in profiles)
-
-
-def light_across(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tuple[Floats, Floats, Floats]:
-    """Sample the light across one side of a quadrilateral, (4, 2), outward.
-
-    Returns points of the side, (n, 2), its normal, (2,), and the light, (n, k), every ``STEP_PX`` from ``-reach_px``.
-    """
-    start, end = corners_px[side], corners_px[(side + 1) % 4]
-    x, y = unit(end - start)
-    across = np.array([-y, x])
-    outward = across * np.sign(across @ (start - corners_px.mean(axis=0)))
-    # Near the corners, blur mixes two edges.
-    foot = start + np.outer(np.linspace(0.06, 0.94, ROWS), end - start)
-    offset_px = np.arange(-reach_px, reach_px + STEP_PX / 2, STEP_PX)
-    return foot, outward, sampled(brightness, foot[:, None] + offset_px[:, None] * outward).astype(float)
-
-
 def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tuple[Floats, Floats]:
     """Fit a line through the steepest light along one side, inside any gap. Also return its points' distances, px.
 
     These are infinite if half of the side shows no steepest place.
     """
-    foot, outward, light = light_across(brightness, corners_px, side, reach_px)
+    start, end = corners_px[side], corners_px[(side + 1) % 4]
+    outward = to_left(unit(end - start))
+    outward *= np.sign(outward @ (start - corners_px.mean(axis=0)))
+    # Near the corners, blur mixes two edges.
+    foot = start + np.outer(np.linspace(0.06, 0.94, ROWS), end - start)
+    offset_px = np.arange(-reach_px, reach_px + STEP_PX / 2, STEP_PX)
+    light = sampled(brightness, foot[:, None] + offset_px[:, None] * outward).astype(float)
     # Neighbouring rows share the edge, but not their grain.
     light = cv2.GaussianBlur(cv2.blur(light, (1, 9)), (0, 0), sigmaX=SMOOTH_PX / STEP_PX, sigmaY=1e-3)
     slope = np.gradient(light, axis=1)
@@ -212,11 +197,11 @@ def edge_line(foot: Floats, outward: Floats, across_px: Floats) -> tuple[Floats,
     the distances of the other points.
     """
     along = np.linalg.norm(foot - foot[0], axis=1)
-    slope, level = 0.0, float(np.median(across_px))
+    slope, level = 0.0, np.median(across_px)
     near = np.ones(len(along), dtype=bool)
     for _ in range(5):
         miss_px = np.abs(across_px - level - slope * along)
-        near = miss_px <= max(STRAY_PX, 3 * float(np.median(miss_px)))
+        near = miss_px <= max(STRAY_PX, 3 * np.median(miss_px))
         slope, level = np.polyfit(along[near], across_px[near], 1)
     ends = foot[[0, -1]] + (level + slope * along[[0, -1], None]) * outward
     return np.array([ends[0], unit(ends[1] - ends[0])]), (across_px - level - slope * along)[near]

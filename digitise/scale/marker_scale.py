@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from digitise.geometry.polyline import Box, depth_inside, rectangle
 from digitise.image.decoding import Pixels
 from digitise.image.raster import Map
-from digitise.scale.face_scale import FACE_MM, given_corners, refined_corners, side_lengths, softness_px
+from digitise.scale.face_scale import FACE_MM, given_corners, refined_corners, side_lengths
 from digitise.scale.view import CORNERS, MIDDLE, Scale, View, find_tilt, fit_markers, places_px
 from digitise.settings import Marker, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
@@ -25,7 +25,6 @@ from sealtwin.core.records import Floats
 # refuse a photo: stricter ones refuse sound boards in coarse photos, looser ones accept a wrong table.
 RESIDUAL_MM = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
 RESIDUAL_PX = 0.5  # Largest RMS misfit in coarse photos, whose corners are good to a fraction of a pixel
-SOFT_PX = 4.0  # Least width of a blurred edge; sharp ones have 3
 BOARD_MM = 0.1  # Standard uncertainty of the frame's ruler or of the longest distance between its markers
 PRINT = 0.02  # Standard uncertainty of a print that nothing checks: "fit to page" prints at 93 to 97 %
 REACH = 0.03  # Range around their place by the markers in which the face's edges are searched, of its length: no marker
@@ -65,8 +64,11 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     residual_mm = float(np.sqrt(np.mean(miss_mm**2)))
     if residual_mm > max(RESIDUAL_MM, RESIDUAL_PX * mm_per_px):
         worst = markers[int(np.argmax(miss_mm)) // CORNERS].id
-        cause = _cause_of_misfit(pixels.brightness, corners_px, board.dictionary, residual_mm / mm_per_px)
-        raise InputError(f"{file}: markers misfit by {residual_mm:.2f} mm; worst: marker {worst}. {cause}")
+        raise InputError(
+            f"{file}: markers misfit by {residual_mm:.2f} mm; worst: marker {worst}. Check x_mm, y_mm and size_mm, "
+            "that the photo is in focus, and that all markers are flat and level with the face; if lens is none, set "
+            "it to auto."
+        )
     if depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
         raise InputError(
             f"{file}: according to the markers, face_mm is outside the photo: check them, and that width and height of "
@@ -100,20 +102,6 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     )
 
 
-def _cause_of_misfit(brightness: Map, corners_px: dict[int, Floats], dictionary: str, residual_px: float) -> str:
-    """Return what to do about markers that are not where their table says. Blur moves corners by up to its width."""
-    soft_px = max(softness_px(brightness, quad, _module_px(quad, dictionary)) for quad in corners_px.values())
-    if soft_px > max(SOFT_PX, residual_px):
-        return (
-            f"The photo is blurred: edges of markers are {soft_px:.0f} px wide. Take it in focus, with the camera on a "
-            "support."
-        )
-    return (
-        "Check x_mm, y_mm and size_mm, and that all markers are flat and level with the face; if lens is none, set it "
-        "to auto."
-    )
-
-
 def check_level(
     brightness: Map,
     view: View,
@@ -127,22 +115,19 @@ def check_level(
     Returns by what share the face, measured in the markers' plane, is larger than face_mm, and warnings. The share is 0
     if they agree, None if the edges are not visible. Raises InputError if the markers are too far from level.
     """
-    away_mm, why = distance_mm or USUAL_MM, "face_mm is not given"
+    away_mm, corners_px = distance_mm or USUAL_MM, given_px
     if face_mm is not None:
-        why, corners_px, rough_px = (
-            "no edges of the face stand out between them",
-            given_px,
-            view.to_px(rectangle(face_mm)),
-        )
         if corners_px is None:
+            rough_px = view.to_px(rectangle(face_mm))
             corners_px, _ = refined_corners(brightness, rough_px, REACH * side_lengths(rough_px).max()) or (None, 0)
         if corners_px is not None:
             seen_mm, true_mm = side_lengths(view.to_mm(corners_px)), side_lengths(rectangle(face_mm))
             # A corner of the face is uncertain by a pixel.
-            share, px_mm = seen_mm.sum() / true_mm.sum(), float(view.mm_per_px_at(corners_px).mean())
+            share, px_mm = seen_mm.sum() / true_mm.sum(), view.mm_per_px_at(corners_px).mean()
             if np.abs(seen_mm - share * true_mm).max() <= max(BENT_MM, px_mm) or given_px is not None:
                 least = SIGMAS * np.hypot(FACE_MM, px_mm) / np.hypot(*face_mm[2:])
-                return _of_size(float(share) - 1, float(least), face_mm, away_mm, file)
+                return _of_size(share - 1, least, face_mm, away_mm, file)
+    why = "face_mm is not given" if face_mm is None else "no edges of the face stand out between them"
     text = (
         f"the markers' level was not checked, since {why}: each mm above or below the measured face is an error of "
         f"{1 / away_mm:.2%} of every length at {away_mm:.0f} mm from the camera"

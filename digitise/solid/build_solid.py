@@ -188,7 +188,7 @@ def _mean_along(outline: Outline, values: Floats) -> float:
 def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
     """Return the depth at which the walls of a funnel at these angles meet: w / (tan left + tan right)."""
     funnel = shape.model_copy(update={"tilt": "funnel"})
-    closing = float(np.tan(np.radians(funnel.wall_angles_deg)).sum())
+    closing = np.tan(np.radians(funnel.wall_angles_deg)).sum()
     if closing == 0:
         return ClosingDepth(None, None, 0.0)
     depth_mm = outline.width_mm / closing

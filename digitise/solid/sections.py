@@ -28,7 +28,7 @@ def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
     Their sum over the arc is the cavity without side cracks, the part around a tip and the excess of a bend.
     """
     s_mm, width_mm = outline.s_mm, outline.width_mm
-    depth_mm, closing = shape.depth_at_mm(s_mm), float(_slopes(shape).sum())
+    depth_mm, closing = shape.depth_at_mm(s_mm), _slopes(shape).sum()
     if shape.tilt == "undercut":
         closing = -closing
     if shape.tilt == "flare":
@@ -110,7 +110,7 @@ class Slicer:
             return crack
         if self._shape.tilt == "lean":
             x, y = share * shift_mm * self._footprint.lean
-            return crack.translate((float(x), float(y)))
+            return crack.translate((x, y))
         outward = self._shape.tilt != "funnel"
         share = 1 - share if self._shape.tilt == "flare" else share
         if share <= 0:

@@ -50,12 +50,6 @@ def test_a_place_that_no_photo_has_is_refused_by_its_key(key, value):
         PhotoInput.model_validate_json(json.dumps(PHOTO | {"mm_per_px": 0.1, key: [[0.0, 0.0], [value, 0.0]]}))
 
 
-def test_a_marker_lies_in_one_place():
-    places = [{"id": number, "x_mm": 20.0 * number, "y_mm": 0.0} for number in (0, 1, 2, 3, 1)]
-    with pytest.raises(ValidationError, match="marker 1 is listed 2 times"):
-        MarkerBoard.model_validate_json(json.dumps({"size_mm": 16.0, "markers": places}))
-
-
 def test_what_a_bench_does_have_is_taken():
     CrackShape.model_validate(CRACK | {"dam_height_mm": 0.0, "floor_thickness_mm": 0.2, "depth_mm": 500.0})
     NozzlePath.model_validate({"volume_ml": 1000.0, "speed_mm_s": 1000.0, "smoothing_mm": 0.0, "trim_mm": 0.0})
