@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
 from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
@@ -66,12 +66,6 @@ MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
 
-def _none_or_tape(height_mm: float) -> float:
-    if 0 < height_mm < 0.1:
-        raise ValueError("give 0, or 0.1 to 100")
-    return height_mm
-
-
 def by_station(given: float | DepthTable) -> Floats:
     """Return a table along the crack, (k, 2), from one number or rows."""
     return np.array(given if isinstance(given, tuple) else [(0.0, given)], dtype=float)
@@ -84,7 +78,7 @@ def require_order(name: str, stations_mm: Floats) -> None:
         raise ValueError(f"{name}: station {after_mm:g} mm follows {before_mm:g} mm; list stations by increasing s")
 
 
-DamHeight = Annotated[float, Field(ge=0, le=100), AfterValidator(_none_or_tape)]
+DamHeight = Annotated[float, Field(ge=0, le=100)]
 
 
 class Marker(Settings):
@@ -246,8 +240,7 @@ class CrackShape(Settings):
     """Width of the block around the crack if the size of the face is unknown; overflow needs room. Walls under 0.5 mm
     break, and sealant never flows farther than a metre."""
     dam_height_mm: DamHeight = 10.0
-    """Height of the tape above the face at open ends. The default is the paper's. Give 0 for no tape, otherwise at
-    least 0.1."""
+    """Height of the tape above the face at open ends. The default is the paper's. Give 0 for no tape."""
 
     @property
     def deepest_mm(self) -> float:

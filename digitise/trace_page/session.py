@@ -37,7 +37,7 @@ from digitise.settings import (
 from digitise.walls.doubts import BY_STROKES
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import of_keys, texts, without
-from sealtwin.core.records import Floats, Outline, Pixels, WallStretch
+from sealtwin.core.records import Floats, Outline, Pixels
 from sealtwin.core.settings import Settings, checked
 
 TILE_PX = 512
@@ -229,11 +229,12 @@ class TraceSession:
                 roi_px = settings.roi_px
                 if settings.ends_px is None and photo.drawn is None:
                     search = self._kept("search", photo, (roi_px,), lambda: CrackSearch.of(photo, roi_px))
-                    yield "cracks", [_crack_answer(crack) for crack in search.cracks]
+                    yield "cracks", list(map(_crack_answer, search.cracks))
                     path = self._kept("path", search, (settings.crack,), lambda: search.path(settings.crack))
                 else:
                     path = self._kept("path", photo, settings.hints, lambda: self._path(photo, settings))
-                yield "path", _path_answer(path)
+                figures: Answer = {"width_px": path.width_px, "source": path.source, "warnings": texts(path.warnings)}
+                yield "path", figures | {"points_px": _rounded(path.points_px)}
                 outline = trace_outline(photo, path, settings)
                 yield "walls", _walls_answer(photo, outline)
             except RivalCracksError as rivals:
@@ -312,15 +313,6 @@ def _crack_answer(crack: FoundCrack) -> Answer:
     }
 
 
-def _path_answer(path: CrackPath) -> Answer:
-    return {
-        "points_px": _rounded(path.points_px),
-        "width_px": path.width_px,
-        "source": path.source,
-        "warnings": texts(path.warnings),
-    }
-
-
 def _walls_answer(photo: Photo, outline: Outline) -> Answer:
     lines_mm = {
         "left_px": outline.left_wall_mm,
@@ -332,7 +324,15 @@ def _walls_answer(photo: Photo, outline: Outline) -> Answer:
     return {
         **{name: _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
         **{name: [_rounded(photo.to_px(line_mm)) for line_mm in lines] for name, lines in several_mm.items()},
-        "why": [_why(outline, stretch, photo.unit) for stretch in outline.walls],
+        # Side of a stretch of a wall, its first and last station, and why it is there.
+        "why": [
+            (
+                stretch.side,
+                *np.searchsorted(outline.s_mm, (stretch.s_from_mm, stretch.s_to_mm)).tolist(),
+                stretch.sentence(photo.unit),
+            )
+            for stretch in outline.walls
+        ],
         "unit": photo.unit,
         "length": outline.length_mm,
         "mean_width": outline.mean_width_mm,
@@ -345,12 +345,6 @@ def _walls_answer(photo: Photo, outline: Outline) -> Answer:
         # The page itself asks for confirmation.
         "warnings": texts(without(outline.warnings, PROPOSAL.key)),
     }
-
-
-def _why(outline: Outline, stretch: WallStretch, unit: str) -> tuple[str, int, int, str]:
-    """Return the side of a stretch of a wall, its first and last station, and why it is there."""
-    first, last = np.searchsorted(outline.s_mm, (stretch.s_from_mm, stretch.s_to_mm)).tolist()
-    return stretch.side, first, last, stretch.sentence(unit)
 
 
 def _rounded(points_px: Floats) -> list[list[float]]:

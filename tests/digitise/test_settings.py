@@ -22,7 +22,7 @@ MARKER: dict[str, Any] = {"id": 0, "x_mm": 0.0, "y_mm": 0.0}
         (PhotoInput, PHOTO, "face_mm", ([160.0, 0.0], [160.0, -40.0], [160.0, 1e9])),
         (CrackShape, {}, "depth_mm", (0.001, 501.0)),
         *((CrackShape, CRACK, key, (1e-9, 1e9)) for key in ("floor_thickness_mm", "margin_mm")),
-        (CrackShape, CRACK, "dam_height_mm", (-1.0, 1e-9, 1e9)),
+        (CrackShape, CRACK, "dam_height_mm", (-1.0, 1e9)),
         (NozzlePath, {}, "volume_ml", (1e-9, 0.0, 1001.0, 1e300)),
         (NozzlePath, {}, "speed_mm_s", (1e-9, 1e300)),
         (NozzlePath, {}, "nozzle_height_mm", (1e-9, 1e9)),
