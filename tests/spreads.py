@@ -9,8 +9,7 @@ from scipy.optimize import root_scalar
 
 from digitise.image.raster import blurred
 from digitise.image.tone_curve import DISPLAY_GAMMA
-from digitise.scale.marker_print import board_around, board_toml
-from digitise.scale.marker_scale import black_modules
+from digitise.scale.marker_scale import black_modules, board_around, board_toml
 from fixtures.generate.camera import camera_above
 from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats

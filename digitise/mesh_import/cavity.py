@@ -5,7 +5,7 @@ whose line from wall to wall is nearest. So the sections add up to the cavity, a
 Planes square to the centreline would miss some of it there, or meet other parts of the crack.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -182,8 +182,7 @@ def read_path(path: Path) -> Floats:
     bounds = {"x_mm": limits_mm, "y_mm": limits_mm, "z_mm": limits_mm}
     columns = read_columns(path, bounds, ("x_mm", "y_mm"), (2, MOST_POINTS))
     points_mm = np.column_stack([columns["x_mm"], columns["y_mm"]])
-    points_mm = points_mm[np.append(True, (np.diff(points_mm, axis=0) != 0).any(axis=1))]
-    if len(points_mm) < 2:
+    if not np.ptp(points_mm, axis=0).any():
         raise InputError(f"{path}: 1 different point; a path needs two or more.")
     return points_mm
 
@@ -203,8 +202,7 @@ def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
 def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
     """Return the outline with the given line as its centreline."""
     middle_s_mm = np.maximum.accumulate(arc_length_at(line_mm, outline.centreline_mm).clip(0, outline.length_mm))
-    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
-    left_mm, right_mm = np.hsplit(at_arc_length(walls_mm, outline.s_mm, middle_s_mm), 2)
+    left_mm, right_mm = _walls_at(outline, middle_s_mm)
     given = replace(
         outline,
         **photo.in_both_units(centreline=line_mm, left_wall=left_mm, right_wall=right_mm),
@@ -283,8 +281,7 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
     A cell beside the mouth, below an undercut wall, belongs to the nearest cell in the mouth.
     """
     fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
-    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
-    left_mm, right_mm = np.hsplit(at_arc_length(walls_mm, outline.s_mm, fine_mm), 2)
+    left_mm, right_mm = _walls_at(outline, fine_mm)
     share = np.linspace(0.0, 1.0, ACROSS + 1)
     lines_mm = left_mm[:, None] + share[:, None] * (right_mm - left_mm)[:, None]
     pace, lines_mm = (each.reshape(-1, 2) for each in (np.gradient(lines_mm, fine_mm, axis=0), lines_mm))
@@ -302,12 +299,17 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
     return at_mm[nearest].clip(0.0, fine_mm[-1]), main[nearest]
 
 
+def _walls_at(outline: Outline, s_mm: Floats) -> Sequence[Floats]:
+    """Return the left and the right wall at arc lengths, (n, 2) each."""
+    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
+    return np.hsplit(at_arc_length(walls_mm, outline.s_mm, s_mm), 2)
+
+
 def _depths_mm(cavity: Manifold, outline: Outline, s_mm: Floats) -> Floats:
     """Return the depth of the cavity at each station, (n,), in the vertical plane from wall to wall."""
     end_mm = FROM_END * s_mm[1]
-    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
-    stations = at_arc_length(walls_mm, outline.s_mm, np.clip(s_mm, end_mm, s_mm[-1] - end_mm))
-    return np.array([_depth_mm(cavity, *np.split(station, 2)) for station in stations])
+    walls_mm = _walls_at(outline, np.clip(s_mm, end_mm, s_mm[-1] - end_mm))
+    return np.array([_depth_mm(cavity, *ends_mm) for ends_mm in zip(*walls_mm, strict=True)])
 
 
 def _depth_mm(cavity: Manifold, left_mm: Floats, right_mm: Floats) -> float:

@@ -5,9 +5,8 @@ from operator import attrgetter
 
 import numpy as np
 
-from digitise.robots.cell import LANGUAGES, RobotCell, RobotFrame, fit_frame
+from digitise.robots.cell import LANGUAGES, PumpTable, RobotCell, RobotFrame, fit_frame
 from digitise.robots.programs import EVEN
-from digitise.robots.pump import PumpTable
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Trajectory

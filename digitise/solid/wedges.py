@@ -21,8 +21,8 @@ Stretch = tuple[Floats, Floats]  # Corners of a wall, (n, 2), repeated in a fan,
 
 def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
     """Return the sideways move of the left wall and of the right one between the face and the deepest floor."""
-    left, right = shape.deepest_mm * np.tan(np.radians(shape.wall_angles_deg))
-    return float(left), float(right)
+    left_mm, right_mm = (shape.deepest_mm * np.tan(np.radians(shape.wall_angles_deg))).tolist()
+    return left_mm, right_mm
 
 
 def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:

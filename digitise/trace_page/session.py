@@ -1,7 +1,6 @@
 """State of the trace page: one photo in tiles, and its scale, path and walls by the current hints."""
 
 import io
-import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -22,8 +21,7 @@ from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
 from digitise.outline import PROPOSAL, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
-from digitise.scale.marker_print import board_around
-from digitise.scale.marker_scale import PRINTED_MM, seen_markers
+from digitise.scale.marker_scale import PRINTED_MM, board_around, seen_markers
 from digitise.settings import (
     MOST_VIA,
     Dictionary,
@@ -245,7 +243,7 @@ class TraceSession:
 
     def end(self) -> None:
         """Stop all requests in progress at their next step."""
-        self._newest = math.inf
+        self._newest = np.inf
 
     def _check_newest(self, revision: float) -> None:
         if revision < self._newest:

@@ -25,7 +25,7 @@ from sealtwin.core.errors import InputError, ShapeError, ShapeKind
 
 if TYPE_CHECKING:
     from digitise.drawing.given import GivenDrawing
-    from digitise.scale.marker_print import MarkerFrame
+    from digitise.scale.marker_scale import MarkerFrame
 
 NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
@@ -215,7 +215,7 @@ def _is_of_one_photo(name: str) -> bool:
     )
 
 
-@answers(model="digitise.scale.marker_print:MarkerFrame")
+@answers(model="digitise.scale.marker_scale:MarkerFrame")
 def markers(
     command: Command,
     options: "MarkerFrame",
@@ -228,7 +228,7 @@ def markers(
     """
     if out.suffix.lower() != ".pdf":
         raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf")
-    from digitise.scale.marker_print import board_around, board_toml, frame_pdf
+    from digitise.scale.marker_scale import board_around, board_toml, frame_pdf
     from sealtwin.core.files import write_unless_other
 
     if toml is not None and toml.resolve() == out.resolve():

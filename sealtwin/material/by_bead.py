@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from digitise.robots.pump import MISTYPED
+from digitise.robots.cell import MISTYPED
 from digitise.settings import OnFace, PhotoInput
 from digitise.spread import MIDDLE, BeadOutline, measure_bead
 from sealtwin.core.errors import InputError

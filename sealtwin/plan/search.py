@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from digitise.robots.cell import RobotCell
-from digitise.robots.pump import PumpTable
+from digitise.robots.cell import PumpTable, RobotCell
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Trajectory
