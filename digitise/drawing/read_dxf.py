@@ -34,6 +34,7 @@ MM: dict[DrawnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, 
 STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
 """Accepted units by their code, $INSUNITS; code 0 means unspecified."""
 DRAWN = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "SPLINE", "ELLIPSE"}
+HIDDEN = "lines on a layer that is off or frozen"
 LARGEST_BYTES = 50_000_000
 MOST_ENTITIES = 200_000  # Most parts of a drawing, those in blocks included: blocks in blocks multiply
 DEEPEST = 16  # Deepest nesting of blocks
@@ -56,7 +57,7 @@ class Drawing:
     unit: DrawnUnit
     unit_source: str
     entities: dict[str, list[Any]]  # By layer, in upper case
-    hidden: dict[str, str]  # Why a layer is not shown, by layer in upper case
+    hidden: set[str]  # Layers that are off or frozen, in upper case
     notes: list[Fact] = field(default_factory=list)
 
     def lines(self, layer: str) -> tuple[list[Floats], list[Floats]]:
@@ -69,7 +70,7 @@ class Drawing:
         """
         left_out, ways, count = Counter[str](), dict[Any, Floats](), 0
         for entity in self.entities.get(layer.upper(), ()):
-            unread = self.hidden.get(layer.upper(), "") if _is_line(entity) else entity.dxftype()
+            unread = entity.dxftype() if not _is_line(entity) else HIDDEN if layer.upper() in self.hidden else ""
             if unread or entity.dxf.get("invisible", 0):
                 left_out[unread or "invisible lines"] += 1
                 continue
@@ -169,7 +170,7 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
         raise InputError(f"{path}: no such drawing.")
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; save only the crack's layers.")
-    entities, hidden = dict[str, list[Any]](), dict[str, str]()
+    entities = dict[str, list[Any]]()
     try:
         # ezdxf's recovering reader would silently read 53.Q3 as 53.
         document = ezdxf.filemanagement.readfile(path)
@@ -178,9 +179,7 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
             if number == MOST_ENTITIES:
                 raise ValueError(f"it has over {MOST_ENTITIES} parts: save only the crack's layers")
             entities.setdefault(layer.upper(), []).append(entity)
-        for layer in document.layers:
-            off = "switched off" if layer.is_off() else "frozen" if layer.is_frozen() else ""
-            hidden[layer.dxf.name.upper()] = off and f"lines on a layer that is {off}"
+        hidden = {layer.dxf.name.upper() for layer in document.layers if layer.is_off() or layer.is_frozen()}
     except InputError:
         raise
     except Exception as fault:  # ezdxf raises many types of errors for a damaged drawing.

@@ -33,14 +33,14 @@ from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
 
 MM: dict[MeshUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-# Rotations about x, then y, then z, that turn the axis out of the face to z
+# Rotations about x and then y that turn the axis out of the face to z
 UPRIGHT_DEG = {
-    "z": (0, 0, 0),
-    "-z": (180, 0, 0),
-    "y": (90, 0, 0),
-    "-y": (-90, 0, 0),
-    "x": (-90, -90, 0),
-    "-x": (0, 90, 0),
+    "z": (0, 0),
+    "-z": (180, 0),
+    "y": (90, 0),
+    "-y": (-90, 0),
+    "x": (-90, -90),
+    "-x": (0, 90),
 }
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
 LEAST_TURN_DEG = 0.005  # Least turn of a block that a note names
@@ -109,7 +109,7 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
 def upright(settings: MeshInput) -> Floats:
     """Return the transform (4, 4) from the file's numbers to mm with the face's normal upward."""
     placed = np.eye(4)
-    turn = Rotation.from_euler("xyz", UPRIGHT_DEG[settings.up], degrees=True).as_matrix()
+    turn = Rotation.from_euler("xy", UPRIGHT_DEG[settings.up], degrees=True).as_matrix()
     placed[:3, :3] = MM[settings.units] * np.rint(turn)
     return placed
 
