@@ -223,8 +223,8 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     """Return the sections of the cavity along the outline, without side cracks and parts beyond its ends."""
     length_mm = outline.length_mm
     s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MOST_STATIONS)) + 1)
-    *low_mm, bottom_mm = np.asarray(cavity.bounding_box())[[0, 1, 2]].tolist()
-    size_mm = np.asarray(cavity.bounding_box())[[3, 4]] - low_mm
+    (*low_mm, bottom_mm), (*high_mm, _) = np.reshape(cavity.bounding_box(), (2, 3)).tolist()
+    size_mm = np.subtract(high_mm, low_mm)
     cell_mm = max(outline.mean_width_mm / ACROSS, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
     origin_mm = np.array(low_mm) - cell_mm
     width, height = (int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
