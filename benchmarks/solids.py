@@ -26,7 +26,7 @@ from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_out
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid

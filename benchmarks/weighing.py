@@ -18,7 +18,7 @@ from benchmarks.outlines import Kind, odd_outline
 from benchmarks.table import Row, run_benchmark
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.footprint import lay_out
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.fit_cavity import DENSITY_SD, MENISCUS_SD, NORMAL_95, weigh

@@ -53,22 +53,23 @@ BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
 
 REGION = (
     "the ground is too coarse to follow the walls one by one: they are the rims of the dark region along the path, "
-    "each moved as a whole to its share of the contrast (95 % of the mean width: {:.3g} to {:.3g} mm). Look at "
-    "overlay.png"
+    "each moved as a whole to its share of the contrast (95 % of the mean width: {:.3g} to {:.3g} {}). Look at "
+    "the lines over the photo (overlay.png)"
 )
 FITTED_INSIDE = 1.7  # Least fitted width over that of a darker line between walls that is not that of the line
 LINE_INSIDE = (
-    "between the walls, {:.3g} mm apart, a line about {:.2g} mm wide is far darker than the rest, as a crack in a "
-    "joint or a wet strip is: the interval covers both. Look at overlay.png; if that line is the crack, give width_mm"
+    "between the walls, {:.3g} {} apart, a line about {:.2g} wide is far darker than the rest, as a crack in a "
+    "joint or a wet strip is: the interval covers both. Look at the lines over the photo (overlay.png); if that "
+    "line is the crack, give width_mm"
 )
 BAND = (
-    "the fitted width is {:.3g} mm, but the photo is dark over about {:.2g} mm across the crack, as of debris in it, a "
-    "broken edge or a joint: the interval covers both. Look at overlay.png; if the whole band is crack, draw "
-    "over it in crack_strokes_px, or give width_mm"
+    "the fitted width is {:.3g} {}, but the photo is dark over about {:.2g} across the crack, as of debris in it, a "
+    "broken edge or a joint: the interval covers both. Look at the lines over the photo (overlay.png); if the "
+    "whole band is crack, draw over it in crack_strokes_px, or give width_mm"
 )
 PAINTED = (
-    "the painted crack is no darker than the ground beside it: its width is that of the paint, {:.3g} mm (95 %: {:.3g} "
-    "to {:.3g} mm), which the photo does not confirm"
+    "the painted crack is no darker than the ground beside it: its width is that of the paint, {:.3g} {} (95 %: {:.3g} "
+    "to {:.3g}), which the photo does not confirm"
 )
 GAUGE = "the crack's width is the given width_mm; side cracks and islands are not searched for"
 PROPOSAL = doubt(
@@ -137,7 +138,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
                 if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
                     return fitted
             # There is no fit, or it took the band for the crack.
-            inside = doubt(f"{BY_STROKES}.line-inside", LINE_INSIDE.format(wide_mm, narrow_mm))
+            inside = doubt(f"{BY_STROKES}.line-inside", LINE_INSIDE.format(wide_mm, photo.unit, narrow_mm))
             # The line is found in a picture that is softened over its own least width.
             least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
             walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
@@ -149,7 +150,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     outline = outline_by_walls(ByHand(photo), path, settings, least_px=0.0)
     mean_mm, brush_mm = outline.mean_width_mm, BRUSH_PX * photo.mm_per_px
     interval_mm = max(mean_mm - brush_mm, 0.0), mean_mm + brush_mm
-    unconfirmed = doubt(f"{BY_STROKES}.painted", PAINTED.format(mean_mm, *interval_mm))
+    unconfirmed = doubt(f"{BY_STROKES}.painted", PAINTED.format(mean_mm, photo.unit, *interval_mm))
     return with_doubts(outline, unconfirmed, width_95_mm=interval_mm)
 
 
@@ -216,7 +217,8 @@ def outline_along(
         text = f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"
         warnings.append(doubt(f"{BY_STROKES}.bridged", text, traced.missing))
     if traced.beyond_mm > 0:
-        text = f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
+        left_out = f"{traced.beyond_mm:.1f} {photo.unit} of the path are left out"
+        text = f"{left_out} at the edge of the photo, which cuts off a wall"
         warnings.append(doubt("walls.cut-by-photo", text, traced.beyond_mm, "mm"))
     if by_hand is not None:
         drawn = np.stack([sampled(by_hand, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)])
@@ -241,7 +243,7 @@ def outline_along(
     )
     if traced.width_spread is not None:
         low_mm, high_mm = (outline.mean_width_mm * (1 + traced.width_spread * sign) for sign in (-1, 1))
-        region = doubt(f"{BY_STROKES}.region", REGION.format(low_mm, high_mm))
+        region = doubt(f"{BY_STROKES}.region", REGION.format(low_mm, high_mm, photo.unit))
         outline = with_doubts(outline, region, width_95_mm=(low_mm, high_mm))
     return outline if source == "none" else replace(outline, walls=_origins(outline, methods))
 
@@ -285,18 +287,18 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
     if low_mm <= 0:
         raise InputError(
             f"{photo.file}: the width of this line cannot be measured: a fit of its blurred profile gives "
-            f"{mean_mm:.3g} mm (95 %: {low_mm:.3g} to {high_mm:.3g} mm), which includes 0. The line is not clearly "
-            "darker than the ground beside it: give ends_px on a dark crack, or give width_mm or path_only."
+            f"{mean_mm:.3g} {photo.unit} (95 %: {low_mm:.3g} to {high_mm:.3g}), which includes 0. The line is not "
+            "clearly darker than the ground beside it: give ends_px on a dark crack, or give width_mm or path_only."
         )
     why = "too thin" if factor * fit.mean_px < MIN_WIDTH_PX else "too blurred"
     fitted = (
         f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for measured walls: its width is fitted to its "
-        f"blurred profile, {mean_mm:.3g} mm on average (95 %: {low_mm:.3g} to {high_mm:.3g} mm); side cracks and "
-        "islands are not searched for"
+        f"blurred profile, {mean_mm:.3g} {photo.unit} on average (95 %: {low_mm:.3g} to {high_mm:.3g}); side cracks "
+        "and islands are not searched for"
     )
     doubts, dark_mm = [doubt("walls.fitted", fitted, mean_mm, "mm")], band_mm or _dark_mm(copy, narrow, traced, fit)
     if dark_mm is not None:
-        doubts.append(doubt(f"{BY_STROKES}.band", BAND.format(mean_mm, dark_mm), dark_mm, "mm"))
+        doubts.append(doubt(f"{BY_STROKES}.band", BAND.format(mean_mm, photo.unit, dark_mm), dark_mm, "mm"))
     return outline_along(photo, path, traced, "fit", *doubts, width_95_mm=(low_mm, max(high_mm, dark_mm or 0.0)))
 
 
@@ -309,8 +311,8 @@ def _dark_mm(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> floa
     dark_mm = dark_px * photo.mm_per_px
     if path.source == "mask" and is_wider(dark_px, path.width_px):
         raise InputError(
-            f"{photo.file}: photo.mask paints a line {path.width_px * photo.mm_per_px:.2g} mm wide "
-            f"({path.width_px:.1f} px) down a dark band about {dark_mm:.2g} mm wide ({dark_px:.0f} px), not its area. "
+            f"{photo.file}: photo.mask paints a line of a width of {photo.length(path.width_px)} down a dark band of "
+            f"about {photo.length(dark_px)}, not its area. "
             "Paint the crack from wall to wall; or leave the mask out and give ends_px, with path_only for its path "
             "alone."
         )

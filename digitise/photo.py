@@ -16,7 +16,7 @@ from digitise.image.raster import DISPLAY_GAMMA, filled_polygon, shrunk
 from digitise.scale.face_scale import scale_by_face, side_lengths
 from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_markers
 from digitise.scale.view import Lens, Scale, View
-from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, NO_SCALE, PhotoInput, Pixel
+from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, Pixel
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
@@ -51,6 +51,11 @@ class Photo(Pixels, Scale):
         """Return lines on the face as a dict with two keys each: the name plus ``_mm`` and, in pixels, plus ``_px``."""
         in_px = {f"{name}_px": self.to_px(line_mm) for name, line_mm in lines_mm.items()}
         return {f"{name}_mm": line_mm for name, line_mm in lines_mm.items()} | in_px
+
+    def length(self, length_px: float) -> str:
+        """Return a length in words, such as "9.4 mm (94 px)", or "94 px" if the photo has no scale."""
+        in_px = f"{length_px:.0f} px"
+        return in_px if self.unit == "px" else f"{length_px * self.mm_per_px:.1f} mm ({in_px})"
 
     @property
     def facts_of_outline(self) -> dict[str, Any]:
@@ -112,20 +117,16 @@ def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[Fact, ...]:
     return (doubt("scale.markers-differ", text, float(side_mm), "mm"),)
 
 
-def offering_markers(refusal: object, photo: Path) -> str:
-    """Return the text of a refusal. If it is for want of a scale, it names the markers that the photo shows."""
-    text = str(refusal)
-    if NO_SCALE in text:
-        # Whoever reads the photo reports that it is bad.
-        with suppress(InputError):
-            dictionary, corners_px = seen_markers(pixels_of(read_photo(photo), photo))
-            if corners_px:
-                text = text.replace(
-                    NO_SCALE,
-                    f"{NO_SCALE} (the photo shows {len(corners_px)} markers of {dictionary}: 'sealtwin markers "
-                    f"--face-mm WxH --dictionary {dictionary} --out frame.pdf --toml markers.toml' writes their table)",
-                )
-    return text
+def offer_of_markers(photo: Path) -> str:
+    """Return a sentence, after a space, on markers in a photo without a scale; empty if it shows none or is bad."""
+    with suppress(InputError):
+        dictionary, corners_px = seen_markers(pixels_of(read_photo(photo), photo))
+        if corners_px:
+            return (
+                f" The photo shows {len(corners_px)} markers of {dictionary}: 'sealtwin markers --face-mm WxH "
+                f"--dictionary {dictionary} --out frame.pdf --toml markers.toml' writes their table."
+            )
+    return ""
 
 
 def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic_core import PydanticCustomError
 
 from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
@@ -48,7 +49,8 @@ Strokes = Annotated[
     tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MOST_WALL_POINTS)], ...],
     Field(max_length=MOST_STROKES),
 ]
-NO_SCALE = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
+NO_SCALE = "no_scale"  # Type of the fault of a photo without a scale
+SCALES = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
 Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)]
 Walls = Annotated[tuple[Region, ...], Field(max_length=MOST_WALLS)]
 NEEDED_BY = {"ruler_px": "ruler_mm", "ruler_mm": "ruler_px", "face_corners_px": "face_mm", "via_px": "ends_px"}
@@ -64,12 +66,6 @@ MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
 
-def _none_or_tape(height_mm: float) -> float:
-    if 0 < height_mm < 0.1:
-        raise ValueError("give 0, or 0.1 to 100")
-    return height_mm
-
-
 def by_station(given: float | DepthTable) -> Floats:
     """Return a table along the crack, (k, 2), from one number or rows."""
     return np.array(given if isinstance(given, tuple) else [(0.0, given)], dtype=float)
@@ -82,7 +78,7 @@ def require_order(name: str, stations_mm: Floats) -> None:
         raise ValueError(f"{name}: station {after_mm:g} mm follows {before_mm:g} mm; list stations by increasing s")
 
 
-DamHeight = Annotated[float, Field(ge=0, le=100), AfterValidator(_none_or_tape)]
+DamHeight = Annotated[float, Field(ge=0, le=100)]
 
 
 class Marker(Settings):
@@ -112,13 +108,6 @@ class MarkerBoard(Settings):
     """Measured length of the ruler on the printed frame, also if it is 100. All lengths of this table were printed
     longer or shorter by the same share; the middle of the frame stays. Printers scale by less than a half. Without it
     and without a face whose edges show the print, 2 % are in the scale's uncertainty."""
-
-    @model_validator(mode="after")
-    def _each_once(self) -> Self:
-        numbers = [marker.id for marker in self.markers]
-        if twice := {number for number in numbers if numbers.count(number) > 1}:
-            raise ValueError(f"marker {min(twice)} is listed {numbers.count(min(twice))} times; list it once")
-        return self
 
 
 class PhotoInput(Settings):
@@ -207,7 +196,7 @@ class PhotoInput(Settings):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if not (self.mm_per_px or self.ruler_px or self.markers or self.face_mm):
-            raise ValueError(NO_SCALE)
+            raise PydanticCustomError(NO_SCALE, SCALES)
         for name, needed in NEEDED_BY.items():
             if getattr(self, name) and not getattr(self, needed):
                 raise ValueError(f"{name} is given without {needed}: give both")
@@ -251,8 +240,7 @@ class CrackShape(Settings):
     """Width of the block around the crack if the size of the face is unknown; overflow needs room. Walls under 0.5 mm
     break, and sealant never flows farther than a metre."""
     dam_height_mm: DamHeight = 10.0
-    """Height of the tape above the face at open ends. The default is the paper's. Give 0 for no tape, otherwise at
-    least 0.1."""
+    """Height of the tape above the face at open ends. The default is the paper's. Give 0 for no tape."""
 
     @property
     def deepest_mm(self) -> float:

@@ -10,7 +10,7 @@ from digitise.geometry.polyline import at_arc_length
 from digitise.planned_path import PathTable
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
 from sealtwin.core.arc_length import arc_length, arc_length_at
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
 from sealtwin.core.settings import doubts_of
@@ -64,7 +64,10 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
     dose_mm3_per_mm = trajectory.given_mm3[giving.start : giving.stop - 1] / np.diff(arc_length(position_mm))
     _, off_mm = _beside(outline, points_mm)
     turn_deg = turns_deg(points_mm)
-    radius_mm = radii_mm(points_mm)
+    sines = np.sin(np.radians(turn_deg))
+    chords_mm = np.linalg.norm(points_mm[2:] - points_mm[:-2], axis=1)
+    # Of the circle through three waypoints.
+    smallest_mm = float((chords_mm / (2 * np.maximum(sines, ROUNDING))).min(initial=np.inf))
     moving = trajectory.speed_mm_s[:-1]
     figures = PathFigures(
         length_mm=float(arc_length(points_mm)[-1]),
@@ -73,7 +76,7 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
         off_centreline_rms_mm=float(np.sqrt(np.mean(off_mm**2))),
         off_centreline_worst_mm=float(off_mm.max()),
         largest_turn_deg=float(turn_deg.max(initial=0.0)),
-        smallest_radius_mm=float(radius_mm.min(initial=np.inf)) if np.isfinite(radius_mm).any() else None,
+        smallest_radius_mm=smallest_mm if smallest_mm <= STRAIGHT_MM else None,
         starts_at_s_mm=float(trajectory.s_mm[0]),
         ends_at_s_mm=float(trajectory.s_mm[-1]),
         waypoints=len(trajectory.t_s),
@@ -88,14 +91,6 @@ def turns_deg(points_mm: Floats) -> Floats:
     """Return the change of direction at each inner waypoint, (n - 2,)."""
     x_mm, y_mm = np.diff(points_mm[:, :2], axis=0).T
     return np.degrees(np.abs(np.diff(np.unwrap(np.arctan2(y_mm, x_mm)))))
-
-
-def radii_mm(points_mm: Floats) -> Floats:
-    """Return the radius of the circle through each inner waypoint and its neighbours, (n - 2,); inf if straight."""
-    chord_mm = np.linalg.norm(points_mm[2:, :2] - points_mm[:-2, :2], axis=1)
-    with np.errstate(divide="ignore"):
-        radius = chord_mm / (2 * np.sin(np.radians(turns_deg(points_mm))))
-    return np.where(radius > STRAIGHT_MM, np.inf, radius)
 
 
 def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats, off_mm: Floats) -> tuple[Fact, ...]:
@@ -267,8 +262,7 @@ def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Section
     if path.flow == "constant":
         share = np.diff(arc_length(points_mm))
     else:
-        if sections is None:
-            raise ValueError('flow = "cross_section" needs sections')
+        sections = present(sections, "sections")
         # In a tapering crack sections change between waypoints, so they are integrated.
         grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
         area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)

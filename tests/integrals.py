@@ -6,7 +6,7 @@ import numpy as np
 
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.footprint import Footprint
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer
 
 # Gauss-Legendre, over the depth: 70 ppm
 NODES: dict[Tilt, int] = {"vertical": 1, "lean": 8, "flare": 8, "undercut": 8, "funnel": 24}

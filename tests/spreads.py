@@ -8,8 +8,7 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from digitise.image.raster import DISPLAY_GAMMA, blurred
-from digitise.scale.marker_print import board_around, board_toml
-from digitise.scale.marker_scale import black_modules
+from digitise.scale.marker_scale import black_modules, board_around, board_toml
 from fixtures.generate.camera import camera_above
 from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats

@@ -158,8 +158,8 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[Fa
     if wide_px <= TWICE * narrow_px or wide_px - narrow_px <= WIDER_PX:
         return ()
     text = (
-        f"photo.mask: the paint is {width_px * photo.mm_per_px:.2g} mm wide ({width_px:.0f} px), but the dark band "
-        f"along it is {dark_px * photo.mm_per_px:.2g} mm wide ({dark_px:.0f} px). The width is that of the paint. "
+        f"photo.mask: the width of the paint is {photo.length(width_px)}, but that of the dark band along it is "
+        f"{photo.length(dark_px)}. The width is that of the paint. "
         "Paint from wall to wall, or leave the mask out and give ends_px"
     )
     return (doubt("path.mask-other-width", text, width_px, "px"),)

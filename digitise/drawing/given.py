@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from digitise.settings import Depth, FaceSide, OneOrSeveral, OnFace, Width, WidthTable, by_station, require_order
 from sealtwin.core.records import DataKind, Floats
@@ -73,13 +73,6 @@ class GivenDrawing(Settings):
     """Unit of the drawing, which replaces the file's own. Required if the file has none."""
     data: DataKind = "undeclared"
     """Origin of the drawing. Reports state it unless it is "measured"."""
-
-    @field_validator("walls")
-    @classmethod
-    def _of_two_layers(cls, walls: tuple[str, str] | None) -> tuple[str, str] | None:
-        if walls is not None and walls[0].upper() == walls[1].upper():
-            raise ValueError(f"{walls[0]} {walls[1]}: give two different layers, one for each wall")
-        return walls
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:

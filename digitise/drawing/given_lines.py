@@ -21,8 +21,8 @@ from digitise.geometry.polyline import (
     without_repeats,
 )
 from digitise.geometry.region import box_region, pieces
-from digitise.mesh_import.cavity_sections import ACROSS_PX, seen_from_above
-from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
+from digitise.mesh_import.cavity import ACROSS_PX, top_view
+from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth, outline_of
 from digitise.photo import Photo
 from digitise.walls.wall_profile import edge_crossings, rays_across
 from sealtwin.core.arc_length import arc_length
@@ -30,17 +30,12 @@ from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 
-# Limits of given lines, and sizes of the picture in which a report shows them.
-#
-# The first four decide which lines bound a crack. The others change the look of the picture alone.
+# Limits that decide which lines bound a crack.
 SLENDERNESS = 3.0  # Least length over mean width, as of a crack in a mesh
 ON_EDGE_MM = 0.01  # Distance from the edge of the face within which an end is on it
 MOST_TRIMMED = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
 APART, STEPS = 2.0, 16  # Widths along a line between places that are two parts of the crack; steps in a width
 NO_FACE_MM = (-np.inf, -np.inf, np.inf, np.inf)
-AROUND_MM = 15.0  # Width of face shown around the crack
-FACE_GREY = 205.0
-CRACK_GREY = 40.0
 
 
 Given = tuple[Outline, Photo]  # An outline, and the picture in which it is shown
@@ -54,7 +49,7 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
     """
     points_mm = without_repeats(points_mm, ON_EDGE_MM)
     s_mm = arc_length(points_mm)
-    mean_mm = float(np.trapezoid(np.interp(s_mm, *width_mm.T), s_mm) / max(s_mm[-1], np.finfo(float).tiny))
+    mean_mm = np.trapezoid(np.interp(s_mm, *width_mm.T), s_mm) / max(s_mm[-1], np.finfo(float).tiny)
     if len(points_mm) < 2 or s_mm[-1] < SLENDERNESS * mean_mm:
         raise InputError(
             f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack is {mean_mm:.3g} mm wide on average; give a "
@@ -142,7 +137,7 @@ def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) 
 
 def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
     """Raise InputError if two parts of a crack along a line would overlap; it has these widths at the line's points."""
-    s_mm, most_mm = arc_length(line_mm), float(width_mm.max())
+    s_mm, most_mm = arc_length(line_mm), width_mm.max()
     stations_mm = np.arange(0.0, s_mm[-1], most_mm / STEPS)
     places_mm = at_arc_length(np.column_stack([line_mm, s_mm, width_mm + ON_EDGE_MM]), s_mm, stations_mm)
     pairs = places_mm[KDTree(places_mm[:, :2]).query_pairs(most_mm + ON_EDGE_MM, output_type="ndarray")]
@@ -159,30 +154,7 @@ def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
 
 
 def _drawn(mouth: CrossSection, line: MouthLine, face_mm: Box | None, name: str) -> Given:
-    """Return the outline of a mouth, and a picture of it: dark on a bright face."""
-    low, high = np.reshape(mouth.bounds(), (2, 2)) + np.array([[-AROUND_MM], [AROUND_MM]])
-    width_mm = mouth.area() / float(arc_length(line.centreline_mm)[-1])
-    view, mm_per_px, crack = seen_from_above(mouth, width_mm, low, high)
-    grey = FACE_GREY + crack * (CRACK_GREY - FACE_GREY)
-    photo = Photo(
-        file=Path(name),
-        image=np.repeat(grey.round().astype(np.uint8)[:, :, None], 3, axis=2),
-        brightness=1.0 - crack,
-        view=view,
-        face_mm=face_mm,
-        mm_per_px=mm_per_px,
-        scale_source="given: lines in mm",
-    )
-    ring_mm, *islands_mm = sorted(map(np.asarray, mouth.to_polygons()), key=signed_area, reverse=True)
-    lines = {"centreline": line.centreline_mm, "left_wall": line.left_mm, "right_wall": line.right_mm}
-    outline = Outline(
-        **photo.in_both_units(**lines, outline=ring_mm),
-        ends=line.ends,
-        **photo.facts_of_outline,
-        path_source="drawn",
-        warnings=line.warnings,
-        islands_mm=tuple(islands_mm),
-        branches_mm=line.side_lines_mm,
-        branches_kept=len(line.side_lines_mm) > 0,
-    )
-    return outline, photo
+    """Return the outline of a mouth, and a picture of it."""
+    width_mm = mouth.area() / arc_length(line.centreline_mm)[-1]
+    photo = top_view(mouth, width_mm, face_mm, Path(name), "given: lines in mm")
+    return outline_of(line, mouth, photo, "drawn"), photo

@@ -1,29 +1,40 @@
-"""Lines of a DXF drawing: polylines, lines, arcs, splines and ellipses of the requested layers, in millimetres.
+"""Lines of a DXF drawing in millimetres, and the crack that they bound.
 
-Lines in blocks are read as they are inserted. Lines that meet end to end are joined.
+Polylines, lines, arcs, splines and ellipses of the requested layers are read, those in blocks as they are inserted.
+Lines that meet end to end are joined.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 import ezdxf.filemanagement
 import numpy as np
+import trimesh
 from ezdxf import edgeminer
 from ezdxf.path import make_path
+from manifold3d import CrossSection, FillRule
 from scipy.spatial import KDTree
 
+from digitise.drawing.given_lines import Given, outline_of_line, outline_within, same_way
+from digitise.geometry.polyline import Box, signed_area
+from digitise.geometry.region import traced_region
+from digitise.mesh_import.import_mesh import MOST_MM
+from digitise.settings import CrackShape
+from digitise.solid.footprint import lay_out
+from digitise.solid.wedges import carve
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Outline
 
 DrawnUnit = Literal["mm", "cm", "m", "inch", "foot"]
 MM: dict[DrawnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
 """Accepted units by their code, $INSUNITS; code 0 means unspecified."""
 DRAWN = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "SPLINE", "ELLIPSE"}
+HIDDEN = "lines on a layer that is off or frozen"
 LARGEST_BYTES = 50_000_000
 MOST_ENTITIES = 200_000  # Most parts of a drawing, those in blocks included: blocks in blocks multiply
 DEEPEST = 16  # Deepest nesting of blocks
@@ -32,6 +43,10 @@ FARTHEST_MM = 1e6  # Largest coordinate: a kilometre from the drawing's origin
 SAG_MM = 0.02  # Largest distance of a curve from its chords, and of a level line from level: a fifth of a photo's pixel
 MEETS_MM = 1e-3  # Largest gap between two lines that are one
 COPY_MM = 1e-6  # Largest distance of a copy's points from the original's: rounding of the digits in a file
+FACE, OUTLINE, ISLANDS = "FACE", "OUTLINE", "ISLANDS"
+"""Layers of 'sealtwin export' with the edge of the sample, the crack's edge and its stones."""
+LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that is injected
+BESIDE_MM2 = 1e-3  # Area outside another line that is only the sag of two curves
 
 
 @dataclass
@@ -42,7 +57,7 @@ class Drawing:
     unit: DrawnUnit
     unit_source: str
     entities: dict[str, list[Any]]  # By layer, in upper case
-    hidden: dict[str, str]  # Why a layer is not shown, by layer in upper case
+    hidden: set[str]  # Layers that are off or frozen, in upper case
     notes: list[Fact] = field(default_factory=list)
 
     def lines(self, layer: str) -> tuple[list[Floats], list[Floats]]:
@@ -55,7 +70,7 @@ class Drawing:
         """
         left_out, ways, count = Counter[str](), dict[Any, Floats](), 0
         for entity in self.entities.get(layer.upper(), ()):
-            unread = self.hidden.get(layer.upper(), "") if _is_line(entity) else entity.dxftype()
+            unread = entity.dxftype() if not _is_line(entity) else HIDDEN if layer.upper() in self.hidden else ""
             if unread or entity.dxf.get("invisible", 0):
                 left_out[unread or "invisible lines"] += 1
                 continue
@@ -66,7 +81,7 @@ class Drawing:
             left_out["widths of polylines"] += getattr(entity, "has_width", False)
             # A copy may begin at the other end, or at another corner.
             places = frozenset(map(tuple, np.rint(way_mm / COPY_MM).tolist()))
-            shape = places, round(float(np.linalg.norm(np.diff(way_mm, axis=0), axis=1).sum()) / COPY_MM)
+            shape = places, round(np.linalg.norm(np.diff(way_mm, axis=0), axis=1).sum() / COPY_MM)
             left_out["lines of no length"] += len(places) < 2
             left_out["exact copies of lines"] += shape in ways
             if len(places) > 1:
@@ -153,11 +168,9 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
     """
     if not path.is_file():
         raise InputError(f"{path}: no such drawing.")
-    if path.suffix.lower() == ".dwg":
-        raise InputError(f"{path}: DWG is not read; save the drawing as DXF.")
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; save only the crack's layers.")
-    entities, hidden = dict[str, list[Any]](), dict[str, str]()
+    entities = dict[str, list[Any]]()
     try:
         # ezdxf's recovering reader would silently read 53.Q3 as 53.
         document = ezdxf.filemanagement.readfile(path)
@@ -166,9 +179,7 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
             if number == MOST_ENTITIES:
                 raise ValueError(f"it has over {MOST_ENTITIES} parts: save only the crack's layers")
             entities.setdefault(layer.upper(), []).append(entity)
-        for layer in document.layers:
-            off = "switched off" if layer.is_off() else "frozen" if layer.is_frozen() else ""
-            hidden[layer.dxf.name.upper()] = off and f"lines on a layer that is {off}"
+        hidden = {layer.dxf.name.upper() for layer in document.layers if layer.is_off() or layer.is_frozen()}
     except InputError:
         raise
     except Exception as fault:  # ezdxf raises many types of errors for a damaged drawing.
@@ -213,4 +224,131 @@ def _is_line(entity: Any) -> bool:
 
 def _closes(way_mm: Floats) -> bool:
     """Return True if the last point of a line repeats its first."""
-    return len(way_mm) > 3 and float(np.linalg.norm(way_mm[0] - way_mm[-1])) <= MEETS_MM
+    return len(way_mm) > 3 and bool(np.linalg.norm(way_mm[0] - way_mm[-1]) <= MEETS_MM)
+
+
+def drawn_crack(
+    drawing: Drawing,
+    *,
+    outline: str | None = None,
+    walls: tuple[str, str] | None = None,
+    line: tuple[str, float] | None = None,
+) -> Given:
+    """Return the crack inside an ``outline``, between ``walls``, or along a ``line`` with a width in mm.
+
+    Without any of them it is inside the closed line of the layer OUTLINE, and outside those of the layer ISLANDS. A
+    rectangle on the layer FACE is the edge of the sample, and its lower left corner the origin. Notes are added to the
+    drawing. Raises InputError if a layer is missing or its lines are of the wrong kind, and ShapeError if the lines
+    bound no crack.
+    """
+    face_mm, origin_mm = _face(drawing) if FACE in drawing.entities else (None, np.zeros(2))
+    if line is not None:
+        line_mm = _way(drawing, line[0])
+        _require_size(drawing, line_mm)
+        name = f"{drawing.file}, layer {line[0]}"
+        given = outline_of_line(line_mm - origin_mm, np.array([[0.0, line[1]]]), face_mm, name)
+    else:
+        edge_mm, stones_mm = _edge(drawing, outline, walls)
+        _require_size(drawing, edge_mm)
+        region, warnings = traced_region(edge_mm, stones_mm)
+        drawing.notes += warnings
+        region = region.translate((-origin_mm[0], -origin_mm[1]))
+        given = outline_within(region, face_mm, str(drawing.file))
+    size = _size(given[0].outline_mm)
+    text = f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {size}"
+    drawing.notes.append(Fact("drawing.unit", text, drawing.unit))
+    return given
+
+
+def _edge(drawing: Drawing, outline: str | None, walls: tuple[str, str] | None) -> tuple[Floats, list[Floats]]:
+    """Return the crack's edge as a ring, and the rings of its stones."""
+    if walls is not None:
+        one_mm, other_mm = (_way(drawing, layer) for layer in walls)
+        return np.vstack([one_mm, same_way(one_mm, other_mm)[::-1]]), []
+    edge_mm, *stones_mm = _rings(drawing, outline or OUTLINE)
+    if outline is None and ISLANDS in drawing.entities:
+        stones_mm += _rings(drawing, ISLANDS)
+    _require_stones(drawing, edge_mm, stones_mm)
+    return edge_mm, stones_mm
+
+
+def sample_obj(outline: Outline, depth_mm: float) -> bytes:
+    """Return a mesh of the sample with upright walls and a level floor, in the text format OBJ, which keeps digits."""
+    shape = CrackShape(depth_mm=depth_mm, tilt="vertical")
+    mesh = carve(lay_out(outline, shape, 0.0), shape, ()).to_mesh64()
+    solid = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
+    return str(solid.export(file_type="obj", digits=9)).encode()
+
+
+def _face(drawing: Drawing) -> tuple[Box, Floats]:
+    """Return the sample's face, from (0, 0), and its lower left corner in the drawing. Raises InputError if unfit."""
+    ring_mm, *others = _rings(drawing, FACE)
+    low, high = ring_mm.min(axis=0), ring_mm.max(axis=0)
+    x, y = high - low
+    if others or signed_area(ring_mm) < x * y - BESIDE_MM2:
+        raise InputError(
+            f"{drawing.file}, layer {FACE}: {1 + len(others)} closed lines, the largest {_size(ring_mm)}; "
+            "expected one rectangle along x and y, the edge of the sample. Draw it so, or put it on another layer."
+        )
+    return (0.0, 0.0, float(x), float(y)), low
+
+
+def _rings(drawing: Drawing, name: str) -> list[Floats]:
+    """Return the closed lines of a layer, the largest first, counter-clockwise.
+
+    Raises InputError for an open line.
+    """
+    rings_mm, opened = drawing.lines(name)
+    if opened:
+        raise InputError(
+            f"{drawing.file}, layer {name}: {len(opened)} open lines: {drawing.gap(opened)}. Close the edge there."
+        )
+    rings_mm = [ring_mm[:: 1 if signed_area(ring_mm) > 0 else -1] for ring_mm in rings_mm]
+    return sorted(rings_mm, key=signed_area, reverse=True)
+
+
+def _require_stones(drawing: Drawing, edge_mm: Floats, stones_mm: Sequence[Floats]) -> None:
+    """Raise InputError for a stone that is not inside the crack's edge, or that overlaps another one."""
+    free = CrossSection([edge_mm])
+    for ring_mm in stones_mm:
+        stone = CrossSection([ring_mm], FillRule.NonZero)
+        if (stone - free).area() > BESIDE_MM2:
+            raise InputError(
+                f"{drawing.file}: the closed line at {_middle(drawing, ring_mm)} is not inside the crack's edge, the "
+                f"closed line at {_middle(drawing, edge_mm)}, or overlaps another one in it. Lines inside the edge are "
+                "stones, and a trial has one crack. Put each crack on a layer of its own and give it as --outline."
+            )
+        free -= stone
+
+
+def _way(drawing: Drawing, name: str) -> Floats:
+    """Return the one open line of a layer. Raises InputError if there are several lines, or one that is closed."""
+    rings_mm, lines_mm = drawing.lines(name)
+    if rings_mm or len(lines_mm) > 1:
+        gap = f"; {drawing.gap(lines_mm)}" if lines_mm else ""
+        raise InputError(
+            f"{drawing.file}, layer {name}: {len(rings_mm)} closed lines and {len(lines_mm)} open ones{gap}. Draw one "
+            "open line from end to end, once."
+        )
+    return lines_mm[0]
+
+
+def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
+    """Raise InputError for a crack that is too short or too long. A wrong unit may be the cause."""
+    longest_mm = np.ptp(crack_mm, axis=0).max()
+    if LEAST_CRACK_MM <= longest_mm <= MOST_MM:
+        return
+    fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest_mm * MM[unit] / MM[drawing.unit] <= MOST_MM]
+    remedy = f"Give --units {' or '.join(fitting)} if it is drawn in that unit." if fitting else "Draw it to scale."
+    raise InputError(
+        f"{drawing.file}: the crack is {_size(crack_mm)}; {LEAST_CRACK_MM:g} to {MOST_MM:g} mm are expected. "
+        f"The unit is {drawing.unit}, {drawing.unit_source}. {remedy}"
+    )
+
+
+def _size(points_mm: Floats) -> str:
+    return "{:.4g} x {:.4g} mm".format(*np.ptp(points_mm, axis=0))
+
+
+def _middle(drawing: Drawing, ring_mm: Floats) -> str:
+    return drawing.place((ring_mm.min(axis=0) + ring_mm.max(axis=0)) / 2)

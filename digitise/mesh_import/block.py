@@ -1,17 +1,18 @@
-"""The face of an imported mesh, and the rectangular block below it."""
+"""One closed body of a mesh, its face, and the rectangular block below it; or a refusal with the place of the fault."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from manifold3d import Manifold
+from manifold3d import Error, Manifold, Mesh64
 from scipy.spatial.transform import Rotation
 
-from digitise.geometry.mesh_topology import normals
+from digitise.geometry.mesh_topology import edge_fault, mesh_volume_mm3, normals
 from digitise.geometry.polyline import Box
 from digitise.geometry.region import box_region, prism
-from digitise.mesh_import.closed_body import require_whole
+from digitise.solid.float_mesh import welded, without_needles
 from sealtwin.core.errors import ShapeError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Integers
 
 # Limits of the search for a sample's face and sides.
@@ -34,6 +35,10 @@ ROUNDING_MM = 1e-6  # Distance behind the median that is rounding of a plane sid
 MOST_OPENING = 0.5  # Largest share of a side's lines that may meet a crack
 MOST_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers, rough sides are less
 TRIM_MM = 0.01  # Depth cut off a side that is not plane, so that the cut is in material without slivers
+EQUAL_DIGITS = 8  # Decimals of mm to which vertices are one: a text format may round its last digit
+LOOSE = 0.01  # Share of the sample's volume below which another closed surface is a crumb or a pore
+LOST = 1e-7  # Largest share of a body's volume that reading or cutting it may lose
+MEND = "Repair it in a mesh program (close holes, remove doubled parts, unite bodies), and export it again."
 
 
 @dataclass(frozen=True)
@@ -93,8 +98,8 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
             up *= np.sign(up[2])
             away_mm = (near_mm - place_mm) @ up
             # The median is the face's roughness even if the points include the edge of a crack.
-            reach_mm = min(ROUGHEST_MM, max(4.5 * float(np.median(np.abs(away_mm))), 1e-9))
-        share = float((np.abs((points_mm - place_mm) @ up) <= ROUGHEST_MM).mean())
+            reach_mm = min(ROUGHEST_MM, max(4.5 * np.median(np.abs(away_mm)), 1e-9))
+        share = (np.abs((points_mm - place_mm) @ up) <= ROUGHEST_MM).mean()
         if share >= LEAST_SHARE and up[2] > STEEPEST:
             return FacePlane(up, place_mm, float(np.sqrt(np.mean(away_mm**2))))
     raise ShapeError(
@@ -129,7 +134,7 @@ def cut_block(body: Manifold, below_mm: float) -> Block:
     if rings := body.slice(-below_mm).to_polygons():
         # The smallest rectangle around a section has a side along one of its longest edges.
         (cosine, sine, _), *_ = trimesh.bounds.oriented_bounds_2D(np.vstack(rings))[0]
-        directions_deg.append((float(np.degrees(np.arctan2(sine, cosine))) + 45) % 90 - 45)
+        directions_deg.append((np.degrees(np.arctan2(sine, cosine)) + 45) % 90 - 45)
     blocks = list(filter(None, (_block_at(body, yaw_deg, below_mm) for yaw_deg in directions_deg)))
     if not blocks:
         raise ShapeError(
@@ -196,3 +201,53 @@ def _side(met_mm: Floats) -> float:
             side_mm = float(met_mm[on_side].max())
             return side_mm if side_mm == usual_mm else side_mm + TRIM_MM
     return np.inf
+
+
+def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers, tuple[Fact, ...]]:
+    """Join equal vertices, drop doubled and degenerate faces, and turn a mesh that is inside out.
+
+    Returns vertices, faces and notes. Raises ShapeError if no face is left.
+    """
+    vertices_mm, faces, alike = welded(vertices_mm, faces, EQUAL_DIGITS)
+    if not len(faces):
+        raise ShapeError("Mesh has no face with three corners apart from each other.", "Check its units.", "closed")
+    faces = faces[np.sort(np.unique(alike, return_index=True)[1])]
+    if mesh_volume_mm3(vertices_mm, faces) >= 0:
+        return vertices_mm, faces, ()
+    turned = doubt("mesh.inside-out", "the mesh was inside out: all its faces were turned")
+    return vertices_mm, faces[:, ::-1], (turned,)
+
+
+def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, tuple[Fact, ...]]:
+    """Return the enclosed body without crumbs and pores, and a note about those.
+
+    Raises ShapeError if the mesh is not closed, has no inside, or encloses several bodies.
+    """
+    body = Manifold(Mesh64(vertices_mm, without_needles(vertices_mm, faces).astype(np.uint64)))
+    if body.status() != Error.NoError:
+        fault = edge_fault(vertices_mm, faces) or f"Mesh is not a solid ({body.status().name})."
+        raise ShapeError(fault, MEND, "closed")
+    require_whole(body.volume(), mesh_volume_mm3(vertices_mm, faces))
+    *others, sample = sorted(body.decompose(), key=Manifold.volume) or [Manifold()]
+    if not sample.volume() > 0:
+        raise ShapeError("Mesh encloses no volume.", MEND, "closed")
+    if large := [piece for piece in others if abs(piece.volume()) >= LOOSE * sample.volume()]:
+        listed = ", ".join(map(_described, [sample, *reversed(large)]))
+        raise ShapeError(f"Mesh has {1 + len(large)} separate bodies: {listed}.", "Save the sample alone.", "closed")
+    if not others:
+        return sample, ()
+    crumbs = f"{len(others)} loose crumbs or closed pores of the mesh were left out"
+    return sample, (doubt("mesh.crumbs", crumbs, len(others)),)
+
+
+def require_whole(parts_mm3: float, whole_mm3: float) -> None:
+    """Raise ShapeError if volumes differ: Manifold may move triangles if others are lower than its rounding."""
+    if abs(parts_mm3 - whole_mm3) > LOST * abs(whole_mm3):
+        wrong = "Mesh cannot be cut without loss: it crosses itself, or has triangles without height."
+        raise ShapeError(wrong, MEND, "cut")
+
+
+def _described(body: Manifold) -> str:
+    low_mm, high_mm = np.reshape(body.bounding_box(), (2, 3))
+    size = " x ".join(f"{side:.4g}" for side in high_mm - low_mm)
+    return f"{size} mm around ({', '.join(f'{middle:.4g}' for middle in (low_mm + high_mm) / 2)})"

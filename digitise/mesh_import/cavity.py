@@ -1,25 +1,34 @@
-"""The crack in a block: cavity, mouth, picture for reports, outline, and a given path."""
+"""The crack in a block: cavity, mouth, picture for reports, a given path, and the sections along the crack.
 
+The walls may have any shape. The cavity is cut level by level. Each cell of a cut belongs to the place along the crack
+whose line from wall to wall is nearest. So the sections add up to the cavity, also at oblique ends and in sharp bends.
+Planes square to the centreline would miss some of it there, or meet other parts of the crack.
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from manifold3d import CrossSection, JoinType, Manifold
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
-from digitise.geometry.polyline import at_arc_length, resampled, signed_area
+from digitise.geometry.polyline import Box, at_arc_length, resampled, signed_area
 from digitise.geometry.region import box_region, prism
+from digitise.image.raster import Map
 from digitise.mesh_import.block import Block, parted
-from digitise.mesh_import.cavity_sections import seen_from_above, strip_width_mm
-from digitise.mesh_import.mouth_line import MouthLine
 from digitise.photo import Photo
+from digitise.scale.view import View
 from digitise.settings import MeshUnit
-from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.arc_length import arc_length, arc_length_at
+from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.number_tables import read_columns
-from sealtwin.core.records import Floats, Outline
+from sealtwin.core.records import Floats, Outline, Sections
 
 # Limits of the choice of an opening, sizes of the picture, and limits of a given path.
 #
@@ -37,6 +46,17 @@ MOST_POINTS, FARTHEST_MM = 20_000, 1e6  # Limits of a path file
 MOST_BESIDE = 0.05  # Largest share of a given line, between entry and exit, that may be beside the crack
 WHOLE = 0.9  # Least share of the mouth that a line along the whole crack covers: oblique ends take some
 SPACING_MM = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
+# Of the sections along the crack, and of the picture.
+STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints
+MOST_STATIONS = 400  # Most sections: more would take minutes on a long crack
+FROM_END = 0.01  # Distance of the first and last cut of the floor from the crack's ends, in spacings of sections
+LEVELS = 48  # Layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is placed within 0.2 mm
+ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
+ACROSS_PX = 40  # Pixels over a crack's width: a given path enters the mouth within a fortieth of it
+LARGEST_PX = 12_000_000  # Largest picture, that of a phone
+MOST_LINES = 4000  # Most lines from wall to wall
+SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
+APART = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
 
 
 AS_READ = "It is read as x and y in mm, in the mesh's own axes turned upright."
@@ -118,45 +138,41 @@ def _inside(region: CrossSection, points_mm: Floats) -> NDArray[np.bool_]:
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
-    """Draw the crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers."""
-    low, high = np.reshape(cavity.mouth.bounds(), (2, 2)) + np.array([[-ROUND_MM], [ROUND_MM]])
-    width_mm = strip_width_mm(cavity.mouth)
-    view, mm_per_px, in_mouth = seen_from_above(cavity.mouth, width_mm, low, high)
-    if width_mm < LEAST_ACROSS_PX * mm_per_px:
+    """Draw the mouth of a modelled crack. Raises ShapeError if it is too narrow for its length."""
+    width_mm, source = strip_width_mm(cavity.mouth), f"mesh in {units}: {file.name}"
+    photo = top_view(cavity.mouth, width_mm, block.face_mm, file, source, cavity.warnings)
+    if width_mm < LEAST_ACROSS_PX * photo.mm_per_px:
+        x, y = np.ptp(np.reshape(cavity.mouth.bounds(), (2, 2)), axis=0)
         raise ShapeError(
-            f"The crack is {width_mm:.3f} mm wide and extends over {high[0] - low[0]:.0f} x {high[1] - low[1]:.0f} "
-            "mm: it is too narrow to be followed.",
+            f"The crack is {width_mm:.3f} mm wide and extends over {x:.0f} x {y:.0f} mm: it is too narrow to be "
+            "followed.",
             "Crop the mesh to a shorter piece.",
             "narrow",
         )
-    grey = FACE_GREY + in_mouth * (MOUTH_GREY - FACE_GREY)
+    return photo
+
+
+def top_view(
+    mouth: CrossSection,
+    width_mm: float,
+    face_mm: Box | None,
+    file: Path,
+    source: str,
+    warnings: tuple[Fact, ...] = (),
+) -> Photo:
+    """Draw a crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers."""
+    low, high = np.reshape(mouth.bounds(), (2, 2)) + np.array([[-ROUND_MM], [ROUND_MM]])
+    view, mm_per_px, crack = seen_from_above(mouth, width_mm, low, high)
+    grey = FACE_GREY + crack * (MOUTH_GREY - FACE_GREY)
     return Photo(
         file=file,
         image=np.repeat(grey.round().astype(np.uint8)[:, :, None], 3, axis=2),
-        brightness=1.0 - in_mouth,
+        brightness=1.0 - crack,
         view=view,
-        face_mm=block.face_mm,
+        face_mm=face_mm,
         mm_per_px=mm_per_px,
-        scale_source=f"mesh in {units}: {file.name}",
-        drawn=in_mouth > 0.5,
-        warnings=cavity.warnings,
-    )
-
-
-def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
-    """Return the outline of the crack along a line through its mouth; its ring is the rim of the mouth."""
-    ring, *islands = sorted(map(np.asarray, cavity.mouth.to_polygons()), key=signed_area, reverse=True)
-    return Outline(
-        **photo.in_both_units(
-            centreline=line.centreline_mm, left_wall=line.left_mm, right_wall=line.right_mm, outline=ring
-        ),
-        ends=line.ends,
-        **photo.facts_of_outline,
-        path_source="mesh",
-        warnings=(*cavity.warnings, *line.warnings),
-        islands_mm=tuple(islands),
-        branches_mm=line.side_lines_mm,
-        branches_kept=bool(line.side_lines_mm),
+        scale_source=source,
+        warnings=warnings,
     )
 
 
@@ -166,8 +182,7 @@ def read_path(path: Path) -> Floats:
     bounds = {"x_mm": limits_mm, "y_mm": limits_mm, "z_mm": limits_mm}
     columns = read_columns(path, bounds, ("x_mm", "y_mm"), (2, MOST_POINTS))
     points_mm = np.column_stack([columns["x_mm"], columns["y_mm"]])
-    points_mm = points_mm[np.append(True, (np.diff(points_mm, axis=0) != 0).any(axis=1))]
-    if len(points_mm) < 2:
+    if not np.ptp(points_mm, axis=0).any():
         raise InputError(f"{path}: 1 different point; a path needs two or more.")
     return points_mm
 
@@ -177,7 +192,7 @@ def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
     even_mm = resampled(line_mm, SPACING_MM)
     inside = _inside(mouth, even_mm)
     first, last = np.flatnonzero(inside)[[0, -1]] if inside.any() else (0, 0)
-    beside = 1 - float(inside[first : last + 1].mean())
+    beside = 1 - inside[first : last + 1].mean()
     if first == last or beside > MOST_BESIDE:
         wrong = f"The given path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%})."
         raise ShapeError(wrong, AS_READ, "path")
@@ -187,14 +202,13 @@ def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
 def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
     """Return the outline with the given line as its centreline."""
     middle_s_mm = np.maximum.accumulate(arc_length_at(line_mm, outline.centreline_mm).clip(0, outline.length_mm))
-    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
-    left_mm, right_mm = np.hsplit(at_arc_length(walls_mm, outline.s_mm, middle_s_mm), 2)
+    left_mm, right_mm = _walls_at(outline, middle_s_mm)
     given = replace(
         outline,
         **photo.in_both_units(centreline=line_mm, left_wall=left_mm, right_wall=right_mm),
         path_source="line",
     )
-    followed = given.mean_width_mm * given.length_mm / (np.asarray(photo.drawn).sum() * photo.mm_per_px**2)
+    followed = given.mean_width_mm * given.length_mm / ((photo.brightness < 0.5).sum() * photo.mm_per_px**2)
     if followed < WHOLE:
         text = (
             f"the given path, {given.length_mm:.1f} mm long, follows {100 * followed:.0f} % of the crack's mouth: "
@@ -203,3 +217,107 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
         )
         given = replace(given, warnings=(*given.warnings, doubt("mesh.path-short", text, followed)))
     return given
+
+
+def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
+    """Return the sections of the cavity along the outline, without side cracks and parts beyond its ends."""
+    length_mm = outline.length_mm
+    s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MOST_STATIONS)) + 1)
+    (*low_mm, bottom_mm), (*high_mm, _) = np.reshape(cavity.bounding_box(), (2, 3)).tolist()
+    size_mm = np.subtract(high_mm, low_mm)
+    cell_mm = max(outline.mean_width_mm / ACROSS, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
+    origin_mm = np.array(low_mm) - cell_mm
+    width, height = (int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
+    levels_mm = np.linspace(bottom_mm, 0.0, LEVELS + 1)
+    layers = [
+        covered(cavity.slice(middle), lambda ring_mm: (ring_mm - origin_mm) / cell_mm, (width, height))
+        for middle in (levels_mm[1:] + levels_mm[:-1]) / 2
+    ]
+    rows, columns = np.nonzero(np.max(layers, axis=0))
+    cells_mm = origin_mm + cell_mm * np.column_stack([columns, rows])
+    at_mm, main = _places(cells_mm, outline, cell_mm)
+    cells = np.array([layer[rows, columns] for layer in layers]) * cell_mm**2
+    # Each cell is shared between both sections beside it, so that areas are linear between sections.
+    step_mm = s_mm[1]
+    before = np.clip((at_mm[main] / step_mm).astype(int), 0, len(s_mm) - 2)
+    share = at_mm[main] / step_mm - before
+    spacing_mm = np.full(len(s_mm), step_mm)
+    spacing_mm[[0, -1]] /= 2
+    to_sections = coo_array(
+        (np.append(1 - share, share), (np.append(before, before + 1), np.tile(np.flatnonzero(main), 2))),
+        shape=(len(s_mm), len(main)),
+    )
+    below_mm2 = np.zeros((len(s_mm), LEVELS + 1))
+    below_mm2[:, 1:] = np.cumsum(to_sections @ cells.T / spacing_mm[:, None], axis=1) * (levels_mm[1] - levels_mm[0])
+    return Sections(s_mm, _depths_mm(cavity, outline, s_mm), below_mm2[:, -1], levels_mm, below_mm2)
+
+
+def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: tuple[int, int]) -> Floats:
+    """Return the share of each cell that a region covers, (rows, columns). ``to_cells`` maps to (column, row)."""
+    share = np.zeros(shape[::-1])
+    for ring in map(np.asarray, region.to_polygons()):
+        # Islands run clockwise.
+        share += np.sign(signed_area(ring)) * coverage(to_cells(ring), shape)
+    return np.clip(share, 0.0, 1.0)
+
+
+def strip_width_mm(region: CrossSection) -> float:
+    """Return the width of a long strip: twice its area over its rim."""
+    rings = (np.asarray(ring, dtype=float) for ring in region.to_polygons())
+    return 2 * region.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
+
+
+def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Floats) -> tuple[View, float, Map]:
+    """Return the view of a picture between two corners, its mm/px, and the share of each pixel that a mouth covers."""
+    mm_per_px = max(width_mm / ACROSS_PX, float(np.sqrt(np.prod(high - low) / LARGEST_PX)))
+    view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
+    width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
+    return view, mm_per_px, covered(mouth, view.to_px, (width_px, height_px)).astype(np.float32)
+
+
+def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the arc length of each cell, (n,), and True for cells of the main crack.
+
+    A cell beside the mouth, below an undercut wall, belongs to the nearest cell in the mouth.
+    """
+    fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
+    left_mm, right_mm = _walls_at(outline, fine_mm)
+    share = np.linspace(0.0, 1.0, ACROSS + 1)
+    lines_mm = left_mm[:, None] + share[:, None] * (right_mm - left_mm)[:, None]
+    pace, lines_mm = (each.reshape(-1, 2) for each in (np.gradient(lines_mm, fine_mm, axis=0), lines_mm))
+    in_mouth = points_in_poly(cells_mm, outline.outline_mm)
+    if not in_mouth.any():
+        in_mouth[:] = True
+    places_mm = cells_mm[in_mouth]
+    away_mm, near = KDTree(lines_mm).query(places_mm)
+    # Interpolated from the nearest line by the pace of the lines there.
+    onward_mm = ((places_mm - lines_mm[near]) * pace[near]).sum(axis=1) / (pace[near] ** 2).sum(axis=1).clip(min=SLOW)
+    at_mm = fine_mm[np.asarray(near) // len(share)] + onward_mm.clip(-fine_mm[1], fine_mm[1])
+    # A cell that is cut in half at an end belongs to both sides.
+    main = (away_mm <= APART * outline.mean_width_mm) & (np.abs(at_mm - fine_mm[-1] / 2) < (fine_mm[-1] + step_mm) / 2)
+    nearest = KDTree(places_mm).query(cells_mm)[1]
+    return at_mm[nearest].clip(0.0, fine_mm[-1]), main[nearest]
+
+
+def _walls_at(outline: Outline, s_mm: Floats) -> Sequence[Floats]:
+    """Return the left and the right wall at arc lengths, (n, 2) each."""
+    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
+    return np.hsplit(at_arc_length(walls_mm, outline.s_mm, s_mm), 2)
+
+
+def _depths_mm(cavity: Manifold, outline: Outline, s_mm: Floats) -> Floats:
+    """Return the depth of the cavity at each station, (n,), in the vertical plane from wall to wall."""
+    end_mm = FROM_END * s_mm[1]
+    walls_mm = _walls_at(outline, np.clip(s_mm, end_mm, s_mm[-1] - end_mm))
+    return np.array([_depth_mm(cavity, *ends_mm) for ends_mm in zip(*walls_mm, strict=True)])
+
+
+def _depth_mm(cavity: Manifold, left_mm: Floats, right_mm: Floats) -> float:
+    """Return the depth of the cavity below a line from wall to wall, without other parts of the crack in its plane."""
+    x, y = left_mm - right_mm
+    moved = cavity.translate((*-right_mm, 0.0)).rotate((0.0, 0.0, -np.degrees(np.arctan2(y, x))))
+    # A tip that the plane only touches leaves a piece without bounds.
+    pieces = [
+        piece.bounds() for piece in moved.rotate((-90.0, 0.0, 0.0)).slice(0.0).decompose() if not piece.is_empty()
+    ]
+    return max((-low for start, low, end, _ in pieces if start <= np.hypot(x, y) and end >= 0), default=0.0)

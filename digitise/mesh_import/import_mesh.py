@@ -11,11 +11,17 @@ from scipy.spatial.transform import Rotation
 from digitise.geometry.mesh_topology import examine_mesh, normals
 from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region, prism
-from digitise.mesh_import.block import STEEPEST, Block, FacePlane, cut_block, find_face
-from digitise.mesh_import.cavity import Cavity, along, find_cavity, in_mouth, outline_of, photograph, read_path
-from digitise.mesh_import.cavity_sections import cavity_sections
-from digitise.mesh_import.closed_body import MEND, closed_body, one_surface
-from digitise.mesh_import.mouth_line import line_of_mouth
+from digitise.mesh_import.block import MEND, STEEPEST, Block, FacePlane, closed_body, cut_block, find_face, one_surface
+from digitise.mesh_import.cavity import (
+    Cavity,
+    along,
+    cavity_sections,
+    find_cavity,
+    in_mouth,
+    photograph,
+    read_path,
+)
+from digitise.mesh_import.mouth_line import line_of_mouth, outline_of
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
 from digitise.solid.dams import NEAR_MM, dam_box, label_sides, plate_over
@@ -27,14 +33,14 @@ from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
 
 MM: dict[MeshUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-# Rotations about x, then y, then z, that turn the axis out of the face to z
+# Rotations about x and then y that turn the axis out of the face to z
 UPRIGHT_DEG = {
-    "z": (0, 0, 0),
-    "-z": (180, 0, 0),
-    "y": (90, 0, 0),
-    "-y": (-90, 0, 0),
-    "x": (-90, -90, 0),
-    "-x": (0, 90, 0),
+    "z": (0, 0),
+    "-z": (180, 0),
+    "y": (90, 0),
+    "-y": (-90, 0),
+    "x": (-90, -90),
+    "-x": (0, 90),
 }
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
 LEAST_TURN_DEG = 0.005  # Least turn of a block that a note names
@@ -84,12 +90,10 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
         line_mm = trimesh.transform_points(given_mm, placed)[:, :2]
     cavity = find_cavity(block, plane.below_mm, line_mm)
     photo = photograph(block, cavity, path, settings.units)
-    if line_mm is None:
-        outline = outline_of(line_of_mouth(cavity.mouth, block.face_mm), cavity, photo)
-    else:
-        line_mm = in_mouth(cavity.mouth, line_mm)
-        outline = outline_of(line_of_mouth(cavity.mouth, block.face_mm, line_mm[[0, -1]]), cavity, photo)
-        outline = along(outline, photo, line_mm)
+    line_mm = None if line_mm is None else in_mouth(cavity.mouth, line_mm)
+    line = line_of_mouth(cavity.mouth, block.face_mm, None if line_mm is None else line_mm[[0, -1]])
+    outline = outline_of(line, cavity.mouth, photo, "mesh")
+    outline = outline if line_mm is None else along(outline, photo, line_mm)
     origin = MeshOrigin(
         file=path.name,
         triangles_read=triangles,
@@ -105,7 +109,7 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
 def upright(settings: MeshInput) -> Floats:
     """Return the transform (4, 4) from the file's numbers to mm with the face's normal upward."""
     placed = np.eye(4)
-    turn = Rotation.from_euler("xyz", UPRIGHT_DEG[settings.up], degrees=True).as_matrix()
+    turn = Rotation.from_euler("xy", UPRIGHT_DEG[settings.up], degrees=True).as_matrix()
     placed[:3, :3] = MM[settings.units] * np.rint(turn)
     return placed
 

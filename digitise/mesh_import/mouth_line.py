@@ -32,11 +32,12 @@ from digitise.geometry.polyline import (
     to_left,
     unit,
 )
-from digitise.mesh_import.cavity_sections import seen_from_above, strip_width_mm
+from digitise.mesh_import.cavity import seen_from_above, strip_width_mm
+from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Floats, Integers, Outline, PathSource
 from sealtwin.core.solid_figures import EndKind
 
 # Limits of the line along a mouth. Lengths without a unit are in widths of the crack.
@@ -114,12 +115,29 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
         _end_before(ring_mm, way_mm, width_mm, face_mm, between_mm is None) for way_mm in (path_mm, path_mm[::-1])
     )
     right_mm, left_mm = _stretch(ring_mm, first.leaves, last.arrives), _stretch(ring_mm, last.leaves, first.arrives)
-    tips_mm = [_at(ring_mm, np.array(end.tip)) for end in (first, last)]
+    tips_mm = [_at(ring_mm, end.tip) for end in (first, last)]
     lines_mm = _middle(left_mm[::-1], right_mm, tips_mm, width_mm)
     _require_swept(lines_mm)
     centre_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
     side_lines_mm, warnings = _side_lines(arms, centre_mm)
     return MouthLine(centre_mm, left_mm, right_mm, (first.kind, last.kind), side_lines_mm, warnings)
+
+
+def outline_of(line: MouthLine, mouth: CrossSection, photo: Photo, source: PathSource) -> Outline:
+    """Return the outline of the crack along a line through its mouth; its ring is the rim of the mouth."""
+    ring_mm, *islands_mm = sorted(map(np.asarray, mouth.to_polygons()), key=signed_area, reverse=True)
+    return Outline(
+        **photo.in_both_units(
+            centreline=line.centreline_mm, left_wall=line.left_mm, right_wall=line.right_mm, outline=ring_mm
+        ),
+        ends=line.ends,
+        **photo.facts_of_outline,
+        path_source=source,
+        warnings=(*photo.warnings, *line.warnings),
+        islands_mm=tuple(islands_mm),
+        branches_mm=line.side_lines_mm,
+        branches_kept=bool(line.side_lines_mm),
+    )
 
 
 def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Floats, ...], tuple[Fact, ...]]:
@@ -144,7 +162,7 @@ def _require_swept(lines_mm: Floats) -> None:
     between_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
     ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
     across_mm = (across_mm[1:] + across_mm[:-1]) / 2
-    swept_mm2 = float(np.abs(cross(ahead_mm, across_mm)).sum())
+    swept_mm2 = np.abs(cross(ahead_mm, across_mm)).sum()
     if abs(swept_mm2 - between_mm2) > UNSWEPT * between_mm2:
         raise ShapeError(
             f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} "
@@ -170,7 +188,7 @@ def _rough_path(outer: CrossSection, between_mm: Floats | None) -> tuple[Floats,
         nearest = KDTree(cells).query(view.to_px(between_mm)[:, ::-1])[1]
         cost = np.where(region, 1 / np.maximum(to_rim, 1), -1)
         way = np.array(route_through_array(cost, *cells[nearest])[0])
-    width_mm = max(2 * float(np.median(to_rim[tuple(way.T)])) - 1, 1.0) * mm_per_px
+    width_mm = max(2 * np.median(to_rim[tuple(way.T)]) - 1, 1.0) * mm_per_px
     return resampled(view.to_mm(way[:, ::-1].astype(float)), width_mm / ACROSS), width_mm
 
 
@@ -196,8 +214,8 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
         if first_mm < width_mm / 2 or last_mm > s_mm[-1] - width_mm / 2:
             continue
         chord_mm = room_mm[-1] - room_mm[0]
-        mouth_mm = max(float(np.linalg.norm(chord_mm)), width_mm / ACROSS)
-        depth_mm = float(np.abs(cross(room_mm - room_mm[0], chord_mm)).max()) / mouth_mm
+        mouth_mm = max(np.linalg.norm(chord_mm), width_mm / ACROSS)
+        depth_mm = np.abs(cross(room_mm - room_mm[0], chord_mm)).max() / mouth_mm
         around_mm = np.array([first_mm - width_mm, first_mm, last_mm, last_mm + width_mm])
         before_mm, _, after_mm = np.diff(at_arc_length(path_mm, s_mm, around_mm), axis=0)
         if depth_mm > (DEEP if unit(before_mm) @ unit(after_mm) > 0.5 else DEEP_AT_BEND) * mouth_mm:
@@ -219,9 +237,9 @@ def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box,
     inner = min(inner, len(path_mm) - 1)
     aside = to_left(unit(path_mm[begin] - path_mm[inner]))
     sides = [[_exit(ring_mm, path_mm[number], turn * aside)[1] for turn in (-1, 1)] for number in (begin, inner)]
-    near_mm, far_mm = (_at(ring_mm, np.array(places)).mean(axis=0) for places in sides)
+    near_mm, far_mm = (_at(ring_mm, places).mean(axis=0) for places in sides)
     distance_mm, place = _exit(ring_mm, near_mm, unit(near_mm - far_mm))
-    end_mm = _at(ring_mm, np.array([place]))[0]
+    end_mm = _at(ring_mm, [place])[0]
     side = nearest_side(end_mm, face_mm)
     if abs(end_mm[side % 2] - face_mm[side]) < ON_SIDE_MM:
         beside, edge = np.abs(ring_mm[:, side % 2] - face_mm[side]) < ON_SIDE_MM, int(place) + 1
@@ -235,7 +253,7 @@ def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box,
 
 def _corner(ring_mm: Floats, begin: float, end: float) -> float:
     """Return the place on the ring, between two others, that is farthest from the straight line between them."""
-    points_mm = _stretch(ring_mm, begin, end) - _at(ring_mm, np.array([begin]))
+    points_mm = _stretch(ring_mm, begin, end) - _at(ring_mm, [begin])
     corner = int(np.abs(cross(points_mm, points_mm[-1])).argmax())
     return (int(begin) + corner) % len(ring_mm) if corner else begin
 
@@ -251,10 +269,10 @@ def _exit(ring_mm: Floats, place_mm: Floats, ahead: Floats) -> tuple[float, floa
     return float(away_mm[first]), first + float(share[first])
 
 
-def _at(ring_mm: Floats, places: Floats) -> Floats:
+def _at(ring_mm: Floats, places: Sequence[float] | Floats) -> Floats:
     """Return places on the ring in mm. A number beyond its last corner continues on the next round."""
     twice_mm = np.vstack([ring_mm, ring_mm, ring_mm[:1]])
-    return at_arc_length(twice_mm, np.arange(len(twice_mm), dtype=float), places)
+    return at_arc_length(twice_mm, np.arange(len(twice_mm), dtype=float), np.asarray(places, dtype=float))
 
 
 def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:

@@ -5,9 +5,8 @@ from operator import attrgetter
 
 import numpy as np
 
-from digitise.robots.cell import LANGUAGES, RobotCell, RobotFrame, fit_frame
+from digitise.robots.cell import LANGUAGES, PumpTable, RobotCell, RobotFrame, fit_frame
 from digitise.robots.programs import EVEN
-from digitise.robots.pump import PumpTable
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Trajectory
@@ -102,13 +101,20 @@ class RobotPath:
         way_mm = np.concatenate([[0.0], np.cumsum(self.trajectory.given_mm3)]) / plunger.area_mm2
         speed_mm_s = self.trajectory.flow_mm3_s.max() / plunger.area_mm2
         needed_mm = way_mm[-1] + held_mm3 / plunger.area_mm2
-        travel = f"the path needs {needed_mm:.1f} mm of the plunger"
-        speed = f"the path needs {speed_mm_s:.3g} mm/s of the plunger"
-        refill = "Fill the syringe, or digitise with a smaller path.volume_ml or path.fill."
-        slower = "Digitise with a lower path.speed_mm_s."
         self.require(
-            self.limit("plunger.travel_mm", needed_mm, travel, refill),
-            self.limit("plunger.largest_speed_mm_s", speed_mm_s, speed, slower, ROUNDING),
+            self.limit(
+                "plunger.travel_mm",
+                needed_mm,
+                f"the path needs {needed_mm:.1f} mm of the plunger",
+                "Fill the syringe, or digitise with a smaller path.volume_ml or path.fill.",
+            ),
+            self.limit(
+                "plunger.largest_speed_mm_s",
+                speed_mm_s,
+                f"the path needs {speed_mm_s:.3g} mm/s of the plunger",
+                "Digitise with a lower path.speed_mm_s.",
+                ROUNDING,
+            ),
         )
         return way_mm
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -79,6 +79,7 @@ class Scale:
     view: View  # The only mapping between pixels and millimetres
     mm_per_px: float  # Scale at the centre of the face, or else of the frame of markers or of the photo
     scale_source: str
+    unit: Literal["mm", "px"] = "mm"  # Of lengths in sentences; px, each as 1 mm, if the photo has no scale yet
     scale_residual_mm: float | None = None
     scale_uncertainty: float | None = None  # Relative standard uncertainty of a length; None if unknown
     camera_tilt_deg: float | None = None  # Between the camera's axis and the face's normal, if the photo shows it

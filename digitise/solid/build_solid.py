@@ -18,8 +18,7 @@ from digitise.solid.dams import (
 )
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
-from digitise.solid.sections import crack_sections
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer, crack_sections
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
@@ -189,7 +188,7 @@ def _mean_along(outline: Outline, values: Floats) -> float:
 def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
     """Return the depth at which the walls of a funnel at these angles meet: w / (tan left + tan right)."""
     funnel = shape.model_copy(update={"tilt": "funnel"})
-    closing = float(np.tan(np.radians(funnel.wall_angles_deg)).sum())
+    closing = np.tan(np.radians(funnel.wall_angles_deg)).sum()
     if closing == 0:
         return ClosingDepth(None, None, 0.0)
     depth_mm = outline.width_mm / closing

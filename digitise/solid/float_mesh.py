@@ -91,7 +91,7 @@ def _swept_mm3(vertices: Floats, faces: Integers, gone: int, target: int, limit_
     longest_mm = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     if (turned & (double_mm2 > limit_mm * longest_mm)).any():
         return np.inf
-    return float(np.abs(old @ (vertices[target] - vertices[gone])).sum()) / 6
+    return np.abs(old @ (vertices[target] - vertices[gone])).sum() / 6
 
 
 def without_needles(vertices_mm: Floats, faces: Integers) -> Integers:

@@ -67,7 +67,7 @@ class CrackEnd:
     def run_out(self) -> Floats:
         """Outward vector, scaled so that its component square to a flat end is one."""
         # An end oblique by more than 80 degrees is a side of the crack and needs no longer run-out.
-        return self.outward / max(float(self.facing @ self.outward), 0.17)
+        return self.outward / max((self.facing @ self.outward), 0.17)
 
     @property
     def to_left(self) -> Floats:
@@ -188,7 +188,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     def swept(part: CrossSection) -> CrossSection:
         """Return the room that a part of the crack takes at any depth, with some clearance."""
         part = part.simplify(CLEAR_MM / 4)
-        moved = [part.translate((float(x), float(y))) for x, y in steps_mm[:, None] * lean]
+        moved = [part.translate((x, y)) for x, y in steps_mm[:, None] * lean]
         return CrossSection.batch_boolean(moved, OpType.Add).offset(grown_mm, JoinType.Square)
 
     beyond_ends = [_beyond(end, traced, near_mm, (reach_mm, least_reach_mm), swept) for end in ends]
@@ -199,7 +199,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     if ((traced ^ block) - beyond).area() < PIECE_MM2:
         listed = ", ".join(f"{value:g}" for value in block_mm)
         raise InputError(f"No part of the crack is on the face, ({listed}) mm. Check ends_px and face_mm.")
-    breadth_mm = float(KDTree(outline.centreline_mm).query(np.vstack(traced.to_polygons()))[0].max())
+    breadth_mm = KDTree(outline.centreline_mm).query(np.vstack(traced.to_polygons()))[0].max()
     return Footprint(
         crack=crack,
         block_mm=block_mm,
@@ -215,7 +215,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
 def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> CrackEnd:
     """Return an open end with its corners where the outline meets the block's side."""
     side = nearest_side(end.centre_mm, block_mm)
-    away_mm = abs(float(end.centre_mm[side % 2]) - block_mm[side])
+    away_mm = abs(end.centre_mm[side % 2] - block_mm[side])
     if away_mm > width_mm:
         raise InputError(
             f"End {end.number + 1} is open but is {away_mm:.1f} mm inside the face. "
@@ -244,16 +244,16 @@ def _beyond(
     that only the tilt takes there. The shorter of the reaches is for those just beyond the end. Raises InputError if
     the crack touches its own end.
     """
-    (x, y), touching_mm2, width_mm = end.centre_mm, 0.0, float(np.linalg.norm(end.left_mm - end.right_mm))
+    (x, y), touching_mm2, width_mm = end.centre_mm, 0.0, np.linalg.norm(end.left_mm - end.right_mm)
     for reach_mm in reaches_mm:
         run_out = _strip(end.right_mm, end.left_mm, reach_mm * end.run_out)
         if end.kind == "open":
             return run_out, CrossSection()
-        oblique = float(np.linalg.norm(end.run_out))
+        oblique = np.linalg.norm(end.run_out)
         # The run-out of an oblique cut drifts sideways.
         side = reach_mm * (1 + oblique) * end.across
         stopper = _strip(end.right_mm - side, end.left_mm + side, (reaches_mm[0] + reach_mm) * end.facing)
-        around = CrossSection.circle(oblique * (near_mm + width_mm)).translate((x, y))
+        around = CrossSection.circle(float(oblique * (near_mm + width_mm))).translate((x, y))
         behind = _strip(end.right_mm, end.left_mm, -CLEAR_MM * end.facing)
         near = [part for part in (traced ^ around).decompose() if not (part ^ behind).is_empty()]
         rest = CrossSection.batch_boolean([traced, stopper, *near], OpType.Subtract)
@@ -278,7 +278,7 @@ def _strip(right_mm: Floats, left_mm: Floats, step_mm: Floats) -> CrossSection:
 def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
     """Return the unit vector square to the crack's chord, which is the mean of its tangent over the arc."""
     chord_mm = centreline_mm[-1] - centreline_mm[0]
-    length_mm = float(np.linalg.norm(chord_mm))
+    length_mm = np.linalg.norm(chord_mm)
     if shape.tilt == "lean" and length_mm < 0.05 * arc_length(centreline_mm)[-1]:
         raise InputError('The crack ends where it began, so it has no side to lean to. Choose tilt = "flare".')
     return to_left(chord_mm) / max(length_mm, 1e-9) * (1.0 if shape.lean_to == "left" else -1.0)

@@ -21,8 +21,8 @@ Stretch = tuple[Floats, Floats]  # Corners of a wall, (n, 2), repeated in a fan,
 
 def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
     """Return the sideways move of the left wall and of the right one between the face and the deepest floor."""
-    left, right = shape.deepest_mm * np.tan(np.radians(shape.wall_angles_deg))
-    return float(left), float(right)
+    left_mm, right_mm = (shape.deepest_mm * np.tan(np.radians(shape.wall_angles_deg))).tolist()
+    return left_mm, right_mm
 
 
 def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
@@ -51,25 +51,20 @@ def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch
         _fan(ring[i], before[i], normal[i], float(turn[i]), inward_before_mm[i], inward_mm[i]) if parting[i] else None
         for i in range(len(ring))
     ]
-    stretches: list[Stretch] = []
-    corners, moved = list[Floats](), list[Floats]()
+    stretches = list[tuple[list[Floats], list[Floats]]]()
     for i in range(len(ring)):
         j = (i + 1) % len(ring)
         here, there = fans[i], fans[j]
-        if inward_mm[i] != 0:
-            if not corners:
-                corners, moved = [ring[i]], [ring[i] + inward_mm[i] * normal[i] if here is None else here[-1]]
-            ends = [ring[j] + inward_mm[i] * normal[i]] if there is None else list(there)
-            corners, moved = corners + [ring[j]] * len(ends), moved + ends
-            if there is not None and j > 0 and inward_mm[j] != 0:
-                continue
-        elif there is not None:
-            # After a wall that does not move, the fan begins its own stretch.
-            corners, moved = [ring[j]] * len(there), list(there)
-        if len(corners) > 1:
-            stretches.append((np.array(corners), np.array(moved)))
-        corners, moved = [], []
-    return stretches
+        shift = inward_mm[i] * normal[i]
+        if inward_mm[i] == 0:
+            # After a wall that does not move, a fan is a stretch of its own.
+            stretches.append(([], []))
+        elif i == 0 or here is None or inward_mm[i - 1] == 0:
+            stretches.append(([ring[i]], [ring[i] + shift if here is None else here[-1]]))
+        ends = [*there] if there is not None else [ring[j] + shift] if inward_mm[i] else []
+        stretches[-1][0].extend([ring[j]] * len(ends))
+        stretches[-1][1].extend(ends)
+    return [(np.array(corners), np.array(moved)) for corners, moved in stretches if corners]
 
 
 def _fan(corner: Floats, before: Floats, after: Floats, turn: float, from_mm: float, to_mm: float) -> Floats:

@@ -1,8 +1,6 @@
 """State of the trace page: one photo in tiles, and its scale, path and walls by the current hints."""
 
 import io
-import math
-import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -22,8 +20,7 @@ from digitise.crack_path.painted_path import painted_path
 from digitise.geometry.polyline import signed_area
 from digitise.outline import PROPOSAL, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
-from digitise.scale.marker_print import board_around
-from digitise.scale.marker_scale import PRINTED_MM, seen_markers
+from digitise.scale.marker_scale import PRINTED_MM, board_around, seen_markers
 from digitise.settings import (
     MOST_VIA,
     Dictionary,
@@ -36,28 +33,13 @@ from digitise.settings import (
 )
 from digitise.walls.doubts import BY_STROKES
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import of_keys, without
-from sealtwin.core.records import Floats, Outline, Pixels, WallStretch
+from sealtwin.core.facts import of_keys, texts, without
+from sealtwin.core.records import Floats, Outline, Pixels
 from sealtwin.core.settings import Settings, checked
 
 TILE_PX = 512
 JPEG_QUALITY = 92  # Blocks of a lower quality look like grain when enlarged
 UNSCALED_MM_PER_PX = 1.0  # Scale of a photo without one: lengths in mm are then lengths in px
-CONTROLS = {  # Labels on the page for the settings and files that messages name
-    "ends_px": "Ends",
-    "via_px": "Via",
-    "roi_px": "Box",
-    "walls_px": "Wall",
-    "crack_strokes_px": "Crack",
-    "ground_strokes_px": "Ground",
-    "ruler_px": "Ruler",
-    "ruler_mm": "Distance",
-    "face_corners_px": "Face",
-    "face_mm": "Width and Height",
-    "mm_per_px": "mm/px",
-    "printed_ruler_mm": "Frame's ruler",
-    "overlay.png": "the lines on the photo",
-}
 CHOOSE = "{count} lines may be the crack: click the number of yours, or press its key."
 CHOOSE_ONE = (
     "This line may be the crack, but it is not sure: click its number, press its key, or click the crack's ends."
@@ -178,9 +160,8 @@ class OutdatedError(Exception):
 
 
 class _Scaled(NamedTuple):
-    photo: Photo
-    in_mm: bool  # False if the photo has no scale yet
-    refused: str | None  # Reason why the given scale cannot be used
+    photo: Photo  # Its unit is px if it has no scale yet
+    refused: str | None = None  # Reason why the given scale cannot be used
 
 
 class TraceSession:
@@ -195,7 +176,7 @@ class TraceSession:
         pixels = read_pixels(settings, folder)
         # Messages on the page name the photo without its folder.
         self._pixels = replace(pixels, file=Path(pixels.file.name))
-        self._plain = scaled(self._pixels, path_settings(self._rest, Hints()))
+        self._plain = replace(scaled(self._pixels, path_settings(self._rest, Hints())), unit="px")
         self.pyramid = Pyramid(pixels.image)
         self._newest, self._scaling = 0.0, Lock()
         # Clicks do not wait for a search, which may take seconds.
@@ -207,7 +188,7 @@ class TraceSession:
 
     def opening(self) -> Answer:
         """Return the page's initial state. Without a scale it has the markers that the photo shows."""
-        dictionary, corners_px = ("", {}) if self._scaled(self.hints).in_mm else seen_markers(self._pixels)
+        dictionary, corners_px = ("", {}) if self._scaled(self.hints).photo.unit == "mm" else seen_markers(self._pixels)
         return {
             "name": self._plain.file.name,
             "size_px": self._plain.size_px,
@@ -236,31 +217,32 @@ class TraceSession:
             self._check_newest(revision)
 
     def _steps(self, hints: Hints, revision: float) -> Iterator[tuple[str, Answer | list[Answer] | str | None]]:
-        with_scale = self._scaled(hints)
-        yield "scale", _scale_answer(with_scale, hints.face_corners_px is None and not with_scale.photo.markers_px)
+        photo, refused = self._scaled(hints)
+        yield "scale", _scale_answer(photo, refused, hints.face_corners_px is None and not photo.markers_px)
         with self._searching if hints.ends_px is None else self._clicking:
             self._check_newest(revision)
             try:
                 settings = path_settings(self._rest, hints)
-                photo, roi_px = with_scale.photo, settings.roi_px
+                roi_px = settings.roi_px
                 if settings.ends_px is None and photo.drawn is None:
                     search = self._kept("search", photo, (roi_px,), lambda: CrackSearch.of(photo, roi_px))
-                    yield "cracks", [_crack_answer(crack) for crack in search.cracks]
+                    yield "cracks", list(map(_crack_answer, search.cracks))
                     path = self._kept("path", search, (settings.crack,), lambda: search.path(settings.crack))
                 else:
                     path = self._kept("path", photo, settings.hints, lambda: self._path(photo, settings))
-                yield "path", _path_answer(path, with_scale.in_mm)
+                figures: Answer = {"width_px": path.width_px, "source": path.source, "warnings": texts(path.warnings)}
+                yield "path", figures | {"points_px": _rounded(path.points_px)}
                 outline = trace_outline(photo, path, settings)
-                yield "walls", _walls_answer(photo, outline, with_scale.in_mm)
+                yield "walls", _walls_answer(photo, outline)
             except RivalCracksError as rivals:
                 count = len(rivals.cracks)
                 yield "refused", CHOOSE_ONE if count == 1 else CHOOSE.format(count=count)
             except InputError as fault:
-                yield "refused", _for_page(with_scale.in_mm, str(fault))
+                yield "refused", str(fault)
 
     def end(self) -> None:
         """Stop all requests in progress at their next step."""
-        self._newest = math.inf
+        self._newest = np.inf
 
     def _check_newest(self, revision: float) -> None:
         if revision < self._newest:
@@ -282,10 +264,9 @@ class TraceSession:
     def _find_scale(self, hints: Hints) -> _Scaled:
         try:
             settings = scale_settings(self._rest, hints)
-            photo = None if settings is None else scaled(self._pixels, settings)
-            return _Scaled(photo or self._plain, in_mm=photo is not None, refused=None)
+            return _Scaled(self._plain if settings is None else scaled(self._pixels, settings))
         except InputError as fault:
-            return _Scaled(self._plain, in_mm=False, refused=str(fault))
+            return _Scaled(self._plain, str(fault))
 
     def _path(self, photo: Photo, settings: PhotoInput) -> CrackPath:
         if photo.drawn is not None or settings.ends_px is None:
@@ -300,12 +281,12 @@ class TraceSession:
         return self._kept("wire", photo, (roi_px,), lambda: LiveWire(photo, roi_px))
 
 
-def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:
+def _scale_answer(photo: Photo, refused: str | None, by_edges: bool) -> Answer:
     """Describe the scale. ``corners_px`` are the face's if its edges gave them; the user can then adjust them."""
-    photo, in_mm = with_scale.photo, with_scale.in_mm
+    in_mm = photo.unit == "mm"
     rings = {"face_px": photo.face_ring_px, "corners_px": photo.face_px if by_edges else None}
     answer: Answer = {
-        "refused": with_scale.refused and _for_page(True, with_scale.refused),
+        "refused": refused,
         "markers_px": [_rounded(corners) for corners in photo.markers_px],
         "mm_per_px": photo.mm_per_px if in_mm else None,
         **{name: _rounded(ring) if in_mm and ring is not None else None for name, ring in rings.items()},
@@ -316,7 +297,7 @@ def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:
             "residual_mm": photo.scale_residual_mm,
             "uncertainty": photo.scale_uncertainty,
             "camera_tilt_deg": photo.camera_tilt_deg,
-            "warnings": [_for_page(True, warning.text) for warning in photo.warnings],
+            "warnings": texts(photo.warnings),
         }
     return answer
 
@@ -329,16 +310,7 @@ def _crack_answer(crack: FoundCrack) -> Answer:
     }
 
 
-def _path_answer(path: CrackPath, in_mm: bool) -> Answer:
-    return {
-        "points_px": _rounded(path.points_px),
-        "width_px": path.width_px,
-        "source": path.source,
-        "warnings": [_for_page(in_mm, warning.text) for warning in path.warnings],
-    }
-
-
-def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
+def _walls_answer(photo: Photo, outline: Outline) -> Answer:
     lines_mm = {
         "left_px": outline.left_wall_mm,
         "right_px": outline.right_wall_mm,
@@ -349,8 +321,16 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
     return {
         **{name: _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
         **{name: [_rounded(photo.to_px(line_mm)) for line_mm in lines] for name, lines in several_mm.items()},
-        "why": [_why(outline, stretch, in_mm) for stretch in outline.walls],
-        "unit": "mm" if in_mm else "px",
+        # Side of a stretch of a wall, its first and last station, and why it is there.
+        "why": [
+            (
+                stretch.side,
+                *np.searchsorted(outline.s_mm, (stretch.s_from_mm, stretch.s_to_mm)).tolist(),
+                stretch.sentence(photo.unit),
+            )
+            for stretch in outline.walls
+        ],
+        "unit": photo.unit,
         "length": outline.length_mm,
         "mean_width": outline.mean_width_mm,
         "width_source": outline.width_source,
@@ -360,22 +340,8 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
         "ends": outline.ends,
         "doubtful": bool(of_keys(outline.warnings, BY_STROKES)),
         # The page itself asks for confirmation.
-        "warnings": [_for_page(in_mm, fact.text) for fact in without(outline.warnings, PROPOSAL.key)],
+        "warnings": texts(without(outline.warnings, PROPOSAL.key)),
     }
-
-
-def _why(outline: Outline, stretch: WallStretch, in_mm: bool) -> tuple[str, int, int, str]:
-    """Return the side of a stretch of a wall, its first and last station, and why it is there."""
-    first, last = np.searchsorted(outline.s_mm, (stretch.s_from_mm, stretch.s_to_mm)).tolist()
-    return stretch.side, first, last, _for_page(in_mm, stretch.sentence)
-
-
-def _for_page(in_mm: bool, sentence: str) -> str:
-    """Replace the settings in a sentence by the page's controls, and mm by px if there is no scale."""
-    if not in_mm:
-        # "9.4 mm (94 px)" gives the length in px already.
-        sentence = re.sub(r"\bmm\b", "px", re.sub(r"[\d.]+ mm \(([\d.]+ px)\)", r"\1", sentence))
-    return re.sub(r"\b(?:photo\.)?([a-z]+(?:_[a-z]+)+|overlay\.png)\b", lambda it: CONTROLS.get(it[1], it[0]), sentence)
 
 
 def _rounded(points_px: Floats) -> list[list[float]]:

@@ -60,9 +60,9 @@ FITTED = 1.25  # Most upper quartile of the width, in ``MIN_WIDTH_PX``, of a cra
 
 BAND = (
     "beside a wall a band is neither as dark as the crack nor as bright as the ground, as of debris, oil or shade, so "
-    "that two walls are plausible, for example near {} px. On the whole the crack is {:.3g} mm wide without such bands "
-    "and {:.3g} mm with them. Look at overlay.png; if a band is crack, draw over it in crack_strokes_px, and if it is "
-    "ground, in ground_strokes_px"
+    "that two walls are plausible, for example near {} px. On the whole the crack is {:.3g} {} wide without such bands "
+    "and {:.3g} with them. Look at the lines over the photo (overlay.png); if a band is crack, draw over it in "
+    "crack_strokes_px, and if it is ground, in ground_strokes_px"
 )
 BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
 
@@ -135,7 +135,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Out
     middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
     return with_doubts(
         outline,
-        doubt(f"{BY_STROKES}.band", BAND.format(listed(middle_px), low_mm, high_mm)),
+        doubt(f"{BY_STROKES}.band", BAND.format(listed(middle_px), low_mm, photo.unit, high_mm)),
         bands_mm=tuple(rings_mm),
         width_95_mm=(min(least_wide_mm, low_mm - sure_mm), max(most_wide_mm, high_mm + sure_mm)),
         walls=(*outline.walls, *stretches),
@@ -178,7 +178,7 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
         bounds = bounds[np.diff(s_mm[bounds], axis=1)[:, 0] > LONG * least_mm]
         share = float(np.diff(s_mm[bounds], axis=1).sum() / s_mm[-1])
         places = "; ".join(
-            f"{s_mm[first]:.0f} to {s_mm[last]:.0f} mm along the crack, from "
+            f"{s_mm[first]:.0f} to {s_mm[last]:.0f} {photo.unit} along the crack, from "
             f"{listed(photo.to_px(centreline_mm[[first, last]]))} px, about "
             f"{np.median(width_px[first : last + 1]):.1f} px wide"
             for first, last in bounds
@@ -204,7 +204,7 @@ def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tup
             continue
         fault = (
             f"the end {listed(path_px[[end]])} px is not reached: no walls were found on the last "
-            f"{lost_px * photo.mm_per_px:.1f} mm ({lost_px:.0f} px) before it, up to {listed(centreline_px[[end]])} px"
+            f"{photo.length(lost_px)} before it, up to {listed(centreline_px[[end]])} px"
         )
         if lost_px > MOST_MISSING * s_px[-1]:
             raise InputError(

@@ -182,8 +182,8 @@ def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], 
         if beyond_px > max(MOST_BEYOND * length_px, LEAST_BEYOND * width_px, LEAST_BEYOND_PX):
             beyond_mm = beyond_px * photo.mm_per_px
             text = (
-                f"the crack continues beyond the end {listed(inward_px[:1])} px for about {beyond_mm:.1f} mm "
-                f"({beyond_px:.0f} px), which are not part of the result: give the crack's real end in ends_px to "
+                f"the crack continues beyond the end {listed(inward_px[:1])} px for about "
+                f"{photo.length(beyond_px)}, which are not part of the result: give the crack's real end in ends_px to "
                 "include them"
             )
             warnings.append(doubt("path.continues", text, beyond_mm, "mm"))

@@ -213,10 +213,10 @@ def with_side_cracks(
         ring_mm = max(rings, key=signed_area)
         enclosed_mm = tuple(ring for ring in rings if signed_area(ring) <= -ISLAND_MM2)
     elif wide_mm:
-        text = f'{_left_out(wide_mm)}; set branches = "keep" to include side cracks'
+        text = f'{_left_out(wide_mm, photo.unit)}; set branches = "keep" to include side cracks'
         warnings.append(doubt("walls.side-cracks", text, len(wide_mm)))
     if narrow_mm:
-        text = f"{_left_out(narrow_mm)}: under {least_width_px:g} px wide, too narrow to measure"
+        text = f"{_left_out(narrow_mm, photo.unit)}: under {least_width_px:g} px wide, too narrow to measure"
         warnings.append(doubt("walls.narrow-side-cracks", text, len(narrow_mm)))
     return with_doubts(
         outline,
@@ -228,8 +228,8 @@ def with_side_cracks(
     )
 
 
-def _left_out(lines_mm: list[Floats]) -> str:
+def _left_out(lines_mm: list[Floats], unit: str) -> str:
     """Return number and lengths as text: "2 side cracks (12 and 7 mm) are left out"."""
     lengths = " and ".join(f"{arc_length(line)[-1]:.0f}" for line in lines_mm)
     many = len(lines_mm) > 1
-    return f"{len(lines_mm)} side crack{'s' * many} ({lengths} mm) {'are' if many else 'is'} left out"
+    return f"{len(lines_mm)} side crack{'s' * many} ({lengths} {unit}) {'are' if many else 'is'} left out"

@@ -18,7 +18,7 @@ from scipy.stats import chi2
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import shape_as_long_as
 from digitise.solid.footprint import lay_out
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.moved_walls import shape_by_weight, widened
@@ -107,8 +107,8 @@ def weigh(
     width_sd_mm = width_sd_mm or outline.width_doubt_mm or UNDECLARED * outline.mean_width_mm
     prior_sd = np.array([width_sd_mm, np.inf, depth_sd_mm or UNDECLARED * shape.deepest_mm])
     inward, findings = INWARD.get(shape.tilt, 0.0), list[Fact]()
-    upright_mm3 = float(_walls(outline, shape).volume_mm3(fill.levels_mm[-1:], np.zeros(3))[0])
-    poured_mm3 = float(fill.volume_mm3[-1])
+    upright_mm3 = _walls(outline, shape).volume_mm3(fill.levels_mm[-1:], np.zeros(3))[0]
+    poured_mm3 = fill.volume_mm3[-1]
     if not upright_mm3 / UNLIKE < poured_mm3 < UNLIKE * upright_mm3:
         raise InputError(
             f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, but upright walls would take "

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from digitise.drawing.given import GivenDrawing, GivenLine, GivenWalls
 from digitise.photo import Photo
-from digitise.settings import CrackShape, MeshInput, PhotoInput
+from digitise.settings import NO_SCALE, CrackShape, MeshInput, PhotoInput
 from sealtwin.api import FilePath, Points, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import DataKind, Outline, Shown, Solid
-from sealtwin.core.settings import doubts_of
+from sealtwin.core.settings import SettingsFaults, doubts_of
 from sealtwin.core.settings_text import keywords_of
 
 
@@ -104,12 +104,12 @@ def read_photo(
     given = locals()
     from digitise.image import decoding
     from digitise.image.decoding import read_mask, take_mask
-    from digitise.photo import beside_markers, offering_markers, pixels_of, scaled
+    from digitise.photo import beside_markers, offer_of_markers, pixels_of, scaled
 
     try:
         settings = settings_from(PhotoInput, "read_photo", given, mask=None)
-    except InputError as fault:
-        raise InputError(offering_markers(fault, file)) from None
+    except SettingsFaults as fault:
+        raise InputError(f"{fault}{offer_of_markers(file) if NO_SCALE in fault.types else ''}") from None
 
     if isinstance(photo, np.ndarray):
         decoded = decoding.take_photo(photo, "photo")
@@ -367,8 +367,7 @@ def import_dxf(
     """
     file = file_of(drawing, "drawing")
     given = settings_from(GivenDrawing, "import_dxf", locals())
-    from digitise.drawing.drawn_crack import drawn_crack
-    from digitise.drawing.read_dxf import open_drawing
+    from digitise.drawing.read_dxf import drawn_crack, open_drawing
     from digitise.solid.build_solid import build_solid
 
     drawn = open_drawing(file, given.units)

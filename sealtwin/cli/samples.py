@@ -25,7 +25,7 @@ from sealtwin.core.errors import InputError, ShapeError, ShapeKind
 
 if TYPE_CHECKING:
     from digitise.drawing.given import GivenDrawing
-    from digitise.scale.marker_print import MarkerFrame
+    from digitise.scale.marker_scale import MarkerFrame
 
 NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
@@ -132,7 +132,7 @@ def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
         why = "it has no walls measured in a photo" if not outline.walls else f"it is {outline.length_mm:.1f} mm long"
         raise InputError(f"{folder / 'outline.json'}: nothing explains the crack at s = {s_mm:g} mm: {why}.")
     rows = {side: {"away_mm": round(away_mm, 3), **asdict(stretch)} for side, (away_mm, stretch) in walls.items()}
-    lines = [f"{away_mm:.2f} mm from the centreline, {stretch.sentence}" for away_mm, stretch in walls.values()]
+    lines = [f"{away_mm:.2f} mm from the centreline, {stretch.sentence()}" for away_mm, stretch in walls.values()]
     command.reply(Answer({"s_mm": s_mm, "walls": rows}, lines))
 
 
@@ -215,7 +215,7 @@ def _is_of_one_photo(name: str) -> bool:
     )
 
 
-@answers(model="digitise.scale.marker_print:MarkerFrame")
+@answers(model="digitise.scale.marker_scale:MarkerFrame")
 def markers(
     command: Command,
     options: "MarkerFrame",
@@ -228,7 +228,7 @@ def markers(
     """
     if out.suffix.lower() != ".pdf":
         raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf")
-    from digitise.scale.marker_print import board_around, board_toml, frame_pdf
+    from digitise.scale.marker_scale import board_around, board_toml, frame_pdf
     from sealtwin.core.files import write_unless_other
 
     if toml is not None and toml.resolve() == out.resolve():

@@ -145,13 +145,12 @@ class WallStretch:
     """Least and largest distance from the centreline at which the wall may be; None if unknown."""
     why: str
 
-    @property
-    def sentence(self) -> str:
-        """The stretch in words, for example "left wall by edge: in the middle of the step from dark to bright"."""
+    def sentence(self, unit: str = "mm") -> str:
+        """Return the stretch in words: "left wall by edge: in the middle of the step from dark to bright"."""
         doubt = (
             ""
             if self.doubt_mm is None
-            else "; it may be {:.2f} to {:.2f} mm from the centreline".format(*self.doubt_mm)
+            else "; it may be {:.2f} to {:.2f} {} from the centreline".format(*self.doubt_mm, unit)
         )
         return f"{self.side} wall by {self.method}: {self.why}{doubt}"
 

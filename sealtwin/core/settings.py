@@ -5,7 +5,7 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args, get_origin
@@ -137,9 +137,10 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
 class SettingsFaults(InputError):  # noqa: N818  It is all that is wrong with settings, not one error.
     """Settings that are not allowed."""
 
-    def __init__(self, text: str, faults: Sequence[tuple[str, str]] = ()) -> None:
+    def __init__(self, text: str, faults: Sequence[tuple[str, str]] = (), types: Collection[str] = ()) -> None:
         super().__init__(text)
         self.faults = faults  # Dotted key, and the fault as a sentence
+        self.types = types  # Of the faults, in pydantic's names and those of a table's own checks
 
 
 def checked(
@@ -163,8 +164,8 @@ def checked(
         return kind.model_validate_json(text)
     except ValidationError as fault:
         named = origin or (lambda _: str(path))
-        faults = _faults(kind, fault.errors())
-        raise SettingsFaults("\n".join(f"{named(key)}: {text}" for key, text in faults), faults) from None
+        faults, types = _faults(kind, fault.errors()), {error["type"] for error in fault.errors()}
+        raise SettingsFaults("\n".join(f"{named(key)}: {text}" for key, text in faults), faults, types) from None
 
 
 def as_json(value: Any) -> Any:

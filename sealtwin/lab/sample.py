@@ -7,7 +7,7 @@ from itertools import chain
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
-from digitise.settings import LARGEST_FILE_BYTES, NO_SCALE
+from digitise.settings import LARGEST_FILE_BYTES, SCALES
 from sealtwin.core import files
 from sealtwin.core.doubts import Doubt, Location, ReadSheet
 from sealtwin.core.errors import InputError
@@ -64,7 +64,7 @@ NEEDED = {
         "held-out",
         'write [readings] role = "held-out", or "calibrated-on" if they were used to choose the fluid',
     ),
-    SCALE: ("photo", 0.1, NO_SCALE),
+    SCALE: ("photo", 0.1, SCALES),
 }
 """Required settings that no photo shows: role of the file that requires it, value with which the rest is checked, and
 what to write."""
@@ -231,7 +231,7 @@ def prepare(sample: LabSample) -> None:
 
     Settings that are missing have a stand-in, so that the rest is checked at the same time.
     """
-    from digitise.photo import offering_markers
+    from digitise.photo import offer_of_markers
 
     read_sheets(sample)
     if "photo" not in sample.files:
@@ -244,7 +244,8 @@ def prepare(sample: LabSample) -> None:
         sample.stand_ins.pop(SCALE, None)
     for key in sample.stand_ins:
         finding = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
-        sample.ask(Doubt("setting", Location(PurePath(DEFAULTS)), offering_markers(finding, photo)))
+        finding += offer_of_markers(photo) if key == SCALE else ""
+        sample.ask(Doubt("setting", Location(PurePath(DEFAULTS)), finding))
     names = names_in(with_settings({}, settings))
     excluded = tuple(begin for key, begin in EXCLUDED.items() if key in names)
     starter = {key: value for key, value in STARTER.items() if not key.startswith(excluded)} | sample.stand_ins

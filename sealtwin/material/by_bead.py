@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from digitise.bead import MIDDLE, BeadOutline, measure_bead
-from digitise.robots.pump import MISTYPED
+from digitise.robots.cell import MISTYPED
 from digitise.settings import OnFace, PhotoInput
+from digitise.spread import MIDDLE, BeadOutline, measure_bead
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.material import MeasuredPaste, PasteOnPlate, PasteValue, by_source, four_digits, measured_material

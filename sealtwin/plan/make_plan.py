@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from digitise.planned_path import COLUMNS, PathTable, planned_path
-from digitise.robots.cell import ProgramOptions, RobotCell
-from digitise.robots.pump import PumpTable
+from digitise.robots.cell import ProgramOptions, PumpTable, RobotCell
 from digitise.settings import NozzlePath
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from digitise.robots.cell import RobotCell
-from digitise.robots.pump import PumpTable
+from digitise.robots.cell import PumpTable, RobotCell
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.arc_length import arc_length

@@ -11,8 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from digitise.robots.cell import LANGUAGES, ProgramOptions, RobotCell
-from digitise.robots.pump import PumpTable, read_pump
+from digitise.robots.cell import LANGUAGES, ProgramOptions, PumpTable, RobotCell, read_pump
 from digitise.robots.robot_path import RobotPath, place_path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError

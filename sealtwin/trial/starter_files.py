@@ -192,8 +192,7 @@ def write_drawn_trial(
     ``settings`` has settings of the trial by dotted name. Raises InputError if the drawing cannot be used, or if a file
     of the same name exists with another content.
     """
-    from digitise.drawing.drawn_crack import drawn_crack, sample_obj
-    from digitise.drawing.read_dxf import open_drawing
+    from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_obj
     from digitise.settings import CrackShape
 
     require_folder(folder)

@@ -13,7 +13,7 @@ from pydantic import Field, field_validator, model_validator
 from digitise.settings import NO_SCALE, CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Outline, Sample, Solid
-from sealtwin.core.settings import Settings, checked, dotted_names, read_toml
+from sealtwin.core.settings import Settings, SettingsFaults, checked, dotted_names, read_toml
 from simulate.material_file import Material
 from simulate.pour import Pour
 from simulate.settings import LAWS, Fluid, Nozzle, SampleSlope, Solver, excluded_by
@@ -241,13 +241,13 @@ def checked_trial(path: Path, content: Mapping[str, Any], origin: Callable[[str]
     """Return a trial; ``path`` is its file or its photo. A refusal for want of a scale names markers in the photo."""
     try:
         return checked(Trial, path, content, origin)
-    except InputError as fault:
-        if NO_SCALE not in str(fault):
+    except SettingsFaults as fault:
+        if NO_SCALE not in fault.types:
             raise
-        from digitise.photo import offering_markers
+        from digitise.photo import offer_of_markers
 
         photo = path.parent / content["photo"]["file"] if path.suffix == ".toml" else path
-        raise InputError(offering_markers(fault, photo)) from None
+        raise InputError(f"{fault}{offer_of_markers(photo)}") from None
 
 
 def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: Mapping[str, Any]) -> Trial:

@@ -17,7 +17,7 @@ from benchmarks.solids import (
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_out
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from tests.shapes import CLOSED, CUT, straight_slot
 

@@ -105,12 +105,13 @@ def test_strokes_and_dots_move_walls_are_saved_and_give_the_same_walls(open_page
     assert abs(signed_area(read_outline(folder.path).outline_mm)) == pytest.approx(shown_mm2, abs=0.51)
 
 
-def test_ground_across_the_crack_is_refused_by_the_tool_s_name(bench, shot):
+def test_ground_across_the_crack_is_refused_by_the_setting_that_the_tool_names(bench, shot):
     bench.give_ends(shot)
     bench.page.keyboard.press("g")
     draw(bench, [beside(bench, 0.5, 15.0), beside(bench, 0.5, -60.0)])
     bench.await_state("refused")
-    assert "Ground, stroke 1, crosses the crack" in bench.text("#refusal")
+    assert "ground_strokes_px, stroke 1, crosses the crack" in bench.text("#refusal")
+    assert "ground_strokes_px" in bench.page.get_attribute("#tools [data-tool=ground]", "title")
     assert bench.page.locator("#left-wall, #right-wall").count() == 2, "walls stay as they were before the stroke"
     bench.page.keyboard.press("Control+z")
     bench.await_state("walls")

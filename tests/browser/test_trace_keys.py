@@ -30,7 +30,7 @@ def test_the_keyboard_alone_is_enough(bench, shot):
     assert bench.page.evaluate("document.activeElement.id") == "end-0", "the focus does not fall off the page"
     bench.page.keyboard.press("Control+z")
     assert bench.points() == ["end-0", "end-1"]
-    for key, tool in (("e", "ends"), ("r", "ruler"), ("f", "face"), ("b", "roi"), ("v", "via")):
+    for key, tool in (("e", "ends"), ("r", "ruler"), ("f", "face"), ("b", "box"), ("v", "via")):
         bench.page.keyboard.press(key)
         assert bench.page.get_attribute(f"#tools [data-tool={tool}]", "aria-pressed") == "true"
     for _ in range(6):

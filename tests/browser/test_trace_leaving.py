@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from digitise.scale.marker_print import board_around
+from digitise.scale.marker_scale import board_around
 from sealtwin.trial.trial_file import load_trial
 from tests.places import FIXTURE
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from digitise.bead import BeadOutline, measure_bead
 from digitise.geometry.polyline import resampled
 from digitise.settings import PhotoInput
+from digitise.spread import BeadOutline, measure_bead
 from sealtwin.core.errors import InputError
 from tests.spreads import BEAD_BOARD, BEAD_FACE_MM, BeadPhoto
 

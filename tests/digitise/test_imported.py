@@ -16,7 +16,7 @@ from digitise.mesh_import.import_mesh import ImportedSample, import_sample
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_out
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError

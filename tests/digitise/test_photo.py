@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -82,3 +83,10 @@ def test_a_mask_that_cannot_be_the_crack_is_refused(tmp_path, changes, refused):
 def test_markers_beside_a_typed_scale_are_named_if_they_contradict_it(mm_per_px, warned):
     photo = PhotoInput(file=ROOT / "fixtures" / "paper-trial" / "photo.jpg", data="synthetic", mm_per_px=mm_per_px)
     assert any("markers of 4x4_50" in warning.text for warning in load_photo(photo, ROOT).warnings) is warned
+
+
+def test_a_length_is_in_px_alone_until_there_is_a_scale(tmp_path):
+    """A millimetre of a photo without a scale would be taken for one of the sample's."""
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
+    assert photo.length(94.0) == "9.4 mm (94 px)"
+    assert replace(photo, unit="px").length(94.0) == "94 px"

@@ -191,7 +191,7 @@ def test_a_crack_without_any_section_gets_no_share_of_nothing():
     empty = Sections(np.array([0.0, 80.0]), np.zeros(2), np.zeros(2))
     with pytest.raises(InputError, match=r'flow is "cross_section", but the cavity has no section between s = 10 and'):
         planned(straight_slot(80.0), empty, flow="cross_section")
-    with pytest.raises(ValueError, match="needs sections"):
+    with pytest.raises(ValueError, match="sections is missing"):
         planned(straight_slot(80.0), flow="cross_section")
 
 

@@ -11,7 +11,7 @@ import pytest
 from ezdxf import units
 
 import sealtwin as st
-from digitise.drawing.drawn_crack import sample_obj
+from digitise.drawing.read_dxf import sample_obj
 from sealtwin.api import studies
 from tests.programs import commands
 from tests.studies import plannable_lab

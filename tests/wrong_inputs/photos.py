@@ -233,7 +233,7 @@ CASES: list[WrongInput] = [
     masked("mask of a bright crack", _paint, "photo.mask", "ends_px", light=_bright),
     masked("mask of a bright crack, with its ends", _paint, "photo.mask", "median brightness",
         more=" --ends 22,60 398,110", light=_bright, code=0),
-    masked("mask of a line", lambda: _paint(1), "photo.mask", "1.0 px", "line", "ends_px"),
+    masked("mask of a line", lambda: _paint(1), "photo.mask", "(1 px)", "line", "ends_px"),
     masked("mask of an outline", _outlined, "photo.mask", "only an outline", "whole crack"),
     masked("mask of 0 and 1", lambda: _paint() // 255, "mask.png", "1 of 255", "class numbers"),
     masked("mask in green", lambda: _coloured((0, 120, 0)), "70 of 255"),

@@ -8,27 +8,28 @@ const MOST_VIA = 50; // As in digitise/settings.py: more would draw the crack.
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);
 
 /** A tool that draws lines; a click on one erases it, and with `dots` a click beside them draws a dot. */
-function drawing({ lines, guide, dots, ...rest }) {
-  const { most } = DRAWN.find(({ key }) => key === lines);
-  const open = (draft) => hasEnds(draft) && draft[lines].length < most;
+function drawing({ guide, dots, ...rest }) {
+  const { setting } = rest;
+  const { most } = DRAWN.find(({ key }) => key === setting);
+  const open = (draft) => hasEnds(draft) && draft[setting].length < most;
   return {
     ...rest,
     guide: (draft) => {
       if (!hasEnds(draft)) return "Give both ends first.";
-      return open(draft) ? guide(draft[lines].length) : "No more of these: paint the crack in a mask instead.";
+      return open(draft) ? guide(draft[setting].length) : "No more of these: paint the crack in a mask instead.";
     },
     place: (draft, point, { reach }) => {
-      const near = nearestDrawn(draft, lines, point, reach);
-      return dots && near < 0 && open(draft) ? withDrawn(draft, lines, [point]) : withoutDrawn(draft, lines, near);
+      const near = nearestDrawn(draft, setting, point, reach);
+      return dots && near < 0 && open(draft) ? withDrawn(draft, setting, [point]) : withoutDrawn(draft, setting, near);
     },
-    draw: (draft, trail) => (open(draft) ? withDrawn(draft, lines, simplified(trail)) : draft),
+    draw: (draft, trail) => (open(draft) ? withDrawn(draft, setting, simplified(trail)) : draft),
   };
 }
 
 export const TOOLS = {
   ends: {
     key: "e",
-    label: "Ends",
+    setting: "ends_px",
     icon: "M6 18 18 6M6 18m-3 0a3 3 0 1 0 6 0 3 3 0 1 0-6 0M18 6m-3 0a3 3 0 1 0 6 0 3 3 0 1 0-6 0",
     guide: (draft) => {
       if (hasEnds(draft)) return "Drag an end, or click where the nearer one should be.";
@@ -43,7 +44,7 @@ export const TOOLS = {
   },
   via: {
     key: "v",
-    label: "Via",
+    setting: "via_px",
     icon: "M3 19c5 0 4-7 9-7s4-7 9-7M12 12m-3 0a3 3 0 1 0 6 0 3 3 0 1 0-6 0",
     guide: (draft) => {
       if (draft.via_px.length >= MOST_VIA) return "No more via points: paint the crack in a mask instead.";
@@ -54,30 +55,27 @@ export const TOOLS = {
   },
   crack: drawing({
     key: "c",
-    lines: "crack_strokes_px",
-    label: "Crack",
+    setting: "crack_strokes_px",
     icon: "M4 12c4-4 5 3 8 0s5-5 8-1M12 18v.01",
     dots: true,
     guide: (drawn) => drawn ? "Paint crack that the lines leave out. Click a stroke to erase it." : "Paint crack that the lines leave out: drag, or click for a dot.",
   }),
   ground: drawing({
     key: "g",
-    lines: "ground_strokes_px",
-    label: "Ground",
+    setting: "ground_strokes_px",
     icon: "M3 17c5-1 6 1 9 0s5-1 9 0M4 9c3-3 5 2 8 0s5-3 8-1",
     dots: true,
     guide: (drawn) => drawn ? "Paint ground inside the lines. Click a stroke to erase it." : "Paint ground inside the lines: drag, or click for a dot.",
   }),
   wall: drawing({
     key: "w",
-    lines: "walls_px",
-    label: "Wall",
+    setting: "walls_px",
     icon: "M3 8c4 0 4 3 8 3s5-4 10-4M3 16c5 0 6-2 9-2M15 21l1-4 5-5 3 3-5 5z",
     guide: (drawn) => (drawn ? "Draw along the true wall. Click a drawn stretch to erase it." : "Draw along the true wall, from the line back to it."),
   }),
   ruler: {
     key: "r",
-    label: "Ruler",
+    setting: "ruler_px",
     icon: "m3 16 13-13 5 5L8 21zM7 12l2 2M10 9l2 2M13 6l2 2",
     guide: (draft) =>
       draft.ruler_px.length < 2 ? "Drag along a ruler, or click two of its marks." : "Drag the ruler's two points to its marks; give their distance.",
@@ -86,15 +84,15 @@ export const TOOLS = {
   },
   face: {
     key: "f",
-    label: "Face",
+    setting: "face_corners_px",
     icon: "M4 7 19 5l1 13L5 20zM4 7h.01M19 5h.01M20 18h.01M5 20h.01",
     guide: (draft) =>
       draft.face_corners_px.length === 4 ? "Drag the corners onto those of the sample's face." : `Click the four corners of the sample's face: ${4 - draft.face_corners_px.length} to go.`,
     place: (draft, point) => withCorner(draft, point),
   },
-  roi: {
+  box: {
     key: "b",
-    label: "Box",
+    setting: "roi_px",
     icon: "M4 4h4M10 4h4M16 4h4M4 20h4M10 20h4M16 20h4M4 6v4M4 12v4M20 6v4M20 12v4",
     guide: () => "Drag a box: the crack is searched for inside it only.",
     place: (draft, point) => ({ ...draft, roi_px: [...(draft.roi_px.length < 2 ? draft.roi_px : []), point] }),
@@ -105,9 +103,10 @@ export const TOOLS = {
 /** A button for each of `names` in `toolbar`. */
 export function addButtons(toolbar, names, choose) {
   for (const name of names) {
-    const { key, label, icon } = TOOLS[name];
+    const { key, icon, setting } = TOOLS[name];
+    const label = name[0].toUpperCase() + name.slice(1);
     const shortcut = key.toUpperCase();
-    const attributes = { "data-tool": name, title: `${label} (${shortcut})`, "aria-keyshortcuts": shortcut };
+    const attributes = { "data-tool": name, title: `${label}: ${setting} (${shortcut})`, "aria-keyshortcuts": shortcut };
     const button = made("button", { ...attributes, click: () => choose(name) });
     button.innerHTML = `<svg viewBox="0 0 24 24"><path d="${icon}"/></svg><span>${label}</span>`;
     toolbar.append(button);

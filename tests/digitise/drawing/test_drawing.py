@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from ezdxf import units
 
-from digitise.drawing.drawn_crack import drawn_crack, sample_obj
 from digitise.drawing.given_lines import outline_of_line
-from digitise.drawing.read_dxf import open_drawing
+from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_obj
 from digitise.exports import dxf_text
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid

@@ -65,7 +65,7 @@ def test_what_is_no_crack_is_refused(body, says):
 
 
 @pytest.mark.parametrize(
-    "text", ["x_mm,y_mm\r\n1,2\r\n3,4.5\r\n", "z_mm,x_mm,y_mm\n0,1,2\n0,1,2\n0,3,4.5\n", "\ufeffy_mm,x_mm\n2,1\n4.5,3"]
+    "text", ["x_mm,y_mm\r\n1,2\r\n3,4.5\r\n", "z_mm,x_mm,y_mm\n0,1,2\n0,3,4.5\n", "\ufeffy_mm,x_mm\n2,1\n4.5,3"]
 )
 def test_x_and_y_are_read_by_their_columns(tmp_path, text):
     (tmp_path / "path.csv").write_text(text, encoding="utf-8")

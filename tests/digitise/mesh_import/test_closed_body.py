@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
-from digitise.mesh_import.closed_body import closed_body, one_surface
+from digitise.mesh_import.block import closed_body, one_surface
 from digitise.solid.float_mesh import without_needles
 from sealtwin.core.errors import InputError
 from tests.meshes import SLOT_MM3, Mesh, box, fine, mesh_of, sheet, slotted, soup

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from manifold3d import Manifold, OpType
 
-from digitise.mesh_import.cavity_sections import cavity_sections
+from digitise.mesh_import.cavity import cavity_sections
 from tests.meshes import box
 from tests.shapes import CLOSED, straight_slot
 

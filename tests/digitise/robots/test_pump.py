@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from digitise.robots.cell import Pump, PumpTable, read_pump
 from digitise.robots.programs import gcode_text, table_text, urscript_text
-from digitise.robots.pump import Pump, PumpTable, read_pump
 from digitise.robots.robot_path import place_path
 from digitise.robots.spel import spel_text
 from sealtwin.core.errors import InputError

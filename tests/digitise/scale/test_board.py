@@ -8,8 +8,7 @@ import pypdf
 import pytest
 
 from digitise.photo import load_photo, read_pixels
-from digitise.scale.marker_print import CUT_GREY, CUT_MM, board_around, board_toml, frame_pdf
-from digitise.scale.marker_scale import corners_mm, find_markers
+from digitise.scale.marker_scale import CUT_GREY, CUT_MM, board_around, board_toml, corners_mm, find_markers, frame_pdf
 from digitise.settings import Dictionary, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
 from tests.pictures import write_png

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from digitise.image.raster import Map, blurred
-from digitise.scale.corners import edge_line, refined_corners
+from digitise.scale.face_scale import edge_line, refined_corners
 from sealtwin.core.coverage import coverage
 
 MODULE_PX = 12.0

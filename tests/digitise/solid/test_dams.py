@@ -7,7 +7,7 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.dams import dams
 from digitise.solid.footprint import lay_out
-from digitise.solid.slicer import Slicer
+from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
 from tests.shapes import OPEN, straight_slot

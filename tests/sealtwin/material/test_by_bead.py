@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from digitise.bead import BeadOutline, bead_of
-from digitise.robots.pump import Pump, read_pump
+from digitise.robots.cell import Pump, read_pump
+from digitise.spread import BeadOutline, bead_of
 from sealtwin.core.errors import InputError, present
 from sealtwin.material.by_bead import LaidBead, footprint_of, identify
 from simulate.bead_law import STRETCH, laid_section

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import lsq_linear
 from typer.testing import CliRunner
 
-from digitise.robots.pump import PumpTable
+from digitise.robots.cell import PumpTable
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
