@@ -36,7 +36,6 @@ for command in (
     samples.import_mesh,
     samples.import_dxf,
     lab.ingest,
-    lab.lab,
     trials.simulate,
     trials.validate,
     trials.film,
@@ -52,6 +51,7 @@ for command in (
     doctor.doctor,
 ):
     app.command(cls=CheckedCommand)(command)
+app.add_typer(lab.catalogue)
 app.add_typer(material.methods)
 
 

@@ -1,31 +1,31 @@
 """Commands that compute a trial many times, and that compare runs: compare, map, sweep, calibrate."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command, answers
-from sealtwin.cli.options import Accurate, File, Given, Text, argument, count_option, flag, option
+from sealtwin.cli.options import File, Given, argument, option
 
 if TYPE_CHECKING:
     from sealtwin.calibration import CalibrationOptions
+    from sealtwin.cli.models import PlanRuns, RunComparison, StudyMap, StudyRuns, Sweeping
     from sealtwin.plan import PlanOptions
     from sealtwin.study.study_map import Mapped
     from validate.figures.page import Page
 
 BY_PARTICLES = {"posterior", "verify", "seeds", "accurate"}  # Options of a plan that its rest does not have
+LAUNCH = 256  # Runs in one launch on a GPU: of the paper's size they use 2 GB of its memory, 6 if nothing freezes
 MOST_NAMED = 8  # Failed runs in the text of an answer; the table has all
 
 
-@answers()
+@answers(options="sealtwin.cli.models:RunComparison")
 def compare(
     command: Command,
     folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 28.")],
+    options: "RunComparison",
     out: Annotated[Path, option("Folder for the page.", "DIR")] = Path("reports", "compare"),
-    all_settings: Annotated[
-        bool, flag("--all", "List all settings that differ, also those that change neither a level nor its error.")
-    ] = False,
 ) -> None:
     """Compare runs: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
 
@@ -39,31 +39,16 @@ def compare(
         raise typer.BadParameter("give two run folders or more")
     from sealtwin.study.run_comparison import compare_runs
 
-    content, page = compare_runs(folders, out, all_settings=all_settings)
+    content, page = compare_runs(folders, out, all_settings=options.all_settings)
     command.reply(Answer(content, compared_lines(content, page)))
 
 
-@answers(device=True)
+@answers(options="sealtwin.cli.models:StudyMap", device=True)
 def map(
     command: Command,
     folder: Annotated[Path, argument("STUDY", "The folder of a sweep.")],
-    caliper: Annotated[
-        File,
-        option(
-            "Readings to compare the runs with, in the format of the trial's readings; default: the trial's.", "SHEET"
-        ),
-    ] = None,
-    data: Annotated[
-        Literal["measured", "reconstructed", "synthetic"] | None,
-        option("Origin of the readings of --caliper."),
-    ] = None,
+    options: "StudyMap",
     out: Annotated[File, option("Folder for the page; default: STUDY/map.", "DIR")] = None,
-    any_volume: Annotated[
-        bool, flag("--any-volume", 'Include runs whose volume error is over 5 %, as with preset "paper".')
-    ] = False,
-    fills: Annotated[
-        bool, option("Draw how the crack fills in about nine runs; runs whose fill was not kept are computed again.")
-    ] = True,
 ) -> None:
     """Draw a study of two settings with the paper's figures: levels, map of the error, influences, fills, cost.
 
@@ -75,16 +60,13 @@ def map(
     from sealtwin.study.study_map import map_study
     from simulate.device import choose_device
 
-    drawn_on = choose_device(command.device) if fills else None
-    mapped = map_study(folder, out, caliper, data, drawn_on, command.progress(), any_volume=any_volume)
+    device = choose_device(command.device) if options.fills else None
+    caliper, data, any_volume = options.caliper, options.data, options.any_volume
+    mapped = map_study(folder, out, caliper, data, device, command.progress(), any_volume=any_volume)
     command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
-Jobs = Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)]
-LAUNCH = 256  # Runs in one launch on a GPU: of the paper's size they use 2 GB of its memory, 6 if nothing freezes
-
-
-@answers(device=True)
+@answers(options="sealtwin.cli.models:Sweeping", device=True)
 def sweep(
     command: Command,
     targets: Annotated[
@@ -96,29 +78,8 @@ def sweep(
     ] = None,
     *,
     settings: Given,
+    options: "Sweeping",
     out: Annotated[File, option("The sweep's folder; default: reports/<study name>.", "DIR")] = None,
-    jobs: Jobs = None,
-    batch: Annotated[
-        int | None,
-        count_option(
-            f"Number of runs in one launch, which may differ only in the fluid; default: 1, or {LAUNCH} on a GPU.",
-            1,
-            4096,
-        ),
-    ] = None,
-    scheduler: Annotated[
-        Text,
-        option(
-            "Compute on the workers of this Dask scheduler instead of this machine; needs the pip extra 'cluster'.",
-            "tls://HOST:PORT",
-        ),
-    ] = None,
-    keep_runs: Annotated[bool, flag("--keep-runs", "Also keep the particles of each run.")] = False,
-    retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
-    accurate: Accurate = False,
-    dry_run: Annotated[
-        bool, flag("--dry-run", "Check all settings, digitise and estimate the time, but run no fluid.")
-    ] = False,
     example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
 ) -> None:
     """Run a trial many times with different settings: a grid, a list or a Latin hypercube, on all cores.
@@ -154,30 +115,29 @@ def sweep(
         return
     if len(targets) != 1:
         raise typer.BadParameter(f"{len(targets)} studies are given; give one")
-    device, count = command.device_and_jobs(jobs)
-    options = StudyOptions(
-        device=device,
-        jobs=count,
-        batch=batch or (1 if device == "cpu" else LAUNCH),
-        keep_runs=keep_runs,
-        retry=retry,
-        dry_run=dry_run,
-        drafts=not accurate,
-        scheduler=scheduler,
+    device, jobs = command.device_and_jobs(options.jobs)
+    computing = StudyOptions(
+        device,
+        jobs,
+        options.batch or (1 if device == "cpu" else LAUNCH),
+        keep_runs=options.keep_runs,
+        retry=options.retry,
+        dry_run=options.dry_run,
+        drafts=not options.accurate,
+        scheduler=options.scheduler,
     )
-    swept = sweeps.sweep(targets[0], out, options, command.progress(), settings)
+    swept = sweeps.sweep(targets[0], out, computing, command.progress(), settings)
     command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
 
 
-@answers(model="sealtwin.calibration:CalibrationOptions", device=True)
+@answers(options="sealtwin.calibration:CalibrationOptions", runs="sealtwin.cli.models:StudyRuns", device=True)
 def calibrate(
     command: Command,
     trials: Annotated[list[Path], argument("TRIAL ...", 'Trial files whose readings have the role "calibrated-on".')],
     options: "CalibrationOptions",
     settings: Given,
+    runs: "StudyRuns",
     out: Annotated[File, option("Folder for the calibration; default: reports/<trial name>-calibrated.", "DIR")] = None,
-    jobs: Jobs = None,
-    accurate: Accurate = False,
 ) -> None:
     """Determine settings from the readings of trials, as a posterior, and predict other trials.
 
@@ -194,14 +154,14 @@ def calibrate(
 
     if twice := sorted(options.free.keys() & settings.keys()):
         raise typer.BadParameter(f"{twice[0]} is given by both --set and --free; give one of them")
-    device, count = command.device_and_jobs(jobs)
+    device, jobs = command.device_and_jobs(runs.jobs)
     # A worker process takes seconds to start, in each round.
-    how = StudyOptions(device=device, jobs=0 if count == 1 else count, drafts=not accurate)
-    content = find(trials, options, out, how, command.progress(), settings)
+    computing = StudyOptions(device, 0 if jobs == 1 else jobs, drafts=not runs.accurate)
+    content = find(trials, options, out, computing, command.progress(), settings)
     command.reply(Answer(content, calibrated_lines(content), 0 if content["possible"] else GATE_FAILED))
 
 
-@answers(model="sealtwin.plan:PlanOptions", device=True)
+@answers(options="sealtwin.plan:PlanOptions", runs="sealtwin.cli.models:PlanRuns", device=True)
 def plan(
     command: Command,
     trial: Annotated[
@@ -209,6 +169,7 @@ def plan(
     ],
     settings: Given,
     options: "PlanOptions",
+    runs: "PlanRuns",
     levels: Annotated[
         File,
         option(
@@ -221,7 +182,6 @@ def plan(
     out: Annotated[
         File, option("The plan's folder; default: reports/<trial name>-plan, or -rest with --from.", "DIR")
     ] = None,
-    jobs: Annotated[int, count_option("Processes for particle runs.", 1, 512)] = 1,
 ) -> None:
     """Plan flow and speed along a crack, so that it is full and nothing overspills.
 
@@ -238,7 +198,7 @@ def plan(
     if levels is not None:
         from sealtwin.plan.rest import plan_rest
 
-        if jobs != 1 or options.model_fields_set & BY_PARTICLES:
+        if runs.jobs != 1 or options.model_fields_set & BY_PARTICLES:
             raise typer.BadParameter("--from takes no --posterior, --verify, --seeds, --jobs or --accurate")
         result = plan_rest(trial, levels, out, options, command.progress(), settings=settings)
         command.reply(Answer(result.content, [*result.sentences, f"Path: {result.content['folder']}/rest.csv"]))
@@ -249,7 +209,7 @@ def plan(
 
     options = options.model_copy(update={"accurate": options.accurate or sets_resolution(settings)})
     device = choose_device(command.device)
-    result = make_plan(trial, out, options, command.progress(), device=device, jobs=jobs, settings=settings)
+    result = make_plan(trial, out, options, command.progress(), device=device, jobs=runs.jobs, settings=settings)
     files = f"Plan: {result.content['folder']}/plan.csv, and trial.toml to run it. Page: plan.html"
     command.reply(Answer(result.content, [*result.sentences, files]))
 
