@@ -11,7 +11,6 @@ import numpy as np
 from sealtwin.api import FilePath, Points, of_one_crack, path_or_none, settings_from, shown_progress, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import texts
 from sealtwin.core.files import read_table
 from sealtwin.core.progress import wanted
 from sealtwin.core.records import Floats, Outline, Profile, Run, Solid, Trajectory
@@ -166,8 +165,8 @@ def run_trial(
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     with shown_progress(progress) as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads)
-    sentences = [] if wanted(progress) else [warning.text for warning in shown.warned]
-    warn(dict.fromkeys([*sentences, *texts(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
+    facts = [] if wanted(progress) else shown.warned
+    warn(dict.fromkeys([*facts, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 
 

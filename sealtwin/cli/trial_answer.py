@@ -11,7 +11,6 @@ from sealtwin.core.facts import of_keys, texts, without
 
 if TYPE_CHECKING:
     from sealtwin.core.facts import Fact
-    from sealtwin.core.progress import Warned
     from sealtwin.study.pipeline import FinishedStages
     from sealtwin.trial.job import StageName
     from sealtwin.trial.trial_file import Trial
@@ -32,12 +31,12 @@ def run_trial(
     *,
     trial: "Trial | None" = None,
     threads: int = 1,
-    warned: "Sequence[Warned]" = (),
+    printed: "Sequence[Fact]" = (),
 ) -> None:
     """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
 
-    If ``trial`` is given, ``file`` is the photo or the mesh for which it was made. The command has printed the
-    warnings ``warned`` before.
+    If ``trial`` is given, ``file`` is the photo or the mesh for which it was made. The command has ``printed`` facts
+    before.
     """
     from sealtwin.core.cluster import cores
     from sealtwin.study import pipeline
@@ -46,7 +45,7 @@ def run_trial(
     made, trial = trial is not None, trial or load_trial(file, settings)
     with command.progress() as progress:
         done = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, cores())
-    _reply(command, done, stages, (*warned, *progress.warned), "TRIAL" if made else file.as_posix())
+    _reply(command, done, stages, (*printed, *progress.warned), "TRIAL" if made else file.as_posix())
 
 
 def resume(
@@ -78,13 +77,13 @@ def resume(
 
 
 def _reply(
-    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", warned: "Sequence[Warned]", trial_file: str
+    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", printed: "Sequence[Fact]", trial_file: str
 ) -> None:
     from validate.sentences import sentence
 
     result = done.result
     missed = "validate" in stages and result.comparison is not None and result.comparison.passed is False
-    lines = result_lines(result, stages[-1], done.extra_runs, warned, verbose=command.verbose)
+    lines = result_lines(result, stages[-1], done.extra_runs, printed, verbose=command.verbose)
     if "validate" in stages and result.comparison is None and done.can_be_planned:
         lines.append(f"{'Next':<{LABEL_LETTERS}}{sentence('terminal_next', file=trial_file)}")
     command.reply(Answer(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0))
@@ -94,7 +93,7 @@ def result_lines(
     result: "TrialResult",
     last: "StageName",
     extra_runs: str = "",
-    warned: "Sequence[Warned]" = (),
+    printed: "Sequence[Fact]" = (),
     *,
     verbose: bool = False,
 ) -> list[str]:
@@ -104,16 +103,15 @@ def result_lines(
         result: Result of the trial.
         last: Last stage of the command.
         extra_runs: Time of the runs of 'sealtwin validate RUN --uncertainty' in words; empty if it is unknown.
-        warned: Warnings that the command has printed. They are not repeated.
+        printed: Facts that the command has printed. They are not repeated.
         verbose: True for all figures and sentences.
     """
     from validate.sentences import sentence
 
     compared = last == "validate" and result.report is not None
-    printed = {warning.text for warning in warned}
     rows = [
         *_made(result, last),
-        *(("Warning", text) for text in map(str, _warnings(result, last)) if text not in printed),
+        *(("Warning", f"{fact}") for fact in _warnings(result, last) if fact not in printed),
         *(_concluded(result) if compared else ()),
     ]
     report = sentence("terminal_report", result=result, adds=_adds(result), extra_runs=extra_runs)

@@ -141,7 +141,7 @@ def quick(
         pipeline.run_trial(trial, folder, run, ("digitise",), command.device, progress)
     if read_outline(run).width_source != "none":
         command.say(fast_answer(trial.loaded(folder), read_sample(run)))
-    run_trial(command, file, run, ALL_STAGES, warned=progress.warned)
+    run_trial(command, file, run, ALL_STAGES, printed=progress.warned)
 
 
 @answers(device=True, verbose=True)

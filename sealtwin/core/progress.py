@@ -4,23 +4,15 @@ import sys
 import time
 from collections import deque
 from contextlib import AbstractContextManager
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
+
+from sealtwin.core.facts import Fact
 
 LINE_EVERY_S = 10.0  # Time between plain lines in a log
 TENTH = 0.1  # Share of the work after which the remaining time is estimated
 
-
-Level = Literal["note", "warning", "fault"]
-
-
-class Warned(NamedTuple):
-    """A warning about a result."""
-
-    level: Level
-    text: str
-
-    def __str__(self) -> str:
-        return f"{self.level}: {self.text}"
+Word = Literal["note", "warning", "fault"]
+"""Word before a fact that is shown during the work."""
 
 
 class Pace:
@@ -74,13 +66,13 @@ class Progress(AbstractContextManager["Progress"]):
     def note(self, text: str) -> None:
         """Show a line to the user at once."""
 
-    warned: tuple[Warned, ...] = ()
-    """Warnings until now."""
+    warned: tuple[Fact, ...] = ()
+    """Facts that were shown until now."""
 
-    def warn(self, text: str, level: Level = "note") -> None:
-        """Show a warning about a result, even if notes are not shown."""
-        self.warned = (*self.warned, Warned(level, text))
-        self.note(f"{self.warned[-1]}")
+    def warn(self, fact: Fact, word: Word = "note") -> None:
+        """Show a fact about a result, even if notes are not shown."""
+        self.warned = (*self.warned, fact)
+        self.note(f"{word}: {fact}")
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -118,9 +110,9 @@ class _Timed(Progress):
 class QuietProgress(Progress):
     """Progress that shows warnings only, for a command with --quiet. The Python interface uses ``warnings``."""
 
-    def warn(self, text: str, level: Level = "note") -> None:
-        super().warn(text, level)
-        print(self.warned[-1], file=sys.stderr, flush=True)
+    def warn(self, fact: Fact, word: Word = "note") -> None:
+        super().warn(fact, word)
+        print(f"{word}: {fact}", file=sys.stderr, flush=True)
 
 
 class PlainProgress(_Timed):

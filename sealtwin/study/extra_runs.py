@@ -18,7 +18,7 @@ import numpy as np
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, without
+from sealtwin.core.facts import Fact, doubt, without
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
@@ -349,11 +349,12 @@ def compute_variants(
     plan = bring_up_to_date(folder, plan, largest, options, progress, "Extra runs", announced, doubts, timings)
     require_done(folder, plan.runs, f"there is no result for {why}")
     if finer := [words_of(run.settings) for run in plan.runs if run.figures and run.figures.health.finer]:
-        progress.warn(
+        text = (
             f"{len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
             f"({finer[0]}). They may differ from the others by more than by the seed: give the trial a number of "
             "solver.substeps with which none fails."
         )
+        progress.warn(doubt("runs.finer", text, len(finer)))
     return plan.runs
 
 

@@ -156,7 +156,7 @@ def bring_up_to_date(
     if announced and (expected.runs or options.dry_run):
         progress.note(f"{announced} {expected.sentence}")
     for doubt in doubts if expected.runs else ():
-        progress.warn(doubt.text)
+        progress.warn(doubt)
     require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
     if options.scheduler is None and options.device:
         require_memory(expected, free_bytes(options.device), options.device, options.batch)

@@ -12,7 +12,7 @@ import numpy as np
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores, run_tasks
 from sealtwin.core.errors import InputError, NumericalError, present
-from sealtwin.core.facts import Fact, texts
+from sealtwin.core.facts import Fact, doubt, texts
 from sealtwin.core.plain_files import opened
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Profile
@@ -114,7 +114,8 @@ def map_study(
         chosen = [run for run in chosen_few(chart) if not done[run.number].fast]
         other = other_numbers(plan.numbers, numbers_up_to("simulate"))
         if chosen and other:
-            progress.warn(f"{folder}: its runs were computed by {other}; the drawn fills may differ from them.")
+            text = f"{folder}: its runs were computed by {other}; the drawn fills may differ from them."
+            progress.warn(doubt("file.other-version", text))
         with holding(folder), progress:
             watched = watch_runs(folder, [done[run.number] for run in chosen], device, progress, other)
         for letter, run, frames in zip(ascii_lowercase, chosen, watched, strict=False):
