@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 from scipy.optimize import root_scalar
 
+from digitise.geometry.polyline import coverage
 from digitise.image.raster import blurred
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.scale.marker_print import board_around, board_toml
 from digitise.scale.marker_scale import black_modules
 from fixtures.generate.camera import camera_above
-from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats
 from simulate.spread_law import flat_stress_pa, stretched_stress_pa
 

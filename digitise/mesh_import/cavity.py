@@ -18,7 +18,7 @@ from digitise.settings import MeshUnit
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.number_tables import read_columns
+from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats, Outline
 
 # Limits of the choice of an opening, sizes of the picture, and limits of a given path.

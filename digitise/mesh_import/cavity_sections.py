@@ -14,11 +14,10 @@ from scipy.sparse import coo_array
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
-from digitise.geometry.polyline import at_arc_length, signed_area
+from digitise.geometry.polyline import at_arc_length, coverage, signed_area
 from digitise.image.raster import Map
 from digitise.scale.view import View
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats, Outline, Sections
 
 STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints

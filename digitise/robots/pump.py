@@ -8,7 +8,7 @@ from pydantic import Field
 from scipy.special import stdtrit
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.number_tables import read_columns
+from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 

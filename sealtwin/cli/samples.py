@@ -114,19 +114,26 @@ def digitise(
 
 def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
     """Print how both walls of a digitised crack were placed at an arc length."""
+    import numpy as np
+
     from sealtwin.core.record_files import read_outline
 
     folder = next((folder for folder in folders if (folder / "outline.json").is_file()), None)
     if folder is None:
         raise typer.BadParameter("--explain asks about a run folder: digitise the photo first, and name its --out")
     outline = read_outline(folder)
-    walls = outline.why_here(s_mm)
-    if not walls:
+    # A later stretch counts where two overlap.
+    stretches = {each.side: each for each in outline.walls if each.s_from_mm <= s_mm <= each.s_to_mm}
+    if not stretches:
         why = "it has no walls measured in a photo" if not outline.walls else f"it is {outline.length_mm:.1f} mm long"
         raise InputError(f"{folder / 'outline.json'}: nothing explains the crack at s = {s_mm:g} mm: {why}.")
-    rows = {side: {"away_mm": round(away_mm, 3), **asdict(stretch)} for side, (away_mm, stretch) in walls.items()}
-    lines = [f"{away_mm:.2f} mm from the centreline, {stretch.sentence}" for away_mm, stretch in walls.values()]
-    command.reply(Answer({"s_mm": s_mm, "walls": rows}, lines))
+    walls, lines = dict[str, Any](), list[str]()
+    for side, stretch in stretches.items():
+        wall_mm = outline.left_wall_mm if side == "left" else outline.right_wall_mm
+        away_mm = np.interp(s_mm, outline.s_mm, np.linalg.norm(wall_mm - outline.centreline_mm, axis=1))
+        walls[side] = {"away_mm": round(float(away_mm), 3), **asdict(stretch)}
+        lines.append(f"{away_mm:.2f} mm from the centreline, {stretch.sentence}")
+    command.reply(Answer({"s_mm": s_mm, "walls": walls}, lines))
 
 
 @answers(options="sealtwin.cli.models:DrawnCracks")

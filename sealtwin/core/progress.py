@@ -1,8 +1,9 @@
 """Progress of long work: a bar on a terminal, plain lines elsewhere."""
 
+import math
 import sys
 import time
-from collections import deque
+from bisect import bisect_right
 from contextlib import AbstractContextManager
 from typing import Any, Literal
 
@@ -24,18 +25,14 @@ class Pace:
 
     def __init__(self, total: float, done: float = 0.0) -> None:
         self._total, self._before = total, done
-        self._first = done
-        self._reports: deque[tuple[float, float]] = deque()  # Steps done and time, for the later half
+        self._reports = list[tuple[float, float]]()  # Steps done and time, if steps were done since the last report
 
     def left_s(self, done: float, now_s: float) -> float | None:
         """Return the expected time left after ``done`` steps, or None until a tenth of the remaining steps is done."""
-        if not self._reports:
-            self._first = done
         if not self._reports or done > self._reports[-1][0]:
             self._reports.append((done, now_s))
-        while len(self._reports) > 1 and self._reports[1][0] <= (self._first + done) / 2:
-            self._reports.popleft()
-        since, since_s = self._reports[0]
+        half = (self._reports[0][0] + done) / 2
+        since, since_s = self._reports[bisect_right(self._reports, (half, math.inf)) - 1]
         if done <= since or done - self._before < TENTH * (self._total - self._before):
             return None
         return (now_s - since_s) * (self._total - done) / (done - since)

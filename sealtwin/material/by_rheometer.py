@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.number_tables import read_columns
+from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats, Integers
 from sealtwin.material import MeasuredPaste, PasteSettings, four_digits, measured_material
 from sealtwin.material.flow_law import FlowLaw, fit_flow_law
