@@ -13,7 +13,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
-from sealtwin.core.stage_keys import stage_key
+from sealtwin.core.run_folder import stage_key
 from sealtwin.plan.search import OVER_WEIGHT
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import Forecast, size_of, timings_of

@@ -21,7 +21,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt, without
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
-from sealtwin.core.stage_keys import stage_key
+from sealtwin.core.run_folder import stage_key
 from sealtwin.study.estimate import REPORT_S, Timing, expected_time, in_words, size_of, time_of_all
 from sealtwin.study.moved_inputs import (
     PLACES,

@@ -18,7 +18,7 @@ from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.facts import Fact
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Run, Sample
-from sealtwin.core.stage_keys import content_key, stage_key
+from sealtwin.core.run_folder import content_key, stage_key
 from sealtwin.study.estimate import (
     Forecast,
     RunSize,

@@ -16,8 +16,7 @@ from sealtwin.core.facts import Fact, doubt, texts
 from sealtwin.core.plain_files import opened
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Profile
-from sealtwin.core.run_folder import holding
-from sealtwin.core.stage_keys import other_numbers
+from sealtwin.core.run_folder import holding, other_numbers
 from sealtwin.core.vtk_files import Frame
 from sealtwin.study.runner import INPUTS
 from sealtwin.study.study_folder import (

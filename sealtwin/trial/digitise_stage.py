@@ -12,8 +12,8 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import doubt
 from sealtwin.core.records import Outline, Pixels, Solid
+from sealtwin.core.run_folder import stage_key
 from sealtwin.core.settings import doubts_of
-from sealtwin.core.stage_keys import stage_key
 from sealtwin.trial.job import (
     DIGITISED,
     OF_A_PATH,

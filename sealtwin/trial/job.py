@@ -13,8 +13,7 @@ from sealtwin.core import files, plain_files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import doubt
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import MANIFEST, RunFolder
-from sealtwin.core.stage_keys import UNNUMBERED, other_numbers
+from sealtwin.core.run_folder import MANIFEST, UNNUMBERED, RunFolder, other_numbers
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
 
 StageName = Literal["digitise", "simulate", "validate"]

@@ -13,9 +13,8 @@ from digitise.robots.robot_path import RobotPath, place_path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Trajectory
-from sealtwin.core.run_folder import RunFolder, require_folder
+from sealtwin.core.run_folder import RunFolder, require_folder, stage_key
 from sealtwin.core.settings import checked, read_settings
-from sealtwin.core.stage_keys import stage_key
 from sealtwin.trial.job import other_versions, require_digitised, shown
 from sealtwin.trial.trial_file import load_trial
 

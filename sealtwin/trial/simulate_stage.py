@@ -9,8 +9,7 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Run, Sample
-from sealtwin.core.run_folder import MANIFEST
-from sealtwin.core.stage_keys import stage_key
+from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.vtk_files import read_collection, read_frame
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
 from sealtwin.trial.trial_file import Output

@@ -12,7 +12,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import doubt
 from sealtwin.core.record_files import LEVEL
 from sealtwin.core.records import Outline, Profile, Solid
-from sealtwin.core.stage_keys import other_numbers, stage_key
+from sealtwin.core.run_folder import other_numbers, stage_key
 from sealtwin.core.vtk_files import read_frame
 from sealtwin.trial.job import (
     DIGITISED,
