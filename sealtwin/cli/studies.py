@@ -158,7 +158,14 @@ def calibrate(
     # A worker process takes seconds to start, in each round.
     computing = StudyOptions(device, 0 if jobs == 1 else jobs, drafts=not runs.accurate)
     content = find(trials, options, out, computing, command.progress(), settings)
-    command.reply(Answer(content, calibrated_lines(content), 0 if content["possible"] else GATE_FAILED))
+    lines = [
+        *content["cautions"],
+        f"{content['name']}: {content['runs_of_each_trial']} runs of each trial.",
+        content["finding"],
+        *content["advice"],
+        f"Page: {content['page']}",
+    ]
+    command.reply(Answer(content, lines, 0 if content["possible"] else GATE_FAILED))
 
 
 @answers(options="sealtwin.plan:PlanOptions", runs="sealtwin.cli.models:PlanRuns", device=True)
@@ -217,30 +224,23 @@ def plan(
 def swept_lines(swept: dict[str, Any]) -> list[str]:
     """Return the lines that describe a sweep, made from its --json object."""
     from sealtwin.core.progress import in_words
+    from validate.readings.grid import listed
 
     runs, best = swept["runs"], swept["best"]
     counts = ", ".join(f"{number} {state}" for state, number in swept["states"].items() if number)
-    lines = [f"{swept['name']}: {len(runs)} runs, {counts}."]
-    lines += swept["other_versions"]
+    lines = [f"{swept['name']}: {len(runs)} runs, {counts}.", *swept["other_versions"]]
     if swept["computed_by"]:
         remaining = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
         lines.append(f"Computed by {swept['computed_by']}{remaining}.")
     elif swept["states"]["waiting"]:
         lines.append("No process computes it now; repeat the command to compute the rest.")
-    if swept["screening"]:
-        lines.append(swept["screening"])
-    lines += swept["fluid_warnings"]
+    lines += [*filter(None, [swept["screening"]]), *swept["fluid_warnings"]]
     if best is not None:
-        lines.append(
-            f"Nearest to the readings: run {best['number']} ({_settings_text(best['settings'])}), "
-            f"{best['mean_error_mm']:.2f} mm on average."
-        )
-        if best["against_baselines"] is not None:
-            lines.append(best["against_baselines"])
-    if unranked := swept["not_ranked"]:
-        which = ", ".join(f"{run['number']} (ratio {run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
-        more = f" and {len(unranked) - MOST_NAMED} more" if len(unranked) > MOST_NAMED else ""
-        lines.append(f"Not ranked, since the settled volume is off by over 5 %: run {which}{more}.")
+        settings, error = _settings_text(best["settings"]), f"{best['mean_error_mm']:.2f} mm on average"
+        lines.append(f"Nearest to the readings: run {best['number']} ({settings}), {error}.")
+        lines += filter(None, [best["against_baselines"]])
+    if unranked := [f"{run['number']} (ratio {run['volume_ratio']:.3f})" for run in swept["not_ranked"]]:
+        lines.append(f"Not ranked, since the settled volume is off by over 5 %: run {listed(unranked, MOST_NAMED)}.")
     failed = [run for run in runs if run["state"] == "failed"]
     for run in failed[:MOST_NAMED]:
         settings = {name: value for name, value in run.items() if name == "seed" or "." in name}
@@ -279,13 +279,3 @@ def _settings_text(settings: dict[str, Any]) -> str:
     from validate.units import setting_words
 
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())
-
-
-def calibrated_lines(content: dict[str, Any]) -> list[str]:
-    return [
-        *content["cautions"],
-        f"{content['name']}: {content['runs_of_each_trial']} runs of each trial.",
-        content["finding"],
-        *content["advice"],
-        f"Page: {content['page']}",
-    ]

@@ -83,21 +83,19 @@ class _Timed(Progress):
 
     def __init__(self) -> None:
         self._total, self._pace = 0, Pace(0.0)
-        self._expected: tuple[float, float] | None = None  # Remaining time from ``expect``, and the moment of that call
+        self._ends_s: float | None = None  # Moment of the end of the work, from ``expect``
 
     def start(self, title: str, total: int, done: int = 0) -> None:
-        self._total, self._pace, self._expected = total, Pace(total, done), None
+        self._total, self._pace, self._ends_s = total, Pace(total, done), None
 
     def expect(self, left_s: float) -> None:
-        self._expected = left_s, time.monotonic()
+        self._ends_s = time.monotonic() + left_s
 
     def _left(self, done: int) -> str:
         """Return the command's remaining time in words, or an empty text without an estimate or if the work is done."""
         now_s = time.monotonic()
-        left_s = self._pace.left_s(done, now_s)
-        if self._expected is not None:
-            given_s, at_s = self._expected
-            left_s = max(0.0, given_s - (now_s - at_s))
+        by_pace_s = self._pace.left_s(done, now_s)
+        left_s = by_pace_s if self._ends_s is None else max(0.0, self._ends_s - now_s)
         if left_s is None or done >= self._total:
             return ""
         whole_s = left_s * self._total / (self._total - done)
