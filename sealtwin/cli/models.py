@@ -21,7 +21,7 @@ class Digitising(Settings):
     jobs: int = Field(default=1, ge=1, le=64)
     """Number of photos digitised at the same time."""
     explain: float | None = Field(default=None, ge=0)
-    """Of a run folder, as TRIAL|PHOTO or --out: why is each wall there, at this s in mm?"""
+    """Explain why each wall is there, at this s in mm, in a run folder that TRIAL|PHOTO or --out names."""
 
 
 class Tracing(Settings):
