@@ -62,8 +62,7 @@ WallMethod = Literal["edge", "region", "fit", "gauge", "drawn", "bridged"]
 """Method that placed a wall.
 
 edge: its step from dark to bright; region, fit, gauge: as of a width's source; drawn: lines drawn by hand; bridged:
-straight between its neighbours, since it is not in view.
-"""
+straight between its neighbours, since it is not in view."""
 
 
 @with_config(FROM_JSON)
