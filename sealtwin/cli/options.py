@@ -206,9 +206,10 @@ class FieldOption:
         """Return a text, a number or several; of a form with an equals sign, what is left and what is right of it."""
         if "=" in form:
             name, _, value = text.partition("=")
-            if not (name and value):
-                raise typer.BadParameter(f"{spelt} {text:.80}: expected {form}")
-            return name, self._part(form.partition("=")[2], value, f"{spelt} {name}")
+            try:
+                return name, self._part(form.partition("=")[2], value, spelt)
+            except typer.BadParameter:
+                raise typer.BadParameter(f"{spelt} {text:.80}: expected {form}") from None
         if not self.takes(int, float):
             return text.split(",") if "," in form else text
         numbers = read_numbers(text, form, spelt)

@@ -10,7 +10,7 @@ import re
 import secrets
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -94,9 +94,13 @@ def as_json(content: Any) -> str:
 
     The text is indented, with each list of numbers on one line.
     """
-    plain = to_jsonable_python(content, inf_nan_mode="null", fallback=lambda array: array.tolist())
+    plain = to_jsonable_python(content, inf_nan_mode="null", fallback=_plain)
     text = json.dumps(plain, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     return NUMBERS.sub(lambda match: " ".join(match.group().split()).replace("[ ", "[").replace(" ]", "]"), text)
+
+
+def _plain(value: Any) -> Any:
+    return value.as_posix() if isinstance(value, PurePath) else value.tolist()
 
 
 def read_json(path: Path) -> Any:
