@@ -9,6 +9,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -206,10 +207,10 @@ class FieldOption:
         """Return a text, a number or several; of a form with an equals sign, what is left and what is right of it."""
         if "=" in form:
             name, _, value = text.partition("=")
-            try:
-                return name, self._part(form.partition("=")[2], value, spelt)
-            except typer.BadParameter:
-                raise typer.BadParameter(f"{spelt} {text:.80}: expected {form}") from None
+            with suppress(typer.BadParameter):
+                if name:
+                    return name, self._part(form.partition("=")[2], value, spelt)
+            raise typer.BadParameter(f"{spelt} {text:.80}: expected {form}")
         if not self.takes(int, float):
             return text.split(",") if "," in form else text
         numbers = read_numbers(text, form, spelt)
