@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from benchmarks.against import HERE
 from sealtwin.core.files import write_text
-from sealtwin.core.stage_keys import number_words, other_numbers
+from sealtwin.core.run_folder import number_words, other_numbers
 from sealtwin.trial.job import NUMBERS
 
 PAGE = HERE / "docs" / "figures.md"

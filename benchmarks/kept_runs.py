@@ -13,7 +13,7 @@ import digitise
 import simulate
 import validate
 from sealtwin.core.files import write_json
-from sealtwin.core.stage_keys import other_numbers
+from sealtwin.core.run_folder import other_numbers
 
 PARTS: dict[str, int] = {
     "tracing": digitise.TRACING_NUMBER,

@@ -16,13 +16,12 @@ from scipy.spatial import KDTree
 from benchmarks.table import Row
 from benchmarks.tracing_thin import draw_spot, waves
 from digitise.crack_path.find_path import CrackSearch, find_path
-from digitise.geometry.polyline import depth_inside, left_normals, signed_area
+from digitise.geometry.polyline import coverage, depth_inside, left_normals, signed_area
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.lighting import DISPLAY_GAMMA as GAMMA
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 

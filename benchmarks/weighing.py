@@ -23,8 +23,8 @@ from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.fit_cavity import DENSITY_SD, MENISCUS_SD, NORMAL_95, weigh
 from digitise.weighing.moved_walls import widened
-from sealtwin.core.meniscus import capillary_length_mm, mean_level_mm
 from sealtwin.core.records import Floats, Outline
+from sealtwin.core.regime import capillary_length_mm, mean_level_mm
 from sealtwin.core.solid_figures import WeighedCavity
 
 KINDS: tuple[Kind, ...] = ("plain", "tapered", "pinched")

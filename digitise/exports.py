@@ -10,8 +10,7 @@ import numpy as np
 from ezdxf import units
 from numpy.typing import NDArray
 
-from digitise.geometry.polyline import rectangle
-from sealtwin.core.coverage import coverage
+from digitise.geometry.polyline import coverage, rectangle
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Trajectory
 

@@ -17,8 +17,14 @@ from sealtwin.core.errors import InputError as _InputError
 
 if TYPE_CHECKING:
     from sealtwin.api import InputError, NumericalError, Run, SealtwinError, Solid
-    from sealtwin.api.levels import LevelComparison, LevelReadings, compare, plot_levels, read_readings
-    from sealtwin.api.outputs import write_report, write_robot_program
+    from sealtwin.api.levels import (
+        LevelComparison,
+        LevelReadings,
+        compare,
+        plot_levels,
+        read_readings,
+        write_report,
+    )
     from sealtwin.api.runs import (
         BlockRelease,
         Fluid,
@@ -31,6 +37,7 @@ if TYPE_CHECKING:
         measure_level,
         plan_path,
         release_block,
+        write_robot_program,
     )
     from sealtwin.api.samples import (
         CrackOutline,
@@ -112,7 +119,7 @@ __all__ = [
     "write_robot_program",
 ]
 
-_MODULES = ("", ".trials", ".studies", ".runs", ".samples", ".levels", ".outputs")
+_MODULES = ("", ".trials", ".studies", ".runs", ".samples", ".levels")
 """Modules in ``sealtwin.api``, ordered by the number of libraries that they load."""
 
 

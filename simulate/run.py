@@ -93,7 +93,7 @@ def follow(injection: Injection, options: ComputeOptions) -> None:
 
 def _warn(options: ComputeOptions, facts: Collection[Fact]) -> None:
     for fact in facts:
-        options.progress.warn(fact.text)
+        options.progress.warn(fact)
 
 
 def _computed(pour: Pour, options: ComputeOptions, finer: int, shown: Collection[Fact] = ()) -> Injection:
@@ -118,10 +118,9 @@ def _result(
     """Measure a run of a launch. If it failed, compute it anew, alone and with twice the substeps."""
     if not isinstance(outcome, NumericalError):
         if outcome.escaped_particles:
-            options.progress.warn(
-                f"{outcome.escaped_particles} particles went through a wall. Do not use this run; please report it.",
-                "fault",
-            )
+            escaped = outcome.escaped_particles
+            text = f"{escaped} particles went through a wall. Do not use this run; please report it."
+            options.progress.warn(Fact("fluid.escaped", text, escaped, level="fault"), "fault")
         try:
             return _measured(injection, outcome, number)
         except NumericalError as fault:

@@ -7,7 +7,7 @@ import numpy as np
 import pypdf
 import pypdf.generic
 
-from sealtwin.core.coverage import coverage
+from digitise.geometry.polyline import coverage
 from sealtwin.core.records import Floats
 
 MM_PER_PT = 25.4 / 72

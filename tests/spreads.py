@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 from scipy.optimize import root_scalar
 
+from digitise.geometry.polyline import coverage
 from digitise.image.raster import DISPLAY_GAMMA, blurred
 from digitise.scale.marker_scale import black_modules, board_around, board_toml
 from fixtures.generate.camera import camera_above
-from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats
 from simulate.spread_law import flat_stress_pa, stretched_stress_pa
 

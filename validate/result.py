@@ -26,8 +26,8 @@ from sealtwin.core.records import (
     Trajectory,
     WidthSource,
 )
+from sealtwin.core.run_folder import number_words
 from sealtwin.core.solid_figures import Span, WeighedCavity
-from sealtwin.core.stage_keys import number_words
 from sealtwin.core.vtk_files import Frame
 from validate.comparison import Comparison, Outcome
 from validate.intervals import PredictedLevel

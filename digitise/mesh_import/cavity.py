@@ -16,7 +16,7 @@ from scipy.sparse import coo_array
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
-from digitise.geometry.polyline import Box, at_arc_length, resampled, signed_area
+from digitise.geometry.polyline import Box, at_arc_length, coverage, resampled, signed_area
 from digitise.geometry.region import box_region, prism
 from digitise.image.raster import Map
 from digitise.mesh_import.block import Block, parted
@@ -24,10 +24,9 @@ from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from sealtwin.core.arc_length import arc_length, arc_length_at
-from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.number_tables import read_columns
+from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats, Outline, Sections
 
 # Limits of the choice of an opening, sizes of the picture, and limits of a given path.

@@ -16,7 +16,7 @@ from digitise.robots.programs import CSV, GCODE, TXT, URSCRIPT, InCell, Language
 from digitise.robots.spel import SPEL
 from digitise.settings import OnFace
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.number_tables import read_columns
+from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 

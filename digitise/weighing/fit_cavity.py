@@ -24,8 +24,8 @@ from digitise.weighing.fill import WeighedFill
 from digitise.weighing.moved_walls import shape_by_weight, widened
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.meniscus import capillary_length_mm, mean_level_mm
 from sealtwin.core.records import Floats, Outline
+from sealtwin.core.regime import capillary_length_mm, mean_level_mm
 from sealtwin.core.solid_figures import WeighedCavity
 
 # Uncertainties of what nobody declares, steps of the fit, and limits of reported differences. Larger standard

@@ -14,7 +14,7 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import present
 from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Sample
-from sealtwin.core.stage_keys import number_words, stage_key
+from sealtwin.core.run_folder import number_words, stage_key
 from sealtwin.study.study_file import load_study
 from sealtwin.study.study_folder import FILL, read_plan, run_path
 from sealtwin.study.study_map import map_study, read_fill

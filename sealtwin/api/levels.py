@@ -1,8 +1,9 @@
-"""Readings along the crack, their comparison with a simulated level, and a plot of both."""
+"""Readings along the crack, their comparison with a simulated level, a plot of both, and the report."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,20 +12,27 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import InstanceOf
 
-from sealtwin.api import FilePath, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
-from sealtwin.api.runs import SimulatedLevel
+from sealtwin.api import (
+    FilePath,
+    content_of,
+    file_of,
+    of_one_crack,
+    require_kinds,
+    settings_from,
+    sha256_of,
+    warn,
+)
+from sealtwin.api.runs import PlannedPath, SimulatedLevel
 from sealtwin.api.samples import CrackOutline
+from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import DataKind, Outline, Profile, Sections, Shown, Solid
+from sealtwin.core.records import DataKind, Outline, Profile, Run, Sections, Shown, Solid
+from sealtwin.core.run_folder import MANIFEST, require_folder, versions
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
+from sealtwin.trial.job import NUMBERS, OVERLAY, STRAIGHT
 from validate.result import Comparison
-from validate.settings import (
-    Gate,
-    Readings,
-    Role,
-    Uncertainty,
-)
+from validate.settings import Gate, Readings, Role, Uncertainty
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,30 +116,21 @@ def read_readings(
 
     if unknown := [name for name in keywords.get("fitted") or () if name not in SETTINGS]:
         raise InputError(f"read_readings: fitted: {no_such_setting(unknown[0])}.")
-    is_file = isinstance(readings, str | PathLike)
-    file = file_of(readings, "readings") if isinstance(readings, str | PathLike) else Path("readings")
+    file = file_of(readings, "readings") if isinstance(readings, str | PathLike) else None
     names = None if columns is None or isinstance(columns, Mapping) else list(columns)
-    settings = settings_from(Readings, "read_readings", given, file=file, columns=columns if names is None else None)
+    replaced = {"file": file or Path("readings"), "columns": columns if names is None else None}
+    settings = settings_from(Readings, "read_readings", given, **replaced)
     # The readings stay if the solid is made again: they are of the sample.
     made_of = of_one_crack("read_readings", crack, solid)[:1]
     limits_mm = None if crack is None else crack.length_mm, None if solid is None else solid.depth_mm
     try:
-        if is_file:
-            if names is not None:
-                raise InputError('read_readings: columns of a file is a table, such as {"s": "A", "levels": ["B:D"]}.')
-            profile, digest = from_file(file, settings, *limits_mm), sha256_of(file)
-        elif names is not None:
-            grid, digest = _named_rows(readings, names)
+        if file is None:
+            grid, digest = _sheet_of(readings, names, keywords)
             profile = readings_of(grid, settings, *limits_mm)
+        elif names is None:
+            profile, digest = from_file(file, settings, *limits_mm), sha256_of(file)
         else:
-            if useless := [name for name in OF_A_FILE if keywords.get(name) not in (None, "mm")]:
-                raise InputError(f"read_readings: {useless[0]} describes a file, but an array has no format. Omit it.")
-            table = _as_numbers(readings)
-            names = [
-                "s_mm",
-                *(f"{keywords.get('quantity') or 'level'}_{count}_mm" for count in range(1, table.shape[1])),
-            ]
-            profile, digest = readings_of(_named_rows(table, names)[0], settings, *limits_mm), sha256_of(table)
+            raise InputError('read_readings: columns of a file is a table, such as {"s": "A", "levels": ["B:D"]}.')
     except SheetFaults as fault:
         raise InputError("\n".join(doubt.in_words("python") for doubt in fault.doubts)) from None
     doubts = tuple(doubt.in_words("python") for doubt in profile.questions)
@@ -140,29 +139,29 @@ def read_readings(
     return LevelReadings(**content_of(profile), settings=settings, sha256=digest)
 
 
-def _as_numbers(rows: Any) -> NDArray[np.float64]:
+def _sheet_of(rows: Any, names: list[Any] | None, keywords: Mapping[str, Any]) -> "tuple[Grid, str]":
+    """Return rows below the names of their columns as a sheet, and its hash. Without names they are s and levels."""
+    from validate.readings.read_readings import grid_of_rows
+
+    if names is not None:
+        table = [names, *([*row] for row in rows)]
+        if ragged := [number for number, row in enumerate(table) if len(row) != len(names)]:
+            cells = f"{len(table[ragged[0]])} cells, but columns has {len(names)} names"
+            raise InputError(f"read_readings: row {ragged[0]} has {cells}.")
+        return grid_of_rows("readings", table), hashlib.sha256(repr(table).encode()).hexdigest()
+    if useless := [name for name in OF_A_FILE if keywords.get(name) not in (None, "mm")]:
+        raise InputError(f"read_readings: {useless[0]} describes a file, but an array has no format. Omit it.")
     try:
-        table = np.asarray(rows, dtype=np.float64)
+        numbers = np.asarray(rows, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(
             "read_readings: the rows are not all numbers of the same length. Use NaN for a missing reading, or give "
             "columns."
         ) from None
-    if table.ndim != 2 or table.shape[1] < 2:
-        raise InputError(f"read_readings: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
-    return table
-
-
-def _named_rows(rows: Any, names: list[Any]) -> "tuple[Grid, str]":
-    """Return rows below the names of their columns as a sheet, and its hash."""
-    from validate.readings.read_readings import grid_of_rows
-
-    table = [names, *([*row] for row in rows)]
-    if ragged := [number for number, row in enumerate(table) if len(row) != len(names)]:
-        raise InputError(
-            f"read_readings: row {ragged[0]} has {len(table[ragged[0]])} cells, but columns has {len(names)} names."
-        )
-    return grid_of_rows("readings", table), hashlib.sha256(repr(table).encode()).hexdigest()
+    if numbers.ndim != 2 or numbers.shape[1] < 2:
+        raise InputError(f"read_readings: an array of shape {numbers.shape}; give (n, 1 + r): s_mm, then r readings.")
+    levels = [f"{keywords.get('quantity') or 'level'}_{count}_mm" for count in range(1, numbers.shape[1])]
+    return grid_of_rows("readings", [["s_mm", *levels], *numbers.tolist()]), sha256_of(numbers)
 
 
 class LevelComparison(Shown, Comparison):
@@ -251,8 +250,10 @@ def compare(
     else:
         settings = Readings(file=Path(readings.source or "readings"), data=readings.data, role="undeclared")
     declared = checked(Uncertainty, Path("compare: uncertainty"), uncertainty or {})
-    dispensed_mm3 = level.dispensed_mm3 if isinstance(level, SimulatedLevel) else 0.0
-    mouth = Mouth.of(crack, solid, level.density_kg_m3 if isinstance(level, SimulatedLevel) else None)
+    density_kg_m3, dispensed_mm3, escaped = None, 0.0, 0
+    if isinstance(level, SimulatedLevel):
+        density_kg_m3, dispensed_mm3, escaped = level.density_kg_m3, level.dispensed_mm3, level.escaped_particles
+    mouth = Mouth.of(crack, solid, density_kg_m3)
     comparison = compare(
         level,
         readings,
@@ -262,7 +263,7 @@ def compare(
         fitted=settings.fitted,
         photo_data=crack.data if isinstance(crack, CrackOutline) else "undeclared",
         gate=None if gate_mm is None else Gate(mean_error_mm=float(gate_mm), reason=gate_reason),
-        escaped_particles=level.escaped_particles if isinstance(level, SimulatedLevel) else 0,
+        escaped_particles=escaped,
         uncertainty=error_uncertainty(level, readings, mouth, settings, declared),
         unseen=flat_levels(readings, crack, solid, dispensed_mm3),
     )
@@ -332,13 +333,105 @@ def plot_levels(
             axes = wide_figure(3.9).add_subplot()
             draw_levels(axes, level, sections, readings, compared, label=label)
         else:
-            axes, limits = ax, (ax.get_xlim(), ax.get_ylim()) if ax.has_data() else None
-            how = {"title": None, "colour": ax.plot([], [])[0].get_color(), "label": label}
-            draw_levels(ax, level, sections, readings, compared, **how)
-            if limits is not None:
-                ax.set_xlim(min(limits[0][0], ax.get_xlim()[0]), max(limits[0][1], ax.get_xlim()[1]))
-                ax.set_ylim(min(limits[1][0], ax.get_ylim()[0]), max(limits[1][1], ax.get_ylim()[1]))
+            from matplotlib.transforms import Bbox
+
+            axes, before = ax, [ax.viewLim.frozen()] if ax.has_data() else []
+            style = {"title": None, "colour": ax.plot([], [])[0].get_color(), "label": label}
+            draw_levels(ax, level, sections, readings, compared, **style)
+            limits = Bbox.union([*before, ax.viewLim])
+            ax.set(xlim=limits.intervalx, ylim=limits.intervaly)
     figure = axes.get_figure()
     if figure is None:
         raise InputError("plot_levels: ax is not part of a figure; give axes of a figure, or omit ax.")
     return figure
+
+
+def write_report(
+    folder: FilePath,
+    crack: CrackOutline,
+    solid: Solid,
+    path: PlannedPath,
+    run: Run | SimulatedLevel,
+    result: LevelComparison | None = None,
+    *,
+    name: str | None = None,
+    note: str = "",
+) -> Path:
+    """Write report.html, report.pdf, report.json and overlay.png, as ``sealtwin run`` does.
+
+    Parameters
+    ----------
+    folder
+        Folder for the files; files of an earlier call are replaced.
+    crack, solid, path, run, result
+        Results of the other functions; ``run`` may be the level of ``fill_fast``. Without ``result`` the report shows
+        only the simulation.
+    name, note
+        Title of the report (default: the folder's name), and a text with what a reader must know about this trial.
+
+    Returns
+    -------
+    Path
+        The page, report.html.
+
+    Raises
+    ------
+    InputError
+        ``result`` compares another level than that of ``run``; ``path`` is not from ``plan_path``, or ``crack`` not
+        from ``trace_crack`` or ``import_mesh``; or the folder is a run folder, whose report 'sealtwin validate' writes.
+
+    Examples
+    --------
+    ``crack``, ``solid``, ``path``, ``level`` and ``result`` are those of ``fill_fast`` and ``compare``.
+
+    >>> page = st.write_report("report", crack, solid, path, level, result)
+    >>> page.name
+    'report.html'
+    """
+    from digitise.trajectory import with_path
+    from digitise.walls.overlay import draw_overlay, straight_view
+    from simulate.profile import measure_profile, volume_ratio
+    from validate.compare import assess
+    from validate.report.write_report import REPORT
+    from validate.report.write_report import write_report as write_pages
+    from validate.result import Evidence, ReadingsSheet, provenance
+
+    run = run.run if isinstance(run, SimulatedLevel) else run
+    require_kinds("write_report", crack=(crack, CrackOutline), path=(path, PlannedPath), run=(run, Run))
+    level, readings = (None, None) if result is None else (result.level, result.readings)
+    of_one_crack("write_report", crack, solid, path, run, level, readings)
+    target = Path(folder)
+    require_folder(target)
+    if (target / MANIFEST).is_file():
+        raise InputError(f"{target} is a run folder: 'sealtwin validate' writes its report. Give another folder.")
+    profile = measure_profile(run, crack, solid)
+    if level is not None and not np.array_equal(level.level_mm, profile.level_mm):
+        raise InputError("write_report: result is a comparison of another run's level; give the run that was compared.")
+    sheet, facts = None, {crack.photo.file.name: f"sha256 {crack.sha256}"}
+    if isinstance(readings, LevelReadings):
+        sheet = ReadingsSheet(name=readings.source, sha256=readings.sha256, operator=None, date=None)
+        facts[readings.source] = f"sha256 {readings.sha256}"
+    facts["written"] = datetime.now(UTC).isoformat(timespec="seconds")
+    files.write_png(target / OVERLAY, draw_overlay(crack.photo, crack, path))
+    files.write_png(target / STRAIGHT, straight_view(crack.photo, crack))
+    evidence = Evidence(
+        name=name or target.resolve().name,
+        note=note,
+        outline=crack,
+        solid=with_path(solid, path, crack, path.settings),
+        trajectory=path,
+        run=run,
+        profile=profile,
+        readings=readings,
+        volume_ratio=float(run.health.volume_ratio or volume_ratio(run, solid)),
+        overlay_path=target / OVERLAY,
+        straight_path=target / STRAIGHT,
+        photo_data=crack.data,
+        provenance=provenance(facts, run.device, run.settings.get("seed"), versions(), NUMBERS),
+        sheet=sheet,
+    )
+    if result is not None:
+        comparison = assess(evidence, result.settings, result.declared, None, result.gate)
+        evidence = replace(evidence, comparison=comparison)
+    write_pages(target, evidence)
+    return target / REPORT[0]

@@ -1,11 +1,13 @@
-"""The nozzle's path over a crack, the fluid run along it, and the level after the run."""
+"""The nozzle's path over a crack, its robot program, the fluid run along it, and the level after the run."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from digitise.robots.cell import ProgramOptions
 from digitise.settings import NozzlePath
-from sealtwin.api import content_of, of_one_crack, require_kinds, settings_from, shown_progress, warn
+from sealtwin.api import FilePath, content_of, of_one_crack, require_kinds, settings_from, shown_progress, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Origins, Outline, Profile, Run, Sample, Solid, Trajectory
@@ -330,6 +332,68 @@ def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
 
     made_of = of_one_crack("measure_level", run, crack, solid)
     return _simulated(measure_profile(run, crack, solid), run, made_of)
+
+
+@keywords_of(ProgramOptions)
+def write_robot_program(
+    folder: FilePath,
+    crack: Outline,
+    path: Trajectory,
+    cell: FilePath | Mapping[str, Any],
+    *,
+    formats: Sequence[str] | None = None,
+    name: str = "",
+    allow_automatic: bool | None = None,
+) -> list[Path]:
+    """Write a nozzle path as robot programs, in the robot's frame and checked against its cell's limits.
+
+    Parameters
+    ----------
+    folder
+        Folder for the files; files that were edited since they were written are not replaced.
+    crack, path
+        The crack and its path.
+    cell
+        A cell file, or its content as a mapping: taught points, limits, languages. ``sealtwin robot --example FILE``
+        writes one to start from.
+    name
+        Name of the trial in the head of each program.
+
+    Returns
+    -------
+    list of Path
+        The files written; the last one, robot.json, states frame, limits and hashes.
+
+    Raises
+    ------
+    InputError
+        The cell has a fault or no table for a format, the path exceeds one of the cell's limits, or the crack was found
+        automatically and is not confirmed.
+
+    Examples
+    --------
+    ``crack`` and ``path`` are those of ``plan_path``. 'sealtwin robot --example cell.toml' writes a cell file.
+
+    >>> files = st.write_robot_program("robot", crack, path, "cell.toml", formats=["csv"])
+    >>> [file.name for file in files]
+    ['path.csv', 'robot.json']
+    """
+    options = settings_from(ProgramOptions, "write_robot_program", locals())
+    from sealtwin.trial.exports import REPORT, CellFile, require_confirmed, write_programs
+
+    of_one_crack("write_robot_program", crack, path)
+    require_confirmed("write_robot_program", crack, options)
+    origin = {
+        "trial": name or "not named",
+        "run": "from Python",
+        "path_source": crack.path_source,
+        "inputs": {},
+        "edited_by_hand": [],
+    }
+    target = Path(folder)
+    read = CellFile.read(cell if isinstance(cell, Mapping) else Path(cell))
+    report, _ = write_programs(target, path, read, options, origin)
+    return [*(target / file for file in report["files"]), target / REPORT]
 
 
 def _simulated(profile: Profile, run: Run, made_of: Origins) -> SimulatedLevel:

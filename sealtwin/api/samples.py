@@ -98,8 +98,9 @@ def read_photo(
     >>> photo.size_px
     (200, 200)
     """
+    is_array = isinstance(photo, np.ndarray)
     # Messages name an array by its argument.
-    file = Path("photo") if isinstance(photo, np.ndarray) else file_of(photo, "photo")
+    file = Path("photo") if is_array else file_of(photo, "photo")
     # A mask may be an array, so it is read here.
     given = locals()
     from digitise.image import decoding
@@ -111,21 +112,16 @@ def read_photo(
     except SettingsFaults as fault:
         raise InputError(f"{fault}{offer_of_markers(file) if NO_SCALE in fault.types else ''}") from None
 
-    if isinstance(photo, np.ndarray):
-        decoded = decoding.take_photo(photo, "photo")
-    else:
-        decoded = decoding.read_photo(file, "photo")
+    decoded = decoding.take_photo(photo, "photo") if is_array else decoding.read_photo(file, "photo")
     height, width = decoded.image.shape[:2]
     drawn = None
     if isinstance(mask, np.ndarray):
         drawn = take_mask(mask, (width, height), "mask")
     elif mask is not None:
         drawn = read_mask(file_of(mask, "mask"), (width, height))
-    pixels = pixels_of(decoded, file, drawn)
-    digest = sha256_of(photo if isinstance(photo, np.ndarray) else file)
-    scaled_photo = scaled(pixels, settings)
-    cautions = (*scaled_photo.warnings, *beside_markers(scaled_photo, settings))
-    return SamplePhoto(**content_of(replace(scaled_photo, warnings=cautions)), settings=settings, sha256=digest)
+    read = scaled(pixels_of(decoded, file, drawn), settings)
+    read = replace(read, warnings=(*read.warnings, *beside_markers(read, settings)))
+    return SamplePhoto(**content_of(read), settings=settings, sha256=sha256_of(photo if is_array else file))
 
 
 @keywords_of(PhotoInput, only=HINTS)

@@ -18,7 +18,7 @@ from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
 from sealtwin.core.progress import Progress, wanted
 from sealtwin.core.records import DataKind, Floats
-from sealtwin.core.settings import as_json, checked
+from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
 
 
@@ -112,16 +112,14 @@ def sweep(
     from sealtwin.study.study_file import Study
 
     file = Path(trial).resolve()
-    content = {"name": name or f"{file.parent.name}-{file.stem}-sweep", "trial": str(file), "grid": grid}
-    if fixed:
-        content["fixed"] = fixed
+    content = {"name": name or f"{file.parent.name}-{file.stem}-sweep", "trial": file, "grid": grid, "fixed": fixed}
     # Checked here already, so that messages name this function.
     settings = checked(Study, Path("sweep"), content)
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     with tempfile.TemporaryDirectory(prefix="sealtwin-") as temporary:
         study = Path(temporary, "study.toml")
-        study.write_text(tomlkit.dumps(json.loads(json.dumps(content, default=as_json))), encoding="utf-8")
-        answer = _command(["sweep", study, *_accurate(accurate)], target, device, jobs, progress)
+        study.write_text(tomlkit.dumps(settings.model_dump(mode="json", exclude_unset=True)), encoding="utf-8")
+        answer = _command(["sweep", study], progress, accurate, out=target, device=device, jobs=jobs)
     warn(answer["fluid_warnings"])
     return SweepResult(target, tuple(answer["runs"]), answer["best"])
 
@@ -195,10 +193,10 @@ def calibrate(
     """
     options = settings_from(CalibrationOptions, "calibrate", locals())
     words: list[FilePath] = ["calibrate", *([trials] if isinstance(trials, str | PathLike) else trials)]
-    words += [f"--budget={options.budget}", *(f"--hold-out={file}" for file in options.hold_out)]
-    words += [] if options.date is None else [f"--date={options.date}"]
+    words += [f"--hold-out={file}" for file in options.hold_out]
     words += [f"--free={name}={low:.12g}:{high:.12g}" for name, (low, high) in options.free.items()]
-    content = _command([*words, *_accurate(accurate)], out, device, jobs, progress)
+    numbers = {"budget": options.budget, "date": options.date, "jobs": jobs}
+    content = _command(words, progress, accurate, out=out, device=device, **numbers)
     warn(content["fluid_warnings"])
     folder = Path(content["page"]).parent
     posterior = {}
@@ -272,29 +270,23 @@ def write_map(
     return mapped.folder / PAGE
 
 
-def _accurate(accurate: bool) -> list[str]:
-    return ["--accurate"] if accurate else []
-
-
-def _command(
-    words: Sequence[FilePath], out: FilePath | None, device: str, jobs: int | None, progress: bool | None
-) -> dict[str, Any]:
-    """Run a command of sealtwin with this interpreter; return its JSON output.
+def _command(words: Sequence[FilePath], progress: bool | None, accurate: bool, **options: object) -> dict[str, Any]:
+    """Run a command of sealtwin with this interpreter; return its JSON output. Options that are None are left out.
 
     Raises the kind of SealtwinError that its exit code means.
     """
     # -P: folders named 'validate' or 'simulate' in the current folder must not be imported.
-    line = [sys.executable, "-P", "-m", "sealtwin", *map(str, words), "--device", device, "--json"]
-    line += [] if out is None else ["--out", str(out)]
-    line += [] if jobs is None else ["--jobs", str(jobs)]
-    shows = wanted(progress)
-    line += [] if shows else ["--quiet"]
-    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=None if shows else subprocess.PIPE, check=False)
+    line = [sys.executable, "-P", "-m", "sealtwin", *map(str, words), "--json"]
+    line += [f"--{name}={value}" for name, value in options.items() if value is not None]
+    flags = {"--accurate": accurate, "--quiet": not wanted(progress)}
+    line += [name for name, given in flags.items() if given]
+    errors = subprocess.PIPE if "--quiet" in line else None
+    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=errors, check=False)
     try:
         answer = json.loads(done.stdout)
     except ValueError:
-        errors = (done.stderr or b"").decode(errors="replace")
-        raise RuntimeError(f"'sealtwin {words[0]}' ended with code {done.returncode}.\n{errors}") from None
+        text = (done.stderr or b"").decode(errors="replace")
+        raise RuntimeError(f"'sealtwin {words[0]}' ended with code {done.returncode}.\n{text}") from None
     if "error" not in answer:
         return answer
     kinds: dict[int, type[SealtwinError]] = {InputError.exit_code: InputError, NumericalError.exit_code: NumericalError}

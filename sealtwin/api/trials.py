@@ -11,7 +11,6 @@ import numpy as np
 from sealtwin.api import FilePath, Points, of_one_crack, path_or_none, settings_from, shown_progress, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import texts
 from sealtwin.core.files import read_table
 from sealtwin.core.progress import wanted
 from sealtwin.core.records import Floats, Outline, Profile, Run, Solid, Trajectory
@@ -151,23 +150,25 @@ def run_trial(
     from sealtwin.trial.job import STAGES
     from sealtwin.trial.trial_file import Trial, load_trial
 
-    if isinstance(trial, Trial | Mapping):
-        settings = trial if isinstance(trial, Trial) else checked(Trial, Path("run_trial"), trial)
-        home = Path(source) if source is not None else Path()
-    else:
-        if source is not None:
-            raise InputError(
-                "run_trial: names in a trial file are relative to its own folder, so source has no effect. Omit source."
-            )
+    home = Path(source or "")
+    if isinstance(trial, Trial):
+        settings = trial
+    elif isinstance(trial, Mapping):
+        settings = checked(Trial, Path("run_trial"), trial)
+    elif source is None:
         settings, home = load_trial(Path(trial)), Path(trial).parent
+    else:
+        raise InputError(
+            "run_trial: names in a trial file are relative to its own folder, so source has no effect. Omit source."
+        )
     if seeds is not None:
         content = settings.model_dump(mode="json", exclude_none=True)
         settings = checked(Trial, Path("run_trial"), {**content, "seeds": seeds})
-    target = Path(out) if out is not None else Path("reports", settings.folder_name)
+    target = Path(out or Path("reports", settings.folder_name))
     with shown_progress(progress) as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads)
-    sentences = [] if wanted(progress) else [warning.text for warning in shown.warned]
-    warn(dict.fromkeys([*sentences, *texts(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
+    facts = [] if wanted(progress) else shown.warned
+    warn(dict.fromkeys([*facts, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 
 
@@ -302,17 +303,7 @@ def plan_rest(
 def _flow_plan(content: dict[str, Any], table: str) -> FlowPlan:
     folder = Path(content["folder"])
     path = read_table(folder / table, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
-    level = read_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS)
-    half_width_mm = np.asarray(level[:, 3] - level[:, 1])
-    return FlowPlan(
-        folder=folder,
-        t_s=path[:, 0],
-        position_mm=path[:, 1:4],
-        speed_mm_s=path[:, 4],
-        flow_mm3_s=path[:, 5],
-        s_mm=level[:, 0],
-        level_mm=level[:, 1],
-        half_width_mm=None if np.isnan(half_width_mm).any() else half_width_mm,
-        verified=content["verified"],
-        content=content,
-    )
+    s_mm, level_mm, _, high_mm = read_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS).T
+    half_width_mm = None if np.isnan(high_mm).any() else high_mm - level_mm
+    after = s_mm, level_mm, half_width_mm, content["verified"], content
+    return FlowPlan(folder, path[:, 0], path[:, 1:4], path[:, 4], path[:, 5], *after)

@@ -8,7 +8,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +23,7 @@ from sealtwin.cli.options import (
     model_parameters,
     option,
     parameter,
+    parameter_of,
     read_model,
     settings_of,
 )
@@ -38,9 +39,14 @@ SOME_FAILED = 6
 INTERRUPTED = 130
 NO_MEMORY = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
 DEVICE = option("Device of the fluid run; it is an error if the named device does not exist.", "auto|cpu|cuda:0")
-JSON = flag("--json", "Print one JSON object on stdout, everything else on stderr.")
-QUIET = flag("--quiet", "On stderr, print only warnings: no narration and no progress.")
-VERBOSE = flag("--verbose", "Also print the figures and sentences that the short answer leaves out.")
+FLAGS = {
+    "as_json": flag("--json", "Print one JSON object on stdout, everything else on stderr."),
+    "quiet": flag("--quiet", "On stderr, print only warnings: no narration and no progress."),
+    "verbose": flag("--verbose", "Also print the figures and sentences that the short answer leaves out."),
+}
+ENDS = {"device": parameter("device", str, DEVICE, "auto")}
+ENDS |= {name: parameter(name, bool, shown, False) for name, shown in FLAGS.items()}
+"""Options of many commands, by the field of ``Command``. They are last in the help."""
 
 
 @dataclass(frozen=True)
@@ -119,92 +125,81 @@ class Commands(TyperGroup):
 
 
 class CheckedCommand(TyperCommand):
-    """Command that refuses an option that is given twice: Click would silently use the last value.
+    """Command that makes its options when they are first needed, since settings load pydantic.
 
-    Options that take a list may be repeated. Options of settings are made when they are first needed, since settings
-    load pydantic, and reach the command's function together, as the parameter in whose place they are.
+    It refuses an option that is given twice, of which Click would silently use the last value. Options that take a list
+    may be repeated.
     """
 
     @property
     def params(self) -> list[Any]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        sources, self._sources = self._sources, {}
-        for name, source in sources.items():
-            made = _with_signature(lambda **_: None, source())
+        if self._params is None:
             alone = typer.Typer(add_completion=False)
-            alone.command()(made)
-            options = typer.main.get_command(alone).params
-            place = [each.name for each in self._params].index(name)
-            self._params[place : place + 1] = options
-            self._parts[name] = [each.name for each in options]
+            alone.command()(vars(self.callback)["completed"]())
+            made = typer.main.get_command(alone)
+            self._params, self.callback = made.params, made.callback
         return self._params
 
     @params.setter
-    def params(self, params: list[Any]) -> None:  # pyright: ignore[reportIncompatibleVariableOverride]
-        self._params, self._parts = list(params), dict[str, list[Any]]()
-        self._sources = vars(self.callback)["sources"]
-
-    def invoke(self, ctx: Any) -> Any:
-        for name, options in self._parts.items():
-            ctx.params[name] = {each: ctx.params.pop(each) for each in options}
-        return super().invoke(ctx)
+    def params(self, _: list[Any]) -> None:  # pyright: ignore[reportIncompatibleVariableOverride]
+        self._params: list[Any] | None = None
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         _, _, given = self.make_parser(ctx).parse_args(args=list(args))
         for each in given:
-            one = isinstance(each, TyperOption) and not (each.multiple or each.is_flag)
-            if one and given.count(each) > 1:
+            single = isinstance(each, TyperOption) and not (each.multiple or each.is_flag)
+            if single and given.count(each) > 1:
                 ctx.fail(f"{each.opts[0]} is given {given.count(each)} times; give it once")
         return super().parse_args(ctx, args)
 
 
 def answers(
-    *names: str,
+    *keys: str,
     needs: Sequence[str] = (),
-    model: str = "",
     device: bool = False,
     verbose: bool = False,
     quiet: bool = True,
     as_json: bool = True,
+    **models: str,
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Turn a function of a ``Command`` into a command: add options for output and device, turn faults into exit codes.
 
-    The function's parameter ``settings`` becomes --set and the everyday options in ``names``, of which those in
-    ``needs`` are required. Its parameter ``options`` becomes an option for each field of the settings ``model``,
-    "module:Class".
+    The function's parameter ``settings`` becomes --set and an option for each of the everyday settings ``keys``, of
+    which those in ``needs`` are required. A parameter named in ``models`` becomes an option for each field of its
+    settings model, "module:Class".
     """
-    ends = [("device", str, DEVICE, "auto")] if device else []
-    ends += [("as_json", bool, JSON, False)] if as_json else []
-    ends += [("quiet", bool, QUIET, False)] if quiet else []
-    ends += [("verbose", bool, VERBOSE, False)] if verbose else []
-    sources = {"settings": lambda: everyday_parameters(names, needs), "options": lambda: model_parameters(model)}
+    shown = {"device": device, "as_json": as_json, "quiet": quiet, "verbose": verbose}
 
     def decorated(function: Callable[..., None]) -> Callable[..., None]:
+        _, *parameters = inspect.signature(function).parameters.values()
+
         @functools.wraps(function)
         def command(**given: Any) -> None:
-            answer = Command(**{name: given.pop(name) for name, *_ in ends})
+            answer = Command(**{name: given.pop(name) for name in ENDS if name in given})
             with ending(answer):
-                if (everyday := given.get("settings")) is not None:
-                    given["settings"] = settings_of(everyday, everyday.pop("set") or ())
-                if model:
-                    given["options"] = read_model(model, given["options"])
+                if "set" in given:
+                    everyday = {key: given.pop(parameter_of(key)) for key in keys}
+                    given["settings"] = settings_of(everyday, given.pop("set") or ())
+                for name, model in models.items():
+                    given[name] = read_model(model, given)
                 function(answer, **given)
 
-        own = [
-            parameter(each.name, str | None, typer.Option(), None)
-            if each.name in sources
-            else each.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-            for each in [*inspect.signature(function).parameters.values()][1:]
-        ]
-        vars(command)["sources"] = {each.name: sources[each.name] for each in own if each.name in sources}
-        return _with_signature(command, [*own, *itertools.starmap(parameter, ends)])
+        def completed() -> Callable[..., None]:
+            sources = {name: model_parameters(model) for name, model in models.items()}
+            sources["settings"] = everyday_parameters(keys, needs)
+            written = {each.name: [each.replace(kind=each.KEYWORD_ONLY)] for each in parameters}
+            own = itertools.chain.from_iterable((written | sources)[each.name] for each in parameters)
+            return _with_signature(command, [*own, *(option for name, option in ENDS.items() if shown[name])])
+
+        vars(command)["completed"] = completed
+        return _with_signature(command, ())
 
     return decorated
 
 
-def _with_signature(function: Callable[..., None], parameters: Iterable[inspect.Parameter]) -> Callable[..., None]:
-    signature = inspect.Signature([*parameters])
-    function.__signature__ = signature  # pyright: ignore[reportFunctionMemberAccess]
-    function.__annotations__ = {each.name: each.annotation for each in signature.parameters.values()}
+def _with_signature(function: Callable[..., None], parameters: Sequence[inspect.Parameter]) -> Callable[..., None]:
+    function.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
+    function.__annotations__ = {each.name: each.annotation for each in parameters}
     return function
 
 

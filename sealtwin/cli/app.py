@@ -1,15 +1,26 @@
-"""The command line: all commands, and the main function."""
+"""The command line: all commands, the check of an installation, and the main function."""
 
 import gc
 import logging
 import sys
+import time
 import warnings
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, lab, material, samples, studies, trials
-from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, take_any_name
+from sealtwin.cli import lab, material, samples, studies, trials
+from sealtwin.cli.answer import (
+    BUG,
+    Answer,
+    CheckedCommand,
+    Command,
+    Commands,
+    answers,
+    open_missing_streams,
+    take_any_name,
+)
 
 app = typer.Typer(
     name="sealtwin",
@@ -26,6 +37,92 @@ app = typer.Typer(
 )
 OBJECTS_A_COLLECTION = 200_000
 """Objects between two garbage collections: with Python's default of 700, drawing a figure takes 10 % longer."""
+
+
+@answers(quiet=False)
+def doctor(command: Command) -> None:
+    """Print versions, stage numbers, devices and the results of self-tests, which take about a second."""
+    from sealtwin.core.run_folder import number_words, versions
+    from sealtwin.trial.job import NUMBERS
+
+    checks: dict[str, str] = {}
+    healthy = True
+    for name, check in SELF_TESTS.items():
+        began = time.perf_counter()
+        try:
+            checks[name] = f"ok, {check()} ({time.perf_counter() - began:.1f} s)"
+        except Exception as fault:  # Any exception is a failed self-test, and is printed.
+            checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
+            healthy = False
+    content = {"versions": versions(), "stage_numbers": NUMBERS, "checks": checks, "healthy": healthy}
+    facts = {**versions(), **checks}
+    facts["sealtwin"] += f", stage numbers {number_words(NUMBERS)}"
+    lines = [f"{name:<24} {fact}" for name, fact in facts.items()]
+    command.reply(Answer(content, lines, 0 if healthy else BUG))
+
+
+def _photo() -> str:
+    """Draw a marker and detect it. This fails if OpenCV was built without aruco, which is a common fault."""
+    import cv2
+    import numpy as np
+
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    photo = np.full((160, 160), 255, np.uint8)
+    photo[30:130, 30:130] = cv2.aruco.generateImageMarker(dictionary, 7, 100)
+    _, ids, _ = cv2.aruco.ArucoDetector(dictionary).detectMarkers(photo)
+    if ids is None or ids.ravel().tolist() != [7]:
+        raise RuntimeError(f"drew marker 7, found {ids}")
+    return "marker drawn and detected"
+
+
+def _mesh() -> str:
+    from manifold3d import Manifold
+
+    volume_mm3 = (Manifold.cube((10.0, 10.0, 10.0)) - Manifold.cube((4.0, 4.0, 10.0))).volume()
+    if abs(volume_mm3 - 840.0) > 1e-9:
+        raise RuntimeError(f"10 x 10 x 10 minus 4 x 4 x 10 mm gave {volume_mm3} mm3, not 840")
+    return "cavity cut with its exact volume"
+
+
+def _devices() -> str:
+    from simulate.device import choose_device, describe_device
+
+    return ", ".join(dict.fromkeys(describe_device(choose_device(name)) for name in ("cpu", "auto")))
+
+
+def _fluid() -> str:
+    """Compile, run and record kernels on the device "auto", and compare with exact results."""
+    from simulate.device import SIDE, choose_device, touching_pairs, turns_of_a_recording
+
+    device = choose_device("auto")
+    # 3 x 7 x 8 x 8
+    if (pairs := touching_pairs(device)) != 1344:
+        raise RuntimeError(f"a lattice of 8 x 8 x 8 has {pairs} touching pairs on {device}, not 1344")
+    turns = turns_of_a_recording(device)
+    if turns != SIDE:
+        raise RuntimeError(f"a recorded loop of {SIDE} turns made {turns} turns on {device}")
+    return f"kernels compiled, run and recorded on {device}"
+
+
+def _report() -> str:
+    """Draw a figure as SVG without a screen."""
+    import io
+
+    from matplotlib.figure import Figure
+
+    Figure().savefig(io.BytesIO(), format="svg")
+    return "figure drawn without a screen"
+
+
+SELF_TESTS: dict[str, Callable[[], str]] = {
+    "photo": _photo,
+    "mesh": _mesh,
+    "devices": _devices,
+    "fluid": _fluid,
+    "report": _report,
+}
+
+
 # In the order in which --help lists them.
 for command in (
     trials.demo,
@@ -36,7 +133,6 @@ for command in (
     samples.import_mesh,
     samples.import_dxf,
     lab.ingest,
-    lab.lab,
     trials.simulate,
     trials.validate,
     trials.film,
@@ -49,9 +145,10 @@ for command in (
     samples.markers,
     studies.plan,
     trials.init,
-    doctor.doctor,
+    doctor,
 ):
     app.command(cls=CheckedCommand)(command)
+app.add_typer(lab.catalogue)
 app.add_typer(material.methods)
 
 

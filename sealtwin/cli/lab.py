@@ -1,21 +1,25 @@
-"""Commands that take a lab's folder into trials and a catalogue, and that query the catalogue."""
+"""Commands that take a lab's folder into trials and a catalogue, query the catalogue, and run its samples."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, answers
-from sealtwin.cli.options import File, Text, argument, count_option, flag, option
+from sealtwin.cli.answer import Answer, CheckedCommand, Command, answers
+from sealtwin.cli.options import argument, option
+
+if TYPE_CHECKING:
+    from sealtwin.cli.models import Ingestion, LabRuns
+
+LabFolder = Annotated[Path, argument("LAB", "A folder of 'sealtwin ingest'.")]
 
 
-@answers()
+@answers(options="sealtwin.cli.models:Ingestion")
 def ingest(
     command: Command,
     folder: Annotated[Path, argument("FOLDER", "Photos, sheets and notes; nothing in this folder is changed.")],
     out: Annotated[Path, option("Folder for the trials, pairing.csv and the catalogue.", "LAB")],
-    dry_run: Annotated[bool, flag("--dry-run", "Pair, read and report; trace and write nothing.")] = False,
-    jobs: Annotated[int, count_option("Samples traced at the same time.", 1, 64)] = 1,
+    options: "Ingestion",
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
 
@@ -38,52 +42,55 @@ def ingest(
     from sealtwin.cli.folder_answer import ingest_answer
     from sealtwin.lab.ingest import ingest as take_in
 
+    dry_run, jobs = options.dry_run, 0 if options.dry_run else options.jobs
     with command.progress() as progress:
-        ingested = take_in(folder, out, progress, dry_run=dry_run, jobs=0 if dry_run else jobs)
+        ingested = take_in(folder, out, progress, dry_run=dry_run, jobs=jobs)
     command.reply(ingest_answer(ingested))
 
 
-@answers(device=True)
-def lab(
-    command: Command,
-    action: Annotated[Literal["list", "show", "export", "run"], argument("list|show|export|run")],
-    folder: Annotated[Path, argument("LAB", "A folder of 'sealtwin ingest'.")],
-    sample: Annotated[Text, argument("SAMPLE", "Name of the sample, for show.")] = None,
-    out: Annotated[File, option("File for export.", "CSV")] = None,
-    jobs: Annotated[
-        int | None, count_option("Processes, for run; default: one for each core, one on a GPU.", 1, 512)
-    ] = None,
-) -> None:
-    """Query a lab's catalogue, or run its samples: list LAB, show LAB SAMPLE, export LAB --out FILE.csv, run LAB.
+@answers()
+def list_lab(command: Command, folder: LabFolder) -> None:
+    """List the latest trial of each sample."""
+    from sealtwin.cli.folder_answer import list_answer
 
-    run computes every sound sample that is not yet run, into LAB/SAMPLE/run, and lists the samples that it leaves out
-    because they have open questions. After an interruption, repeat the command to continue.
-    """
-    if (action == "show") != (sample is not None):
-        raise typer.BadParameter("show needs a sample; list, export and run do not take one")
-    if (action == "export") != (out is not None):
-        raise typer.BadParameter("export needs --out; list, show and run do not take it")
-    if action != "run" and (jobs is not None or command.device != "auto"):
-        raise typer.BadParameter("only run takes --jobs and --device")
-    from sealtwin.cli.folder_answer import list_answer, show_answer
+    command.reply(list_answer(folder))
+
+
+@answers()
+def show(
+    command: Command, folder: LabFolder, sample: Annotated[str, argument("SAMPLE", "Name of the sample.")]
+) -> None:
+    """Show all revisions of a sample, with its files and settings."""
+    from sealtwin.cli.folder_answer import show_answer
+
+    command.reply(show_answer(folder, sample))
+
+
+@answers()
+def export(command: Command, folder: LabFolder, out: Annotated[Path, option("File for the table.", "CSV")]) -> None:
+    """Write the latest trial of each sample as a table."""
     from sealtwin.lab.catalogue import export
 
-    if action == "run":
-        command.reply(_run(command, folder, jobs))
-    elif out is not None:
-        rows = export(folder, out)
-        command.reply(Answer({"file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
-    elif sample is not None:
-        command.reply(show_answer(folder, sample))
-    else:
-        command.reply(list_answer(folder))
+    rows = export(folder, out)
+    command.reply(Answer({"file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
 
 
-def _run(command: Command, folder: Path, jobs: int | None) -> Answer:
+@answers(options="sealtwin.cli.models:LabRuns", device=True)
+def run(command: Command, folder: LabFolder, options: "LabRuns") -> None:
+    """Run every sound sample that is not yet run.
+
+    The results are in LAB/SAMPLE/run. Samples with open questions are left out, and listed. After an interruption,
+    repeat the command to continue.
+    """
     from sealtwin.cli.folder_answer import samples_answer
     from sealtwin.lab.catalogue import run_samples
     from sealtwin.study.runner import StudyOptions
 
-    options = StudyOptions(*command.device_and_jobs(jobs))
+    computing = StudyOptions(*command.device_and_jobs(options.jobs))
     with command.progress() as progress:
-        return samples_answer(folder, run_samples(folder, options, progress))
+        command.reply(samples_answer(folder, run_samples(folder, computing, progress)))
+
+
+catalogue = typer.Typer(name="lab", help="Query a lab's catalogue, or run its samples.", no_args_is_help=True)
+for name, action in {"list": list_lab, "show": show, "export": export, "run": run}.items():
+    catalogue.command(name, cls=CheckedCommand)(action)

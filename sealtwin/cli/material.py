@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from sealtwin.material.by_spread import Heap
     from simulate.material_file import Material
 
-FRAME = ("markers", "face_mm")
+FRAME = ("photo.markers", "photo.face_mm")
 PastePhoto = Annotated[Path, argument("PHOTO", "Photo of the paste on the plate, in a frame of markers.")]
 MaterialFile = Annotated[Path, option("The file to write, for fluid.material of a trial.", "FILE")]
 MATERIAL = Path("material.toml")
 
 
-@answers(*FRAME, needs=FRAME, model="sealtwin.material.by_spread:Heap")
+@answers(*FRAME, needs=FRAME, options="sealtwin.material.by_spread:Heap")
 def spread(command: Command, photo: PastePhoto, options: "Heap", settings: Given, out: MaterialFile = MATERIAL) -> None:
     """Measure a paste by its spread on a plate: its yield stress.
 
@@ -35,7 +35,7 @@ def spread(command: Command, photo: PastePhoto, options: "Heap", settings: Given
     _reply(command, out, material_of(_photo(photo, options, settings), options, command.warn))
 
 
-@answers(*FRAME, needs=FRAME, model="sealtwin.material.by_bead:LaidBead")
+@answers(*FRAME, needs=FRAME, options="sealtwin.material.by_bead:LaidBead")
 def bead(
     command: Command, photo: PastePhoto, options: "LaidBead", settings: Given, out: MaterialFile = MATERIAL
 ) -> None:
@@ -49,7 +49,7 @@ def bead(
     _reply(command, out, material_of_bead(_photo(photo, options, settings), options, command.warn))
 
 
-@answers(model="sealtwin.material.by_rheometer:FlowCurve")
+@answers(options="sealtwin.material.by_rheometer:FlowCurve")
 def rheometer(
     command: Command,
     curve: Annotated[Path, argument("CSV", "A flow curve with the columns shear_rate_per_s,stress_pa.")],

@@ -9,6 +9,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -39,13 +40,7 @@ def argument(metavar: str, help: str | None = None) -> Any:
     return typer.Argument(metavar=metavar, help=help)
 
 
-Text = str | None
-Number = float | None
 File = Path | None
-Accurate = Annotated[
-    bool,
-    flag("--accurate", "Compute with the trial's own solver settings, which takes three times as long as drafts."),
-]
 Out = Annotated[File, option("Run folder; default: reports/<trial name> under the current folder.", "DIR")]
 
 
@@ -68,30 +63,6 @@ def read_number(text: str, *, comma: bool = True) -> float:
     if not math.isfinite(value):
         raise ValueError("expected a finite number")
     return value
-
-
-def number_option(help: str, low: float = -math.inf, high: float = math.inf, kind: type[float] = float) -> Any:
-    """Describe an option with one number from ``low`` to ``high``."""
-
-    def read(given: Any) -> float:
-        try:
-            # A default is a number already.
-            value = read_number(given) if isinstance(given, str) else given
-            if kind is int and value != int(value):
-                raise ValueError("expected a whole number")
-            if not low <= value <= high:
-                raise ValueError(f"expected {low:g} to {high:g}")
-        except ValueError as fault:
-            raise typer.BadParameter(f"{given}: {fault}") from None
-        return kind(value)
-
-    word = "COUNT" if kind is int else "NUMBER"
-    return typer.Option(help=help, metavar=word if high == math.inf else f"{word}, {low:g} to {high:g}", parser=read)
-
-
-def count_option(help: str, low: int, high: int) -> Any:
-    """Describe an option with a whole number from ``low`` to ``high``."""
-    return number_option(help, low, high, int)
 
 
 def read_numbers(text: str, form: str, option: str) -> Any:
@@ -127,24 +98,25 @@ def along(text: str, option: str) -> float | list[list[float]]:
     from validate.readings.words import number, unit_of
 
     grid = read_grid(path)
-    head = grid.texts(next(iter(grid.rows), 0))
-    if missing := [name for name in ("s_mm", column) if head.count(name) != 1]:
+    head, *lines = [*grid.rows] or [0]
+    names = grid.texts(head)
+    if missing := [name for name in ("s_mm", column) if names.count(name) != 1]:
         raise InputError(f"{path}: no column {missing[0]}, or several; its first row must name s_mm and {column}.")
     # In a file with commas between columns, a comma in a number is ambiguous.
-    mark = "point" if grid.separator == "," else None
-    rows = list[list[float]]()
-    for line in [*grid.rows][1:]:
-        texts = [grid.cell(line, head.index(name)).text for name in ("s_mm", column)]
+    mark, rows = "point" if grid.separator == "," else None, list[list[float]]()
+    for line in lines:
+        texts = [grid.cell(line, names.index(name)).text for name in ("s_mm", column)]
         s_mm, value_mm = (number(text, mark) for text in texts)
         if s_mm is None or value_mm is None or not (0 <= s_mm <= LONGEST_MM and 0 < value_mm <= DEEPEST_MM):
-            limits = f"0 to {LONGEST_MM:g} and above 0 to {DEEPEST_MM:g} mm are allowed"
-            raise InputError(f"{path}, row {line}: s_mm and {column} = {texts!r:.80}; {limits}.")
-        if any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line].values()):
-            raise InputError(f"{path}, row {line}: has a unit beside numbers that must be in mm; convert them.")
-        if rows and s_mm <= rows[-1][0]:
-            place = f"{path}, row {line}: s_mm = {s_mm:g} follows {rows[-1][0]:g}"
-            raise InputError(f"{place}; list the rows by increasing s_mm.")
-        rows.append([s_mm, value_mm])
+            fault = f"0 to {LONGEST_MM:g} and above 0 to {DEEPEST_MM:g} mm are allowed"
+        elif any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line].values()):
+            fault = "a unit is beside numbers that must be in mm; convert them"
+        elif rows and s_mm <= rows[-1][0]:
+            fault = f"it follows {rows[-1][0]:g}; list the rows by increasing s_mm"
+        else:
+            rows.append([s_mm, value_mm])
+            continue
+        raise InputError(f"{path}, row {line}: s_mm and {column} = {texts!r:.80}; {fault}.")
     if not 0 < len(rows) <= MOST_STATIONS:
         raise InputError(f"{path}: {len(rows)} rows below its header; 1 to {MOST_STATIONS} are read.")
     return rows
@@ -170,83 +142,99 @@ def board(path: str, _: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class FieldOption:
-    """An option of a field of settings, which has its help, its bounds and its default.
-
-    ``form`` says how its text is written. A form in quotes is one text of several parts, a form with blanks is several
-    texts, and an option whose form ends in "..." may be repeated.
-    """
+    """An option of a field of settings, which has its help, its bounds and its default."""
 
     root: "type[Settings]"
     key: str  # Dotted name of the field in ``root``
-    form: str = ""  # Default: one number, word or file, as the field has it
-    read: Callable[[Any, str], Any] | None = None  # Reads the text by the option's name
+
+    @property
+    def form(self) -> str:
+        """Form of its text; empty for one number, word or file."""
+        return FORMS.get(self.key, "")
 
     def takes(self, *kinds: Any) -> bool:
         from sealtwin.core.settings import takes
 
         return takes(self.root, self.key, *kinds)
 
-    def parameter(self, name: str, needed: bool, *, brief: bool) -> inspect.Parameter:
+    def parameter(self, needed: bool, *, brief: bool) -> inspect.Parameter:
         """Return the parameter of a command. ``brief``: its help is one sentence and the name of the setting."""
         from sealtwin.core.settings import choices, described, table_of
         from sealtwin.core.settings_text import allowed
 
-        table, key = present(table_of(self.root, self.key.split(".")), self.key), self.key.rpartition(".")[2]
-        field, text = table.model_fields[key], described(table)[key]
-        numeric = self.takes(int, float)
-        names, details = choices(self.root, self.key), [self.key] if brief else []
+        table, name = present(table_of(self.root, self.key.split(".")), self.key), self.key.rpartition(".")[2]
+        field, text, form = table.model_fields[name], described(table)[name], self.form
+        is_flag, is_number, names = self.takes(bool), self.takes(int, float), choices(self.root, self.key)
         if brief:
-            text = SENTENCE.split(text)[0]
+            text, details = SENTENCE.split(text)[0], [self.key]
         else:
-            details += [allowed(field)] if numeric and not self.form else []
-            details += [", ".join(names)] if names and self.form else []
-            is_shown = isinstance(field.default, float | int | str) and not self.takes(bool)
-            details += [f"default: {field.default}"] if is_shown else []
+            details = [allowed(field)] if is_number and not form else [", ".join(names)] if names and form else []
+            if isinstance(field.default, float | int | str) and not is_flag:
+                details.append(f"default: {field.default}")
         text += f" ({'; '.join(details)})" if details else ""
-        texts = 1 if self.form.startswith("'") else len(self.form.split())
-        several: Any = tuple[(str,) * texts] if texts > 1 else str
-        kind = bool if self.takes(bool) else list[str] if texts > 1 and self.form.endswith("...") else several
-        word = "NUMBER" if self.takes(float) else "COUNT" if numeric else "FILE" if self.takes(Path) else "TEXT"
-        metavar = None if kind is bool else self.form or "|".join(names) or word
-        # Square brackets would be read as markup.
-        shown = typer.Option(spelt(name), metavar=metavar, help=" ".join(text.translate({91: 40, 93: 41}).split()))
-        default = inspect.Parameter.empty if needed else False if kind is bool else None
-        return parameter(name, kind if needed or kind is bool else kind | None, shown, default)
+        texts = 1 if form.startswith("'") else len(form.split())
+        several: Any = list[str] if form.endswith(" ...") else tuple[(str,) * texts]
+        kind = bool if is_flag else several if texts > 1 else str
+        word = "NUMBER" if self.takes(float) else "COUNT" if is_number else "FILE" if self.takes(Path) else "TEXT"
+        spelt = spelt_by(self.key)
+        shown = typer.Option(
+            f"{spelt}/--no-{spelt[2:]}" if field.default is True else spelt,
+            metavar=None if is_flag else form or "|".join(names) or word,
+            # Square brackets would be read as markup.
+            help=" ".join(text.translate({91: 40, 93: 41}).split()),
+        )
+        default = inspect.Parameter.empty if needed else field.default if is_flag else None
+        return parameter(parameter_of(self.key), kind if needed or is_flag else kind | None, shown, default)
 
-    def value(self, name: str, given: Any) -> Any:
+    def value(self, given: Any) -> Any:
         """Return the value that an option gives. Raises typer.BadParameter, naming the option."""
-        if self.read is not None or isinstance(given, bool):
-            return given if self.read is None else self.read(given, spelt(name))
-        form = self.form.strip("'").split()[0] if self.form else ""
-        if isinstance(given, str) and not self.form.startswith("'"):
-            return self._part(form, given, name)
-        values = [self._part(form, text, name) for text in (given.split() if isinstance(given, str) else given)]
+        form, spelt = self.form, spelt_by(self.key)
+        if isinstance(given, bool):
+            return given
+        if (read := READERS.get(form)) is not None:
+            return read(given, spelt)
+        if isinstance(given, str) and not form.startswith("'"):
+            return self._part(form, given, spelt)
+        first = form.strip("'").split()[0]
+        values = [self._part(first, text, spelt) for text in (given.split() if isinstance(given, str) else given)]
         if not self.takes(dict):
             return values
         if twice := [key for number, (key, _) in enumerate(values) if key in dict(values[:number])]:
-            raise typer.BadParameter(f"{spelt(name)} {twice[0]} is given twice; give it once")
+            raise typer.BadParameter(f"{spelt} {twice[0]} is given twice; give it once")
         return dict(values)
 
-    def _part(self, form: str, text: str, name: str) -> Any:
+    def _part(self, form: str, text: str, spelt: str) -> Any:
         """Return a text, a number or several; of a form with an equals sign, what is left and what is right of it."""
         if "=" in form:
-            left, _, right = text.partition("=")
-            try:
-                if left:
-                    return left, self._part(form.partition("=")[2], right, name)
-            except typer.BadParameter:
-                pass
-            raise typer.BadParameter(f"{spelt(name)} {text:.80}: expected {form}")
+            name, _, value = text.partition("=")
+            with suppress(typer.BadParameter):
+                if name:
+                    return name, self._part(form.partition("=")[2], value, spelt)
+            raise typer.BadParameter(f"{spelt} {text:.80}: expected {form}")
         if not self.takes(int, float):
             return text.split(",") if "," in form else text
-        numbers = read_numbers(text, form, spelt(name))
+        numbers = read_numbers(text, form, spelt)
         if self.takes(float):
             return numbers
         whole = [int(number) if number == int(number) else number for number in (numbers if form else [numbers])]
         return whole if form else whole[0]
 
 
+PHOTO = (
+    *("crack.depth_mm", "photo.mm_per_px", "photo.face_mm", "photo.markers", "photo.ends_px", "photo.via_px"),
+    *("photo.roi_px", "photo.mask", "photo.width_mm"),
+)
+FLUID = ("solver.preset", "seed", "seeds")
+"""Everyday settings of a trial, which have options of their own."""
 FORMS = {
+    "crack.depth_mm": "MM|CSV",
+    "photo.width_mm": "MM|CSV",
+    "photo.face_mm": "WxH",
+    "photo.markers": "TOML",
+    "photo.ends_px": "X,Y X,Y",
+    "photo.via_px": "'X,Y ...'",
+    "photo.roi_px": "'X,Y ...'",
+    "photo.mask": "PICTURE",
     "cone_mm": "AxBxH",
     "face_mm": "WxH",
     "start_mm": "X,Y",
@@ -259,26 +247,25 @@ FORMS = {
     "walls": "LAYER LAYER",
     "line": "LAYER",
     "formats": "A,B",
+    "caliper": "SHEET",
+    "pairing": "CSV",
+    "scheduler": "tls://HOST:PORT",
 }
-"""Forms of options by the field's name, for values that are more than one number, word or file."""
-EVERYDAY: dict[str, tuple[Any, ...]] = {
-    "depth_mm": ("crack.depth_mm", "MM|CSV", along),
-    "mm_per_px": ("photo.mm_per_px",),
-    "face_mm": ("photo.face_mm", "WxH"),
-    "markers": ("photo.markers", "TOML", board),
-    "ends": ("photo.ends_px", "X,Y X,Y"),
-    "via": ("photo.via_px", "'X,Y ...'"),
-    "roi": ("photo.roi_px", "'X,Y ...'"),
-    "mask": ("photo.mask", "PICTURE"),
-    "width_mm": ("photo.width_mm", "MM|CSV", along),
-    "units": ("mesh.units",),
-    "preset": ("solver.preset",),
-    "seed": ("seed",),
-    "seeds": ("seeds",),
+"""Form of an option's text by the field's key, for values that are more than one number, word or file.
+
+A form in quotes is one text of several parts, a form with blanks is several texts, and an option whose form ends in
+"..." may be repeated.
+"""
+READERS: dict[str, Callable[[str, str], Any]] = {"MM|CSV": along, "TOML": board}
+"""Readers of forms, by the text and the name of the option."""
+NAMES = {
+    "photo.ends_px": "ends",
+    "photo.via_px": "via",
+    "photo.roi_px": "roi",
+    "formats": "format",
+    "all_settings": "all",
 }
-"""Everyday options by the name of their parameter: the setting of a trial, the form, and a reader of their own."""
-PHOTO = ("depth_mm", "mm_per_px", "face_mm", "markers", "ends", "via", "roi", "mask", "width_mm")
-FLUID = ("preset", "seed", "seeds")
+"""Names of options that are not those of their fields."""
 SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)
 SET = typer.Option(
     "--set",
@@ -288,17 +275,28 @@ SET = typer.Option(
 )
 
 
-def everyday_parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.Parameter]:
-    """Yield the parameters of everyday options and of --set. Those in ``needs`` are required."""
-    for name in names:
-        yield _everyday(name).parameter(name, name in needs, brief=True)
+def parameter_of(key: str) -> str:
+    """Return the name of the parameter of a setting."""
+    return key.replace(".", "_")
+
+
+def spelt_by(key: str) -> str:
+    """Return the name of the option of a setting."""
+    name = NAMES.get(key, key.rpartition(".")[2])
+    return f"--{name.replace('_', '-')}"
+
+
+def everyday_parameters(keys: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.Parameter]:
+    """Yield the parameters of everyday settings and of --set. Those in ``needs`` are required."""
+    for key in keys:
+        yield FieldOption(trial_model(), key).parameter(key in needs, brief=True)
     yield parameter("set", list[str] | None, SET, None)
 
 
 def model_parameters(model: str) -> Iterator[inspect.Parameter]:
     """Yield a parameter for each field of a settings model, "module:Class"."""
     for name, field in model_of(model).model_fields.items():
-        yield FieldOption(model_of(model), name, FORMS.get(name, "")).parameter(name, field.is_required(), brief=False)
+        yield FieldOption(model_of(model), name).parameter(field.is_required(), brief=False)
 
 
 def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Parameter:
@@ -307,15 +305,17 @@ def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Paramet
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
-def read_model(model: str, options: Mapping[str, Any]) -> Any:
-    """Return a settings model read from its options. Raises typer.BadParameter, naming the option."""
+def read_model(model: str, given: dict[str, Any]) -> Any:
+    """Return a settings model; removes its options from ``given``. Raises typer.BadParameter, naming the option."""
     from sealtwin.core.settings import checked
 
-    # Absent options stay unset, so that a model can tell them from its defaults.
-    given, kind = {name: text for name, text in options.items() if text not in (None, False)}, model_of(model)
-    values = {name: FieldOption(kind, name, FORMS.get(name, "")).value(name, text) for name, text in given.items()}
+    kind, values = model_of(model), dict[str, Any]()
+    for name, field in kind.model_fields.items():
+        # Absent options stay unset, so that a model can tell them from its defaults.
+        if (text := given.pop(name)) is not None and text is not field.default:
+            values[name] = FieldOption(kind, name).value(text)
     try:
-        return checked(kind, Path("options"), values, lambda key: spelt(key.partition(".")[0]) if key else "options")
+        return checked(kind, Path("options"), values, lambda key: spelt_by(key.partition(".")[0]) if key else "options")
     except InputError as fault:
         raise typer.BadParameter(f"{fault}") from None
 
@@ -323,14 +323,13 @@ def read_model(model: str, options: Mapping[str, Any]) -> Any:
 def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
     """Return settings by dotted name, read from everyday options and from texts "table.key=value".
 
-    ``options`` has their values by parameter. Names of files become absolute. Raises typer.BadParameter for unreadable
-    texts and for a setting that is given twice, and InputError for a file that cannot be used.
+    ``options`` has the values by dotted name too. Names of files become absolute. Raises typer.BadParameter for
+    unreadable texts and for a setting that is given twice, and InputError for a file that cannot be used.
     """
     settings: Given = {}
-    for name, text in options.items():
+    for key, text in options.items():
         if text is not None:
-            key = EVERYDAY[name][0]
-            settings[key] = _with_whole_names(key, _everyday(name).value(name, text))
+            settings[key] = _with_whole_names(key, FieldOption(trial_model(), key).value(text))
     for text in others:
         key, value = _setting(text)
         if twice := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
@@ -345,13 +344,8 @@ def model_of(name: str) -> "type[Settings]":
     return getattr(import_module(module), kind)
 
 
-def _everyday(name: str) -> FieldOption:
-    return FieldOption(model_of("sealtwin.trial.trial_file:Trial"), *EVERYDAY[name])
-
-
-def spelt(name: str) -> str:
-    """Return the name of the option of a parameter."""
-    return "--format" if name == "formats" else f"--{name.replace('_', '-')}"
+def trial_model() -> "type[Settings]":
+    return model_of("sealtwin.trial.trial_file:Trial")
 
 
 def _setting(text: str) -> tuple[str, Any]:

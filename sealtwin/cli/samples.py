@@ -12,12 +12,8 @@ from sealtwin.cli.options import (
     PHOTO,
     File,
     Given,
-    Number,
     Out,
     argument,
-    count_option,
-    flag,
-    number_option,
     option,
 )
 from sealtwin.cli.trial_answer import run_trial
@@ -26,6 +22,7 @@ from sealtwin.core.errors import InputError, ShapeError, ShapeKind
 if TYPE_CHECKING:
     from digitise.drawing.given import GivenDrawing
     from digitise.scale.marker_scale import MarkerFrame
+    from sealtwin.cli.models import Digitising, DrawnCracks, Tracing
 
 NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
@@ -50,7 +47,7 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
 fits."""
 
 
-@answers("units", needs=("units",), verbose=True)
+@answers("mesh.units", needs=("mesh.units",), verbose=True)
 def import_mesh(
     command: Command,
     mesh: Annotated[Path, argument("MESH", "A cracked block as STL, PLY, OBJ, GLB or 3MF.")],
@@ -66,7 +63,7 @@ def import_mesh(
     run_trial(command, mesh, out, ("digitise",), trial=sample_trial("mesh", mesh, settings))
 
 
-@answers(*PHOTO, verbose=True)
+@answers(*PHOTO, options="sealtwin.cli.models:Digitising", verbose=True)
 def digitise(
     command: Command,
     targets: Annotated[
@@ -76,12 +73,8 @@ def digitise(
         ),
     ],
     settings: Given,
+    options: "Digitising",
     out: Out = None,
-    jobs: Annotated[int, count_option("Number of photos digitised at the same time.", 1, 64)] = 1,
-    explain: Annotated[
-        Number,
-        number_option("Of a run folder, as TRIAL|PHOTO or --out: why is each wall there, at this s in mm?", 0.0),
-    ] = None,
 ) -> None:
     """Turn a photo into a watertight crack mesh and a nozzle path.
 
@@ -91,8 +84,8 @@ def digitise(
     """
     from sealtwin.core.mesh_file import READERS
 
-    if explain is not None:
-        _explain(command, [*targets, *filter(None, [out])], explain)
+    if options.explain is not None:
+        _explain(command, [*targets, *filter(None, [out])], options.explain)
         return
     if meshes := [target for target in targets if target.suffix.lower() in READERS]:
         raise typer.BadParameter(f"{meshes[0]} is a mesh: use 'sealtwin import-mesh {meshes[0]}'")
@@ -116,38 +109,38 @@ def digitise(
         raise typer.BadParameter("several photos need --out, the folder for all of them")
     from sealtwin.cli.folder_answer import batch_answer
 
-    command.reply(batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=jobs)))
+    command.reply(batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=options.jobs)))
 
 
 def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
     """Print how both walls of a digitised crack were placed at an arc length."""
+    import numpy as np
+
     from sealtwin.core.record_files import read_outline
 
     folder = next((folder for folder in folders if (folder / "outline.json").is_file()), None)
     if folder is None:
         raise typer.BadParameter("--explain asks about a run folder: digitise the photo first, and name its --out")
     outline = read_outline(folder)
-    walls = outline.why_here(s_mm)
-    if not walls:
+    # A later stretch counts where two overlap.
+    stretches = {each.side: each for each in outline.walls if each.s_from_mm <= s_mm <= each.s_to_mm}
+    if not stretches:
         why = "it has no walls measured in a photo" if not outline.walls else f"it is {outline.length_mm:.1f} mm long"
         raise InputError(f"{folder / 'outline.json'}: nothing explains the crack at s = {s_mm:g} mm: {why}.")
-    rows = {side: {"away_mm": round(away_mm, 3), **asdict(stretch)} for side, (away_mm, stretch) in walls.items()}
-    lines = [f"{away_mm:.2f} mm from the centreline, {stretch.sentence()}" for away_mm, stretch in walls.values()]
-    command.reply(Answer({"s_mm": s_mm, "walls": rows}, lines))
+    walls, lines = dict[str, Any](), list[str]()
+    for side, stretch in stretches.items():
+        wall_mm = outline.left_wall_mm if side == "left" else outline.right_wall_mm
+        away_mm = np.interp(s_mm, outline.s_mm, np.linalg.norm(wall_mm - outline.centreline_mm, axis=1))
+        walls[side] = {"away_mm": round(float(away_mm), 3), **asdict(stretch)}
+        lines.append(f"{away_mm:.2f} mm from the centreline, {stretch.sentence()}")
+    command.reply(Answer({"s_mm": s_mm, "walls": walls}, lines))
 
 
-@answers()
+@answers(options="sealtwin.cli.models:DrawnCracks")
 def export(
     command: Command,
     folders: Annotated[list[Path], argument("RUN...", "Digitised run folders.")],
-    formats: Annotated[
-        str,
-        option(
-            "mask: a PNG of the photo's size with the crack in white; coco: one JSON file for all; dxf: lines in mm.",
-            "mask,coco,dxf",
-            "--format",
-        ),
-    ],
+    options: "DrawnCracks",
     out: Annotated[Path, option("Folder for the files.", "DIR")],
 ) -> None:
     """Write traced cracks as masks, as COCO annotations, or as drawings for CAD.
@@ -160,16 +153,12 @@ def export(
     from sealtwin.trial.exports import KINDS, export_runs
     from sealtwin.trial.job import other_versions, shown
 
-    kinds = formats.split(",")
-    if unknown := [name for name in kinds if name not in KINDS]:
-        raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(KINDS)}")
-    written = export_runs(folders, [kind for kind in KINDS if kind in kinds], out)
-    names = [shown(path) for path in written]
+    names = [*map(shown, export_runs(folders, [kind for kind in KINDS if kind in options.formats], out))]
     others = other_versions(*map(look_into, folders), stage="digitise")
     command.reply(Answer({"files": names, "other_versions": others}, [*others, *names]))
 
 
-@answers(model="digitise.drawing.given:GivenDrawing", verbose=True)
+@answers(options="digitise.drawing.given:GivenDrawing", verbose=True)
 def import_dxf(
     command: Command,
     drawing: Annotated[Path, argument("DRAWING", "A DXF of the crack seen from above.")],
@@ -215,7 +204,7 @@ def _is_of_one_photo(name: str) -> bool:
     )
 
 
-@answers(model="digitise.scale.marker_scale:MarkerFrame")
+@answers(options="digitise.scale.marker_scale:MarkerFrame")
 def markers(
     command: Command,
     options: "MarkerFrame",
@@ -248,7 +237,7 @@ def markers(
     command.reply(Answer(content, table.splitlines()))
 
 
-@answers()
+@answers(options="sealtwin.cli.models:Tracing")
 def trace(
     command: Command,
     target: Annotated[
@@ -256,8 +245,7 @@ def trace(
         argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without a trial, or a folder with trials or photos."),
     ],
     settings: Given,
-    port: Annotated[int | None, count_option("Port of the page; default: any free port.", 1024, 65535)] = None,
-    no_browser: Annotated[bool, flag("--no-browser", "Print the page's address and do not open a browser.")] = False,
+    options: "Tracing",
 ) -> None:
     """Click a crack's ends on its photo, check and correct its walls, and save.
 
@@ -272,16 +260,16 @@ def trace(
 
     sheets = sheets_in(target, settings) if target.is_dir() else [sheet_of(target, settings)]
     try:
-        page = TracePage(sheets, port or 0)
+        page = TracePage(sheets, options.port or 0)
     except OSError as fault:
-        raise InputError(f"--port {port}: {fault.strerror}. Give another port, or omit --port.") from None
+        raise InputError(f"--port {options.port}: {fault.strerror}. Give another port, or omit --port.") from None
     with page, page.doorway() as door:
         # Printed with --quiet too: there is no other way to find the page.
         typer.echo(f"Trace page: {page.url}", err=True)
         command.say(
             "If no page appears, open that address. The command ends when you save or quit there, or with Ctrl-C."
         )
-        if not no_browser and not webbrowser.open(door):
+        if not options.no_browser and not webbrowser.open(door):
             command.say("No browser could be opened; open that address yourself.")
         try:
             page.wait()

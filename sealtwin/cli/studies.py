@@ -1,20 +1,22 @@
 """Commands that compute a trial many times, and that compare runs: compare, map, sweep, calibrate."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command, answers
-from sealtwin.cli.options import Accurate, File, Given, Text, argument, count_option, flag, option
+from sealtwin.cli.options import File, Given, argument, option
 
 if TYPE_CHECKING:
     from sealtwin.calibration import CalibrationOptions
+    from sealtwin.cli.models import PlanRuns, StudyMap, StudyRuns, Sweeping
     from sealtwin.plan import PlanOptions
     from sealtwin.study.study_map import Mapped
     from validate.figures.page import Page
 
 BY_PARTICLES = {"posterior", "verify", "seeds", "accurate"}  # Options of a plan that its rest does not have
+LAUNCH = 256  # Runs in one launch on a GPU: of the paper's size they use 2 GB of its memory, 6 if nothing freezes
 MOST_NAMED = 8  # Failed runs in the text of an answer; the table has all
 
 
@@ -38,25 +40,12 @@ def compare(
     command.reply(Answer(content, compared_lines(content, page)))
 
 
-@answers()
+@answers(options="sealtwin.cli.models:StudyMap")
 def map(
     command: Command,
     folder: Annotated[Path, argument("STUDY", "The folder of a sweep.")],
-    caliper: Annotated[
-        File,
-        option(
-            "Readings to compare the runs with, in the format of the trial's readings; default: the trial's.", "SHEET"
-        ),
-    ] = None,
-    data: Annotated[
-        Literal["measured", "reconstructed", "synthetic"] | None,
-        option("Origin of the readings of --caliper."),
-    ] = None,
+    options: "StudyMap",
     out: Annotated[File, option("Folder for the page; default: STUDY/map.", "DIR")] = None,
-    any_volume: Annotated[
-        bool, flag("--any-volume", 'Include runs whose volume error is over 5 %, as with preset "paper".')
-    ] = False,
-    fills: Annotated[bool, option("Draw how the crack fills in about nine runs, as the sweep kept it.")] = True,
 ) -> None:
     """Draw a study of two settings with the paper's figures: levels, map of the error, influences, fills, cost.
 
@@ -67,15 +56,12 @@ def map(
     """
     from sealtwin.study.study_map import map_study
 
-    mapped = map_study(folder, out, caliper, data, command.progress(), fills=fills, any_volume=any_volume)
+    caliper, data, any_volume = options.caliper, options.data, options.any_volume
+    mapped = map_study(folder, out, caliper, data, command.progress(), fills=options.fills, any_volume=any_volume)
     command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
-Jobs = Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)]
-LAUNCH = 256  # Runs in one launch on a GPU: of the paper's size they use 2 GB of its memory, 6 if nothing freezes
-
-
-@answers(device=True)
+@answers(options="sealtwin.cli.models:Sweeping", device=True)
 def sweep(
     command: Command,
     targets: Annotated[
@@ -87,28 +73,8 @@ def sweep(
     ] = None,
     *,
     settings: Given,
+    options: "Sweeping",
     out: Annotated[File, option("The sweep's folder; default: reports/<study name>.", "DIR")] = None,
-    jobs: Jobs = None,
-    batch: Annotated[
-        int | None,
-        count_option(
-            f"Number of runs in one launch, which may differ only in the fluid; default: 1, or {LAUNCH} on a GPU.",
-            1,
-            4096,
-        ),
-    ] = None,
-    scheduler: Annotated[
-        Text,
-        option(
-            "Compute on the workers of this Dask scheduler instead of this machine; needs the pip extra 'cluster'.",
-            "tls://HOST:PORT",
-        ),
-    ] = None,
-    retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
-    accurate: Accurate = False,
-    dry_run: Annotated[
-        bool, flag("--dry-run", "Check all settings, digitise and estimate the time, but run no fluid.")
-    ] = False,
     example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
 ) -> None:
     """Run a trial many times with different settings: a grid, a list or a Latin hypercube, on all cores.
@@ -144,29 +110,28 @@ def sweep(
         return
     if len(targets) != 1:
         raise typer.BadParameter(f"{len(targets)} studies are given; give one")
-    device, count = command.device_and_jobs(jobs)
-    options = StudyOptions(
-        device=device,
-        jobs=count,
-        batch=batch or (1 if device == "cpu" else LAUNCH),
-        retry=retry,
-        dry_run=dry_run,
-        drafts=not accurate,
-        scheduler=scheduler,
+    device, jobs = command.device_and_jobs(options.jobs)
+    computing = StudyOptions(
+        device,
+        jobs,
+        options.batch or (1 if device == "cpu" else LAUNCH),
+        retry=options.retry,
+        dry_run=options.dry_run,
+        drafts=not options.accurate,
+        scheduler=options.scheduler,
     )
-    swept = sweeps.sweep(targets[0], out, options, command.progress(), settings)
+    swept = sweeps.sweep(targets[0], out, computing, command.progress(), settings)
     command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
 
 
-@answers(model="sealtwin.calibration:CalibrationOptions", device=True)
+@answers(options="sealtwin.calibration:CalibrationOptions", runs="sealtwin.cli.models:StudyRuns", device=True)
 def calibrate(
     command: Command,
     trials: Annotated[list[Path], argument("TRIAL ...", 'Trial files whose readings have the role "calibrated-on".')],
     options: "CalibrationOptions",
     settings: Given,
+    runs: "StudyRuns",
     out: Annotated[File, option("Folder for the calibration; default: reports/<trial name>-calibrated.", "DIR")] = None,
-    jobs: Jobs = None,
-    accurate: Accurate = False,
 ) -> None:
     """Determine settings from the readings of trials, as a posterior, and predict other trials.
 
@@ -183,14 +148,21 @@ def calibrate(
 
     if twice := sorted(options.free.keys() & settings.keys()):
         raise typer.BadParameter(f"{twice[0]} is given by both --set and --free; give one of them")
-    device, count = command.device_and_jobs(jobs)
+    device, jobs = command.device_and_jobs(runs.jobs)
     # A worker process takes seconds to start, in each round.
-    how = StudyOptions(device=device, jobs=0 if count == 1 else count, drafts=not accurate)
-    content = find(trials, options, out, how, command.progress(), settings)
-    command.reply(Answer(content, calibrated_lines(content), 0 if content["possible"] else GATE_FAILED))
+    computing = StudyOptions(device, 0 if jobs == 1 else jobs, drafts=not runs.accurate)
+    content = find(trials, options, out, computing, command.progress(), settings)
+    lines = [
+        *content["cautions"],
+        f"{content['name']}: {content['runs_of_each_trial']} runs of each trial.",
+        content["finding"],
+        *content["advice"],
+        f"Page: {content['page']}",
+    ]
+    command.reply(Answer(content, lines, 0 if content["possible"] else GATE_FAILED))
 
 
-@answers(model="sealtwin.plan:PlanOptions", device=True)
+@answers(options="sealtwin.plan:PlanOptions", runs="sealtwin.cli.models:PlanRuns", device=True)
 def plan(
     command: Command,
     trial: Annotated[
@@ -198,6 +170,7 @@ def plan(
     ],
     settings: Given,
     options: "PlanOptions",
+    runs: "PlanRuns",
     levels: Annotated[
         File,
         option(
@@ -210,7 +183,6 @@ def plan(
     out: Annotated[
         File, option("The plan's folder; default: reports/<trial name>-plan, or -rest with --from.", "DIR")
     ] = None,
-    jobs: Annotated[int, count_option("Processes for particle runs.", 1, 512)] = 1,
 ) -> None:
     """Plan flow and speed along a crack, so that it is full and nothing overspills.
 
@@ -227,7 +199,7 @@ def plan(
     if levels is not None:
         from sealtwin.plan.rest import plan_rest
 
-        if jobs != 1 or options.model_fields_set & BY_PARTICLES:
+        if runs.jobs != 1 or options.model_fields_set & BY_PARTICLES:
             raise typer.BadParameter("--from takes no --posterior, --verify, --seeds, --jobs or --accurate")
         result = plan_rest(trial, levels, out, options, command.progress(), settings=settings)
         command.reply(Answer(result.content, [*result.sentences, f"Path: {result.content['folder']}/rest.csv"]))
@@ -238,7 +210,7 @@ def plan(
 
     options = options.model_copy(update={"accurate": options.accurate or sets_resolution(settings)})
     device = choose_device(command.device)
-    result = make_plan(trial, out, options, command.progress(), device=device, jobs=jobs, settings=settings)
+    result = make_plan(trial, out, options, command.progress(), device=device, jobs=runs.jobs, settings=settings)
     files = f"Plan: {result.content['folder']}/plan.csv, and trial.toml to run it. Page: plan.html"
     command.reply(Answer(result.content, [*result.sentences, files]))
 
@@ -246,30 +218,23 @@ def plan(
 def swept_lines(swept: dict[str, Any]) -> list[str]:
     """Return the lines that describe a sweep, made from its --json object."""
     from sealtwin.core.progress import in_words
+    from validate.readings.grid import listed
 
     runs, best = swept["runs"], swept["best"]
     counts = ", ".join(f"{number} {state}" for state, number in swept["states"].items() if number)
-    lines = [f"{swept['name']}: {len(runs)} runs, {counts}."]
-    lines += swept["other_versions"]
+    lines = [f"{swept['name']}: {len(runs)} runs, {counts}.", *swept["other_versions"]]
     if swept["computed_by"]:
         remaining = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
         lines.append(f"Computed by {swept['computed_by']}{remaining}.")
     elif swept["states"]["waiting"]:
         lines.append("No process computes it now; repeat the command to compute the rest.")
-    if swept["screening"]:
-        lines.append(swept["screening"])
-    lines += swept["fluid_warnings"]
+    lines += [*filter(None, [swept["screening"]]), *swept["fluid_warnings"]]
     if best is not None:
-        lines.append(
-            f"Nearest to the readings: run {best['number']} ({_settings_text(best['settings'])}), "
-            f"{best['mean_error_mm']:.2f} mm on average."
-        )
-        if best["against_baselines"] is not None:
-            lines.append(best["against_baselines"])
-    if unranked := swept["not_ranked"]:
-        which = ", ".join(f"{run['number']} (ratio {run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
-        more = f" and {len(unranked) - MOST_NAMED} more" if len(unranked) > MOST_NAMED else ""
-        lines.append(f"Not ranked, since the settled volume is off by over 5 %: run {which}{more}.")
+        settings, error = _settings_text(best["settings"]), f"{best['mean_error_mm']:.2f} mm on average"
+        lines.append(f"Nearest to the readings: run {best['number']} ({settings}), {error}.")
+        lines += filter(None, [best["against_baselines"]])
+    if unranked := [f"{run['number']} (ratio {run['volume_ratio']:.3f})" for run in swept["not_ranked"]]:
+        lines.append(f"Not ranked, since the settled volume is off by over 5 %: run {listed(unranked, MOST_NAMED)}.")
     failed = [run for run in runs if run["state"] == "failed"]
     for run in failed[:MOST_NAMED]:
         settings = {name: value for name, value in run.items() if name == "seed" or "." in name}
@@ -307,13 +272,3 @@ def _settings_text(settings: dict[str, Any]) -> str:
     from validate.units import setting_words
 
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())
-
-
-def calibrated_lines(content: dict[str, Any]) -> list[str]:
-    return [
-        *content["cautions"],
-        f"{content['name']}: {content['runs_of_each_trial']} runs of each trial.",
-        content["finding"],
-        *content["advice"],
-        f"Page: {content['page']}",
-    ]

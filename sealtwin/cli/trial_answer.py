@@ -11,7 +11,6 @@ from sealtwin.core.facts import of_keys, texts, without
 
 if TYPE_CHECKING:
     from sealtwin.core.facts import Fact
-    from sealtwin.core.progress import Warned
     from sealtwin.study.pipeline import FinishedStages
     from sealtwin.trial.job import StageName
     from sealtwin.trial.trial_file import Trial
@@ -76,13 +75,13 @@ def resume(
 
 
 def _reply(
-    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", warned: "Sequence[Warned]", trial_file: str
+    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", printed: "Sequence[Fact]", trial_file: str
 ) -> None:
     from validate.sentences import sentence
 
     result = done.result
     missed = "validate" in stages and result.comparison is not None and result.comparison.passed is False
-    lines = result_lines(result, stages[-1], warned, can_be_varied=done.can_be_varied, verbose=command.verbose)
+    lines = result_lines(result, stages[-1], printed, can_be_varied=done.can_be_varied, verbose=command.verbose)
     if "validate" in stages and result.comparison is None and done.can_be_planned:
         lines.append(f"{'Next':<{LABEL_LETTERS}}{sentence('terminal_next', file=trial_file)}")
     command.reply(Answer(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0))
@@ -91,7 +90,7 @@ def _reply(
 def result_lines(
     result: "TrialResult",
     last: "StageName",
-    warned: "Sequence[Warned]" = (),
+    printed: "Sequence[Fact]" = (),
     *,
     can_be_varied: bool = False,
     verbose: bool = False,
@@ -101,17 +100,16 @@ def result_lines(
     Args:
         result: Result of the trial.
         last: Last stage of the command.
-        warned: Warnings that the command has printed. They are not repeated.
+        printed: Facts that the command has printed. They are not repeated.
         can_be_varied: True if 'sealtwin validate RUN --uncertainty' adds something, which is then suggested.
         verbose: True for all figures and sentences.
     """
     from validate.sentences import sentence
 
     compared = last == "validate" and result.report is not None
-    printed = {warning.text for warning in warned}
     rows = [
         *_made(result, last),
-        *(("Warning", text) for text in map(str, _warnings(result, last)) if text not in printed),
+        *(("Warning", f"{fact}") for fact in _warnings(result, last) if fact not in printed),
         *(_concluded(result) if compared else ()),
     ]
     report = sentence("terminal_report", result=result, adds=_adds(result) if can_be_varied else "")

@@ -7,21 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from sealtwin.cli.answer import Answer, Command, answers
-from sealtwin.cli.options import FLUID, PHOTO, File, Given, Out, argument, count_option, flag, option
+from sealtwin.cli.options import FLUID, PHOTO, File, Given, Out, argument, flag, option
 from sealtwin.cli.samples import require_depth
 from sealtwin.cli.trial_answer import resume, run_trial
 
 if TYPE_CHECKING:
     from digitise.robots.cell import ProgramOptions
+    from sealtwin.cli.models import FluidRun
     from sealtwin.trial.job import StageName
 
 ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
 TrialFile = Annotated[Path, argument("TRIAL", "A trial.toml; 'sealtwin init DIR' writes one.")]
 RunFolderPath = Annotated[Path, argument("RUN", "A run folder.")]
-Threads = Annotated[
-    int,
-    count_option("CPU threads of the fluid run, for runs with many particles; the result does not change.", 1, 64),
-]
+FLUID_RUN = "sealtwin.cli.models:FluidRun"
 
 
 @answers()
@@ -47,7 +45,7 @@ def film(
     command.reply(Answer({**content, "other_versions": others}, lines))
 
 
-@answers(model="digitise.robots.cell:ProgramOptions")
+@answers(options="digitise.robots.cell:ProgramOptions")
 def robot(
     command: Command,
     folder: Annotated[File, argument("RUN", "A digitised run folder.")] = None,
@@ -180,20 +178,20 @@ def _compare_dam_breaks(command: Command, folder: Path) -> None:
     command.reply(Answer({"fronts": fronts, "page": shown(path)}, lines))
 
 
-@answers(*FLUID, device=True, verbose=True)
-def run(command: Command, trial: TrialFile, settings: Given, out: Out = None, threads: Threads = 1) -> None:
+@answers(*FLUID, options=FLUID_RUN, device=True, verbose=True)
+def run(command: Command, trial: TrialFile, settings: Given, options: "FluidRun", out: Out = None) -> None:
     """Bring a whole trial up to date: digitise, simulate, validate, report.
 
     During the fluid run RUN/progress.json has the progress and health.csv the numerical quality. A checkpoint is
     written every ten seconds: repeat the command to continue after a kill. The table output sets snapshots and frames.
     """
-    run_trial(command, trial, out, ALL_STAGES, settings, threads=threads)
+    run_trial(command, trial, out, ALL_STAGES, settings, threads=options.threads)
 
 
-@answers(*FLUID, device=True, verbose=True)
-def simulate(command: Command, folder: RunFolderPath, settings: Given, threads: Threads = 1) -> None:
+@answers(*FLUID, options=FLUID_RUN, device=True, verbose=True)
+def simulate(command: Command, folder: RunFolderPath, settings: Given, options: "FluidRun") -> None:
     """Run the fluid of a digitised run folder, with the settings of RUN/trial.toml."""
-    resume(command, folder, "simulate", settings, threads=threads)
+    resume(command, folder, "simulate", settings, threads=options.threads)
 
 
 @answers(device=True, verbose=True)

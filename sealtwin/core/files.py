@@ -8,14 +8,13 @@ import math
 import os
 import re
 import secrets
-from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
-from pydantic_core import from_json
+from pydantic_core import from_json, to_jsonable_python
 
 from sealtwin.core import plain_files
 from sealtwin.core.errors import InputError, naming
@@ -23,6 +22,7 @@ from sealtwin.core.plain_files import LARGEST_HASHED_BYTES
 from sealtwin.core.records import Floats, Pixels
 
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
+MISSING = re.compile(r"(?<=,)(?=,|\r?$)|^(?=,)", re.MULTILINE)  # An empty field
 TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file, unlikely in a user's file
 TEMPORARY = re.compile(rf"\.{TEMPORARY_MARK}-\d+-[0-9a-f]{{8}}(\..+)?", re.DOTALL)
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
@@ -94,8 +94,13 @@ def as_json(content: Any) -> str:
 
     The text is indented, with each list of numbers on one line.
     """
-    text = json.dumps(_plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    plain = to_jsonable_python(content, inf_nan_mode="null", fallback=_plain)
+    text = json.dumps(plain, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     return NUMBERS.sub(lambda match: " ".join(match.group().split()).replace("[ ", "[").replace(" ]", "]"), text)
+
+
+def _plain(value: Any) -> Any:
+    return value.as_posix() if isinstance(value, PurePath) else value.tolist()
 
 
 def read_json(path: Path) -> Any:
@@ -193,21 +198,17 @@ def read_table(path: Path, columns: Sequence[str], *, finite: bool = False) -> F
 
     Raises InputError, naming file and line.
     """
-    reader = csv.DictReader(io.StringIO(read_text(path)))
-    # An array takes eight bytes for each number, lists of lists ten times that.
-    numbers, line = array("d"), 1
+    header, _, body = read_text(path).partition("\n")
+    names = header.strip().split(",")
+    if missing := {*columns} - {*names}:
+        raise InputError(f"{path}, line 1: no column {', '.join(sorted(missing))}; expected {','.join(columns)}.")
+    rows, wanted = np.empty((0, len(columns))), [names.index(name) for name in columns]
     try:
-        if missing := set(columns) - set(reader.fieldnames or ()):
-            raise InputError(f"{path}, line 1: no column {', '.join(sorted(missing))}; expected {','.join(columns)}.")
-        for line, row in enumerate(reader, start=2):
-            try:
-                numbers.extend([np.nan if row[name] == "" else float(row[name]) for name in columns])
-            except (TypeError, ValueError):
-                cells = str([row[name] for name in columns])
-                raise InputError(f"{path}, line {line}: expected {len(columns)} numbers, found {cells:.80}.") from None
-    except csv.Error as fault:
-        raise InputError(f"{path}, after line {line}: not readable CSV ({fault}).") from None
-    rows = np.array(numbers, dtype=float).reshape(-1, len(columns))
+        if body.strip():
+            numbers = io.StringIO(MISSING.sub("nan", body))
+            rows = np.loadtxt(numbers, delimiter=",", usecols=wanted, comments=None, ndmin=2)
+    except ValueError as fault:
+        raise InputError(f"{path}: not as its stage wrote it (row 0 is line 2): {fault!s:.200}") from None
     if finite and len(wrong := np.argwhere(~np.isfinite(rows))):
         row, column = wrong[0]
         cell = f"{columns[column]} = {rows[row, column]:g}"
@@ -222,20 +223,3 @@ def _cell(value: str | float | None) -> str:
         # Python's writer does not quote a lone carriage return, at which readers begin a new row.
         return as_text_cell(value.replace("\r\n", "\n").replace("\r", "\n"))
     return f"{value:.12g}"
-
-
-def _plain(value: Any) -> Any:
-    """Convert arrays to lists, NumPy scalars to Python numbers, NaN and infinity to None."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    if isinstance(value, Path):
-        return value.name
-    return value

@@ -1,11 +1,12 @@
-"""The only reader of files. It opens plain files of a limited size.
+"""The only reader of files, which opens plain files of a limited size, and the reader of users' tables of numbers.
 
 A device would be read without end, and a pipe would wait forever.
 """
 
+import csv
 import io
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,6 +16,9 @@ LARGEST_BYTES = 200_000_000
 """Largest table, JSON file or frame that is read: two million particles. A larger file would fill the memory."""
 LARGEST_HASHED_BYTES = 10_000_000_000
 """Largest file that is read in pieces; no input of a stage is as large. A sparse file may be almost endless."""
+LARGEST_TABLE_BYTES = 200_000  # Largest table of numbers from a user
+Bounds = Mapping[str, tuple[float, float]]
+"""Smallest and largest value of each column, by name."""
 
 
 def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
@@ -59,3 +63,47 @@ def read_text(path: Path, largest_bytes: int = LARGEST_BYTES) -> str:
     Raises UnicodeDecodeError, and whatever ``require_plain`` raises.
     """
     return io.TextIOWrapper(io.BytesIO(read_bytes(path, largest_bytes)), encoding="utf-8-sig").read()
+
+
+def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[int, int]) -> dict[str, list[float]]:
+    """Read a CSV with columns of ``bounds`` in any order, including all of ``needed``.
+
+    ``rows`` is the smallest and largest number of rows. Returns the numbers by column; the key ``row`` has the number
+    of each row in the file. Raises InputError with file, row, column and value.
+    """
+    names = ", ".join(name if name in needed else f"{name} (optional)" for name in bounds)
+    expected = f"expected a CSV in UTF-8 with columns {names}, separated by commas, with decimal points"
+    if not path.is_file():
+        raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}; {expected}.")
+    if path.stat().st_size > LARGEST_TABLE_BYTES:
+        raise InputError(f"{path}: larger than {LARGEST_TABLE_BYTES} bytes; a table may have up to {rows[1]} rows.")
+    try:
+        content = csv.reader(io.StringIO(read_text(path, LARGEST_TABLE_BYTES)))
+        (_, header), *table = [(line, row) for line, row in enumerate(content, start=1) if any(row)] or [(1, [])]
+    except (UnicodeDecodeError, csv.Error) as fault:
+        raise InputError(f"{path}: not readable ({fault}); {expected}. Save it in UTF-8.") from None
+    header = [name.strip() for name in header]
+    if wrong := [name for name in header if name not in bounds or header.count(name) > 1]:
+        raise InputError(f"{path}, row 1: column '{wrong[0]:.60}' is unknown or named twice; {expected}.")
+    if missing := [name for name in needed if name not in header]:
+        raise InputError(f"{path}, row 1: no column {missing[0]}; {expected}.")
+    if not rows[0] <= len(table) <= rows[1]:
+        raise InputError(f"{path}: {len(table)} rows below the header; {rows[0]} to {rows[1]} are allowed.")
+    columns = {name: list[float]() for name in (*header, "row")}
+    for line, row in table:
+        if len(row) != len(header):
+            raise InputError(
+                f"{path}, row {line}: {len(row)} cells, but the header has {len(header)} columns ({','.join(row):.60})."
+            )
+        for name, cell in zip(header, row, strict=True):
+            low, high = bounds[name]
+            try:
+                # Python would read 1_5 as 15.
+                value = float(cell.replace("_", "?"))
+            except ValueError:
+                raise InputError(f"{path}, row {line}, column {name}: '{cell:.60}' is not a number.") from None
+            if not low <= value <= high:
+                raise InputError(f"{path}, row {line}, column {name}: {value:g}; {low:g} to {high:g} is allowed.")
+            columns[name].append(value)
+        columns["row"].append(line)
+    return columns

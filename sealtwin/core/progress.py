@@ -1,26 +1,19 @@
 """Progress of long work: a bar on a terminal, plain lines elsewhere."""
 
+import math
 import sys
 import time
-from collections import deque
+from bisect import bisect_right
 from contextlib import AbstractContextManager
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
+
+from sealtwin.core.facts import Fact
 
 LINE_EVERY_S = 10.0  # Time between plain lines in a log
 TENTH = 0.1  # Share of the work after which the remaining time is estimated
 
-
-Level = Literal["note", "warning", "fault"]
-
-
-class Warned(NamedTuple):
-    """A warning about a result."""
-
-    level: Level
-    text: str
-
-    def __str__(self) -> str:
-        return f"{self.level}: {self.text}"
+Word = Literal["note", "warning", "fault"]
+"""Word before a fact that is shown during the work."""
 
 
 class Pace:
@@ -32,18 +25,14 @@ class Pace:
 
     def __init__(self, total: float, done: float = 0.0) -> None:
         self._total, self._before = total, done
-        self._first = done
-        self._reports: deque[tuple[float, float]] = deque()  # Steps done and time, for the later half
+        self._reports = list[tuple[float, float]]()  # Steps done and time, if steps were done since the last report
 
     def left_s(self, done: float, now_s: float) -> float | None:
         """Return the expected time left after ``done`` steps, or None until a tenth of the remaining steps is done."""
-        if not self._reports:
-            self._first = done
         if not self._reports or done > self._reports[-1][0]:
             self._reports.append((done, now_s))
-        while len(self._reports) > 1 and self._reports[1][0] <= (self._first + done) / 2:
-            self._reports.popleft()
-        since, since_s = self._reports[0]
+        half = (self._reports[0][0] + done) / 2
+        since, since_s = self._reports[bisect_right(self._reports, (half, math.inf)) - 1]
         if done <= since or done - self._before < TENTH * (self._total - self._before):
             return None
         return (now_s - since_s) * (self._total - done) / (done - since)
@@ -74,13 +63,13 @@ class Progress(AbstractContextManager["Progress"]):
     def note(self, text: str) -> None:
         """Show a line to the user at once."""
 
-    warned: tuple[Warned, ...] = ()
-    """Warnings until now."""
+    warned: tuple[Fact, ...] = ()
+    """Facts that were shown until now."""
 
-    def warn(self, text: str, level: Level = "note") -> None:
-        """Show a warning about a result, even if notes are not shown."""
-        self.warned = (*self.warned, Warned(level, text))
-        self.note(f"{self.warned[-1]}")
+    def warn(self, fact: Fact, word: Word = "note") -> None:
+        """Show a fact about a result, even if notes are not shown."""
+        self.warned = (*self.warned, fact)
+        self.note(f"{word}: {fact}")
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -94,21 +83,19 @@ class _Timed(Progress):
 
     def __init__(self) -> None:
         self._total, self._pace = 0, Pace(0.0)
-        self._expected: tuple[float, float] | None = None  # Remaining time from ``expect``, and the moment of that call
+        self._ends_s: float | None = None  # Moment of the end of the work, from ``expect``
 
     def start(self, title: str, total: int, done: int = 0) -> None:
-        self._total, self._pace, self._expected = total, Pace(total, done), None
+        self._total, self._pace, self._ends_s = total, Pace(total, done), None
 
     def expect(self, left_s: float) -> None:
-        self._expected = left_s, time.monotonic()
+        self._ends_s = time.monotonic() + left_s
 
     def _left(self, done: int) -> str:
         """Return the command's remaining time in words, or an empty text without an estimate or if the work is done."""
         now_s = time.monotonic()
-        left_s = self._pace.left_s(done, now_s)
-        if self._expected is not None:
-            given_s, at_s = self._expected
-            left_s = max(0.0, given_s - (now_s - at_s))
+        by_pace_s = self._pace.left_s(done, now_s)
+        left_s = by_pace_s if self._ends_s is None else max(0.0, self._ends_s - now_s)
         if left_s is None or done >= self._total:
             return ""
         whole_s = left_s * self._total / (self._total - done)
@@ -118,9 +105,9 @@ class _Timed(Progress):
 class QuietProgress(Progress):
     """Progress that shows warnings only, for a command with --quiet. The Python interface uses ``warnings``."""
 
-    def warn(self, text: str, level: Level = "note") -> None:
-        super().warn(text, level)
-        print(self.warned[-1], file=sys.stderr, flush=True)
+    def warn(self, fact: Fact, word: Word = "note") -> None:
+        super().warn(fact, word)
+        print(f"{word}: {fact}", file=sys.stderr, flush=True)
 
 
 class PlainProgress(_Timed):

@@ -1,7 +1,7 @@
 """Write records to the files of a run folder, and read them back."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
@@ -21,7 +21,7 @@ from sealtwin.core.solid_figures import SolidFigures
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
 PROFILE_COLUMNS = ("s_mm", "level_mm")
-LEVEL = "level.csv"
+PROFILE, LEVEL = "profile.csv", "level.csv"
 LEVEL_COLUMNS = (*PROFILE_COLUMNS, "low_95_mm", "high_95_mm")
 """Columns of the mean level of several runs, with its band; the level of each run may follow."""
 
@@ -209,13 +209,9 @@ def write_run(folder: Path, run: Run) -> None:
     files.write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
     content: dict[str, Any] = {name: getattr(run, name) for name in Simulation.model_fields}
     content["health"] = run.health.recorded()
-    bed, remarks, doubts = (content.pop(name) for name in ("fast_fill", "remarks", "doubts"))
-    more = {
-        "bed": bed and bed.model_dump(),
-        "remarks": [vars(fact) for fact in remarks],
-        "doubts": [vars(fact) for fact in doubts],
-    }
-    files.write_json(folder / "simulation.json", content | {name: value for name, value in more.items() if value})
+    content["bed"] = content.pop("fast_fill")
+    absent = {name for name in ("bed", "remarks", "doubts") if not content[name]}
+    files.write_json(folder / "simulation.json", {key: content[key] for key in content if key not in absent})
 
 
 def read_simulation(folder: Path) -> Simulation:
@@ -249,12 +245,12 @@ def read_run(folder: Path) -> Run:
 
 
 def write_profile(folder: Path, profile: Profile) -> None:
-    files.write_table(folder / "profile.csv", PROFILE_COLUMNS, np.column_stack([profile.s_mm, profile.level_mm]))
+    files.write_table(folder / PROFILE, PROFILE_COLUMNS, np.column_stack([profile.s_mm, profile.level_mm]))
 
 
-def read_profile(folder: Path) -> Profile:
+def read_profile(folder: Path, name: str = PROFILE) -> Profile:
     """Read a profile. Raises InputError if a number is missing, there are fewer than two rows, or s does not grow."""
-    path = folder / "profile.csv"
+    path = folder / name
     rows = files.read_table(path, PROFILE_COLUMNS, finite=True)
     if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
         raise InputError(f"{path}: expected two rows or more, with s_mm increasing from row to row. Simulate again.")
@@ -270,9 +266,8 @@ def write_level(folder: Path, s_mm: Floats, levels_mm: Mapping[int, Floats], hal
 
 
 def read_level(folder: Path) -> Profile:
-    """Read the mean level of a run folder's seeds."""
-    rows = files.read_table(folder / LEVEL, PROFILE_COLUMNS, finite=True)
-    return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
+    """Read the mean level of a run folder's seeds, as ``read_profile`` does."""
+    return read_profile(folder, LEVEL)
 
 
 def read_levels(folder: Path, seeds: Sequence[int]) -> Floats:
@@ -317,9 +312,7 @@ def as_record(
 
 
 def _rounded(value: Any) -> Any:
-    """Return an array, or a tuple of arrays, rounded to five decimals, and a record as a dict; other values stay."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return asdict(value)
+    """Return an array, or a tuple of arrays, rounded to five decimals; other values stay."""
     if isinstance(value, tuple):
         return tuple(_rounded(item) for item in value)
     return np.round(value, 5) if isinstance(value, np.ndarray) else value

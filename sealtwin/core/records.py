@@ -14,80 +14,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
-from html import escape
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, PlainValidator, with_config
-from pydantic.functional_serializers import PlainSerializer
-from pydantic.json_schema import WithJsonSchema
+from pydantic import BaseModel, ConfigDict, with_config
 
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import FROM_JSON, Floats, Integers, Numbers, Points, Shown, require_as_long
+from sealtwin.core.arrays import Pixels as Pixels
 from sealtwin.core.doubts import Doubt, ReadSheet
 from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import EndKind, SolidFigures
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
-
-
-class Shown:
-    """Base of records that a notebook shows as one line or a small table, in place of all their arrays.
-
-    It is before other bases, and its dataclasses have ``repr=False``.
-    """
-
-    @property
-    def main_figures(self) -> Mapping[str, str]:
-        """Names and values that tell one record from another, with units."""
-        raise NotImplementedError
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name} {value}' for name, value in self.main_figures.items())})"
-
-    def __str__(self) -> str:
-        return repr(self)
-
-    def _repr_html_(self) -> str:
-        cells = ((escape(name), escape(value)) for name, value in self.main_figures.items())
-        rows = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in cells)
-        return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
-
-
-def _finite(value: Any) -> Floats:
-    """Return a list as an array. Raises ValueError unless it has finite numbers."""
-    try:
-        numbers = np.array(value, dtype=float)
-    except TypeError:
-        raise ValueError("should be a list of numbers") from None
-    if numbers.ndim == 0 or not np.isfinite(numbers).all():
-        raise ValueError("should be a list of finite numbers")
-    return numbers
-
-
-def _points(value: Any) -> Floats:
-    points = _finite(value)
-    if points.ndim != 2 or points.shape[1] != 2:
-        raise ValueError("should be a list of points [x, y]")
-    return points
-
-
-def _require_as_long(record: object, first: str, *others: str) -> None:
-    """Raise ValueError unless the arrays ``others`` of a record are as long as the array ``first``. None is skipped."""
-    length = len(getattr(record, first))
-    for name in others:
-        if (values := getattr(record, name)) is not None and len(values) != length:
-            raise ValueError(f"{name} has {len(values)} rows, but {first} has {length}")
-
-
-AS_LIST = PlainSerializer(np.ndarray.tolist, when_used="json")
-OF_NUMBERS = WithJsonSchema({"type": "array", "items": {"type": "number"}})
-Numbers = Annotated[Floats, PlainValidator(_finite), AS_LIST, OF_NUMBERS]  # Array in a record that is read from JSON
-Points = Annotated[Floats, PlainValidator(_points)]  # Points in a record that is read from JSON, (n, 2)
-FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
 
 FACING = 0.98  # Least cosine at which the line between two walls counts as square to the centreline: 11 degrees
 
@@ -115,11 +54,7 @@ DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]
 
 
 SHOWN_AROUND = np.array([0.42, 0.08])
-"""Margins, x and y, of the photo that a report shows around a crack, as shares of the crack's larger extent.
-
-The margin in x has room for the names of the crack's ends.
-"""
-
+"""Margins, x and y, of the photo that a report shows around a crack, as shares of its extent. x has the ends' names."""
 
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")
@@ -128,8 +63,7 @@ WallMethod = Literal["edge", "region", "fit", "gauge", "drawn", "bridged"]
 """Method that placed a wall.
 
 edge: its step from dark to bright; region, fit, gauge: as of a width's source; drawn: lines drawn by hand; bridged:
-straight between its neighbours, since it is not in view.
-"""
+straight between its neighbours, since it is not in view."""
 
 
 @with_config(FROM_JSON)
@@ -147,11 +81,8 @@ class WallStretch:
 
     def sentence(self, unit: str = "mm") -> str:
         """Return the stretch in words: "left wall by edge: in the middle of the step from dark to bright"."""
-        doubt = (
-            ""
-            if self.doubt_mm is None
-            else "; it may be {:.2f} to {:.2f} {} from the centreline".format(*self.doubt_mm, unit)
-        )
+        may_be = "; it may be {:.2f} to {:.2f} {} from the centreline"
+        doubt = may_be.format(*self.doubt_mm, unit) if self.doubt_mm else ""
         return f"{self.side} wall by {self.method}: {self.why}{doubt}"
 
 
@@ -208,8 +139,8 @@ class Outline(Shown):
     """Origin of the walls, each from end to end. A later stretch counts where it overlaps. Empty without a photo."""
 
     def __post_init__(self) -> None:
-        _require_as_long(self, "centreline_mm", "left_wall_mm", "right_wall_mm")
-        _require_as_long(self, "centreline_px", "left_wall_px", "right_wall_px")
+        require_as_long(self, "centreline_mm", "left_wall_mm", "right_wall_mm")
+        require_as_long(self, "centreline_px", "left_wall_px", "right_wall_px")
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -279,19 +210,6 @@ class Outline(Shown):
         """Width averaged over the arc length."""
         return float(np.trapezoid(self.width_mm, self.s_mm) / self.length_mm)
 
-    def why_here(self, s_mm: float) -> dict[Side, tuple[float, WallStretch]]:
-        """Return each wall's distance from the centreline at an arc length, and the stretch that it belongs to.
-
-        Empty if the origin of the walls is unknown or the arc length is beyond the ends.
-        """
-        here: dict[Side, tuple[float, WallStretch]] = {}
-        for stretch in self.walls:
-            if stretch.s_from_mm <= s_mm <= stretch.s_to_mm:
-                wall_mm = self.left_wall_mm if stretch.side == "left" else self.right_wall_mm
-                away_mm = np.interp(s_mm, self.s_mm, np.linalg.norm(wall_mm - self.centreline_mm, axis=1))
-                here[stretch.side] = float(away_mm), stretch
-        return here
-
     @property
     def width_doubt_mm(self) -> float | None:
         """Standard uncertainty of the mean width: a quarter of its 95 % interval's length; None without an interval."""
@@ -309,7 +227,7 @@ class Sections:
     below_mm2: Numbers | None = None  # (k, n): area of each section below each level
 
     def __post_init__(self) -> None:
-        _require_as_long(self, "s_mm", "depth_mm", "area_mm2", "below_mm2")
+        require_as_long(self, "s_mm", "depth_mm", "area_mm2", "below_mm2")
         if len(self.s_mm) == 0 or self.s_mm.ndim != 1 or (np.diff(self.s_mm) <= 0).any():
             raise ValueError("s_mm should grow from station to station")
         if self.below_mm2 is not None:
@@ -331,10 +249,10 @@ class Sections:
             raise ValueError("sections with straight walls have no table of areas by level")
         columns = np.array([np.interp(s_mm, self.s_mm, area_mm2) for area_mm2 in self.below_mm2.T])
         step_mm = self.levels_mm[1] - self.levels_mm[0]
-        place = np.clip((level_mm - self.levels_mm[0]) / step_mm, 0.0, len(self.levels_mm) - 1.0)
-        lower = np.minimum(place.astype(int), len(self.levels_mm) - 2)
-        one, other = (np.take_along_axis(columns, at[None], axis=0)[0] for at in (lower, lower + 1))
-        return one + (place - lower) * (other - one)
+        steps = np.clip((level_mm - self.levels_mm[0]) / step_mm, 0.0, len(self.levels_mm) - 1.0)
+        row, station = np.minimum(steps.astype(int), len(self.levels_mm) - 2), np.arange(len(s_mm))
+        lower_mm2, upper_mm2 = columns[row, station], columns[row + 1, station]
+        return lower_mm2 + (steps - row) * (upper_mm2 - lower_mm2)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -536,7 +454,7 @@ class Profile(Shown):
 class Sample:
     """A digitised crack, its solid and the nozzle's path: all that a run takes from a photo or a mesh.
 
-    Samples are compared by identity, so that a sample can be the key of a cache. A sample can be pickled.
+    Samples are compared by identity, so that a sample can be the key of a cache.
     """
 
     outline: Outline

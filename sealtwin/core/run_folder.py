@@ -1,11 +1,17 @@
-"""Run folder: its lock, and its manifest, which lists the stages, their inputs and the files that they wrote."""
+"""Run folder: its lock, and its manifest, which lists the stages, their keys, and the files that they read and wrote.
 
+The key of a result is a hash of everything that it depends on, including the numbers of the stages that compute it. A
+stage number is raised whenever the same input gives another figure in the stage's results. Each stage defines its own.
+"""
+
+import hashlib
 import json
 import os
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from itertools import chain, count
 from pathlib import Path
@@ -36,6 +42,8 @@ PACKAGES = (
     *("sealtwin", "numpy", "scipy", "opencv-python-headless", "scikit-image", "trimesh", "manifold3d", "warp-lang"),
     *("similaritymeasures", "matplotlib"),
 )
+UNNUMBERED = 0
+"""Number of a stage that a result does not record, such as validate in a study without readings."""
 
 
 class RunFolder:
@@ -45,28 +53,30 @@ class RunFolder:
         self.path = path
         self.manifest = manifest
 
+    def entry_of(self, stage: str) -> dict[str, Any]:
+        """Return the entry of ``stage`` in the manifest; empty if it is not finished."""
+        return self.manifest["stages"].get(stage, {})
+
     def is_current(self, stage: str, key: str) -> bool:
         """Return True if ``stage`` was finished with this key and its files are still as it wrote them."""
-        entry = self.manifest["stages"].get(stage, {})
-        return entry.get("key") == key and not self._changed(entry)
+        entry = self.entry_of(stage)
+        return entry.get("key") == key and not self._changed(entry["outputs"])
 
     def settings_of(self, stage: str) -> dict[str, Any] | None:
         """Return the settings of ``stage``, or None if it is not finished."""
-        return self.manifest["stages"].get(stage, {}).get("settings")
+        return self.entry_of(stage).get("settings")
 
     def numbers_of(self, stage: str) -> dict[str, int]:
         """Return the stage numbers with which ``stage`` was computed. The result is empty if it is not finished."""
-        return self.manifest["stages"].get(stage, {}).get("stage_numbers", {})
+        return self.entry_of(stage).get("stage_numbers", {})
 
     def edited(self, stage: str) -> list[str]:
         """Return the files of ``stage`` that were changed since it wrote them."""
-        entry = self.manifest["stages"].get(stage)
-        return [name for name in self._changed(entry) if (self.path / name).is_file()] if entry else []
+        return [name for name in self._changed(self.entry_of(stage).get("outputs", {})) if (self.path / name).is_file()]
 
     def changed_since(self, stage: str) -> list[str]:
         """Return the inputs of a finished ``stage`` that are missing or have changed."""
-        inputs = self.manifest["stages"][stage]["inputs"].items()
-        return [name for name, digest in inputs if not self._matches(name, digest)]
+        return self._changed(self.entry_of(stage)["inputs"])
 
     def clear(self, stage: str) -> list[str]:
         """Remove ``stage`` from the manifest and delete its files, so that no old file passes for a new one.
@@ -74,12 +84,10 @@ class RunFolder:
         A file that was edited is renamed instead. Returns the new names.
         """
         renamed = list[str]()
-        for name in self.edited(stage):
-            path = self.path / name
+        for path in (self.path / name for name in self.edited(stage)):
             names = (path.with_name(f"{path.stem}.changed{number}{path.suffix}") for number in chain([""], count(2)))
             renamed.append(path.replace(next(free for free in names if not free.exists())).name)
-        entry = self.manifest["stages"].pop(stage, None)
-        if entry is not None:
+        if entry := self.manifest["stages"].pop(stage, None):
             self.save()
             for name in entry["outputs"]:
                 (self.path / name).unlink(missing_ok=True)
@@ -127,15 +135,13 @@ class RunFolder:
         write_json(self.path / MANIFEST, self.manifest)
 
     def _is_complete(self, entry: Mapping[str, Any]) -> bool:
-        from_stages = [item for item in entry["inputs"].items() if item[0] not in entry["given"]]
-        present = all((self.path / name).is_file() for name in entry["outputs"])
-        return present and all(self._matches(name, digest) for name, digest in from_stages)
+        from_stages = {name: digest for name, digest in entry["inputs"].items() if name not in entry["given"]}
+        return all((self.path / name).is_file() for name in entry["outputs"]) and not self._changed(from_stages)
 
-    def _changed(self, entry: Mapping[str, Any]) -> list[str]:
-        return [name for name, digest in entry["outputs"].items() if not self._matches(name, digest)]
-
-    def _matches(self, name: str, digest: str) -> bool:
-        return (self.path / name).is_file() and sha256(self.path / name) == digest
+    def _changed(self, hashes: Mapping[str, str]) -> list[str]:
+        """Return the files that are missing or have another hash."""
+        paths = {name: self.path / name for name in hashes}
+        return [name for name, path in paths.items() if not (path.is_file() and sha256(path) == hashes[name])]
 
 
 @contextmanager
@@ -147,9 +153,8 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
     """
     _check_usable(path, create)
     with holding(path):
-        for stale in path.iterdir():
-            if is_temporary(stale):
-                stale.unlink()
+        for stale in filter(is_temporary, path.iterdir()):
+            stale.unlink()
         folder = RunFolder(path, _read_manifest(path))
         refuse_links(path)
         yield folder
@@ -176,11 +181,10 @@ def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterato
     try:
         lock.acquire(timeout=0)
     except Timeout:
+        busy = f"{path}: in use by {_holder(path)}"
         if waiting is None:
-            raise BusyError(
-                f"{path}: in use by {_holder(path)}. Wait for it, stop it, or give another --out."
-            ) from None
-        waiting(f"{path}: in use by {_holder(path)}; waiting for it.")
+            raise BusyError(f"{busy}. Wait for it, stop it, or give another --out.") from None
+        waiting(f"{busy}; waiting for it.")
         lock.acquire()
     try:
         since = datetime.now().astimezone().strftime("%H:%M:%S")
@@ -264,3 +268,34 @@ def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
     files = [Path(os.path.normpath(home / name)) for name in entry["outputs"]]
     below = all(home in file.parents and file.parent.resolve().is_relative_to(home) for file in files)
     return below and all(isinstance(entry[part], kind) for part, kind in ENTRY.items())
+
+
+def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any], numbers: Mapping[str, int]) -> str:
+    """Return the key of a result, made from its inputs, its settings, the package version and the stage numbers."""
+    return content_key(
+        {"inputs": dict(inputs), "settings": dict(settings), "version": _own_version(), "numbers": dict(numbers)}
+    )
+
+
+def content_key(content: Mapping[str, Any]) -> str:
+    """Return a hash of JSON content, to compare within one call. It is not stored."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def number_words(numbers: Mapping[str, int]) -> str:
+    """Return "digitise 1, simulate 2", with "unknown" for a number that is not recorded."""
+    return ", ".join(f"{stage} {number or 'unknown'}" for stage, number in numbers.items()) or "unknown"
+
+
+def other_numbers(recorded: Mapping[str, int], own: Mapping[str, int]) -> str:
+    """Return how ``recorded`` stage numbers differ from ``own``, in words to follow "computed by". "" if equal."""
+    numbers = {stage: recorded.get(stage, UNNUMBERED) for stage in own}
+    before = {stage: number for stage, number in numbers.items() if number != own[stage]}
+    now = {stage: own[stage] for stage in before}
+    return f"{number_words(before)}, while this version has {number_words(now)}" if before else ""
+
+
+@cache
+def _own_version() -> str:
+    """Return the package's version. Its metadata take a millisecond to parse, and a study has 20,000 keys."""
+    return version("sealtwin")

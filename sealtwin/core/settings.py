@@ -198,7 +198,9 @@ def _faults(kind: type[Settings], errors: list[ErrorDetails]) -> list[tuple[str,
 def _fault(kind: type[Settings], where: str, errors: list[ErrorDetails]) -> str:
     error, given = errors[0], errors[0]["input"]
     if error["type"] == "extra_forbidden":
-        keys = _keys_beside(kind, error["loc"])
+        # The keys of the table that a misspelt key is in.
+        table = table_of(kind, error["loc"])
+        keys = sorted(table.model_fields) if table else []
         close = difflib.get_close_matches(str(error["loc"][-1]), keys, n=1)
         allowed = f"did you mean '{close[0]}'?" if close else f"allowed: {', '.join(keys)}."
         return f"{where}: no such key; {allowed}"
@@ -217,12 +219,6 @@ def _reason(error: ErrorDetails) -> str:
     if (words := REASONS.get(error["type"])) is not None:
         return words.format(**error.get("ctx", {}))
     return error["msg"].removeprefix("Value error, ").removeprefix("Input ")
-
-
-def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[str]:
-    """Return the keys of the table that a misspelt key is in."""
-    table = table_of(kind, location)
-    return [] if table is None else sorted(table.model_fields)
 
 
 def table_of(kind: type[Settings], location: Sequence[int | str]) -> type[Settings] | None:

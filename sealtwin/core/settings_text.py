@@ -96,15 +96,12 @@ def _of_tuple(parts: list[Any], several: bool) -> str:
 def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
     # A Field inside an annotation has constraints of its own.
     flat = [one for given in constraints for one in (given.metadata if isinstance(given, FieldInfo) else [given])]
-    for one in flat:
-        if kind is str and getattr(one, "max_length", None) is not None:
-            yield f"of up to {one.max_length:,} letters"
-    limits = {word: getattr(one, name) for name, word in BOUNDS.items() for one in flat if hasattr(one, name)}
-    shown = {word: f"{int(limit) if float(limit).is_integer() else limit:,}" for word, limit in limits.items()}
-    if shown.keys() == {"from", "up to"}:
-        yield f"from {shown['from']} to {shown['up to']}"
-    else:
-        yield ", ".join(f"{word} {limit}" for word, limit in shown.items())
+    if kind is str:
+        yield from (f"of up to {one.max_length:,} letters" for one in flat if getattr(one, "max_length", None))
+    limits = {name: getattr(one, name) for name in BOUNDS for one in flat if hasattr(one, name)}
+    shown = {name: f"{int(limit) if float(limit).is_integer() else limit:,}" for name, limit in limits.items()}
+    both = shown.keys() == {"ge", "le"}
+    yield "from {ge} to {le}".format(**shown) if both else ", ".join(f"{BOUNDS[name]} {shown[name]}" for name in shown)
 
 
 def meaning(kind: Table) -> str:
@@ -139,24 +136,19 @@ def keywords_of(*kinds: Table, only: Sequence[str] = (), without: Sequence[str] 
     """
 
     def documented(function: Function) -> Function:
-        signature, (head, rest) = (
-            inspect.signature(function),
-            inspect.cleandoc(function.__doc__ or "").split("\n\nReturns\n"),
-        )
+        signature, text = inspect.signature(function), inspect.cleandoc(function.__doc__ or "")
+        head, rest = text.split("\n\nReturns\n")
         written = {name for line in head.splitlines() for name in line.split(", ")}
-        fields = {name: (kind, field) for kind in kinds for name, field in kind.model_fields.items()}
-        fields = {name: fields[name] for name in only or fields if name not in without}
-        KEYWORDS[function.__name__] = frozenset(fields)
+        owners = {name: kind for kind in kinds for name in kind.model_fields if name not in without}
         parameters = {name: one for name, one in signature.parameters.items() if one.kind is not one.VAR_KEYWORD}
-        entries = [
-            _entry(kind, name, parameters[name].default if name in parameters else None)
-            for name, (kind, _) in fields.items()
-            if name not in written
-        ]
-        for name, (_, field) in fields.items():
+        KEYWORDS[function.__name__] = frozenset(only or owners)
+        for name in only or owners:
+            kind, field = owners[name], owners[name].model_fields[name]
             parameter = parameters.get(name, inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY))
             parameters[name] = parameter if field.is_required() else parameter.replace(default=field.default)
-        function.__doc__ = "\n\nReturns\n".join(["\n".join([head, *entries]), rest])
+            if name not in written:
+                head += f"\n{_entry(kind, name, parameter.default)}"
+        function.__doc__ = f"{head}\n\nReturns\n{rest}"
         vars(function)["__signature__"] = signature.replace(parameters=[*parameters.values()])
         return function
 

@@ -1,13 +1,15 @@
 """A paste by a rheometer's flow curve: Herschel and Bulkley's law, or Bingham's line, at the shear rates of a fill."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.number_tables import read_columns
+from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats, Integers
 from sealtwin.material import MeasuredPaste, PasteSettings, four_digits, measured_material
 from sealtwin.material.flow_law import FlowLaw, fit_flow_law
@@ -92,29 +94,42 @@ class FlowCurve(PasteSettings):
         return float(f"{SLOWEST * crack:.1g}"), float(f"{max(crack, nozzle):.1g}")
 
 
+@dataclass(frozen=True)
+class _Rows:
+    """Rows of a flow curve: shear rates, stresses, and their numbers in the file, (n,) each."""
+
+    path: Path
+    rate: Floats
+    stress: Floats
+    number: Integers
+
+    def __len__(self) -> int:
+        return len(self.rate)
+
+    def only(self, kept: NDArray[np.bool_]) -> "_Rows":
+        return _Rows(self.path, self.rate[kept], self.stress[kept], self.number[kept])
+
+
 def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
     """Fit a law to the flow curve in a CSV. Raises InputError if neither law fits."""
     low, high = paste.shear_rates_per_s
     columns = read_columns(path, {RATE: (0, 1e9), STRESS: (-1e9, 1e9)}, (RATE, STRESS), (1, MOST_ROWS))
-    every, stress, file_rows = (np.array(columns[name]) for name in (RATE, STRESS, "row"))
+    every = _Rows(path, np.array(columns[RATE]), np.array(columns[STRESS]), np.array(columns["row"], dtype=int))
     first, last = paste.rows or (0, MOST_ROWS + 1)
-    kept = (file_rows >= first) & (file_rows <= last)
-    if not kept.any():
+    every = every.only((every.number >= first) & (every.number <= last))
+    if not len(every):
         raise InputError(f"{path}: no row has a number from {first} to {last}; row 1 is the header.")
-    every, stress, file_rows = every[kept], stress[kept], file_rows[kept].astype(int)
-    used = (every >= low * (1 - EDGE)) & (every <= high * (1 + EDGE))
-    slower = every < low * (1 - EDGE)
-    at_rest = every[slower], stress[slower]
-    rate, stress, file_rows = every[used], stress[used], file_rows[used]
-    _refuse_no_curve(path, rate, stress, file_rows, every, (low, high))
-    _refuse_two_pastes(path, rate, stress, file_rows)
-    law = fit_flow_law(rate, stress)
+    slower, faster = every.rate < low * (1 - EDGE), every.rate > high * (1 + EDGE)
+    curve = every.only(~(slower | faster))
+    _refuse_no_curve(curve, every, low, high)
+    _refuse_two_pastes(curve)
+    rate, law = curve.rate, fit_flow_law(curve.rate, curve.stress)
     _refuse_misfit(path, law, rate)
     k, n, bingham = law.consistency_pa_s_n, law.flow_index, law.is_bingham
     name, includes = ("Bingham's line", "includes") if bingham else ("Herschel and Bulkley's law", "excludes")
     n_95 = [*map(four_digits, n.interval)]
     thick = {"consistency_pa_s_n": k.value, "consistency_95_pa_s_n": k.interval, "flow_index": n.value}
-    doubts = _left_out(law, *at_rest)
+    doubts = _left_out(law, every.only(slower))
     material = measured_material(
         path,
         paste,
@@ -124,11 +139,11 @@ def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
         flow_index_95=n.interval,
         shear_rates_per_s=(rate.min(), rate.max()),
         basis=(
-            f"{len(rate)} of {len(used)} rows, {rate.min():g} to {rate.max():g} /s, within the shear rates of the "
+            f"{len(curve)} of {len(every)} rows, {rate.min():g} to {rate.max():g} /s, within the shear rates of the "
             f"fill, {low:g} to {high:g} /s",
             f"{name}, since the 95 % interval of n, {n_95[0]:.3g} to {n_95[1]:.3g}, {includes} 1; it misses the "
             f"stresses by {100 * law.misfit:.2g} % (RMS), Bingham's line by {100 * law.bingham_misfit:.2g} %",
-            f"rows {file_rows[0]} to {file_rows[-1]} of the file",
+            f"rows {curve.number[0]} to {curve.number[-1]} of the file",
             "intervals include the misfit, 3 % of the stress and 2 % of the rate common to all rows",
         ),
         not_for=NOT_FOR,
@@ -143,51 +158,49 @@ def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
     return MeasuredPaste(material, figures, doubts)
 
 
-def _left_out(law: FlowLaw, rate: Floats, stress: Floats) -> tuple[str, ...]:
+def _left_out(law: FlowLaw, slower: _Rows) -> tuple[str, ...]:
     """Return a sentence on rows below the shear rates of the fill that the law misses by more than its error.
 
     At rest such stresses carry the bed, which a law of higher rates does not describe.
     """
-    law_pa = law.stress_pa(rate)
-    off_pa = stress - law_pa
+    law_pa = law.stress_pa(slower.rate)
+    off_pa = slower.stress - law_pa
     count = int((np.abs(off_pa) > np.ptp(law.yield_stress_pa.interval) / 2 + MISSES * law.misfit * law_pa).sum())
     if not count:
         return ()
     far = int(np.abs(off_pa).argmax())
     slope = "steeper" if off_pa[far] > 0 else "flatter"
     return (
-        f"{count} of {len(rate)} slower rows, left out, differ from the law by more than its error, at {rate[far]:g} "
-        f"/s to {stress[far] / law_pa[far]:.2g} times: a bed at rest may be that much {slope}. To include it, declare "
-        f"uncertainty.yield_stress_pa = {abs(off_pa[far]) / 2:.2g}, or fluid.structuration_pa_per_s.",
+        f"{count} of {len(slower)} slower rows, left out, differ from the law by more than its error, at "
+        f"{slower.rate[far]:g} /s to {slower.stress[far] / law_pa[far]:.2g} times: a bed at rest may be that much "
+        f"{slope}. To include it, declare uncertainty.yield_stress_pa = {abs(off_pa[far]) / 2:.2g}, or "
+        "fluid.structuration_pa_per_s.",
     )
 
 
-def _refuse_no_curve(
-    path: Path, rate: Floats, stress: Floats, file_rows: Integers, every: Floats, rates: tuple[float, float]
-) -> None:
-    """Raise InputError if too few rows are within the shear rates, or if a stress cannot be that of a paste.
-
-    ``every`` has the rates outside of them too.
-    """
+def _refuse_no_curve(curve: _Rows, every: _Rows, low: float, high: float) -> None:
+    """Raise InputError if too few rows are within the shear rates, or if a stress cannot be that of a paste."""
+    path, rate, stress = curve.path, curve.rate, curve.stress
     if len(rate) < LEAST_ROWS or rate.max() < LEAST_RANGE * rate.min():
         raise InputError(
-            f"{path}: {len(rate)} of {len(every)} rows have shear rates from {rates[0]:g} to {rates[1]:g} /s; a fit "
-            f"needs {LEAST_ROWS} rows that differ by a factor of at least {LEAST_RANGE:g}. The file has rates from "
-            f"{every.min():g} to {every.max():g} /s. Measure more rows there, or give the shear rates of your fill "
-            "(--nozzle-mm, --flow-mm3-s and --width-mm, or --shear-rates)."
+            f"{path}: {len(rate)} of {len(every)} rows have shear rates from {low:g} to {high:g} /s; a fit needs "
+            f"{LEAST_ROWS} rows that differ by a factor of at least {LEAST_RANGE:g}. The file has rates from "
+            f"{every.rate.min():g} to {every.rate.max():g} /s. Measure more rows there, or give the shear rates of "
+            "your fill (--nozzle-mm, --flow-mm3-s and --width-mm, or --shear-rates)."
         )
-    for row, one_pa in zip(file_rows, stress, strict=True):
-        if not 0 < one_pa <= STIFFEST_PA:
-            raise InputError(
-                f"{path}, row {row}, column {STRESS}: {one_pa:g} Pa; the stress of a paste that flows is above 0 "
-                f"and at most {STIFFEST_PA:g} Pa. Check the unit, and select the rows of one sweep (--rows)."
-            )
-    fastest = int(rate.argmax())
-    if (thin := stress[fastest] / rate[fastest]) < THINNEST_PA_S:
+    odd = (stress <= 0) | (stress > STIFFEST_PA)
+    if odd.any():
+        row = int(odd.argmax())
         raise InputError(
-            f"{path}, row {file_rows[fastest]}, column {STRESS}: {stress[fastest]:.3g} Pa at {rate[fastest]:.3g} /s is "
-            f"a viscosity of {thin:.2g} Pa s, below {THINNEST_PA_S:g}, nearly as thin as water. Check the "
-            "unit of the stress: is it kPa?"
+            f"{path}, row {curve.number[row]}, column {STRESS}: {stress[row]:g} Pa; the stress of a paste that flows "
+            f"is above 0 and at most {STIFFEST_PA:g} Pa. Check the unit, and select the rows of one sweep (--rows)."
+        )
+    row = int(rate.argmax())
+    if (thin := stress[row] / rate[row]) < THINNEST_PA_S:
+        raise InputError(
+            f"{path}, row {curve.number[row]}, column {STRESS}: {stress[row]:.3g} Pa at {rate[row]:.3g} /s is a "
+            f"viscosity of {thin:.2g} Pa s, below {THINNEST_PA_S:g}, nearly as thin as water. Check the unit of the "
+            "stress: is it kPa?"
         )
 
 
@@ -217,36 +230,29 @@ def _refuse_misfit(path: Path, law: FlowLaw, rate: Floats) -> None:
         )
 
 
-def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats, file_rows: Integers) -> None:
+def _refuse_two_pastes(curve: _Rows) -> None:
     """Raise InputError if stresses at repeated rates are nearly all higher, or nearly all lower, than before.
 
     Shear has then changed the paste between two sweeps, or the table has the stresses of two pastes.
     """
-    changes = [(row, change) for row in range(2, len(rate)) if (change := _change(rate, stress, row)) is not None]
+    rows, changes = list[int](), list[float]()
+    logs, log_stress = np.log(curve.rate), np.log(curve.stress)
+    for row in range(2, len(curve)):
+        # Several earlier rows at the same rate: their mean.
+        earlier, of_rate = np.unique(logs[:row], return_inverse=True)
+        level = np.bincount(of_rate, log_stress[:row]) / np.bincount(of_rate)
+        after = int(np.searchsorted(earlier, logs[row]))
+        before = int(np.searchsorted(earlier, logs[row], side="right")) - 1
+        if before >= 0 and after < len(earlier) and earlier[after] - earlier[before] <= np.log(WIDEST_GAP):
+            rows.append(curve.number[row])
+            changes.append(float(np.exp(log_stress[row] - np.interp(logs[row], earlier, level))) - 1)
     if len(changes) < LEAST_AGAIN:
         return
-    rows, change = np.array([row for row, _ in changes]), np.array([change for _, change in changes])
-    mean = float(change.mean())
-    same_sign = float((np.sign(change) == np.sign(mean)).mean())
-    if abs(mean) < MOST_CHANGE or same_sign < MOST_ALIKE:
+    mean = float(np.mean(changes))
+    if abs(mean) < MOST_CHANGE or float((np.sign(changes) == np.sign(mean)).mean()) < MOST_ALIKE:
         return
-    rows = file_rows[rows]
     raise InputError(
-        f"{path}: {len(rows)} rows, {rows.min()} to {rows.max()}, repeat earlier rates with stresses "
+        f"{curve.path}: {len(rows)} rows, {min(rows)} to {max(rows)}, repeat earlier rates with stresses "
         f"{abs(mean):.0%} {'lower' if mean < 0 else 'higher'} on average: shear changed the paste between two sweeps, "
         "or the table has two pastes. Keep the rows of one sweep (--rows); use the last one for a paste that flows."
     )
-
-
-def _change(rate: Floats, stress: Floats, row: int) -> float | None:
-    """Return the relative change of a row's stress since earlier rows at its rate; None if no rates bracket its own."""
-    order = np.argsort(rate[:row], kind="stable")
-    earlier, levels = np.log(rate[order]), np.log(stress[order])
-    at = np.log(rate[row])
-    after = int(np.searchsorted(earlier, at))
-    before = int(np.searchsorted(earlier, at, side="right")) - 1
-    if not (before >= 0 and after < row and earlier[after] - earlier[before] <= np.log(WIDEST_GAP)):
-        return None
-    # Several earlier rows at the same rate: their mean.
-    expected = levels[after : before + 1].mean() if after <= before else np.interp(at, earlier, levels)
-    return float(stress[row] / np.exp(expected) - 1)

@@ -13,7 +13,7 @@ from digitise.robots.cell import ProgramOptions, PumpTable, RobotCell
 from digitise.settings import NozzlePath
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.number_tables import read_columns
+from sealtwin.core.plain_files import read_columns
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder

@@ -11,7 +11,7 @@ import numpy as np
 from sealtwin.core import files
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.number_tables import read_columns
+from sealtwin.core.plain_files import read_columns
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile, Trajectory
 from sealtwin.plan import PlanOptions

@@ -15,7 +15,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
-from sealtwin.core.stage_keys import stage_key
+from sealtwin.core.run_folder import stage_key
 from sealtwin.plan import PlanOptions
 from sealtwin.plan.search import OVER_WEIGHT, path_over
 from sealtwin.study import study_folder

@@ -17,9 +17,9 @@ import numpy as np
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, without
+from sealtwin.core.facts import Fact, doubt, without
 from sealtwin.core.records import Profile, Sample
-from sealtwin.core.stage_keys import stage_key
+from sealtwin.core.run_folder import stage_key
 from sealtwin.study.estimate import REPORT_S, Timing, size_of
 from sealtwin.study.moved_inputs import (
     Base,
@@ -303,11 +303,12 @@ def compute_variants(
     plan = bring_up_to_date(folder, plan, largest, options, job.progress, *words, doubts, own_timing(base))
     require_done(folder, plan.runs, f"there is no result for {why}")
     if finer := [words_of(run.settings) for run in plan.runs if run.figures and run.figures.health.finer]:
-        job.progress.warn(
+        text = (
             f"{len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
             f"({finer[0]}). They may differ from the others by more than by the seed: give the trial a number of "
             "solver.substeps with which none fails."
         )
+        job.progress.warn(doubt("runs.finer", text, len(finer)))
     return plan.runs
 
 

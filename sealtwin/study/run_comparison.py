@@ -9,8 +9,7 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, texts
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import look_into
-from sealtwin.core.stage_keys import UNNUMBERED
+from sealtwin.core.run_folder import UNNUMBERED, look_into
 from sealtwin.trial.job import (
     DIGITISED,
     SEEDS,

@@ -18,7 +18,7 @@ from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.facts import Fact
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Run, Sample
-from sealtwin.core.stage_keys import content_key, stage_key
+from sealtwin.core.run_folder import content_key, stage_key
 from sealtwin.study.estimate import (
     Forecast,
     RunSize,
@@ -154,7 +154,7 @@ def bring_up_to_date(
     if announced and (expected.runs or options.dry_run):
         progress.note(f"{announced} {expected.sentence}")
     for doubt in doubts if expected.runs else ():
-        progress.warn(doubt.text)
+        progress.warn(doubt)
     require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
     if options.scheduler is None and options.device:
         require_memory(expected, free_bytes(options.device), options.device, options.batch)

@@ -18,7 +18,7 @@ from sealtwin.core.facts import Fact, texts
 from sealtwin.core.record_files import Amount, Count, Result, as_record, read_profile, read_record
 from sealtwin.core.records import FROM_JSON, Profile
 from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
-from sealtwin.core.stage_keys import other_numbers
+from sealtwin.core.run_folder import other_numbers
 from sealtwin.trial.job import NUMBERS, StageName, numbers_up_to, shown
 from sealtwin.trial.trial_file import Trial
 from validate.comparison import Baseline

@@ -11,7 +11,7 @@ import numpy as np
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.facts import Fact, texts
+from sealtwin.core.facts import Fact, doubt, texts
 from sealtwin.core.plain_files import opened
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import DataKind, Profile
@@ -102,10 +102,11 @@ def map_study(
     chosen = [run for run in chosen_few(chart) if fills and not done[run.number].fast]
     kept = [run for run in chosen if _fill_path(folder, done[run.number]).is_file()]
     if missing := sorted(run.number for run in chosen if run not in kept):
-        progress.warn(
+        text = (
             f"{folder}: the sweep kept no pictures of how runs {', '.join(map(str, missing))} fill, as in launches of "
             "several runs; --batch 1 keeps them."
         )
+        progress.warn(doubt("study.no-fills", text))
     drawn = [
         Fill(
             run,

@@ -12,8 +12,7 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
-from sealtwin.core.stage_keys import content_key
+from sealtwin.core.run_folder import HOLDER, content_key, holding, open_folder, refuse_foreign, require_folder
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import INPUTS, MOST_NUMBERS, StudyOptions, WantedRun, bring_up_to_date, schedule
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults

@@ -12,8 +12,8 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import doubt
 from sealtwin.core.records import Outline, Pixels, Solid
+from sealtwin.core.run_folder import stage_key
 from sealtwin.core.settings import doubts_of
-from sealtwin.core.stage_keys import stage_key
 from sealtwin.trial.job import (
     DIGITISED,
     OF_A_PATH,
@@ -77,7 +77,7 @@ def bring_up_to_date(job: Job) -> bool:
         outputs += [STRAIGHT, "crack.stl", "crack.glb", *(name for name in DIGITISED if name not in OF_A_PATH)]
         warnings = (*warnings, *solid.figures.warnings)
     for warning in warnings:
-        job.progress.warn(warning.text)
+        job.progress.warn(warning)
     wall_time_s = time.monotonic() - began
     facts = {"given": list(inputs), "path_source": outline.path_source}
     job.folder.record("digitise", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
@@ -95,7 +95,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
 
         imported = import_sample(trial.mesh, job.source)
         for note in imported.notes:
-            job.progress.warn(note.text)
+            job.progress.warn(note)
         return imported.outline, imported.solid, imported.photo
     settings, crack = present(trial.photo, "photo"), trial.crack
     from digitise.crack_path.find_path import RivalCracksError, find_path

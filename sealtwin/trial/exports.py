@@ -17,9 +17,8 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Outline, Trajectory
-from sealtwin.core.run_folder import RunFolder, look_into, require_folder
+from sealtwin.core.run_folder import RunFolder, look_into, require_folder, stage_key
 from sealtwin.core.settings import checked, read_settings
-from sealtwin.core.stage_keys import stage_key
 from sealtwin.core.vtk_files import read_collection, read_frame
 from sealtwin.trial.job import other_versions, require_digitised, shown
 from sealtwin.trial.simulate_stage import FRAMES

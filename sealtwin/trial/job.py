@@ -11,9 +11,9 @@ import simulate
 import validate
 from sealtwin.core import files, plain_files, record_files
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import doubt
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import MANIFEST, RunFolder
-from sealtwin.core.stage_keys import UNNUMBERED, other_numbers
+from sealtwin.core.run_folder import MANIFEST, UNNUMBERED, RunFolder, other_numbers
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
 
 StageName = Literal["digitise", "simulate", "validate"]
@@ -178,7 +178,8 @@ def begin_writing(job: Job, stage: StageName) -> None:
 def clear(job: Job, stage: str) -> None:
     """Delete the files of a stage. Edited files are renamed."""
     for name in job.folder.clear(stage):
-        job.progress.warn(f"{stage}: a file was edited since this stage wrote it; your version is kept as {name}.")
+        text = f"{stage}: a file was edited since this stage wrote it; your version is kept as {name}."
+        job.progress.warn(doubt("file.kept", text, name))
 
 
 def adopt_trial(job: Job) -> None:
@@ -243,9 +244,12 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
             f"Run {again} for these settings first."
         )
     if other := job.other_numbers(stage):
-        job.progress.warn(f"{job.path}: its {stage} files were computed by {other}. {again} computes them again.")
+        text = f"{job.path}: its {stage} files were computed by {other}. {again} computes them again."
+        job.progress.warn(doubt("file.other-version", text, stage))
     for name in job.folder.edited(stage):
-        job.progress.warn(f"{name}: edited since {stage} wrote it; the edited file is used.")
+        job.progress.warn(
+            doubt("file.edited", f"{name}: edited since {stage} wrote it; the edited file is used.", name)
+        )
     return {name: files.sha256(job.path / name) for name in names}
 
 

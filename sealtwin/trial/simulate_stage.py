@@ -7,9 +7,9 @@ from pathlib import Path
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Run, Sample
-from sealtwin.core.run_folder import MANIFEST
-from sealtwin.core.stage_keys import stage_key
+from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.vtk_files import read_collection, read_frame
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
 from sealtwin.trial.trial_file import Output
@@ -37,7 +37,7 @@ def bring_up_to_date(job: Job) -> bool:
         (job.path / CHECKPOINT).unlink(missing_ok=True)
         return False
     if not device and trial.output.frames_every_s is not None:
-        job.progress.warn("the fast model has no particles, and writes no frames.")
+        job.progress.warn(Fact("output.no-frames", "the fast model has no particles, and writes no frames."))
     began = time.monotonic()
 
     from simulate.injection import ComputeOptions

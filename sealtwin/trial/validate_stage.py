@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import doubt
 from sealtwin.core.record_files import LEVEL
 from sealtwin.core.records import Outline, Profile, Solid
-from sealtwin.core.stage_keys import other_numbers, stage_key
+from sealtwin.core.run_folder import other_numbers, stage_key
 from sealtwin.core.vtk_files import read_frame
 from sealtwin.trial.job import (
     DIGITISED,
@@ -166,10 +167,11 @@ def read_spread(job: Job) -> "Spread | None":
     if UNCERTAINTY not in job.folder.finished() or job.folder.settings_of(UNCERTAINTY) != varied_settings(job.trial):
         return None
     if other := other_numbers(job.folder.numbers_of(UNCERTAINTY), job.numbers("validate")):
-        job.progress.warn(
+        text = (
             f"{job.path / SPREAD}: not used, since its extra runs were computed by {other}. 'sealtwin validate "
             f"{job.path} --uncertainty' computes them again."
         )
+        job.progress.warn(doubt("file.other-version", text, UNCERTAINTY))
         return None
     from validate.uncertainty.computed import Spread
 
@@ -218,8 +220,8 @@ def _read_crack(folder: Path, _: tuple[str, ...]) -> tuple[Outline, Solid]:
 
 def note_doubts(job: Job, readings: Profile) -> None:
     """Warn of each doubt about the readings."""
-    for doubt in readings.doubts:
-        job.progress.warn(doubt, "warning")
+    for question in readings.questions:
+        job.progress.warn(doubt("readings.doubt", f"{question}", question.kind), "warning")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:

@@ -11,14 +11,13 @@ import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import find_path
-from digitise.geometry.polyline import left_normals, resampled, smoothed
+from digitise.geometry.polyline import coverage, left_normals, resampled, smoothed
 from digitise.image.raster import blurred
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import NozzlePath, PhotoInput, Pixel
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats, Outline, Trajectory
 from tests.pictures import distance_to, mortar, rms, write_png
 

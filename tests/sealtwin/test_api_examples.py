@@ -51,9 +51,10 @@ def lab(tmp_path_factory) -> Path:
     return folder
 
 
-def calibrated(words, out, device, jobs, progress):
+def calibrated(words, progress, accurate, *, out, **options):
     """Take the place of the command that calibrates, which needs a minute: its words are parsed, and it answers."""
-    commands()["calibrate"].make_context("calibrate", [str(word) for word in words[1:]])
+    line = [*map(str, words[1:]), *(f"--{name}={value}" for name, value in options.items() if value is not None)]
+    commands()["calibrate"].make_context("calibrate", line)
     Path(out).mkdir()
     np.savetxt(Path(out, "posterior.csv"), np.full((500, 1), 9.0), header="fluid.yield_stress_pa", comments="")
     free = [{"setting": "fluid.yield_stress_pa", "identified": True}]

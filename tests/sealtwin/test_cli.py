@@ -105,9 +105,9 @@ def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
         (("digitise", "scan.stl", "--depth-mm", "16"), "sealtwin import-mesh scan.stl"),
         (("import-mesh", "scan.stl"), "--units"),
         (("robot", "run", "--speed", "4"), "--speed"),
-        (("sweep", "study.toml", "--jobs", "1.5"), "1.5: expected a whole number"),
+        (("sweep", "study.toml", "--jobs", "1.5"), "--jobs: jobs = 1.5: should be a whole number"),
         (("plan", "trial.toml", "--from", "levels.csv", "--seeds", "1"), "--from"),
-        (("export", "run", "--format", "mask,dwg", "--out", "x"), "--format dwg"),
+        (("export", "run", "--format", "mask,dwg", "--out", "x"), "--format: formats.1 = 'dwg'"),
         (("import-dxf", "crack.dxf", "--walls", "A", "a", "--depth-mm", "9", "--out", "x"), "--walls: walls: A a"),
         (("fly",), "fly"),
     ],
@@ -131,13 +131,16 @@ def test_the_module_is_the_command():
 
 INTERRUPTED_WHERE_CPYTHON_NOTES_IT = """
 import typer
-from sealtwin.cli.answer import answers
+from sealtwin.cli.answer import CheckedCommand, answers
 
+app = typer.Typer()
+
+@app.command(cls=CheckedCommand)
 @answers()
 def command(command):
     exec("import signal; signal.raise_signal(signal.SIGINT); done = 1")
 
-typer.run(command)
+app()
 """
 
 

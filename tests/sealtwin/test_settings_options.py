@@ -66,7 +66,7 @@ def test_what_is_easily_misread_is_refused(text, named):
     ("options", "others"),
     [
         ({}, ["crack.tilt=lean", "crack.tilt=flare"]),
-        ({"depth_mm": "8"}, ["crack.depth_mm=9"]),
+        ({"crack.depth_mm": "8"}, ["crack.depth_mm=9"]),
         ({}, ["photo.markers.size_mm=8", "photo.markers=frame.toml"]),
     ],
 )

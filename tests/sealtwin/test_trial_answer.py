@@ -9,7 +9,6 @@ import pytest
 from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core.errors import present
 from sealtwin.core.facts import doubt, texts
-from sealtwin.core.progress import Warned
 from sealtwin.core.records import Profile
 from sealtwin.core.solid_figures import WeighedCavity
 from tests.evidence import FAST_FILL, SEEDS, make_evidence, slope
@@ -136,7 +135,7 @@ WARNINGS = (
 def test_each_warning_of_the_fluid_is_a_line_unless_it_was_printed(evidence, last):
     result = result_of(compared(evidence), fluid={"warnings": WARNINGS})
     for printed in ((), WARNINGS[:1], WARNINGS):
-        lines = result_lines(result, last, warned=[Warned("note", fact.text) for fact in printed])
+        lines = result_lines(result, last, printed=printed)
         shown = [line.removeprefix("Warning").strip() for line in lines]
         assert [shown.count(fact.text) for fact in WARNINGS] == [int(fact not in printed) for fact in WARNINGS]
 

@@ -159,9 +159,9 @@ def test_a_run_is_titled_as_other_stages_are_and_says_remarks_as_it_starts_and_e
     assert ear.titles == ["Simulating"]
     assert run.remarks
     *remarks, fault = ear.warned
-    assert remarks == [("note", remark.text) for remark in run.remarks]
+    assert remarks == [*run.remarks]
     assert run.escaped_particles > 10
-    assert (fault.level, fault.text.split()[0]) == ("fault", f"{run.escaped_particles}")
+    assert (fault.key, fault.level, fault.value) == ("fluid.escaped", "fault", run.escaped_particles)
 
 
 @pytest.mark.parametrize(

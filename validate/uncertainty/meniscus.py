@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sealtwin.core.meniscus import capillary_length_mm, raise_and_height_mm
 from sealtwin.core.records import Floats, Outline, Solid
-from sealtwin.core.regime import SURFACE_TENSION_N_M
+from sealtwin.core.regime import SURFACE_TENSION_N_M, capillary_length_mm, raise_and_height_mm
 from validate.uncertainty.budget import Component, Kind, draws_for, uniforms
 
 WIDTHS = 32  # Widths at which a meniscus is computed, from 0 to the largest; interpolation is exact to 0.2 %

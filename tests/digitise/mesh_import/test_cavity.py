@@ -75,7 +75,7 @@ def test_x_and_y_are_read_by_their_columns(tmp_path, text):
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"", "path.csv: empty"),
+        (b"", "path.csv, row 1: no column x_mm"),
         (b"1 2\n3 4\n", "path.csv, row 1: column '1 2'"),
         (b"x_mm,y_mm\n1,2\n1,2\n", "1 different point"),
         (b"x_mm,y_mm\n1,2\n3\n", "row 3: 1 cells"),

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from digitise.geometry.polyline import coverage
 from digitise.image.raster import Map, blurred
 from digitise.scale.face_scale import edge_line, refined_corners
-from sealtwin.core.coverage import coverage
 
 MODULE_PX = 12.0
 TURNED = np.array([[60.3, 41.2], [131.6, 49.8], [122.9, 121.4], [51.7, 112.6]])

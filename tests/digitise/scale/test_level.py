@@ -3,12 +3,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from digitise.geometry.polyline import rectangle
+from digitise.geometry.polyline import coverage, rectangle
 from digitise.image.raster import blurred
 from digitise.scale.marker_scale import check_level
 from digitise.scale.view import View
 from fixtures.generate.rendering import BOARD, GAP, MORTAR
-from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
 
 FILE = Path("photo.jpg")

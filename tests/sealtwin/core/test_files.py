@@ -33,8 +33,8 @@ def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path, fault):
     ("text", "named"),
     [
         ("s_mm\n1\n", "level_mm"),
-        ("s_mm,level_mm\n1,two\n", "line 2"),
-        ("s_mm,level_mm\n1\n", "line 2"),
+        ("s_mm,level_mm\n1,two\n", "row 0"),
+        ("s_mm,level_mm\n1\n", "row [01]"),
         # A field that never ends.
         ('"' + "x" * 200_000, "line 1|CSV"),
     ],

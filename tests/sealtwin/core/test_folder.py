@@ -7,8 +7,7 @@ import pytest
 
 from sealtwin.core import files
 from sealtwin.core.errors import BusyError, InputError, present
-from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder
-from sealtwin.core.stage_keys import stage_key
+from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder, stage_key
 
 NUMBERS = {"digitise": 1}
 KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, NUMBERS)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.meniscus import capillary_length_mm, mean_level_mm, raise_and_height_mm
+from sealtwin.core.regime import capillary_length_mm, mean_level_mm, raise_and_height_mm
 
 
 def test_in_a_narrow_crack_it_is_half_a_circle():

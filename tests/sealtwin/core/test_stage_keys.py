@@ -1,6 +1,6 @@
 """Keys of results, and the words on stage numbers."""
 
-from sealtwin.core.stage_keys import number_words, other_numbers
+from sealtwin.core.run_folder import number_words, other_numbers
 
 
 def test_numbers_that_are_not_recorded_are_said_to_be_unknown():

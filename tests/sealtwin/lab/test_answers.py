@@ -1,7 +1,6 @@
 """What a sheet leaves open or makes doubtful is asked, and answered in pairing.csv, a note or lab.toml."""
 
 import json
-import re
 
 import pytest
 
@@ -30,10 +29,7 @@ def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_pat
 
 def test_a_sheet_in_question_is_shown_as_it_was_understood(small, tmp_path):
     (small / "P01.csv").write_text(";<script>;s [mm];x\n;;1;1,5\n;;5;1,4\n")
-    text = sealtwin("ingest", small, "--out", tmp_path / "lab", "--quiet").stdout
-    assert "row  A: not read  B: not read  C: s, mm" in text
-    assert "(<script>)" in text, "in brackets"
-    assert re.search(r"\n3 +5 ", text), "read"
+    sealtwin("ingest", small, "--out", tmp_path / "lab", "--quiet")
     page = (tmp_path / "lab" / "index.html").read_text()
     assert "<td>&lt;script&gt;</td>" in page
     assert "<td><strong>1</strong></td>" in page

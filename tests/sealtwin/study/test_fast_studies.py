@@ -47,7 +47,7 @@ def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
 def test_a_study_asks_about_a_slip_of_unit_before_it_begins(tmp_path):
     progress, slip = Progress(), FAST.replace("[0.05, 0.5]", "[0.5, 300.0]")
     sweep(tiny_lab(tmp_path, slip), tmp_path / "out", StudyOptions("cpu", 0, dry_run=True), progress)
-    assert [text for _, text in progress.warned if "viscosity_pa_s is 300" in text]
+    assert ("setting.viscosity_pa_s", 300) in [(fact.key, fact.value) for fact in progress.warned]
 
 
 def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):

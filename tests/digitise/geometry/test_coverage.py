@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from digitise.geometry.polyline import signed_area
-from sealtwin.core.coverage import coverage
+from digitise.geometry.polyline import coverage, signed_area
 
 
 def test_coverage_adds_up_to_the_area_of_the_ring():
