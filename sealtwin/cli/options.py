@@ -112,11 +112,11 @@ def along(text: str, option: str) -> float | list[list[float]]:
         elif any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line].values()):
             fault = "a unit is beside numbers that must be in mm; convert them"
         elif rows and s_mm <= rows[-1][0]:
-            fault = f"it follows {rows[-1][0]:g}; list the rows by increasing s_mm"
+            fault = f"its s_mm follows {rows[-1][0]:g}; list the rows by increasing s_mm"
         else:
             rows.append([s_mm, value_mm])
             continue
-        raise InputError(f"{path}, row {line}: s_mm and {column} = {texts!r:.80}; {fault}.")
+        raise InputError(f"{path}, row {line}: s_mm, {column} = {', '.join(texts):.80}; {fault}.")
     if not 0 < len(rows) <= MOST_STATIONS:
         raise InputError(f"{path}: {len(rows)} rows below its header; 1 to {MOST_STATIONS} are read.")
     return rows

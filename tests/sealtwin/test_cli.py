@@ -108,7 +108,6 @@ def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
         (("sweep", "study.toml", "--jobs", "1.5"), "--jobs: jobs = 1.5: should be a whole number"),
         (("plan", "trial.toml", "--from", "levels.csv", "--seeds", "1"), "--from"),
         (("export", "run", "--format", "mask,dwg", "--out", "x"), "--format: formats.1 = 'dwg'"),
-        (("import-dxf", "crack.dxf", "--walls", "A", "a", "--depth-mm", "9", "--out", "x"), "--walls: walls: A a"),
         (("fly",), "fly"),
     ],
 )

@@ -63,8 +63,8 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("", "empty; expected a CSV"),
-        ("age_s;viscosity_pa_s\n0;1\n", "row 1: columns are separated by ';'.*commas"),
+        ("", "no column viscosity_pa_s; expected a CSV"),
+        ("age_s;viscosity_pa_s\n0;1\n", "row 1: column 'age_s;viscosity_pa_s' is unknown.*commas"),
         ("age_s,visc\n0,1\n", "row 1: column 'visc' is unknown"),
         ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or named twice"),
         ("age_s,yield_stress_pa\n0,1\n1,1\n", "row 1: no column viscosity_pa_s"),
@@ -83,7 +83,7 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
         ),
         ("x" * 200_001, "larger than 200000 bytes"),
         (None, "no such file"),
-        (b"\xff\xfe\x00\x01", ", byte 1: not in UTF-8"),
+        (b"\xff\xfe\x00\x01", "Save it in UTF-8"),
     ],
 )
 def test_a_table_that_cannot_be_read_is_refused_with_file_row_column_and_value(tmp_path, text, fault):

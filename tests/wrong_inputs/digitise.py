@@ -214,7 +214,7 @@ MESHES = [
         for kind in ("stl_ascii", "obj")
     ),
     imported("decimal commas in a path", line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"), "line.csv",
-        "row 1", "separated by ';'", "decimal points", more=" --set mesh.path={given}/line.csv"),
+        "row 1", "x_mm;y_mm", "separated by commas", "decimal points", more=" --set mesh.path={given}/line.csv"),
     imported("name with an umlaut",
         mesh(lambda shape: as_text(shape, "stl_ascii").replace(b"solid ", b"solid W\xfcrfel ", 1)), "room for 2.40 ml",
         code=0, lacks=OF_A_LIBRARY),

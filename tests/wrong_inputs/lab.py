@@ -127,7 +127,7 @@ CASES: list[WrongInput] = [
         _files(OF_SHEET, N3__csv=TWO_TABLES), "N3.csv", "range = ...", code=NONE_SOUND),
     ingested("a sheet's depths of the crack beside another depth in lab.toml",
         _files(OF_SHEET, N3__csv=TWO_TABLES.replace("Z9", "").replace("level [mm]\n", "Risstiefe [mm]\n")),
-        "N3.csv", "Risstiefe [mm]", code=NONE_SOUND),
+        "N3.csv", "column D", code=NONE_SOUND),
     ingested("a key of a note without its table", _files(N3__toml="depth_mm = 9.0"), "N3.toml",
         "depth_mm", code=NONE_SOUND),
     ingested("a depth in a photo's name", _named("N3 9mm.png"), "N3 9mm", code=0),
