@@ -7,7 +7,7 @@ import json
 import sys
 from typing import Any
 
-from sealtwin.core import facts, solid_figures
+from sealtwin.core import doubts, facts, solid_figures
 from sealtwin.core.settings_text import described
 from validate import comparison, intervals, result, settings, units
 
@@ -16,7 +16,7 @@ def schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of report.json, with the meaning of each field and units of numbers."""
     content: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     content |= result.ReportData.model_json_schema(mode="serialization")
-    modules = settings, comparison, intervals, units, solid_figures, facts, result
+    modules = settings, comparison, intervals, units, solid_figures, facts, doubts, result
     for record in (content, *content["$defs"].values()):
         # The docstring of a table of settings ends with a list of its fields.
         record["description"] = record["description"].partition("\n\nParameters\n")[0]

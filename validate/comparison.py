@@ -9,9 +9,10 @@ from typing import Literal
 
 from pydantic import ConfigDict, Field, with_config
 
+from sealtwin.core.doubts import QuantityMean
 from sealtwin.core.facts import Fact, texts
 from sealtwin.core.record_files import Amount, Positive
-from sealtwin.core.records import DataKind, Floats, JsonRecord, Numbers, QuantityMean
+from sealtwin.core.records import DataKind, Floats, JsonRecord, Numbers
 from sealtwin.core.run_figures import Known
 from validate.intervals import PART, ErrorUncertainty, StationError, in_unit
 from validate.settings import Gate, Role

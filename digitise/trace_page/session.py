@@ -32,9 +32,10 @@ from digitise.settings import (
     Walls,
 )
 from digitise.walls.doubts import BY_STROKES
+from sealtwin.core.arrays import Pixels
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import of_keys, texts, without
-from sealtwin.core.records import Floats, Outline, Pixels
+from sealtwin.core.records import Floats, Outline
 from sealtwin.core.settings import Settings, checked
 
 TILE_PX = 512

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePath
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 Reader = Literal["trial", "pairing", "python"]
 """Place in which the answer is written: a trial file or lab.toml, pairing.csv, or an argument of a function."""
@@ -67,6 +67,20 @@ class Doubt:
 
     def __str__(self) -> str:
         return self.in_words()
+
+
+@dataclass(frozen=True)
+class QuantityMean:
+    """Mean of a quantity that a sheet has beside its readings, such as the temperature."""
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    value: float
+    """Mean over the stations that are read and have a value."""
+    unit: str
+    """Unit of the value; empty if the sheet has none."""
+    stations: int
+    """Number of these stations."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ Anything else is a bug: exit code 1, with its traceback.
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import ClassVar, Literal, TypeVar
@@ -31,6 +31,7 @@ class InputError(SealtwinError):
     def __init__(self, fault: str = "", file: Path | None = None) -> None:
         super().__init__(fault if file is None else f"{file}: {fault}")
         self.fault = fault
+        self.sentences: Sequence[str] = (str(self),)  # Each fault, if there are several
 
 
 ShapeKind = Literal[

@@ -10,7 +10,6 @@ Conventions, everywhere:
 - Polylines are open, rings are counter-clockwise in mm and do not repeat their first point.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
@@ -22,8 +21,7 @@ from pydantic import BaseModel, ConfigDict, with_config
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.arrays import FROM_JSON, Floats, Integers, Numbers, Points, Shown, require_as_long
-from sealtwin.core.arrays import Pixels as Pixels
-from sealtwin.core.doubts import Doubt, ReadSheet
+from sealtwin.core.doubts import Doubt, QuantityMean, ReadSheet
 from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import EndKind, SolidFigures
@@ -408,17 +406,6 @@ class Run(Shown, Bed, FilledBy):
         return float((height_mm <= 0).mean()) if len(height_mm) else 0.0
 
 
-class QuantityMean(JsonRecord):
-    """Mean of a quantity that a sheet has beside its readings, such as the temperature."""
-
-    value: float
-    """Mean over the stations that are read and have a value."""
-    unit: str
-    """Unit of the value; empty if the sheet has none."""
-    stations: int
-    """Number of these stations."""
-
-
 @dataclass(frozen=True, repr=False)
 class Profile(Shown):
     """Level of the sealant along the crack, relative to the face: negative below it, positive above."""
@@ -432,7 +419,7 @@ class Profile(Shown):
     doubts: tuple[str, ...] = ()  # Doubts about the interpretation, a sentence each with the cell and how to answer
     questions: tuple[Doubt, ...] = ()  # The same doubts in parts
     understood: ReadSheet | None = None  # Interpretation of the sheet of readings
-    means: Mapping[str, QuantityMean] = field(default_factory=dict[str, QuantityMean])
+    means: dict[str, QuantityMean] = field(default_factory=dict[str, QuantityMean])
     """Means of the other quantities in the sheet of readings, by quantity."""
     is_depth: bool = False  # True if the sheet counts downward from its datum
     made_of: Origins = ()

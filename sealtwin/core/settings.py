@@ -137,8 +137,11 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
 class SettingsFaults(InputError):  # noqa: N818  It is all that is wrong with settings, not one error.
     """Settings that are not allowed."""
 
-    def __init__(self, text: str, faults: Sequence[tuple[str, str]] = (), types: Collection[str] = ()) -> None:
-        super().__init__(text)
+    def __init__(
+        self, sentences: Sequence[str], faults: Sequence[tuple[str, str]] = (), types: Collection[str] = ()
+    ) -> None:
+        super().__init__("\n".join(sentences))
+        self.sentences = sentences
         self.faults = faults  # Dotted key, and the fault as a sentence
         self.types = types  # Of the faults, in pydantic's names and those of a table's own checks
 
@@ -165,7 +168,7 @@ def checked(
     except ValidationError as fault:
         named = origin or (lambda _: str(path))
         faults, types = _faults(kind, fault.errors()), {error["type"] for error in fault.errors()}
-        raise SettingsFaults("\n".join(f"{named(key)}: {text}" for key, text in faults), faults, types) from None
+        raise SettingsFaults([f"{named(key)}: {text}" for key, text in faults], faults, types) from None
 
 
 def as_json(value: Any) -> Any:

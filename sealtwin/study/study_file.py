@@ -193,7 +193,7 @@ def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
         try:
             trial = base.changed({**study.fixed, **settings}, path)
         except InputError as fault:
-            for sentence in str(fault).splitlines():
+            for sentence in fault.sentences:
                 faults.setdefault(sentence, []).append(number)
         else:
             planned.append(PlannedRun(number, settings, trial))

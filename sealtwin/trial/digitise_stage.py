@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core import files, record_files
+from sealtwin.core.arrays import Pixels
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import doubt
-from sealtwin.core.records import Outline, Pixels, Solid
+from sealtwin.core.records import Outline, Solid
 from sealtwin.core.run_folder import stage_key
 from sealtwin.core.settings import doubts_of
 from sealtwin.trial.job import (

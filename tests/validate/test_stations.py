@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sealtwin.core.doubts import QuantityMean
 from sealtwin.core.errors import present
-from sealtwin.core.records import QuantityMean
 from tests.evidence import make_evidence
 from validate.compare import compare, worst_at_a_station
 from validate.intervals import StationError, StationErrors

@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sealtwin.core.records import Floats, Outline, Pixels, Profile, Solid, Trajectory
+from sealtwin.core.arrays import Pixels
+from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory
 from validate.figures.particles import draw_solid_across, plane_at
 from validate.figures.theme import INK, MEASURED, MUTED, ON_GROUND, SIMULATED, draw_band, draw_face, draw_ground, themed
 from validate.metrics.curve_distances import level_difference

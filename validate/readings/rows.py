@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sealtwin.core.doubts import CONFIRMS
-from sealtwin.core.records import QuantityMean
+from sealtwin.core.doubts import CONFIRMS, QuantityMean
 from validate.readings.grid import BLANK, Cell, letters, listed, quoted
 from validate.readings.screens import ReadCells
 from validate.readings.table import Column, Table, numeric

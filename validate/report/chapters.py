@@ -15,9 +15,10 @@ from matplotlib.figure import Figure
 
 from sealtwin.core import files
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import Pixels
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
-from sealtwin.core.records import Outline, Pixels
+from sealtwin.core.records import Outline
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.run_folder import versions
 from validate.figures.first_figure import FirstFigure
