@@ -140,7 +140,7 @@ QUANTITIES = {
 @pytest.mark.parametrize(("text", "means", "asked"), QUANTITIES.values(), ids=QUANTITIES)
 def test_another_quantity_has_its_mean_over_the_stations_that_are_read(read, text, means, asked):
     profile = read(text, columns={"skip": [4]}, decimal="comma")
-    assert {name: tuple(mean.model_dump().values()) for name, mean in profile.means.items()} == means
+    assert {name: (mean.value, mean.unit, mean.stations) for name, mean in profile.means.items()} == means
     assert brief(profile.questions) == asked
 
 
