@@ -19,6 +19,7 @@ from simulate.kernels.conjugate_gradients import ROUNDS
 from simulate.kernels.pair_sums import ALONG, FOR_VISCOSITY, NEAREST_WALL
 from simulate.kernels.pressure import UNDONE, UNDONE_RANGE
 from simulate.kernels.viscosity import LEAST_MOMENT, WALL_MOMENT
+from simulate.shear_law import Law
 
 SOURCE = Path(__file__).with_suffix("") / "step.cpp"
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-std=c++17", "-fopenmp", "-fPIC")
@@ -115,8 +116,9 @@ def _numbers(engine: FluidSolver, carried: float) -> tuple[Any, ...]:
     """Return the first of ``Numbers`` in ``tank.h``; the last three are boxes."""
     s, paste = engine.pressure.smoothing, engine.paste
     by_age = paste.by_age.numpy()[0]
-    if len(by_age) > 1 or paste.flow_index.numpy()[0] != 1:
-        raise ValueError("step.cpp has no flow index, and no fluid that changes with its age")
+    known = paste.law.numpy()[0] in (Law.BINGHAM, Law.HERSCHEL_BULKLEY) and paste.flow_index.numpy()[0] == 1
+    if len(by_age) > 1 or not known:
+        raise ValueError("step.cpp has the law of Bingham, and no fluid that changes with its age")
     thin, drag = explicit_weights(engine)
     return (
         *(s.support, engine.step_s, engine.settings.damping_per_s, s.mass, s.density, s.slope),

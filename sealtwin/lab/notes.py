@@ -15,6 +15,7 @@ from sealtwin.core.plain_files import opened
 from sealtwin.core.settings import dotted_names, read_toml
 from sealtwin.lab.files import DEFAULTS, NOTE_SUFFIX, PAIRING, SETTING, SETTINGS, plain
 from sealtwin.trial.trial_file import Trial
+from simulate.settings import VISCOSITIES_PA_S
 from validate.readings.grid import quoted
 from validate.readings.words import is_ambiguous, number, sample_key
 from validate.settings import SIGNS
@@ -32,7 +33,7 @@ ALTERNATIVES = (
         {"photo.ruler_px", "photo.ruler_mm"},
         {"photo.markers", "photo.face_mm", "photo.face_corners_px"},
     ),
-    ({"fluid.U", "fluid.D_cm"}, {"fluid.viscosity_pa_s"}),
+    ({"fluid.U", "fluid.D_cm"}, *({f"fluid.{key}"} for key in VISCOSITIES_PA_S)),
 )
 """Sets of settings that replace each other. If a sample gives a setting of one set, the folder's defaults for the other
 sets are dropped."""
