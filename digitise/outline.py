@@ -58,12 +58,12 @@ REGION = (
 )
 FITTED_INSIDE = 1.7  # Least fitted width over that of a darker line between walls that is not that of the line
 LINE_INSIDE = (
-    "between the walls, {:.3g} {} apart, a line about {:.2g} wide is far darker than the rest, as a crack in a "
+    "between the walls, {:.3g} {} apart, a line about {:.2g} {} wide is far darker than the rest, as a crack in a "
     "joint or a wet strip is: the interval covers both. Look at the lines over the photo (overlay.png); if that "
     "line is the crack, give width_mm"
 )
 BAND = (
-    "the fitted width is {:.3g} {}, but the photo is dark over about {:.2g} across the crack, as of debris in it, a "
+    "the fitted width is {:.3g} {}, but the photo is dark over about {:.2g} {} across the crack, as of debris in it, a "
     "broken edge or a joint: the interval covers both. Look at the lines over the photo (overlay.png); if the "
     "whole band is crack, draw over it in crack_strokes_px, or give width_mm"
 )
@@ -138,7 +138,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
                 if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
                     return fitted
             # There is no fit, or it took the band for the crack.
-            inside = doubt(f"{BY_STROKES}.line-inside", LINE_INSIDE.format(wide_mm, photo.unit, narrow_mm))
+            inside = doubt(f"{BY_STROKES}.line-inside", LINE_INSIDE.format(wide_mm, photo.unit, narrow_mm, photo.unit))
             # The line is found in a picture that is softened over its own least width.
             least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
             walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
@@ -193,7 +193,7 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     if islands_mm:
         count = "1 island is" if len(islands_mm) == 1 else f"{len(islands_mm)} islands are"
         area_mm2 = -sum(map(polyline.signed_area, islands_mm))
-        text = f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there"
+        text = f"{count} in the crack, {area_mm2:.1f} {photo.unit}² in all: no sealant goes there"
         warnings += (doubt("walls.islands", text, area_mm2, "mm²"),)
     return replace(outline, warnings=warnings, islands_mm=(*islands_mm, *outline.islands_mm))
 
@@ -298,7 +298,7 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
     )
     doubts, dark_mm = [doubt("walls.fitted", fitted, mean_mm, "mm")], band_mm or _dark_mm(copy, narrow, traced, fit)
     if dark_mm is not None:
-        doubts.append(doubt(f"{BY_STROKES}.band", BAND.format(mean_mm, photo.unit, dark_mm), dark_mm, "mm"))
+        doubts.append(doubt(f"{BY_STROKES}.band", BAND.format(mean_mm, photo.unit, dark_mm, photo.unit), dark_mm, "mm"))
     return outline_along(photo, path, traced, "fit", *doubts, width_95_mm=(low_mm, max(high_mm, dark_mm or 0.0)))
 
 
@@ -338,8 +338,8 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     last_mm, width_there_mm = width_mm[-1].tolist()
     if 0 < last_mm < s_mm[-1] - TABLE_SHORT_MM:
         text = (
-            f"width_mm extends to s = {last_mm:g} mm, but the crack is {s_mm[-1]:.1f} mm long: its last width, "
-            f"{width_there_mm:g} mm, is used for the rest. Extend the table"
+            f"width_mm extends to s = {last_mm:g} {photo.unit}, but the crack is {s_mm[-1]:.1f} {photo.unit} long: its "
+            f"last width, {width_there_mm:g} {photo.unit}, is used for the rest. Extend the table"
         )
         doubts.append(doubt("walls.short-table", text, last_mm, "mm"))
     return outline_along(photo, path, traced, "gauge", *doubts)

@@ -55,7 +55,7 @@ class Photo(Pixels, Scale):
     def length(self, length_px: float) -> str:
         """Return a length in words, such as "9.4 mm (94 px)", or "94 px" if the photo has no scale."""
         in_px = f"{length_px:.0f} px"
-        return in_px if self.unit == "px" else f"{length_px * self.mm_per_px:.1f} mm ({in_px})"
+        return in_px if self.unit == "px" else f"{length_px * self.mm_per_px:.2g} mm ({in_px})"
 
     @property
     def facts_of_outline(self) -> dict[str, Any]:

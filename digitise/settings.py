@@ -109,6 +109,13 @@ class MarkerBoard(Settings):
     longer or shorter by the same share; the middle of the frame stays. Printers scale by less than a half. Without it
     and without a face whose edges show the print, 2 % are in the scale's uncertainty."""
 
+    @model_validator(mode="after")
+    def _each_once(self) -> Self:
+        numbers = [marker.id for marker in self.markers]
+        if twice := {number for number in numbers if numbers.count(number) > 1}:
+            raise ValueError(f"marker {min(twice)} is listed {numbers.count(min(twice))} times; list it once")
+        return self
+
 
 class PhotoInput(Settings):
     """A photo from above and its scale: markers, the face's size, a ruler, or millimetres per pixel."""

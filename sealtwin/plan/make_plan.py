@@ -223,7 +223,7 @@ def plan_on(
     trajectory = path_over(sample, best.path)
     apart_mm2, chances = discrepancy(nominal.along(best.path), level), None
     if draws:
-        drawn_mm = np.array([corrected_level_mm(case.fill(trajectory), apart_mm2) for case in cases])
+        drawn_mm = np.array([corrected_level_mm(case.fill(trajectory), apart_mm2, sections) for case in cases])
         chances = _chances([misfit(sample, Profile(sections.s_mm, level_mm)) for level_mm in drawn_mm])
         variance += np.interp(level.s_mm, sections.s_mm, drawn_mm.var(axis=0, ddof=1))
     alike = (best.path, level), (steady.path, steady.level)
@@ -253,8 +253,9 @@ def _over_with_more_mm3(case: Case, path: NozzlePath, level: Profile) -> float:
     soft = replace(case, paste=replace(case.paste, yield_stress_pa=LESS_STRESS * case.paste.yield_stress_pa))
     trajectory = path_over(case.pour.sample, path)
     poured = soft.fill(replace(trajectory, flow_mm3_s=MORE_FLOW * trajectory.flow_mm3_s))
-    level_mm = corrected_level_mm(poured, discrepancy(case.fill(trajectory), level))
-    return misfit(case.pour.sample, Profile(poured.sections.s_mm, level_mm)).over_mm3
+    filled = case.fill(trajectory)
+    level_mm = corrected_level_mm(poured, discrepancy(filled, level), filled.sections)
+    return misfit(case.pour.sample, Profile(filled.sections.s_mm, level_mm)).over_mm3
 
 
 def _chances(misfits: Sequence[Misfit]) -> dict[str, float]:

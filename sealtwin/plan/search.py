@@ -188,9 +188,12 @@ def discrepancy(filled: Filled, level: Profile) -> Floats:
     return apart @ (areas_of(it, level) - filled.read_mm2) / apart.sum(axis=1)
 
 
-def corrected_level_mm(filled: Filled, discrepancy_mm2: Floats) -> Floats:
-    """Return the level in the middle of each section, (cells,), if the areas of the fast model are corrected."""
-    sections = filled.sections
+def corrected_level_mm(filled: Filled, discrepancy_mm2: Floats, sections: Trapezoids | None = None) -> Floats:
+    """Return the level in the middle of each section, (cells,), if the areas of the fast model are corrected.
+
+    ``sections`` are those of the paste for which the discrepancy was found; by default those of the filled one.
+    """
+    sections = sections or filled.sections
     return sections.bottom_mm + sections.height_mm(np.maximum(filled.read_mm2 + discrepancy_mm2, 0.0))
 
 

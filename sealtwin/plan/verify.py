@@ -184,7 +184,8 @@ class Verifier:
             inputs = {file: files.sha256(digitised / file) for file in ("outline.json", "crack.ply", "trajectory.csv")}
             wanted.append(replace(run, inputs=inputs))
         asked, largest, _ = schedule(wanted, self.device, numbers_up_to("simulate"))
-        self._runs = [*{run.key: run for run in (*asked, *self._runs)}.values()]
+        merged = {run.key: run for run in (*asked, *self._runs)}.values()
+        self._runs = sorted(merged, key=lambda run: run.number)
         plan = study_folder.Plan("verification", self._runs, numbers=numbers_up_to("simulate"))
         jobs = min(self.jobs, len(asked)) if self.jobs > 1 else 0
         options = StudyOptions(self.device, jobs, later_s=self.ahead_s, retry=True)

@@ -104,7 +104,7 @@ def map_study(
     if missing := sorted(run.number for run in chosen if run not in kept):
         text = (
             f"{folder}: the sweep kept no pictures of how runs {', '.join(map(str, missing))} fill, as in launches of "
-            "several runs; --batch 1 keeps them."
+            "several runs; a new sweep with --batch 1 keeps them."
         )
         progress.warn(doubt("study.no-fills", text))
     drawn = [

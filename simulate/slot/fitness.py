@@ -7,7 +7,7 @@ import numpy as np
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Outline, Solid, Trajectory
 from simulate.slot.fill import CELLS, MOUND, HerschelBulkley
-from simulate.slot.narrows import narrows
+from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
@@ -45,6 +45,8 @@ class Fitness:
     """Drag of stones, walls across and necks, as an equivalent length of crack divided by the crack's length."""
     narrowest_mm: float = 0.0
     """Arc length of the place that adds most drag."""
+    goes_on_mm: float | None = None
+    """Arc length of an end of the mouth beyond which the cavity continues under the face; None if there is none."""
 
     @property
     def unfit(self) -> tuple[Fact, ...]:
@@ -123,6 +125,12 @@ class Fitness:
             "allowed.",
             self.dragged,
         )
+        if self.goes_on_mm is not None:
+            text = (
+                f"The cavity continues under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm; "
+                "this model has a wall there."
+            )
+            reasons.append(doubt("unfit.goes-on", text, self.goes_on_mm, "mm"))
         return tuple(reasons)
 
 
@@ -145,4 +153,5 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
         held_mm=slope * narrow.holds_mm if slope > 0 else 0.0,
         dragged=narrow.drags_mm / outline.length_mm,
         narrowest_mm=narrow.s_mm,
+        goes_on_mm=goes_on(outline, solid),
     )

@@ -16,6 +16,9 @@ FINER = 8  # Cuts in each cell
 LEVELS = 96  # Layers of a cut, from the deepest floor to the face
 TOLERATED = 0.05  # Share by which a cell may resist more: the allowed error of a trapezoid
 SLIVER_MM = 0.01  # Gaps up to this width are ignored: nothing flows through
+BEYOND, NEAREST_MM, PROBES = 0.5, 0.05, 16
+"""Search beyond an end of the crack: its distance divided by the depth (more than walls of 25 degrees open), the least
+distance, and the number of cuts up to there. The crack ends if one of the cuts is closed."""
 TINY = float(np.finfo(np.float32).tiny)
 
 
@@ -64,6 +67,31 @@ def narrows(outline: Outline, solid: Solid, sections: Trapezoids, fill: float) -
     return Narrows(float(holds_mm.sum()), float(drags_mm.sum()), float(sections.s_mm[1:-1][drags_mm.argmax()]))
 
 
+def goes_on(outline: Outline, solid: Solid) -> float | None:
+    """Return the arc length of a closed end of a mesh's mouth beyond which the cavity continues, or None."""
+    if solid.tilt != "modelled":
+        return None
+    middles_mm = _middles_mm(solid)
+    for end, s_mm in ((0, 0.0), (-1, outline.length_mm)):
+        if outline.ends[end] == "open":
+            continue
+        tip_mm, across_mm = outline.centreline_mm[end], outline.left_wall_mm[end] - outline.right_wall_mm[end]
+        inner_mm = outline.centreline_mm[1 if end == 0 else -2]
+        outward = (tip_mm - inner_mm) / max(float(np.linalg.norm(tip_mm - inner_mm)), TINY)
+        left = np.array([-outward[1], outward[0]])
+        half_mm = max(float(np.linalg.norm(across_mm)), outline.mean_width_mm) / 2
+        reach_mm = BEYOND * solid.depth_mm
+        cuts = np.array(
+            [
+                _gaps(solid, tip_mm + away_mm * outward, left, middles_mm, (-half_mm, half_mm))[0].sum()
+                for away_mm in [-reach_mm, *np.geomspace(NEAREST_MM, reach_mm, PROBES)]
+            ]
+        )
+        if cuts[1:].min() > TOLERATED * cuts[0]:
+            return s_mm
+    return None
+
+
 def _surface_mm(sections: Trapezoids, height_mm: Floats) -> Floats:
     """Return the highest level of each cell and its neighbours, (n,): a step in the floor is not a dam."""
     level_mm = np.pad(sections.bottom_mm + height_mm, 1, mode="edge")
@@ -107,8 +135,7 @@ def _cuts_of(outline: Outline, solid: Solid, cells: int) -> _Cuts:
 
 def _cut(outline: Outline, solid: Solid, cells: int) -> _Cuts:
     s_mm = (np.arange(FINER * cells) + 0.5) * outline.length_mm / (FINER * cells)
-    layer_mm = solid.depth_mm / LEVELS
-    middles_mm = (np.arange(LEVELS, dtype=float) + 0.5) * layer_mm - solid.depth_mm
+    layer_mm, middles_mm = solid.depth_mm / LEVELS, _middles_mm(solid)
     centre_mm, left_mm, right_mm = (
         np.column_stack([np.interp(s_mm, outline.s_mm, line[:, axis]) for axis in (0, 1)])
         for line in (outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm)
@@ -131,6 +158,11 @@ def _cut(outline: Outline, solid: Solid, cells: int) -> _Cuts:
     layers = np.maximum(np.cumsum(gaps > 0, axis=1), 1)
     mean_gaps = np.pad(np.cumsum(gaps, axis=1) / layers, ((0, 0), (1, 0)), mode="edge")
     return _Cuts(np.linspace(-solid.depth_mm, 0.0, LEVELS + 1), area_mm2, wetted_mm, np.maximum(mean_gaps, 1.0))
+
+
+def _middles_mm(solid: Solid) -> Floats:
+    """Return the levels of the layers' middles, (``LEVELS``,)."""
+    return (np.arange(LEVELS) + 0.5) * solid.depth_mm / LEVELS - solid.depth_mm
 
 
 def _gaps(

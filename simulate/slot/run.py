@@ -172,8 +172,8 @@ def _unfit_settings(fluid: Fluid, outline: Outline) -> Iterator[Fact]:
     """Yield what this model leaves out of a case."""
     if fluid.D_cm is not None:
         text = (
-            f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls. Leave it out; in "
-            "place of fluid.U, give fluid.viscosity_pa_s."
+            f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls. Leave it out, "
+            "and give fluid.viscosity_pa_s, not fluid.U."
         )
         yield doubt("unfit.drag", text, fluid.D_cm, "cm")
     if outline.branches_kept:

@@ -173,8 +173,9 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
         return Role.REPEAT in roles and LABEL.fullmatch(cell.text) is None
     if is_missing(cell.text) or (numeric(cell) and not is_note(name)):
         return False
-    if other is not None and other.role.is_quantity and NUMBER.match(cell.text):
-        return False  # It is read as a value of the quantity, or in doubt.
+    if other is not None and other.role.is_quantity and (value := NUMBER.match(cell.text)):
+        # A value of the quantity, or in doubt, unless more than a unit stands behind it.
+        return len(cell.text[value.end() :].split()) > 1
     return other is None or not is_harmless(f"{name}: {cell.text}", sample)
 
 

@@ -72,7 +72,7 @@ class Grid:
     hidden_rows: set[int] = field(default_factory=set)
     hidden_columns: set[int] = field(default_factory=set)
     elsewhere: list[tuple[str, str]] = field(default_factory=list)
-    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm")."""
+    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm"), ("page header", "P01")."""
 
     doubts: tuple[Doubt, ...] = ()  # What is open about the file
 
@@ -114,6 +114,7 @@ class Grid:
     def all_texts(self) -> Iterator[tuple[str, str]]:
         """Yield the texts of a worksheet with their places; those of a row are one."""
         sheet = f"sheet {quoted(f'{self.sheet}')}"
+        yield from ((f"{sheet}, {part}", text) for part, text in self.elsewhere)
         for row, _, text in self.comments:
             yield f"{sheet}, comment in row {row}", text
         for row, cells in self.rows.items():
@@ -272,7 +273,7 @@ def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
     sheet = (chosen or named)[0]
     # Sheets that may have the readings of another sample are no remarks on this one.
     others = [other for other in sheets if other is not sheet and (other.is_hidden or other not in tables)]
-    elsewhere = [text for other in others for text in other.all_texts()]
+    elsewhere = [*sheet.elsewhere, *(text for other in others for text in other.all_texts())]
     rows = {row: dict(sorted(cells.items())) for row, cells in sorted(sheet.rows.items())}
     return replace(sheet, rows=rows, elsewhere=elsewhere, doubts=doubts)
 

@@ -271,8 +271,8 @@ def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[in
         end = match.end() if (match := NUMBER.match(text)) else 0
         value = number(text[:end], None if cell.kind == "number" else mark)
         behind = plain_letters(f"{text[end:]}{cell.unit}").strip(" \u00b0")
-        if value is not None and cell.kind == "number" and behind == "%":
-            value *= 100  # A workbook has 45 % as 0.45.
+        if value is not None and cell.kind == "number" and behind == "%" and abs(value) <= 1:
+            value *= 100  # A workbook has 45 % as 0.45, unless the sign is a text of the format.
         units = role.units_in([behind])
         unit = unit or "".join(units)
         low, high = role.limits_in(unit)
@@ -283,7 +283,8 @@ def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[in
     if left_out:
         low, high = role.limits_in(unit)
         finding = (
-            f"{_listed(left_out)}: no {role.value} of {low:g} to {high:g} {unit or 'in its unit'}, not in the mean."
+            f"{_listed(left_out)}: not read as {role.value} of {low:g} to {high:g} {unit or 'in its unit'}, and not in "
+            "the mean."
         )
         table.ask(role.value, finding, "Correct it, or clear the cell.", {CONFIRMS: [*left_out]}, [*left_out])
     return values, unit

@@ -39,6 +39,7 @@ SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
 """Text, quoted or letter by letter, that a format shows behind a number."""
 PLAIN_XLSX = re.compile(r"rgb ..(?:000000|FFFFFF)|theme [01] 0\.0|indexed (?:0|1|8|9|6\d) |auto")
 """Colours that are black, white or automatic, with their tint."""
+FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, place or field of a page header, such as &P
 MIMETYPE = b"application/vnd.oasis.opendocument.spreadsheet"
 PARTS = ("styles.xml", "content.xml")
 OFFICE, TABLE, TEXT, STYLE, LOOK = (
@@ -130,6 +131,10 @@ def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:
     for each in parser.column_dimensions.values():
         if HIDDEN_XLSX & each.items():
             sheet.hidden_columns.update(range(int(each["min"]) - 1, min(int(each["max"]), MOST_COLUMNS)))
+    page = getattr(parser, "HeaderFooter", None)
+    for name in page.__elements__ if page else ():
+        if text := FIELD.sub(" ", str(getattr(page, name))).strip():
+            sheet.elsewhere.append(("page header" if "Header" in name else "page footer", text))
 
 
 def _content(value: Any, data_type: str) -> tuple[str, Kind]:

@@ -287,7 +287,9 @@ def health_table(health: RunHealth) -> PageTable:
 def settings_table(settings: dict[str, Any]) -> PageTable:
     """Return the settings in effect, a row for each table; the seed is in the table of versions."""
     groups = {
-        group: [f"{words(key)} {setting_words(value)}" for key, value in content.items() if value is not None]
+        group: [
+            f"{words(key)} {setting_words(value)}" for key, value in content.items() if value not in (None, {}, [], ())
+        ]
         for group, content in settings.items()
         if isinstance(content, dict)
     }

@@ -12,7 +12,7 @@ from sealtwin.core.records import Floats, Outline, Solid
 from simulate.hollow import solid_of
 from simulate.slot.fill import HerschelBulkley
 from simulate.slot.fitness import Fitness, fitness_of
-from simulate.slot.narrows import narrows
+from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import sections_of
 from tests.fluids import path
 from tests.meshes import box
@@ -120,9 +120,13 @@ def test_what_sections_have_is_fit(crack):
         places = narrows(outline, solid, sections, fill)
         assert 0.45 * places.holds_mm < 0.4, fill
         assert places.drags_mm < 0.1 * outline.length_mm, fill
+    assert goes_on(outline, solid) is None
 
 
 def test_a_cavity_that_goes_on_under_the_face_is_unfit():
-    """As under a roof, at which the mouth ends."""
+    """As under a roof, at which the mouth ends; also if it is 3 % of the volume, which sections may leave out."""
     fitness = judged(imported(box((39.0, -3.0, -12.0), (48.0, 3.0, -3.0))))
-    assert [why.key for why in fitness.unfit] == ["unfit.left-out"]
+    assert fitness.goes_on_mm == pytest.approx(LENGTH_MM)
+    assert [why.key for why in fitness.unfit] == ["unfit.left-out", "unfit.goes-on"]
+    small = judged(imported(box((39.0, -1.0, -12.0), (48.0, 1.0, -6.0))))
+    assert [why.key for why in small.unfit] == ["unfit.goes-on"]

@@ -123,12 +123,15 @@ def test_comments_are_read_without_their_author(first, read):
 def test_texts_elsewhere_have_their_place(first, read):
     hidden, many = first.parent.create_sheet("in inch"), first.parent.create_sheet("Log")
     hidden.append([7, "Sample P02"])
-    hidden.sheet_state = "veryHidden"
+    first.oddHeader.center.text, first.evenFooter.left.text = "P01 &[Page]", "all in cm"
+    first.oddHeader.center.font, first.oddFooter.right.text = "Arial,Bold", "&P"
+    hidden.sheet_state, hidden.oddFooter.center.text = "veryHidden", "end"
     for line in range(250):
         many.append([line, None, f"line {line}"])
     elsewhere = read("Sheet").elsewhere
-    assert elsewhere[0] == ("sheet 'in inch', row 1", "Sample P02")
-    assert len(elsewhere) == 1 + 250
+    assert elsewhere[:2] == [("page header", "P01"), ("page footer", "all in cm")]
+    assert elsewhere[2:4] == [("sheet 'in inch', page footer", "end"), ("sheet 'in inch', row 1", "Sample P02")]
+    assert len(elsewhere) == 4 + 250
     assert elsewhere[-1] == ("sheet 'Log', row 250", "line 249")
 
 
