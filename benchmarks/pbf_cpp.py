@@ -116,8 +116,8 @@ def _numbers(engine: FluidSolver, carried: float) -> tuple[Any, ...]:
     """Return the first of ``Numbers`` in ``tank.h``; the last three are boxes."""
     s, paste = engine.pressure.smoothing, engine.paste
     by_age = paste.by_age.numpy()[0]
-    known = paste.law.numpy()[0] in (Law.BINGHAM, Law.HERSCHEL_BULKLEY) and paste.flow_index.numpy()[0] == 1
-    if len(by_age) > 1 or not known:
+    is_bingham = paste.law.numpy()[0] in (Law.BINGHAM, Law.HERSCHEL_BULKLEY) and paste.flow_index.numpy()[0] == 1
+    if len(by_age) > 1 or not is_bingham:
         raise ValueError("step.cpp has the law of Bingham, and no fluid that changes with its age")
     thin, drag = explicit_weights(engine)
     return (
