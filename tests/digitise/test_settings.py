@@ -69,3 +69,9 @@ def test_only_a_main_crack_between_walls_is_given_a_mean_width(beside):
         PhotoInput.model_validate(
             {**PHOTO, "file": Path("photo.jpg"), "mm_per_px": 0.1, "mean_width_mm": 3.0, **beside}
         )
+
+
+def test_a_marker_lies_in_one_place():
+    places = [{"id": number, "x_mm": 20.0 * number, "y_mm": 0.0} for number in (0, 1, 2, 3, 1)]
+    with pytest.raises(ValidationError, match="marker 1 is listed 2 times"):
+        MarkerBoard.model_validate_json(json.dumps({"size_mm": 16.0, "markers": places}))
