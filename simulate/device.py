@@ -27,6 +27,8 @@ wp.config.log_level = wp.LOG_WARNING
 wp.config.cpu_compiler_flags = "-march=native -mllvm=-inline-threshold=1000 -mllvm=-slp-recursion-max-depth=4"
 # A run compiles one module, and precompiling headers takes as long as reading them twice.
 wp.config.use_precompiled_headers = False
+# Threads that launch kernels at the same time would write to each other's stack.
+wp.config.enable_tiles_in_stack_memory = False
 
 SIDE = 8  # Points along each edge of the test lattice, and turns of the test loop
 

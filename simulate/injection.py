@@ -387,7 +387,7 @@ def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -
         down=down,
         threads=options.threads,
     )
-    control = VolumeControl(sample.solid, schedule, engine.state, solver, pastes, down) if solver.keeps_volume else None
+    control = VolumeControl(sample.solid, schedule, engine.state, engine.launcher, solver, pastes, down) if solver.keeps_volume else None
     setup_s, frames = time.perf_counter() - began, case.courses[0].frames
     each = np.sum([course.work for course in case.courses], axis=0)
     if engine.sleeps:

@@ -97,7 +97,7 @@ class LooseFluid:
             rows=state.count,
             down=slope.down,
         )
-        control = VolumeControl(hollow.solid, schedule, state, solver, [paste], slope.down)
+        control = VolumeControl(hollow.solid, schedule, state, engine.launcher, solver, [paste], slope.down)
         return cls(hollow, engine, control, radius_mm)
 
     def run(self, seconds: float, every_s: float) -> Iterator[float]:

@@ -6,8 +6,8 @@ into frozen sealant. The volume of the run's own bed, between the walls and its 
 particles that still flow make up for the difference.
 """
 
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -15,6 +15,7 @@ import warp as wp
 from sealtwin.core.records import Solid
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import State
+from simulate.fluid.walk import Extent, fixed
 from simulate.kernels import beds as device_code
 from simulate.profile import fastest_fall_mm_s, half_side_mm
 from simulate.settings import LEVEL, Solver
@@ -64,6 +65,7 @@ class VolumeControl:
         solid: Solid,
         schedule: Schedule,
         state: State,
+        launcher: Launcher,
         solver: Solver,
         pastes: Sequence[Rheology],
         down: Sequence[float] = LEVEL.down,
@@ -91,24 +93,27 @@ class VolumeControl:
         beds.length_mm = wp.zeros((runs, parts), wp.float64, device)
         beds.liquid.position_mm = wp.zeros(state.count, wp.vec3d, device)
         beds.liquid.top_mm = wp.zeros(at_once * crossings, wp.float64, device)
-        bind, lanes = Launcher(device).bind_whole, device_code.LANES
-        self._find_lying = bind(device_code.find_lying, state.count, state.particles, sizes, beds, lanes=lanes)
-        self._count = bind(device_code.count_particles, runs * parts, state.particles, sizes, beds, lanes=lanes)
+        self._launcher = launcher
+
+        def bind(kernel: Any, rows: int, *inputs: object, extent: Extent, lanes: int) -> Callable[[int], None]:
+            launch = launcher.bind(kernel, *inputs, extent=extent, lanes=lanes)
+            return lambda _rows: launch(rows)
+
+        def by_block(kernel: Any, rows: int, *inputs: object) -> Callable[[int], None]:
+            return bind(kernel, rows, *inputs, extent=fixed(rows, device), lanes=device_code.LANES)
+
+        self._count = (
+            by_block(device_code.find_lying, state.count, state.particles, sizes, beds),
+            by_block(device_code.count_particles, runs * parts, state.particles, sizes, beds),
+        )
         self._batches = []
         for first in range(0, runs, at_once):
             batch = min(at_once, runs - first)
-            raise_surfaces = bind(
-                device_code.raise_surface,
-                batch * per_run,
-                first * per_run,
-                per_run,
-                half_mm,
-                np.sqrt(2) * half_mm,
-                lines,
-                beds.liquid,
-            )
-            sum_lines = bind(device_code.sum_lines, batch * parts, lines, first, beds, lanes=lanes)
-            self._batches.append((raise_surfaces, sum_lines))
+            inputs = first * per_run, per_run, half_mm, np.sqrt(2) * half_mm, lines, beds.liquid
+            # Several particles raise the same top, which a CPU does not do atomically.
+            whole = fixed(batch * per_run, device, together=batch * per_run)
+            raise_surfaces = bind(device_code.raise_surface, batch * per_run, *inputs, extent=whole, lanes=1)
+            self._batches.append((raise_surfaces, by_block(device_code.sum_lines, batch * parts, lines, first, beds)))
 
     def after_frame(self, done: int) -> None:
         """Adjust each run's particles, once in a period. ``done`` is the number of finished frames."""
@@ -130,12 +135,10 @@ class VolumeControl:
 
     def figures(self) -> Iterator[BedFigures]:
         """Yield the figures of each run's bed, as its particles are now."""
-        self._find_lying()
-        self._count()
-        for raise_surfaces, sum_lines in self._batches:
+        self._launcher.walk(self._count)
+        for batch in self._batches:
             self._beds.liquid.top_mm.fill_(-np.inf)
-            raise_surfaces()
-            sum_lines()
+            self._launcher.walk(batch)
         counts = self._beds.count.numpy().sum(axis=1, dtype=np.int64)
         volumes_mm3 = self._beds.length_mm.numpy().sum(axis=1) * self._vessel.cell_mm2
         for (lying, moving, both, flowing), volume_mm3 in zip(counts.tolist(), volumes_mm3.tolist(), strict=True):

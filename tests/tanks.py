@@ -173,7 +173,7 @@ class Tank:
         if keeps_volume:
             schedule = all_at_once(place_mm, radius_mm, step_s)
             settings = Solver.model_validate({**solver, "radius_mm": radius_mm})
-            control = VolumeControl(pit.crack[0], schedule, engine.state, settings, [rheology])
+            control = VolumeControl(pit.crack[0], schedule, engine.state, engine.launcher, settings, [rheology])
         return cls(pit, engine, radius_mm, control)
 
     @property

@@ -9,6 +9,7 @@ from warp.utils import array_scan
 
 from sealtwin.core.records import Floats
 from simulate.fluid.launcher import Launcher
+from simulate.fluid.walk import Extent, fixed
 from simulate.kernels import cells as device_code
 from simulate.kernels import cells_cpu as in_order_code
 from simulate.kernels.neighbours import BLOCK, Neighbours
@@ -18,6 +19,7 @@ WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow co
 ENTRIES = 70  # Initial room of packed lists, in entries per row; fluid at rest, with its padding, fills 58 to 65
 MOST_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
 """Number of entries of a block with full lists, divided by sixteen."""
+TOGETHER = 64  # Points of a slice are a multiple of these
 SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
 
 
@@ -90,10 +92,12 @@ class CellGrid:
         launcher: Launcher,
         runs: int = 1,
         in_order: bool | None = None,
+        place: wp.array[int] | None = None,
+        present: wp.array[int] | None = None,
     ) -> None:
         """Prepare the cells. ``in_order`` is True if the device takes one point after the other, as a CPU does.
 
-        None: decided by the device.
+        None: decided by the device. ``place`` and ``present`` are those of ``State``. Default: all points, as they are.
         """
         device, points = str(position.device), len(position)
         count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
@@ -110,9 +114,14 @@ class CellGrid:
         cells.number = wp.zeros(points + SPARE, int, device)
         cell, rank = wp.zeros(points, int, device), wp.zeros(points, int, device)
         if self._in_order:
+            self._present = wp.full(1, points, int, device) if present is None else present
             cloud = in_order_code.Points()
             cloud.runs, cloud.position, cloud.status, cloud.cell, cloud.rank = runs, position, status, cell, rank
-            self._sort = launcher.bind(in_order_code.sort_in_order, cloud, cells)
+            cloud.place = wp.array(np.arange(points), int, device=device) if place is None else place
+            in_cells = fixed(in_all + 1, device)
+            bind = launcher.bind
+            self._find_cells = bind(in_order_code.find_cells_of, cloud, cells, extent=Extent(self._present, TOGETHER))
+            self._fill = bind(in_order_code.fill_in_order, self._present, cloud, cells, extent=in_cells)
         else:
             self._sorting = sorting = device_code.Sorting()
             sorting.cell, sorting.rank = cell, rank
@@ -128,8 +137,8 @@ class CellGrid:
         On a CPU points without a cell follow after the others; on a GPU the rest of the arrays is not changed.
         """
         if self._in_order:
-            # Always one slice, with any number of threads.
-            self._sort(count, each=0.0)
+            self._find_cells(count)
+            self._fill(len(self.cells.start) - 1)
             return
         self._sorting.count.zero_()
         self._count(count)

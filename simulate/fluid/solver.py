@@ -10,10 +10,11 @@ import warp as wp
 from sealtwin.core.records import Floats, Integers
 from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_lists
 from simulate.fluid.fault_checks import FaultChecks
-from simulate.fluid.launcher import Launcher, Recordings
+from simulate.fluid.launcher import Launcher, record
 from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
+from simulate.fluid.walk import Extent, fixed
 from simulate.kernels import movers, neighbours, pressure, status
 from simulate.kernels.lanes import WARP
 from simulate.kernels.pair_kernels import pair_kernels
@@ -39,6 +40,7 @@ WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
 RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a particle
 RENUMBERED = 50_000
 """Smallest number of a run's particles that are renumbered by cells. Smaller arrays fit a processor's cache."""
+ROWS_TOGETHER = 16  # A loop takes so many rows at a time
 RENUMBER_EVERY = 32  # Frames; with 16 a frame takes as long, with 256 a tenth longer
 MOST_SHARED = 30_000
 """Largest number of rows that have a GPU's warp each. With more rows, a row has one thread. On an H200 a frame of
@@ -107,7 +109,8 @@ class FluidSolver:
         self.mass = self.scheme.volume_factor * particle_volume(radius)
         # On a GPU the threads of a warp share a particle's sums, unless there are enough particles for all threads.
         lanes = int(WARP) if device != "cpu" and rows <= MOST_SHARED else 1
-        self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1, lanes)
+        rows_of_movers = Extent(state.particles.mover_count, ROWS_TOGETHER)
+        self.launcher = launcher = Launcher(device, threads, lanes, rows_of_movers)
         native = device == "cpu" if native is None else native
         kernels = pair_kernels(native)
         self.movers = MoversList(state, launcher)
@@ -150,18 +153,19 @@ class FluidSolver:
         # Explicit passes need the host in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
         """True if frames are recorded and replayed. No data then pass to the host in between."""
-        self._recordings = Recordings(device)
-        self._replays_parts = device == "cpu" and threads == 1 and settings.viscosity_solve == "implicit"
-        self._renumbers = device == "cpu" and state.particles_per_run >= RENUMBERED
+        self._recorded: Any = None  # The recording of a frame
         self.kernels_a_frame = 0  # Launches by the host in the last frame that was not replayed
         self.rows = 0  # Rows of a launch: the present number of movers or, if frames are replayed, the largest number
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
-        state, walls, launcher = self.state, self.lists.wall_particle, self._launcher
+        state, walls, launcher = self.state, self.lists.wall_particle, self.launcher
         # Particles that come within h during the pressure iterations are listed in the next substep only; kernels
         # vanish at h.
         low, high, size = domain.low, domain.high, self._support
-        self.fluid_cells = CellGrid(low, high, size, state.position, state.status, launcher, state.runs)
+        points = state.position, state.status
+        self.fluid_cells = CellGrid(
+            low, high, size, *points, launcher, state.runs, place=state.place, present=state.present
+        )
         wall_cells = CellGrid(low, high, size, walls, wp.zeros(len(walls), int, state.device), launcher)
         wall_cells.fill(len(walls))
         self._list = launcher.bind(
@@ -171,11 +175,12 @@ class FluidSolver:
             wall_cells.cells,
             self.lists,
             shared=True,
+            extent=Extent(state.particles.mover_count, int(neighbours.BLOCK)),
         )
 
     def _bind_moves(self, down: Sequence[float]) -> None:
         particles = self.state.particles
-        self.predict: Callable[[int], None] = self._launcher.bind(
+        self.predict: Callable[[int], None] = self.launcher.bind(
             pressure.predict,
             particles,
             self.step_s,
@@ -185,12 +190,12 @@ class FluidSolver:
             self.barrier.grid,
         )
         """Move by velocity and gravity, as walls allow (Eq. 4)."""
-        self.update_velocity: Callable[[int], None] = self._launcher.bind(
+        self.update_velocity: Callable[[int], None] = self.launcher.bind(
             pressure.update_velocity,
             particles,
             self.step_s,
         )
-        self.move_after_viscosity = self._launcher.bind(
+        self.move_after_viscosity = self.launcher.bind(
             pressure.move_after_viscosity,
             particles,
             self.pressure.iteration_state,
@@ -201,9 +206,10 @@ class FluidSolver:
 
     def _bind_frame(self) -> None:
         """Bind the kernels that are launched once in a frame."""
-        particles, paste, launcher = self.state.particles, self.paste, self._launcher
-        self._count_frame = launcher.bind_whole(movers.count_frame, 1, particles)
-        self._grow_older = launcher.bind(movers.grow_older, particles, paste)
+        particles, paste, launcher = self.state.particles, self.paste, self.launcher
+        self._count_frame = launcher.bind(movers.count_frame, particles, extent=fixed(1, self.state.device))
+        present = Extent(self.state.present, ROWS_TOGETHER)
+        self._grow_older = launcher.bind(movers.grow_older, particles, paste, extent=present)
         self._wake = launcher.bind(
             movers.wake,
             particles,
@@ -230,60 +236,92 @@ class FluidSolver:
 
         Without ``measures_shear`` the shear rates of an earlier substep are used.
         """
-        self.predict(self.rows)  # Eq. 4
-        self.find_neighbours()
+        self.find_neighbours(self.predict)  # Eq. 4
+        parts = [self.pressure.solve, self.update_velocity]  # Eqs 1 to 3
         if self.needs_shear_rate and measures_shear:
-            self.viscosity.measure_shear(self.rows)
-        # From here on the host decides nothing.
-        self._recordings.launch(
-            self.rows,
-            len(self.lists.fluid_count),
-            self.pressure.solve,  # Eqs 1 to 3
-            self.update_velocity,
-            self.viscosity.solve,  # Eq. 5
-            self.move_after_viscosity,
-        )
+            parts.insert(0, self.viscosity.measure_shear)
+        if self.viscosity.explicit:  # Eq. 5
+            self._launch(*parts)
+            self.viscosity.pass_explicit(self.rows)
+            self._launch(self.move_after_viscosity)
+        else:
+            self._launch(*parts, self.viscosity.solve_implicit, self.move_after_viscosity)
 
-    def find_neighbours(self) -> None:
-        """List the neighbours among all released particles, also those at rest, and among the walls."""
-        self.fluid_cells.fill(self._released)
-        self.movers.sort(self.fluid_cells.cells.number, self._released)
-        self._list(self.rows, block=int(neighbours.BLOCK))
+    def find_neighbours(self, *before: Callable[[int], object]) -> None:
+        """List the neighbours among all released particles, also those at rest, and among the walls.
+
+        ``before`` is launched before.
+        """
+        sort = [] if self.movers.sorted else [self._sort_movers]
+        self._launch(*before, self._fill_cells, *sort, self._list)
+        self.movers.sorted = True
         # A GPU's lists always have room, and its recordings cannot wait for the host.
         while self.lists.room and self.lists.lacking.numpy()[0]:
             self.make_room(self.lists.room * MORE_ROOM)
-            self._list(self.rows, block=int(neighbours.BLOCK))
+            self._launch(self._list)
+
+    def _age(self, _rows: int) -> None:
+        self._count_frame(1)
+        self._grow_older(self._released)
+
+    def _find_movers(self, _rows: int) -> None:
+        self.movers.find(self._released)
+
+    def _fill_cells(self, _rows: int) -> None:
+        self.fluid_cells.fill(self._released)
+
+    def _sort_movers(self, _rows: int) -> None:
+        self.movers.sort(self.fluid_cells.cells.number, self._released)
+
+    def _launch(self, *parts: Callable[[int], object]) -> None:
+        """Launch parts of a frame over the movers, in order. A recording takes them one by one."""
+        if self.replays:
+            for part in parts:
+                part(self.rows)
+        else:
+            self.launcher.walk(parts, self.rows)
 
     def make_room(self, room: float) -> None:
         """Give each block of packed lists room for 16 times ``room`` entries. The lists become empty."""
         if self.lists.room:
-            self._recordings.parts.clear()  # Since arrays are replaced
+            self.launcher.forget_walks()
             make_room(self.lists, int(room))
             self.viscosity.make_room(self.lists)
 
     @property
+    def _released(self) -> int:
+        """Number of the first particles that may have been released."""
+        return self._present
+
+    @_released.setter
+    def _released(self, present: int) -> None:
+        self._present = present
+        if self.state.device == "cpu":
+            self.state.present.fill_(present)
+
+    @property
     def recorded(self) -> bool:
         """True if a frame has been recorded. Later frames are then replayed."""
-        return self._recordings.frame is not None
+        return self._recorded is not None
 
     def advance(self, frame: int) -> list[Integers]:
         """Compute a frame: release, freezing, all substeps, fault checks. Return the viscosity's iterations by substep.
 
         On a GPU a frame is recorded once and then replayed without data for the host. The list is then empty.
         """
-        if self._renumbers and frame % RENUMBER_EVERY == 0:
+        if self.state.device == "cpu" and frame % RENUMBER_EVERY == 0:
             self._renumber()
         if self.replays and not self.recorded and self.kernels_a_frame:
             # A recording has the addresses of the lists, which can then get no more room.
             self.make_room(MOST_ROOM)
-            self._recordings.frame = self._recordings.record(lambda: self._run_frame(frame))
+            self._recorded = record(self.state.device, lambda: self._run_frame(frame))
         if not self.recorded:
             return self._run_frame(frame)
-        wp.capture_launch(self._recordings.frame)
+        wp.capture_launch(self._recorded)
         return []
 
     def _run_frame(self, frame: int) -> list[Integers]:
-        before = self._launcher.kernels
+        before = self.launcher.kernels
         self.begin_frame(frame)
         solves: list[Integers] = []
         if self.rows:
@@ -292,16 +330,15 @@ class FluidSolver:
                 self.step(measures_shear=not (by_frame and number))
                 if not self.replays:
                     solves.append(self.viscosity.iterations())
-            self.faults.look(self.rows)
+            self._launch(self.faults.look)
             self.rest()
-        self.kernels_a_frame = self._launcher.kernels - before
-        self._recordings.replays_parts = self._replays_parts and not self.replays and self.kernels_a_frame > 0
+        self.kernels_a_frame = self.launcher.kernels - before
         return solves
 
     def _renumber(self) -> None:
         """Renumber the released particles by cells, so that neighbours are close in memory.
 
-        It must precede the frame's list of movers.
+        Threads then write to lines of the cache of their own. It must precede the frame's list of movers.
         """
         self.fluid_cells.fill(self._released)
         order = self.fluid_cells.cells.number.numpy()[: self._released]
@@ -314,19 +351,18 @@ class FluidSolver:
         # Of one run only the released particles are read; of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
             self._released = state.released(frame)
-        self._count_frame()
-        self._grow_older(self._released)
+        self._launch(self._age)
         self.find_movers()
 
     def rest(self) -> None:
         """Wake particles beside a flow and put quiet ones to sleep, once in a frame."""
         if self.sleeps:
-            self._wake(self.rows)
-            self._fall_asleep(self.rows)
+            self._launch(self._wake, self._fall_asleep)
             self.find_movers()
 
     def find_movers(self) -> None:
-        self.movers.find(self._released)
+        self._launch(self._find_movers)
+        self.movers.sorted = False
         self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 
     def count_movers(self) -> int:
@@ -343,6 +379,7 @@ class FluidSolver:
     def resume(self, done: int) -> None:
         """Continue after ``done`` frames; call it after the lasting arrays have been restored."""
         self.state.frame.fill_(done - 1)
+        self.state.find_places()
         # Particles at rest must have none, and an earlier frame's residuals may be at other places.
         self.state.scaled_residual.zero_()
         # The number of released particles is set when a frame begins.

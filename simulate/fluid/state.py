@@ -9,6 +9,7 @@ from warp.utils import array_scan
 
 from sealtwin.core.records import Floats, Integers
 from simulate.fluid.launcher import Launcher
+from simulate.fluid.walk import Extent
 from simulate.kernels import movers as listing
 from simulate.kernels import status as device_code
 from simulate.kernels.neighbours import NOWHERE_CM
@@ -53,11 +54,16 @@ class State:
         self.status = particles.status = full(count, int(device_code.WAITING), int)
         self.number = wp.array(np.arange(count), int, device=device)
         """Place of each particle in the order of release, over all runs."""
+        self.place = wp.clone(self.number)
+        """Place in memory of each particle in the order of release."""
         self.release_frame = particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), int, device=device)
         self.quiet_s = particles.quiet_s = zeros(count)
         self.fault = particles.fault = self.column(int)
         """Faults of each particle so far. Each kind of fault is one bit."""
         self.frame = particles.frame = full(1, -1, int)
+        self.present = full(1, count, int)
+        """Number of the first particles that may have been released: launches over particles take only these."""
+        particles.mover_count = zeros(1, int)
         self.swelling = particles.swelling = full(runs, 1.0, float)
         particles.per_run = per_run
         particles.moved = self.scaled_residual
@@ -94,13 +100,17 @@ class State:
         """
         for column in self._columns:
             column[: len(order)].assign(column.numpy().take(order, axis=0))
+        self.find_places()
+
+    def find_places(self) -> None:
+        """Set ``place`` after a change of ``number``."""
+        place = np.empty(self.count, np.int32)
+        place[self.number.numpy()] = np.arange(self.count, dtype=np.int32)
+        self.place.assign(place)
 
     def by_release(self, column: wp.array) -> Any:
         """Return a copy of an array by particle, sorted into the order of release."""
-        values, place = column.numpy(), np.asarray(self.number.numpy(), dtype=np.int64)
-        ordered = np.empty_like(values)
-        ordered[place] = values
-        return ordered
+        return column.numpy()[self.place.numpy()]
 
     def position_mm(self) -> Floats:
         """Return the positions of all particles, (count, 3)."""
@@ -128,23 +138,23 @@ class MoversList:
     def __init__(self, state: State, launcher: Launcher, in_order: bool | None = None) -> None:
         """Prepare the list. With ``in_order`` one thread takes all particles in order, as on a CPU. None: by device."""
         device = state.device
-        self._state, self._sorted = state, False
+        self._state, self.sorted = state, False
         self._in_order = device == "cpu" if in_order is None else in_order
         state.particles.mover = wp.zeros(state.count, int, device)
-        state.particles.mover_count = wp.zeros(1, int, device)
         state.particles.first_row = wp.zeros(state.runs + 1, int, device)
         self._order = listing.Order()
         self._order.row = wp.zeros(0 if self._in_order else state.count, int, device)
         by_cell, moving = (0, 1), state.particles
         if self._in_order:
-            self._list = [launcher.bind(listing.list_in_order, moving, self._order, way) for way in by_cell]
+            # One slice, with any number of threads.
+            whole = Extent(state.present, state.count)
+            self._list = [launcher.bind(listing.list_in_order, moving, self._order, way, extent=whole) for way in by_cell]
         else:
             self._mark = [launcher.bind_first(listing.mark_movers, moving, self._order, way) for way in by_cell]
             self._list_marked = [launcher.bind_first(listing.list_marked, moving, self._order, way) for way in by_cell]
 
     def find(self, count: int) -> None:
         """List the movers among the first ``count`` particles of all runs, in the order of memory."""
-        self._sorted = False
         # A GPU counts the movers at the last particle.
         self._list_first(count if self._in_order else self._state.count, by_cell=False)
 
@@ -154,16 +164,13 @@ class MoversList:
         Successive rows then share neighbours, which are still in a processor's cache. The order is kept for the frame,
         in which particles move little.
         """
-        if self._sorted:
-            return
-        self._sorted = True
         self._order.number = number
         self._list_first(count, by_cell=True)
 
     def _list_first(self, count: int, *, by_cell: bool) -> None:
         if self._in_order:
-            # One slice, with any number of threads, and at least one row: without rows the list would not be remade.
-            self._list[by_cell](max(count, 1), each=0.0)
+            # At least one row: without rows the list would not be remade.
+            self._list[by_cell](max(count, 1))
             return
         self._mark[by_cell](count)
         row: Any = self._order.row[:count]

@@ -5,7 +5,7 @@ shear rate of the last substep (one lagged Picard pass). The same holds between 
 """
 
 import math
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from sealtwin.core.records import Integers
 from simulate.fluid.cell_grid import NEIGHBOURS, pairs_of
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import SPARE, State
+from simulate.fluid.walk import fixed
 from simulate.kernels import conjugate_gradients as code
 from simulate.kernels.pair_kernels import PairKernels
 from simulate.setup.rheology import DAMPING_FACTOR, Rheology, no_slip_weight
@@ -62,7 +63,7 @@ class Viscosity:
     ) -> None:
         """``kernel`` is the weight W of pairs, a key of ``pair_sums.WEIGHTS``."""
         self._state, self._paste, self._support = state, paste, support
-        self._pairs, self._launcher, self._kernel, self._explicit = pairs, launcher, kernel, explicit
+        self._pairs, self._launcher, self._kernel, self.explicit = pairs, launcher, kernel, explicit
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
         sticks = np.repeat(paste.sticks.numpy() * paste.wall_share.numpy(), state.particles_per_run)
@@ -109,7 +110,10 @@ class Viscosity:
         """Compute the matrix, and the residuals of the velocity without viscosity and of the guess."""
 
     def _bind_search(self) -> None:
-        particles, system, search = self._state.particles, self.system, self.search
+        particles, system, search, device = self._state.particles, self.system, self.search, self._state.device
+        self._parts = self._state.runs * int(code.CHUNKS)
+        runs, parts = (fixed(number, device) for number in (self._state.runs, self._parts))
+        by_parts = partial(self._launcher.bind, lanes=code.LANES, extent=parts)
         self.apply_matrix = self._launcher.bind(
             self._pairs.apply_matrix,
             particles,
@@ -118,8 +122,8 @@ class Viscosity:
             search,
             shared=True,
         )
-        self._sum_residuals = self._bind_by_parts(code.sum_residuals, particles, system, search)
-        self._start_search = self._bind_by_parts(
+        self._sum_residuals = by_parts(code.sum_residuals, particles, system, search)
+        self._start_search = by_parts(
             code.start_search,
             OF_THE_RIGHT,
             OF_THE_CHANGE,
@@ -128,28 +132,15 @@ class Viscosity:
             system,
             search,
         )
-        self._sum_curvature = self._bind_by_parts(code.sum_curvature, particles, search)
-        self._advance_search = self._bind_by_parts(code.advance_search, particles, system, search)
-        self._find_turn = self._launcher.bind(code.find_turn, ITERATIONS_AT_MOST, search, lanes=code.LANES)
-        self._sum_left = self._bind_by_parts(code.sum_left, particles, search)
-        self._shift_all = self._bind_by_parts(code.shift_all, particles, search)
-
-    def _bind_by_parts(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        """Return a launch over the parts of all runs. Its argument is the number of rows."""
-        parts = self._state.runs * int(code.CHUNKS)
-        launch = self._launcher.bind(kernel, *inputs, lanes=code.LANES)
-        return lambda rows: launch(parts, rows / parts)
-
-    def solve(self, rows: int) -> None:
-        """Apply Eq. 5 to the velocities of the movers."""
-        if self._explicit:
-            self.pass_explicit(rows)
-        else:
-            self.solve_implicit(rows)
+        self._sum_curvature = by_parts(code.sum_curvature, particles, search)
+        self._advance_search = by_parts(code.advance_search, particles, system, search)
+        self._find_turn = self._launcher.bind(code.find_turn, ITERATIONS_AT_MOST, search, lanes=code.LANES, extent=runs)
+        self._sum_left = by_parts(code.sum_left, particles, search)
+        self._shift_all = by_parts(code.shift_all, particles, search)
 
     def iterations(self) -> Integers:
         """Return the number of iterations, or of explicit passes, of the last solve, by run."""
-        return np.full(self._state.runs, self._passes) if self._explicit else self.search.iterations.numpy().copy()
+        return np.full(self._state.runs, self._passes) if self.explicit else self.search.iterations.numpy().copy()
 
     def solve_implicit(self, rows: int) -> None:
         """Solve backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
@@ -157,16 +148,16 @@ class Viscosity:
         The device decides on further iterations, so that a recorded solve takes as many as it needs.
         """
         self.weigh_pairs(rows)
-        self._sum_residuals(rows)
-        self._start_search(rows)
-        wp.capture_while(self.search.more, self._iterate, rows=rows)
-        self._sum_left(rows)
-        self._shift_all(rows)
+        self._sum_residuals(self._parts)
+        self._start_search(self._parts)
+        self._launcher.repeat(self.search.more, partial(self._iterate, rows))
+        self._sum_left(self._parts)
+        self._shift_all(self._parts)
 
     def _iterate(self, rows: int) -> None:
         self.apply_matrix(rows)
-        self._sum_curvature(rows)
-        self._advance_search(rows)
+        self._sum_curvature(self._parts)
+        self._advance_search(self._parts)
         self._find_turn(self._state.runs)
 
     def pass_explicit(self, rows: int) -> int:

@@ -5,8 +5,9 @@ It uses double precision. Sums have a fixed order: over blocks of threads, and o
 
 import warp as wp
 
+from simulate.kernels.lanes import most_over_block, over_block
 from simulate.kernels.run_module import run_kernel
-from simulate.kernels.status import FROZEN, MOVING, Particles
+from simulate.kernels.status import FROZEN, MOVING, Particles, Span
 
 LANES = 64  # Threads of a GPU's block: as in most launches, since each width has the whole module compiled
 PARTS = wp.constant(32)
@@ -61,8 +62,9 @@ class Beds:
     """Particles on the sample that are not in flight, and the tops of the liquid in a batch of runs."""
 
 
-@run_kernel
-def raise_surface(
+@wp.func
+def raise_around(
+    k: int,
     first: int,
     per_run: int,
     half_mm: wp.float64,
@@ -70,11 +72,6 @@ def raise_surface(
     lines: Lines,
     liquid: Liquid,  # in, out: top_mm
 ):
-    """Raise the liquid to ``half_mm`` above each particle, at upward crossings of the lines of cells within reach.
-
-    Only the stretch of a line at the particle's height is raised. Particles count from ``first``.
-    """
-    k = wp.tid()
     here = liquid.position_mm[first + k]
     if not wp.isfinite(here):
         return
@@ -104,6 +101,24 @@ def raise_surface(
                     break
             if below >= 0 and lines.upward[below] == 1:
                 wp.atomic_max(liquid.top_mm, tops + below, here[2] + half_mm)
+
+
+@run_kernel
+def raise_surface(
+    rows: Span,
+    first: int,
+    per_run: int,
+    half_mm: wp.float64,
+    reach_mm: wp.float64,
+    lines: Lines,
+    liquid: Liquid,  # in, out: top_mm
+):
+    """Raise the liquid to ``half_mm`` above each particle, at upward crossings of the lines of cells within reach.
+
+    Only the stretch of a line at the particle's height is raised. Particles count from ``first``.
+    """
+    for k in range(rows.begin + wp.tid(), rows.end, rows.step):
+        raise_around(k, first, per_run, half_mm, reach_mm, lines, liquid)
 
 
 @wp.func
@@ -142,6 +157,7 @@ def keep_in_bed(
 
 @run_kernel
 def find_lying(
+    rows: Span,
     particles: Particles,
     sizes: Sizes,
     beds: Beds,  # out: the liquid's position_mm
@@ -150,71 +166,76 @@ def find_lying(
 
     The block of a falling particle searches for the bed below it. Other blocks end at once.
     """
-    i, lane = wp.tid()
-    here = is_here(particles, i)
-    if not here or not falls(particles, sizes, i):
+    lane = wp.tid() % wp.block_dim()
+    for i in range(rows.begin + wp.tid() // wp.block_dim(), rows.end, rows.step):
+        here = is_here(particles, i)
+        if not here or not falls(particles, sizes, i):
+            if lane == 0:
+                keep_in_bed(particles, sizes, beds, i, here)
+            continue
+        place = place_of(particles, sizes, i)
+        first = i // particles.per_run * particles.per_run
+        around = wp.float64(2.0) * sizes.radius_mm
+        bed_mm = sizes.floor_mm
+        for j in range(first + lane, first + particles.per_run, wp.block_dim()):
+            if is_here(particles, j) and not falls(particles, sizes, j):
+                other = place_of(particles, sizes, j)
+                along = other[0] - place[0]
+                across = other[1] - place[1]
+                if along * along + across * across <= around * around:
+                    bed_mm = wp.max(bed_mm, other[2])
+        highest_mm = most_over_block(bed_mm)
         if lane == 0:
-            keep_in_bed(particles, sizes, beds, i, here)
-        return
-    place = place_of(particles, sizes, i)
-    first = i // particles.per_run * particles.per_run
-    around = wp.float64(2.0) * sizes.radius_mm
-    bed_mm = sizes.floor_mm
-    for j in range(first + lane, first + particles.per_run, wp.block_dim()):
-        if is_here(particles, j) and not falls(particles, sizes, j):
-            other = place_of(particles, sizes, j)
-            along = other[0] - place[0]
-            across = other[1] - place[1]
-            if along * along + across * across <= around * around:
-                bed_mm = wp.max(bed_mm, other[2])
-    highest_mm = wp.tile_max(wp.tile(bed_mm))[0]
-    if lane == 0:
-        keep_in_bed(particles, sizes, beds, i, place[2] <= highest_mm + sizes.radius_mm)
+            keep_in_bed(particles, sizes, beds, i, place[2] <= highest_mm + sizes.radius_mm)
 
 
 @run_kernel
 def count_particles(
+    rows: Span,
     particles: Particles,
     sizes: Sizes,
     beds: Beds,  # out: count
 ):
-    part, lane = wp.tid()
-    run = part // PARTS
-    width = (particles.per_run + PARTS - 1) // PARTS
-    begin = part % PARTS * width
-    own = wp.vec4i(0, 0, 0, 0)
-    for k in range(begin + lane, wp.min(begin + width, particles.per_run), wp.block_dim()):
-        i = run * particles.per_run + k
-        lies = wp.where(wp.isfinite(beds.liquid.position_mm[i]), 1, 0)
-        moves = int(0)
-        flows = int(0)
-        if particles.status[i] == MOVING and is_here(particles, i):
-            moves = 1
-            if wp.length(speed_of(particles, sizes, i)) >= sizes.flows_mm_s:
-                flows = 1
-        own += wp.vec4i(lies, moves, moves * lies, flows * lies)
-    total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
-    if lane == 0:
-        beds.count[run, part % PARTS] = total
+    lane = wp.tid() % wp.block_dim()
+    for part in range(rows.begin + wp.tid() // wp.block_dim(), rows.end, rows.step):
+        run = part // PARTS
+        width = (particles.per_run + PARTS - 1) // PARTS
+        begin = part % PARTS * width
+        own = wp.vec4i(0, 0, 0, 0)
+        for k in range(begin + lane, wp.min(begin + width, particles.per_run), wp.block_dim()):
+            i = run * particles.per_run + k
+            lies = wp.where(wp.isfinite(beds.liquid.position_mm[i]), 1, 0)
+            moves = int(0)
+            flows = int(0)
+            if particles.status[i] == MOVING and is_here(particles, i):
+                moves = 1
+                if wp.length(speed_of(particles, sizes, i)) >= sizes.flows_mm_s:
+                    flows = 1
+            own += wp.vec4i(lies, moves, moves * lies, flows * lies)
+        total = over_block(own)
+        if lane == 0:
+            beds.count[run, part % PARTS] = total
 
 
 @run_kernel
 def sum_lines(
+    rows: Span,
     lines: Lines,
     first_run: int,
     beds: Beds,  # out: length_mm of a batch of runs
 ):
     """Sum the lengths of the vertical lines, from the foot of each wet stretch to its top or its ceiling."""
-    part, lane = wp.tid()
-    run = part // PARTS
-    crossings = lines.z_mm.shape[0]
-    width = (crossings + PARTS - 1) // PARTS
-    begin = part % PARTS * width
-    own = wp.float64(0.0)
-    for k in range(begin + lane, wp.min(begin + width, crossings), wp.block_dim()):
-        top_mm = beds.liquid.top_mm[run * crossings + k]
-        if wp.isfinite(top_mm):
-            own += wp.min(top_mm, lines.ceiling_mm[k]) - lines.z_mm[k]
-    total = wp.tile_sum(wp.tile(own))[0]
-    if lane == 0:
-        beds.length_mm[first_run + run, part % PARTS] = total
+    lane = wp.tid() % wp.block_dim()
+    for part in range(rows.begin + wp.tid() // wp.block_dim(), rows.end, rows.step):
+        run = part // PARTS
+        crossings = lines.z_mm.shape[0]
+        width = (crossings + PARTS - 1) // PARTS
+        begin = part % PARTS * width
+        own = wp.float64(0.0)
+        for k in range(begin + lane, wp.min(begin + width, crossings), wp.block_dim()):
+            top_mm = beds.liquid.top_mm[run * crossings + k]
+            if wp.isfinite(top_mm):
+                own += wp.min(top_mm, lines.ceiling_mm[k]) - lines.z_mm[k]
+        total = over_block(own)
+        if lane == 0:
+            beds.length_mm[first_run + run, part % PARTS] = total

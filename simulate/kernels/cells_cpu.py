@@ -1,6 +1,6 @@
-"""The sort of ``cells`` for one thread of a CPU, as a counting sort that keeps the order of points.
+"""The sort of ``cells`` for a CPU, as a counting sort that keeps the order of points.
 
-It takes half the time of a sort by keys, or of the same steps as separate kernels.
+It takes half the time of a sort by keys. The slices of its second launch are ranges of cells, which share nothing.
 """
 
 import warp as wp
@@ -14,13 +14,15 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class Points:
-    """The points of all runs, with the cell of each and its rank in the cell."""
+    """The points of all runs. Their cells and ranks are in the order in which points are sorted."""
 
     runs: int
     position: wp.array[wp.vec4]
     status: wp.array[int]
+    place: wp.array[int]
+    """Place in memory of each point in the order that is kept within a cell."""
     cell: wp.array[int]
-    rank: wp.array[int]
+    rank: wp.array[int]  # Of a point in its cell
 
 
 @wp.func_native(
@@ -32,45 +34,74 @@ const int absent = points.runs * in_run;
 const float size = cells.size, x0 = cells.corner[0], y0 = cells.corner[1], z0 = cells.corner[2];
 // The arrays have no gaps; their pointers stay in registers.
 const wp::vec4* position = points.position.data;
-const int* status = points.status.data;
-int *cell = points.cell.data, *rank = points.rank.data, *start = cells.start.data;
+const int *status = points.status.data, *place = points.place.data;
+int* cell = points.cell.data;
 const auto along = [size](float x, float corner, int count) {
     const int whole = (int)__builtin_elementwise_floor((x - corner) / size);
     return whole < 0 ? 0 : whole < count ? whole : count - 1;
 };
-for (int c = 0; c < absent + 2; ++c) start[c] = 0;
-for (int i = 0, base = 0, next = cells.points_per_run; i < count; ++i) {
-    if (i == next) base += in_run, next += cells.points_per_run;
-    int key = absent;
+for (int k = begin; k < end; ++k) {
+    const int i = place[k];
+    cell[k] = absent;
     if (status[i] <= FROZEN) {
         const wp::vec4 here = position[i];
-        key = base + along(here[0], x0, nx) + nx * (along(here[1], y0, ny) + ny * along(here[2], z0, nz));
+        const int base = i / cells.points_per_run * in_run;
+        cell[k] = base + along(here[0], x0, nx) + nx * (along(here[1], y0, ny) + ny * along(here[2], z0, nz));
     }
-    cell[i] = key;
-    rank[i] = start[key]++;
+}""",
+    )
+)
+def find_cells(begin: int, end: int, cells: CellArrays, points: Points): ...
+
+
+@wp.func_native(
+    cpu_block(
+        """
+const wp::vec4* position = points.position.data;
+const int *place = points.place.data, *cell = points.cell.data, count = present.data[0];
+int *rank = points.rank.data, *start = cells.start.data, before = 0;
+for (int c = begin; c < end; ++c) start[c] = 0;
+for (int k = 0; k < count; ++k) {
+    const int c = cell[k];
+    before += c < begin;
+    if (c >= begin && c < end) rank[k] = start[c]++;
 }
-for (int c = 0, before = 0; c < absent + 2; ++c) {
+for (int c = begin; c < end; ++c) {
     const int here = start[c];
     start[c] = before;
     before += here;
 }
+if (end + 1 == cells.start.shape[0]) start[end] = before;
 float *x = cells.x.data, *y = cells.y.data, *z = cells.z.data;
 int* number = cells.number.data;
-for (int i = 0; i < count; ++i) {
-    const wp::vec4 here = position[i];
-    const int k = start[cell[i]] + rank[i];
-    x[k] = here[0], y[k] = here[1], z[k] = here[2], number[k] = i;
+for (int k = 0; k < count; ++k) {
+    const int c = cell[k];
+    if (c < begin || c >= end) continue;
+    const int to = start[c] + rank[k];
+    const wp::vec4 here = position[place[k]];
+    x[to] = here[0], y[to] = here[1], z[to] = here[2], number[to] = place[k];
 }""",
     )
 )
-def sort_points(count: int, cells: CellArrays, points: Points): ...
+def fill_cells(begin: int, end: int, present: wp.array[int], cells: CellArrays, points: Points): ...
 
 
 @run_kernel
-def sort_in_order(
+def find_cells_of(
     rows: Span,
-    points: Points,  # out: cell and rank
+    points: Points,  # out: cell
+    cells: CellArrays,
+):
+    """Find the cells of points; the last one, after those of all runs, is for points left out."""
+    find_cells(rows.begin, rows.end, cells, points)
+
+
+@run_kernel
+def fill_in_order(
+    rows: Span,
+    present: wp.array[int],  # Number of the first points, the only value
+    points: Points,  # out: rank
     cells: CellArrays,  # out
 ):
-    """Sort the first points in a launch of one thread. Within a cell they keep their order."""
-    sort_points(rows.end, cells, points)
+    """Fill a range of cells with the first points. Within a cell they keep their order."""
+    fill_cells(rows.begin, rows.end, present, cells, points)

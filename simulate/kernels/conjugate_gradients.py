@@ -10,6 +10,7 @@ from typing import Any
 
 import warp as wp
 
+from simulate.kernels.lanes import over_block
 from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import Particles, Span
 
@@ -125,7 +126,7 @@ def rows_of(particles: Particles, part: int):
 @wp.func
 def keep_sum(search: Search, part: int, lane: int, own: Sums):
     """Store the sum over the threads of a part's block. All threads must call it."""
-    total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
+    total = over_block(own)
     if lane == 0:
         search.partial[part // CHUNKS, part % CHUNKS] = total
 
@@ -136,7 +137,7 @@ def whole_sum(search: Search, run: int, lane: int):
     own = Sums(0.0)
     for chunk in range(lane, CHUNKS, wp.block_dim()):
         own += search.partial[run, chunk]
-    return wp.tile_sum(wp.tile(own, preserve_type=True))[0]
+    return over_block(own)
 
 
 @wp.func
@@ -311,7 +312,7 @@ def advance_search(
             scaled = full(system.inverse[row]) * r
             particles.scaled_residual[i] = scaled
             own += wp.dot(r, scaled)
-        total = wp.tile_sum(wp.tile(own))[0]
+        total = over_block(own)
         if lane == 0:
             search.left[run, part % CHUNKS] = total
 
@@ -332,7 +333,7 @@ def find_turn(
         for chunk in range(lane, CHUNKS, wp.block_dim()):
             own += search.left[run, chunk]
         # The sum waits for all threads: all have read above what one of them writes below.
-        error = wp.tile_sum(wp.tile(own))[0]
+        error = over_block(own)
         if lane == 0:
             way = way_of(search, run, along)
             search.length[run] = way[0]

@@ -28,13 +28,43 @@ return 0;
 def lane() -> int: ...
 
 
+# A CPU's blocks of one thread must not have tiles. A tile exists from the call of its function on, in memory that all
+# threads of the process share.
+@wp.func
+def tile_total(own: Any):
+    return wp.tile_sum(wp.tile(own, preserve_type=True))[0]
+
+
+@wp.func
+def tile_most(own: Any):
+    return wp.tile_max(wp.tile(own))[0]
+
+
 @wp.func
 def over_lanes(own: Any):
     """Return the sum over the threads of a row to all of them. All threads must call it."""
     total = own
     if lanes() > 1:
-        total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
+        total = tile_total(own)
     return total
+
+
+@wp.func
+def over_block(own: Any):
+    """Return the sum over the threads of a block to all of them. All threads must call it."""
+    total = own
+    if wp.block_dim() > 1:
+        total = tile_total(own)
+    return total
+
+
+@wp.func
+def most_over_block(own: Any):
+    """Return the largest value of the threads of a block to all of them. All threads must call it."""
+    most = own
+    if wp.block_dim() > 1:
+        most = tile_most(own)
+    return most
 
 
 @wp.func_native(f"""

@@ -24,8 +24,8 @@ class Order:
 
 
 @run_kernel
-def count_frame(particles: Particles):
-    """Advance the frame number on the device, so that a replayed frame has its own number."""
+def count_frame(rows: Span, particles: Particles):
+    """Advance the frame number on the device, so that a replayed frame has its own number. There is a single row."""
     particles.frame[0] += 1
 
 

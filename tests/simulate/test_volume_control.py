@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 
 from sealtwin.core.records import Bed, Solid
+from simulate.fluid.launcher import Launcher
 from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, ESCAPED, FROZEN, GIVEN_UP, MOVING, SPILLED, WAITING
 from simulate.profile import half_side_mm, settled, volume_ratio
@@ -154,7 +155,7 @@ def spread() -> Injection:
 
 def figures(injection: Injection, solid: Solid, slope: SampleSlope) -> list[BedFigures]:
     pour, state = injection.pour, injection.engine.state
-    control = VolumeControl(solid, injection.schedule, state, pour.solver, injection.pastes, slope.down)
+    control = VolumeControl(solid, injection.schedule, state, Launcher("cpu"), pour.solver, injection.pastes, slope.down)
     return list(control.figures())
 
 

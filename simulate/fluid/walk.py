@@ -1,0 +1,83 @@
+"""Launches over rows that are listed once and then made in order, again and again: a walk."""
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from simulate.fluid.compiled_calls import CompiledCall, compiled_call
+
+
+class Extent(NamedTuple):
+    """The rows of a launch in a walk."""
+
+    count: wp.array[int]
+    """Their number: the only value of an array, which is read when the walk comes to the launch."""
+    together: int = 1
+    """Slices end at multiples of so many rows."""
+
+
+def fixed(count: int, device: str, together: int = 1) -> Extent:
+    """Return an extent of always so many rows."""
+    return Extent(wp.full(1, count, int, device), together)
+
+
+class Launch(Protocol):
+    """A launch of one kernel over rows."""
+
+    command: Any
+    extent: Extent | None
+
+    def __call__(self, rows: int) -> None: ...
+
+
+class Jump(NamedTuple):
+    """A jump to another step if ``condition`` is not 0. If it is not ``wanted``, a jump if it is 0."""
+
+    condition: wp.array[int]
+    target: int
+    wanted: bool
+
+
+class Table(NamedTuple):
+    """Addresses of a table of compiled kernels, as ``kernels.walk`` reads it, and of the bounds of each launch."""
+
+    lines: int
+    length: int
+    bounds: int
+
+
+class Walk:
+    """Steps that are made in order. A table of them has the arguments of ``slices`` slices of each launch."""
+
+    def __init__(self, steps: Sequence[Launch | Jump], slices: int) -> None:
+        self._steps = steps
+        calls = [None if isinstance(step, Jump) else compiled_call(step.command, slices) for step in steps]
+        # Kept alive: the table has addresses only.
+        self._calls = [call for call in calls if call is not None]
+        self.table: Table | None = None
+        """The table; None if this version of Warp has other private names."""
+        if len(self._calls) == sum(not isinstance(step, Jump) for step in steps):
+            lines = [_line(step, call, slices) for step, call in zip(steps, calls, strict=True)]
+            self._words = np.array(lines, np.uint64)
+            self.table = Table(self._words.ctypes.data, len(lines), ctypes.addressof(self._calls[0].bounds))
+
+    def launch_each(self) -> None:
+        """Make the launches one by one, on one thread."""
+        number = 0
+        while number < len(self._steps):
+            step = self._steps[number]
+            number += 1
+            if not isinstance(step, Jump):
+                step(int(step.extent.count.numpy()[0]))
+            elif bool(step.condition.numpy()[0]) == step.wanted:
+                number = step.target
+
+
+def _line(step: Launch | Jump, call: CompiledCall | None, slices: int) -> list[Any]:
+    if isinstance(step, Jump) or call is None:
+        return [0, step.condition.ptr, step.target, step.wanted, *[0] * slices]
+    return [call.function, step.extent.count.ptr, step.extent.together, 0, *map(ctypes.addressof, call.arguments)]

@@ -1,0 +1,124 @@
+"""The loop by which several threads of a CPU launch the same table of compiled kernels, in slices of their rows.
+
+No thread waits for another that has not come: each takes the slices that are left. A kernel begins when all slices of
+the one before it are finished.
+"""
+
+import warp as wp
+
+from simulate.kernels.run_module import run_kernel
+
+wp.set_module_options({"enable_backward": False})
+
+# Words of 64 bits in the array ``control``. Those that different threads write are in different lines of the cache.
+LINE = 8
+STATE = 0
+"""Turn, the number of kernels since the first walk, in the upper half, and the place in the table in the lower half."""
+FINISHED = LINE  # Slices finished since the first walk
+TABLE = 2 * LINE  # Address of the first line of the table
+LINES = TABLE + 1
+BOUNDS = TABLE + 2  # Address of the bounds of a launch of one thread
+YIELD = TABLE + 3  # Address of the system's function by which a thread lets others run
+INVITED = TABLE + 4  # Number of threads that may take slices
+LATE = 3 * LINE  # How often the first thread waited for a slice that another did not get on with
+WORKERS = 4 * LINE  # For each thread a line of the cache: last turn of its own slice, and 1 if the thread has left
+# Words of a line of the table. The addresses of the arguments follow, one for each slice.
+FUNCTION, COUNT, BLOCK, ARGUMENTS = 0, 1, 2, 4
+CONDITION, TARGET, WANTED = 1, 2, 3  # Of a jump, which has no function
+DONE = 0xFFFFFFFF  # Place in the table between two walks
+SPIN_US = 50  # Time that a thread waits before it lets others run
+LATE_US = 500  # Time that a slice may take longer than the first thread's, unless its thread lost its core
+
+
+@wp.func_native(
+    f"""
+#ifndef __CUDA_ARCH__
+enum {{ LINE = {LINE}, ARGUMENTS = {ARGUMENTS}, WORKERS = {WORKERS} }};
+typedef unsigned long long word;
+typedef void (*kernel)(word bounds, word arguments);
+typedef void (*action)();
+word* const control = (word*)shared.data;
+word* const state = control + {STATE};
+const word width = ARGUMENTS + slices;
+word* const left = control + WORKERS + LINE * worker + 1;
+#if defined(__x86_64__) || defined(_M_X64)
+// Time stamps count at 2 to 5 GHz.
+const word patience = {SPIN_US} * 3000ull;
+const auto ticks = [] {{ return __builtin_ia32_rdtsc(); }};
+const auto pause = [] {{ __builtin_ia32_pause(); }};
+#else
+word frequency;
+asm volatile("mrs %0, cntfrq_el0" : "=r"(frequency));
+const word patience = {SPIN_US} * frequency / 1000000;
+const auto ticks = [] {{ word now; asm volatile("mrs %0, cntvct_el0" : "=r"(now)); return now; }};
+const auto pause = [] {{ asm volatile("yield"); }};
+#endif
+const auto read = [](const word* from) {{ return __atomic_load_n(from, __ATOMIC_ACQUIRE); }};
+// Waits for another state, at most for the time of a spin. Returns True if there is one.
+const auto changes = [&](word before) {{
+    for (const word begin = ticks(); read(state) == before; pause())
+        if (ticks() - begin > patience) return false;
+    return true;
+}};
+// Returns the place of the next kernel after the jumps.
+const auto follow = [&](word place) {{
+    const word lines = control[{LINES}];
+    while (place < lines) {{
+        const word* line = (const word*)control[{TABLE}] + place * width;
+        if (line[{FUNCTION}]) return place;
+        const word holds = *(const volatile int*)line[{CONDITION}] != 0;
+        place = holds == line[{WANTED}] ? line[{TARGET}] : place + 1;
+    }}
+    return (word){DONE};
+}};
+const auto take = [&](const word* line, word slice) {{
+    const int count = *(const int*)line[{COUNT}], block = (int)line[{BLOCK}], blocks = (count + block - 1) / block;
+    int* span = (int*)line[ARGUMENTS + slice];
+    // A single block is the first slice's.
+    const auto first = [=](word slice) {{ return (int)((blocks * slice + slices - 1) / slices) * block; }};
+    const int end = first(slice + 1);
+    span[0] = first(slice), span[1] = end < count ? end : count, span[2] = 1;
+    if (span[0] < span[1]) ((kernel)line[{FUNCTION}])(control[{BOUNDS}], (word)span);
+}};
+if (worker == 0) {{
+    const word turn = read(state) >> 32 << 32;
+    __atomic_store_n(state, turn | follow(0), __ATOMIC_SEQ_CST);
+}}
+for (;;) {{
+    const word now = read(state), turn = now >> 32, place = now & {DONE};
+    if (place == {DONE} || (word)worker >= read(control + {INVITED})) {{
+        if (worker == 0) return;
+        if (place == {DONE} && changes(now)) continue;
+        __atomic_store_n(left, 1, __ATOMIC_SEQ_CST);
+        return;
+    }}
+    const word begin = ticks();
+    for (word k = 0; k < (word)slices; ++k) {{
+        // Rows become lighter from the first to the last: a thread takes one from each end.
+        const word nth = (worker + k / 2) % workers, slice = k % 2 ? slices - 1 - nth : nth;
+        word before = turn - 1;
+        word* const last = control + WORKERS + LINE * slice;
+        // Nobody else can take it, and no walk can end before it is finished.
+        if (!__atomic_compare_exchange_n(last, &before, turn, false, __ATOMIC_ACQ_REL, __ATOMIC_RELAXED)) continue;
+        take((const word*)control[{TABLE}] + place * width, slice);
+        if (__atomic_add_fetch(control + {FINISHED}, 1, __ATOMIC_ACQ_REL) == turn * slices)
+            __atomic_store_n(state, (turn + 1) << 32 | follow(place + 1), __ATOMIC_RELEASE);
+    }}
+    const word end = ticks();
+    if (changes(now)) continue;
+    while (read(state) == now) ((action)control[{YIELD}])();
+    if (worker == 0 && ticks() - end > end - begin + {LATE_US // SPIN_US} * patience) ++control[{LATE}];
+}}
+#endif
+"""
+)
+def walk(shared: wp.array[wp.uint64], worker: int, workers: int, slices: int): ...
+
+
+@run_kernel
+def walk_table(shared: wp.array[wp.uint64], worker: int, workers: int, slices: int):
+    """Launch the kernels of the table in ``shared``. The first worker ends with the walk.
+
+    Others end ``SPIN_US`` later if no other walk has begun.
+    """
+    walk(shared, worker, workers, slices)
