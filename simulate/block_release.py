@@ -100,6 +100,7 @@ def release(
         solver,
         slope=slope,
         device=device,
+        threads=options.cpu_threads,
     )
     whole_mm3 = len(place_mm) * particle_volume(radius_mm)
     rows = [_figures(loose, 0.0, whole_mm3)]

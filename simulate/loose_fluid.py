@@ -75,6 +75,7 @@ class LooseFluid:
         *,
         slope: SampleSlope = LEVEL,
         device: str = "cpu",
+        threads: int = 1,
     ) -> "LooseFluid":
         """Put particles into a hollow, as ``schedule`` releases them. Positions have the floor at z = 0.
 
@@ -96,6 +97,7 @@ class LooseFluid:
             substeps=1,
             rows=state.count,
             down=slope.down,
+            threads=threads,
         )
         control = VolumeControl(hollow.solid, schedule, state, engine.launcher, solver, [paste], slope.down)
         return cls(hollow, engine, control, radius_mm)

@@ -33,8 +33,8 @@ Filled = tuple[Run, Profile]  # A run, with its volume ratio, and its level
 def fill(pour: Pour, options: ComputeOptions | None = None) -> Filled:
     """Follow the trajectory, let the only fluid settle for ``solver.settle_s`` and measure its level.
 
-    ``solver.model`` is the method. The fast model ignores the options. On one CPU, the same input, seed and number of
-    threads give the same bits.
+    ``solver.model`` is the method. The fast model ignores the options. On one CPU, the same input and seed give the
+    same bits with any number of threads.
 
     Raises InputError if the settings do not fit the crack, and NumericalError if the run has a numerical fault.
     """
@@ -100,10 +100,6 @@ def _computed(pour: Pour, options: ComputeOptions, finer: int, shown: Collection
     """Compute a launch. Its runs that failed are in ``Injection.failed``. Remarks that were ``shown`` are left out."""
     injection = prepare(pour, options, finer)
     _warn(options, [remark for remark in injection.remarks_on(0) if remark not in shown])
-    # On a CPU replayed frames take two thirds of the time, with the same bits, if few particles move because of
-    # freezing: a replay launches rows for the largest number that can move.
-    if options.in_study and all(fluid.freezes for fluid in pour.fluids) and pour.solver.viscosity_solve == "implicit":
-        injection.engine.replays = True
     try:
         follow(injection, options)
     except NumericalError:

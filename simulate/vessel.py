@@ -9,8 +9,8 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Integers, Solid
-from simulate.fluid.launcher import Launcher
 from simulate.kernels.beds import Lines, Liquid, raise_surface
+from simulate.kernels.status import Span
 
 Mask = NDArray[np.bool_]
 TURN = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
@@ -52,8 +52,10 @@ class Vessel:
         liquid = Liquid()
         liquid.top_mm = wp.full(len(self._z_mm), -np.inf, wp.float64, "cpu")
         liquid.position_mm = wp.array(_turned(position_mm), wp.vec3d, device="cpu")
-        inputs = 0, len(position_mm), half_mm, np.sqrt(2) * half_mm, self._lines, liquid
-        Launcher("cpu").bind(raise_surface, *inputs)(len(position_mm))
+        rows = Span()
+        rows.end = rows.step = len(position_mm)
+        inputs = [rows, 0, len(position_mm), half_mm, np.sqrt(2) * half_mm, self._lines, liquid]
+        wp.launch(raise_surface, len(position_mm), inputs=inputs, device="cpu")
         reached_mm = liquid.top_mm.numpy()
         wet = np.isfinite(reached_mm)
         return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self.cell_mm2

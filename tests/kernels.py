@@ -18,6 +18,11 @@ def count_row(rows: Span, seen: wp.array[int]):
 
 
 @wp.kernel(enable_backward=False)
+def count_down(rows: Span, left: wp.array[int]):
+    left[0] -= 1
+
+
+@wp.kernel(enable_backward=False)
 def weigh(paste: Paste, shear: wp.array[float], weight: wp.array2d[float]):
     run, i = wp.tid()
     fresh = paste.by_age[run, 0]

@@ -105,7 +105,7 @@ def inject(
     nozzle: Nozzle | None = None,
     seed: int = 0,
     device: str = "cpu",
-    threads: int = 1,
+    threads: int | None = None,
     progress: bool | None = None,
     **keywords: Any,
 ) -> Run:
@@ -124,7 +124,7 @@ def inject(
         "cpu" (default), "cuda:0", or "auto": the first GPU, or the CPU without a GPU. A device that does not exist
         is an error.
     threads
-        Number of CPU threads; the result does not depend on it.
+        Number of CPU threads, on which the result does not depend; default: one for each core, up to 8.
     progress
         Show progress on stderr; default: if stderr is a terminal, or in a notebook.
 
@@ -170,7 +170,7 @@ def inject(
     require_kinds("inject", fluid=(fluid, Fluid), solver=(solver, Solver), nozzle=(nozzle, Nozzle))
     fluid = fluid.loaded(Path())
     chosen = choose_device(device)
-    if threads < 1 or (threads > 1 and chosen != "cpu"):
+    if threads is not None and (threads < 1 or (threads > 1 and chosen != "cpu")):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
     with shown_progress(progress) as shown:
         pour = Pour(Sample(crack, solid, path), (fluid,), solver, nozzle, seed, slope)

@@ -95,7 +95,7 @@ def run_trial(
     *,
     out: FilePath | None = None,
     device: str = "cpu",
-    threads: int = 1,
+    threads: int | None = None,
     source: FilePath | None = None,
     seeds: int | None = None,
     progress: bool | None = None,
@@ -109,7 +109,8 @@ def run_trial(
     out
         The run folder; default: reports/<name of the trial> under the current folder.
     device, threads
-        Device of the fluid run: "cpu" (default), "cuda:0" or "auto"; and the number of CPU threads.
+        Device of the fluid run: "cpu" (default), "cuda:0" or "auto"; and the number of CPU threads, by
+        default one for each core, up to 8.
     source
         Folder of photo and readings if the trial is not a file; default: the current folder.
     seeds

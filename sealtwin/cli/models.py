@@ -11,8 +11,8 @@ from sealtwin.core.settings import Settings
 class FluidRun(Settings):
     """Options of 'sealtwin run' and 'sealtwin simulate'."""
 
-    threads: int = Field(default=1, ge=1, le=64)
-    """CPU threads of the fluid run, for runs with many particles; the result does not change."""
+    threads: int | None = Field(default=None, ge=1, le=64)
+    """CPU threads of the fluid run, which do not change its result; default: one for each core, up to 8."""
 
 
 class Digitising(Settings):

@@ -30,7 +30,7 @@ def run_trial(
     settings: Mapping[str, Any] | None = None,
     *,
     trial: "Trial | None" = None,
-    threads: int = 1,
+    threads: int | None = None,
 ) -> None:
     """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
 
@@ -52,7 +52,7 @@ def resume(
     stage: "StageName",
     settings: Mapping[str, Any],
     *,
-    threads: int = 1,
+    threads: int | None = None,
     uncertainty: bool = False,
 ) -> None:
     """Run one stage of a run folder's trial and print the result. ``uncertainty`` makes the extra runs first.

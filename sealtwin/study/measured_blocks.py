@@ -119,7 +119,7 @@ def course_of(
         every_s=outline_s / 4,
     )
     solver = solver or Solver(radius_mm=case.radius_mm)
-    options = ComputeOptions(device, progress=progress or Progress())
+    options = ComputeOptions(device, threads=1, progress=progress or Progress())
     run = release(block, fluid, solver, options=options, seed=seed)
     return run.t_s, run.front_mm
 

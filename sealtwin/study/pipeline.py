@@ -56,7 +56,7 @@ def run_trial(
     stages: Sequence[StageName],
     device: str,
     progress: Progress,
-    threads: int = 1,
+    threads: int | None = None,
     jobs: int = 0,
 ) -> FinishedStages:
     """Bring stages of a trial up to date in ``out``, by default reports/NAME. The trial's files are in ``source``.

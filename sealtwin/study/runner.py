@@ -371,7 +371,7 @@ def _seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> lis
     kept = options.keep_fills and len(trials) == 1 and first.solver.has_particles
     fills = [KeptFill(first.output.snapshots_s)] if kept else []
     pour = replace(first.pour(sample), fluids=tuple(trial.given_fluid for trial in trials))
-    outcomes = fill_each(pour, ComputeOptions(options.device, watchers=fills, in_study=True))
+    outcomes = fill_each(pour, ComputeOptions(options.device, threads=1, watchers=fills))
     launch_s = (time.monotonic() - began) / len(trials)
     judged: list[Sealing | Outcome] = []
     for trial, outcome in zip(trials, outcomes, strict=True):

@@ -58,7 +58,7 @@ class Job:
     sheet: Path | None  # Sheet of readings under the name that the user gave; the folder has a copy
     device: str  # Device as the user gave it; the fluid run resolves "auto"
     progress: Progress
-    threads: int = 1  # Number of CPU threads of a fluid run; it does not change the result
+    threads: int | None = None  # Threads of a fluid run on a CPU, if the user gave them; they do not change the result
     jobs: int = 0  # Worker processes of the runs with the other seeds; 0 computes them in this process
     traced: dict[str, Any] = field(default_factory=dict)
     """The latest crack that this command digitised, by its key without the path: jobs that share it trace it once."""

@@ -85,7 +85,7 @@ def device_of(job: Job) -> str:
     from simulate.device import choose_device, describe_device
 
     device = choose_device(job.device)
-    if job.threads > 1 and device != "cpu":
+    if (job.threads or 1) > 1 and device != "cpu":
         raise InputError(f"--threads {job.threads}: only for a CPU, but this run is on {device}. Omit it.")
     job.progress.note(f"Device: {describe_device(device)}")
     return device

@@ -1,8 +1,7 @@
-"""Launches of kernels with fixed arguments: one by one, as a walk that threads of a CPU share, or as a recorded frame.
-"""
+"""Launches of kernels with fixed arguments: alone, in walks that threads of a CPU share, or in a recorded frame."""
 
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import warp as wp
@@ -17,8 +16,8 @@ BLOCK = 64  # Threads of a GPU's block: with 256 the rows of one run occupy only
 class Launcher:
     """Binds kernels to their arguments once, so that a launch is cheap and a GPU can record it."""
 
-    def __init__(self, device: str, threads: int = 1, lanes: int = 1, rows: Extent | None = None) -> None:
-        """``rows`` are the rows of launches in a walk. ``lanes`` is the number of a GPU's threads per ``shared`` row."""
+    def __init__(self, device: str, rows: Extent, threads: int = 1, lanes: int = 1) -> None:
+        """``rows`` are those of launches in a walk. ``lanes`` is the number of a GPU's threads per ``shared`` row."""
         self.device, self._threads, self.lanes, self._rows = device, threads, lanes, rows
         self._walks: dict[tuple[Any, ...], Walk] = {}
         self._steps: list[Launch | Jump] | None = None  # Of the walk that is being listed
@@ -111,7 +110,7 @@ class Launcher:
 class RowLaunch:
     """A kernel with its arguments, as a recorded command."""
 
-    def __init__(self, launcher: Launcher, command: Any, inputs: object, lanes: int, extent: Extent | None) -> None:
+    def __init__(self, launcher: Launcher, command: Any, inputs: object, lanes: int, extent: Extent) -> None:
         self._launcher, self.command, self._lanes, self.extent = launcher, command, lanes, extent
         self._rows = 0
         # Warp's command has the addresses of arrays; this keeps the arrays alive.

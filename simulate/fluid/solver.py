@@ -110,7 +110,7 @@ class FluidSolver:
         # On a GPU the threads of a warp share a particle's sums, unless there are enough particles for all threads.
         lanes = int(WARP) if device != "cpu" and rows <= MOST_SHARED else 1
         rows_of_movers = Extent(state.particles.mover_count, ROWS_TOGETHER)
-        self.launcher = launcher = Launcher(device, threads, lanes, rows_of_movers)
+        self.launcher = launcher = Launcher(device, rows_of_movers, threads, lanes)
         native = device == "cpu" if native is None else native
         kernels = pair_kernels(native)
         self.movers = MoversList(state, launcher)

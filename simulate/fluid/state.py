@@ -110,7 +110,8 @@ class State:
 
     def by_release(self, column: wp.array) -> Any:
         """Return a copy of an array by particle, sorted into the order of release."""
-        return column.numpy()[self.place.numpy()]
+        place = np.asarray(self.place.numpy(), dtype=np.int64)
+        return np.asarray(column.numpy())[place]
 
     def position_mm(self) -> Floats:
         """Return the positions of all particles, (count, 3)."""
@@ -148,7 +149,9 @@ class MoversList:
         if self._in_order:
             # One slice, with any number of threads.
             whole = Extent(state.present, state.count)
-            self._list = [launcher.bind(listing.list_in_order, moving, self._order, way, extent=whole) for way in by_cell]
+            self._list = [
+                launcher.bind(listing.list_in_order, moving, self._order, way, extent=whole) for way in by_cell
+            ]
         else:
             self._mark = [launcher.bind_first(listing.mark_movers, moving, self._order, way) for way in by_cell]
             self._list_marked = [launcher.bind_first(listing.list_marked, moving, self._order, way) for way in by_cell]

@@ -2,16 +2,17 @@
 
 import ctypes
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
 from simulate.fluid.compiled_calls import CompiledCall, compiled_call
 
 
-class Extent(NamedTuple):
+@dataclass(frozen=True)
+class Extent:
     """The rows of a launch in a walk."""
 
     count: wp.array[int]
@@ -29,12 +30,13 @@ class Launch(Protocol):
     """A launch of one kernel over rows."""
 
     command: Any
-    extent: Extent | None
+    extent: Extent
 
     def __call__(self, rows: int) -> None: ...
 
 
-class Jump(NamedTuple):
+@dataclass(frozen=True)
+class Jump:
     """A jump to another step if ``condition`` is not 0. If it is not ``wanted``, a jump if it is 0."""
 
     condition: wp.array[int]
@@ -54,16 +56,22 @@ class Walk:
     """Steps that are made in order. A table of them has the arguments of ``slices`` slices of each launch."""
 
     def __init__(self, steps: Sequence[Launch | Jump], slices: int) -> None:
-        self._steps = steps
-        calls = [None if isinstance(step, Jump) else compiled_call(step.command, slices) for step in steps]
-        # Kept alive: the table has addresses only.
-        self._calls = [call for call in calls if call is not None]
+        self._steps, self._calls = steps, list[CompiledCall]()  # Calls are kept alive: the table has addresses only
         self.table: Table | None = None
         """The table; None if this version of Warp has other private names."""
-        if len(self._calls) == sum(not isinstance(step, Jump) for step in steps):
-            lines = [_line(step, call, slices) for step, call in zip(steps, calls, strict=True)]
-            self._words = np.array(lines, np.uint64)
-            self.table = Table(self._words.ctypes.data, len(lines), ctypes.addressof(self._calls[0].bounds))
+        lines: list[list[Any]] = []
+        for step in steps:
+            if isinstance(step, Jump):
+                lines.append([0, step.condition.ptr, step.target, step.wanted, *[0] * slices])
+                continue
+            call = compiled_call(step.command, slices)
+            if call is None:
+                return
+            self._calls.append(call)
+            arguments = map(ctypes.addressof, call.arguments)
+            lines.append([call.function, step.extent.count.ptr, step.extent.together, 0, *arguments])
+        self._words = np.array(lines, np.uint64)
+        self.table = Table(self._words.ctypes.data, len(lines), ctypes.addressof(self._calls[0].bounds))
 
     def launch_each(self) -> None:
         """Make the launches one by one, on one thread."""
@@ -71,13 +79,7 @@ class Walk:
         while number < len(self._steps):
             step = self._steps[number]
             number += 1
-            if not isinstance(step, Jump):
+            if isinstance(step, Jump):
+                number = step.target if bool(step.condition.numpy()[0]) == step.wanted else number
+            else:
                 step(int(step.extent.count.numpy()[0]))
-            elif bool(step.condition.numpy()[0]) == step.wanted:
-                number = step.target
-
-
-def _line(step: Launch | Jump, call: CompiledCall | None, slices: int) -> list[Any]:
-    if isinstance(step, Jump) or call is None:
-        return [0, step.condition.ptr, step.target, step.wanted, *[0] * slices]
-    return [call.function, step.extent.count.ptr, step.extent.together, 0, *map(ctypes.addressof, call.arguments)]

@@ -35,10 +35,11 @@ class Walkers:
         self._left = [code.WORKERS + code.LINE * worker + 1 for worker in range(1, threads)]
         control[self._left] = 1
         self._alone, self._next_alone = 0, FEWEST_ALONE  # Walks to make alone, now and after the next loss of a core
-        self._launch, *others = (
+        launches: list[Any] = [
             wp.launch(code.walk_table, 1, [shared, worker, threads, slices], device="cpu", block_dim=1, record_cmd=True)
             for worker in range(threads)
-        )
+        ]
+        self._launch, *others = launches
         self._begin: list[SimpleQueue[bool]] = [SimpleQueue() for _ in others]
         for begin, launch in zip(self._begin, others, strict=True):
             Thread(target=_follow, args=(begin, launch), daemon=True).start()

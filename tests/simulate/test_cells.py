@@ -5,7 +5,7 @@ from scipy.spatial import KDTree
 
 from simulate.fluid.cell_grid import CellGrid
 from simulate.fluid.fault_checks import RunFault
-from simulate.fluid.launcher import LEAST_SLICE, Launcher
+from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import MoversList, State
 from simulate.kernels import neighbours, status
 from simulate.setup.release_schedule import Schedule
@@ -70,7 +70,7 @@ def test_the_grid_sorts_a_part_of_its_points(count, in_order):
     points = np.random.default_rng(2).uniform(0, 1, (500, 3))
     place = wp.array(np.pad(points, ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
     out = wp.zeros(500, dtype=int, device="cpu")
-    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, place, out, Launcher("cpu"), in_order=in_order)
+    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, place, out, launcher_of(len(points)), in_order=in_order)
     grid.fill(count)
     number = grid.cells.number.numpy()[:count]
     assert sorted(number) == list(range(count))
@@ -80,24 +80,17 @@ def test_the_grid_sorts_a_part_of_its_points(count, in_order):
         assert sorted_to.numpy()[:count] == pytest.approx(points[number, axis])
 
 
-@pytest.fixture
-def one_slice(monkeypatch):
-    """Fails where a second thread is given a slice."""
-    monkeypatch.setattr("simulate.fluid.launcher._Helper.begin", lambda *_: pytest.fail("a second thread has a slice"))
-
-
-@pytest.mark.usefixtures("one_slice")
 @pytest.mark.parametrize("runs", [1, 3])
 def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
     """Run by run, with points that are gone and points beyond the grid."""
-    many = 3 * LEAST_SLICE
+    many = 9000
     random = np.random.default_rng(5)
     place = wp.array(np.pad(random.uniform(-0.5, 1.5, (many, 3)), ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
     fate = wp.array(random.choice([status.MOVING, status.FROZEN, status.SPILLED], many), dtype=int, device="cpu")
     grids = []
     for in_order in (True, False):
         grid = CellGrid(
-            np.zeros(3), np.ones(3), 0.25, place, fate, Launcher("cpu", threads=2), runs=runs, in_order=in_order
+            np.zeros(3), np.ones(3), 0.25, place, fate, launcher_of(many), runs=runs, in_order=in_order
         )
         grid.fill(many)
         columns, present = (grid.cells.number, grid.cells.x, grid.cells.y, grid.cells.z), grid.cells.start.numpy()[-2]
@@ -112,7 +105,7 @@ def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
     state = State(
         Schedule(place[:, :3], 0 * place[:, :3], np.zeros(200, dtype=int), np.array([200]), 0.01, 200, 1.0), "cpu"
     )
-    position, launcher = wp.array(place, dtype=wp.vec4, device="cpu"), Launcher("cpu")
+    position, launcher = wp.array(place, dtype=wp.vec4, device="cpu"), launcher_of(200)
     grid = CellGrid(np.zeros(3), np.ones(3), 0.25, position, state.status, launcher, in_order=False)
     movers = MoversList(state, launcher, in_order=False)
     for fate in (status.MOVING, status.SPILLED):
@@ -123,11 +116,10 @@ def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
     assert sorted(state.particles.mover.numpy()[: movers.number()]) == list(range(120, 200))
 
 
-@pytest.mark.usefixtures("one_slice")
 @pytest.mark.parametrize("runs", [1, 3])
 def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
     """In memory's order and by cell, with the rows of each run."""
-    many = 3 * LEAST_SLICE
+    many = 9000
     nowhere, at_once = np.zeros((many, 3)), np.zeros(many, dtype=int)
     schedule = Schedule(nowhere, nowhere, at_once, np.array([many]), 0.01, many, 1.0)
     listed = []
@@ -136,7 +128,7 @@ def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
         fate = np.random.default_rng(3).choice([status.MOVING, status.ASLEEP, status.FROZEN], state.count)
         state.status.assign(fate.astype(np.int32))
         order = np.random.default_rng(4).permutation(state.count)
-        movers = MoversList(state, Launcher("cpu", threads=2), in_order)
+        movers = MoversList(state, launcher_of(state.count), in_order)
         movers.find(state.count)
         in_memory = state.particles.mover.numpy()[: movers.number()].copy()
         movers.sort(wp.array(order, dtype=int, device="cpu"), state.count)

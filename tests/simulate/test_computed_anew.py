@@ -104,7 +104,7 @@ def test_in_a_launch_only_the_collapsed_run_is_computed_anew():
     """With its seed and slope; pictures of the first run, which is watched, begin again."""
     kept = KeptFill((0.1, 0.2))
     inputs = Pour(SAMPLE, (STIFF, THIN), SOLVER, seed=3, slope=SampleSlope(gradient_deg=13.0))
-    runs = fill_each(inputs, ComputeOptions(watchers=[kept], in_study=True))
+    runs = fill_each(inputs, ComputeOptions(watchers=[kept]))
     for run, single, substeps in zip(runs, inputs.each, (4, 2), strict=True):
         assert not isinstance(run, NumericalError)
         assert run[0].settings["solver"]["substeps"] == substeps

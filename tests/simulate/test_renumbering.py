@@ -26,7 +26,6 @@ def test_a_renumbered_pour_is_the_same_pour(monkeypatch):
     Broken on purpose, with what was pressed left in its old places, it is off by 7e-4 mm; with velocities, by 0.04.
     """
     as_released = begun(30)
-    monkeypatch.setattr("simulate.fluid.solver.RENUMBERED", 1)
     monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 30)
     renumbered = ready(PASTES[2:])
     renumbered.restore(as_released.snapshot())
@@ -46,7 +45,6 @@ def test_a_renumbered_pour_is_the_same_pour(monkeypatch):
 
 
 def test_a_fault_names_the_particle_by_its_release(monkeypatch):
-    monkeypatch.setattr("simulate.fluid.solver.RENUMBERED", 1)
     monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 3)
     injection = begun(31)
     state = injection.engine.state

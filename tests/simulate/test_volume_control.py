@@ -5,7 +5,6 @@ import pytest
 import warp as wp
 
 from sealtwin.core.records import Bed, Solid
-from simulate.fluid.launcher import Launcher
 from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, ESCAPED, FROZEN, GIVEN_UP, MOVING, SPILLED, WAITING
 from simulate.profile import half_side_mm, settled, volume_ratio
@@ -155,7 +154,9 @@ def spread() -> Injection:
 
 def figures(injection: Injection, solid: Solid, slope: SampleSlope) -> list[BedFigures]:
     pour, state = injection.pour, injection.engine.state
-    control = VolumeControl(solid, injection.schedule, state, Launcher("cpu"), pour.solver, injection.pastes, slope.down)
+    control = VolumeControl(
+        solid, injection.schedule, state, injection.engine.launcher, pour.solver, injection.pastes, slope.down
+    )
     return list(control.figures())
 
 

@@ -302,7 +302,7 @@ class ReachedError(Exception): ...
 
 
 def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(copied, monkeypatch):
-    def launcher(device: str, threads: int, lanes: int) -> None:
+    def launcher(device: str, rows: object, threads: int, lanes: int) -> None:
         raise ReachedError(device, threads)
 
     monkeypatch.setattr("simulate.fluid.solver.Launcher", launcher)

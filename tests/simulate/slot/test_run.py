@@ -149,7 +149,7 @@ def sample(volume_ml: float) -> Sample:
 def one_of_each(fluid: Fluid, volume_ml: float, slope: SampleSlope = LEVEL) -> list[tuple[Run, Profile]]:
     """Filled alone, and as one of a study."""
     inputs = Pour(sample(volume_ml), (fluid,), FAST, slope=slope)
-    alone, (each,) = fill(inputs), fill_each(inputs, ComputeOptions(in_study=True))
+    alone, (each,) = fill(inputs), fill_each(inputs, ComputeOptions())
     assert isinstance(each, tuple)
     return [alone, each]
 
