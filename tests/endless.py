@@ -62,6 +62,8 @@ class Endless:
         lay_down(engine, np.arange(engine.state.count) >= self.count)
         self._idle = self._of("position")[self.count :].copy()
         self._source, self._shift = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+        # One by one, since images are moved between two launches.
+        engine._launch = lambda *parts: [part(engine.rows) for part in parts]
         self.push_mm_s2 = np.zeros(3)
         """Acceleration of all particles, in place of gravity."""
         engine.predict = self._pushed(engine.predict)
@@ -104,7 +106,8 @@ class Endless:
                 engine.state.frame.fill_(frame)
                 engine.viscosity.measure_shear(engine.rows)
             self._follow()
-            engine.viscosity.solve(engine.rows)
+            viscosity = engine.viscosity
+            (viscosity.pass_explicit if viscosity.explicit else viscosity.solve_implicit)(engine.rows)
 
     def _wrap(self) -> None:
         """Who has left the box enters it on the other side; images are chosen anew."""

@@ -117,11 +117,12 @@ class CellGrid:
             self._present = wp.full(1, points, int, device) if present is None else present
             cloud = in_order_code.Points()
             cloud.runs, cloud.position, cloud.status, cloud.cell, cloud.rank = runs, position, status, cell, rank
+            cloud.present = self._present
             cloud.place = wp.array(np.arange(points), int, device=device) if place is None else place
             in_cells = fixed(in_all + 1, device)
             bind = launcher.bind
             self._find_cells = bind(in_order_code.find_cells_of, cloud, cells, extent=Extent(self._present, TOGETHER))
-            self._fill = bind(in_order_code.fill_in_order, self._present, cloud, cells, extent=in_cells)
+            self._fill = bind(in_order_code.fill_in_order, cloud, cells, extent=in_cells)
         else:
             self._sorting = sorting = device_code.Sorting()
             sorting.cell, sorting.rank = cell, rank
@@ -137,6 +138,7 @@ class CellGrid:
         On a CPU points without a cell follow after the others; on a GPU the rest of the arrays is not changed.
         """
         if self._in_order:
+            self._present.fill_(count)
             self._find_cells(count)
             self._fill(len(self.cells.start) - 1)
             return

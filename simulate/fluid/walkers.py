@@ -28,8 +28,9 @@ class Walkers:
 
     def __init__(self, threads: int) -> None:
         self.threads, slices = threads, slices_for(threads)
-        shared = wp.zeros(code.WORKERS + code.LINE * slices, wp.uint64, device="cpu")
-        self._control = control = shared.numpy()
+        shared = code.Control()
+        shared.words = wp.zeros(code.WORKERS + code.LINE * slices, wp.uint64, device="cpu")
+        self._control = control = shared.words.numpy()
         control[code.STATE] = 1 << 32 | code.DONE
         control[code.YIELD] = yield_function()
         self._left = [code.WORKERS + code.LINE * worker + 1 for worker in range(1, threads)]
@@ -51,8 +52,9 @@ class Walkers:
             return
         control = self._control
         control[code.TABLE], control[code.LINES], control[code.BOUNDS] = walk.table
-        control[code.INVITED] = 1 if self._alone else self.threads
-        if self._alone:
+        alone = self._alone > 0
+        control[code.INVITED] = 1 if alone else self.threads
+        if alone:
             self._alone -= 1
         else:
             for left, begin in zip(self._left, self._begin, strict=True):
@@ -63,7 +65,7 @@ class Walkers:
         self._launch.launch()
         if control[code.LATE] != late:
             self._alone, self._next_alone = self._next_alone, min(2 * self._next_alone, MOST_ALONE)
-        elif not self._alone:
+        elif not alone:
             self._next_alone = max(FEWEST_ALONE, self._next_alone - 1)
 
     def __del__(self) -> None:

@@ -21,6 +21,7 @@ class Points:
     status: wp.array[int]
     place: wp.array[int]
     """Place in memory of each point in the order that is kept within a cell."""
+    present: wp.array[int]  # Number of the first points, which are sorted: the only value
     cell: wp.array[int]
     rank: wp.array[int]  # Of a point in its cell
 
@@ -58,7 +59,7 @@ def find_cells(begin: int, end: int, cells: CellArrays, points: Points): ...
     cpu_block(
         """
 const wp::vec4* position = points.position.data;
-const int *place = points.place.data, *cell = points.cell.data, count = present.data[0];
+const int *place = points.place.data, *cell = points.cell.data, count = points.present.data[0];
 int *rank = points.rank.data, *start = cells.start.data, before = 0;
 for (int c = begin; c < end; ++c) start[c] = 0;
 for (int k = 0; k < count; ++k) {
@@ -83,7 +84,7 @@ for (int k = 0; k < count; ++k) {
 }""",
     )
 )
-def fill_cells(begin: int, end: int, present: wp.array[int], cells: CellArrays, points: Points): ...
+def fill_cells(begin: int, end: int, cells: CellArrays, points: Points): ...
 
 
 @run_kernel
@@ -99,9 +100,8 @@ def find_cells_of(
 @run_kernel
 def fill_in_order(
     rows: Span,
-    present: wp.array[int],  # Number of the first points, the only value
     points: Points,  # out: rank
     cells: CellArrays,  # out
 ):
     """Fill a range of cells with the first points. Within a cell they keep their order."""
-    fill_cells(rows.begin, rows.end, present, cells, points)
+    fill_cells(rows.begin, rows.end, cells, points)

@@ -10,7 +10,7 @@ from simulate.kernels.run_module import run_kernel
 
 wp.set_module_options({"enable_backward": False})
 
-# Words of 64 bits in the array ``control``. Those that different threads write are in different lines of the cache.
+# Places in ``Control.words``. Those that different threads write are in different lines of the cache.
 LINE = 8
 STATE = 0
 """Turn, the number of kernels since the first walk, in the upper half, and the place in the table in the lower half."""
@@ -30,6 +30,13 @@ SPIN_US = 50  # Time that a thread waits before it lets others run
 LATE_US = 500  # Time that a slice may take longer than the first thread's, unless its thread lost its core
 
 
+@wp.struct
+class Control:
+    """What the threads of a walk share."""
+
+    words: wp.array[wp.uint64]
+
+
 @wp.func_native(
     f"""
 #ifndef __CUDA_ARCH__
@@ -37,7 +44,7 @@ enum {{ LINE = {LINE}, ARGUMENTS = {ARGUMENTS}, WORKERS = {WORKERS} }};
 typedef unsigned long long word;
 typedef void (*kernel)(word bounds, word arguments);
 typedef void (*action)();
-word* const control = (word*)shared.data;
+word* const control = (word*)control_of.words.data;
 word* const state = control + {STATE};
 const word width = ARGUMENTS + slices;
 word* const left = control + WORKERS + LINE * worker + 1;
@@ -112,13 +119,13 @@ for (;;) {{
 #endif
 """
 )
-def walk(shared: wp.array[wp.uint64], worker: int, workers: int, slices: int): ...
+def walk(control_of: Control, worker: int, workers: int, slices: int): ...
 
 
 @run_kernel
-def walk_table(shared: wp.array[wp.uint64], worker: int, workers: int, slices: int):
-    """Launch the kernels of the table in ``shared``. The first worker ends with the walk.
+def walk_table(control: Control, worker: int, workers: int, slices: int):
+    """Launch the kernels of the table. The first worker ends with the walk.
 
     Others end ``SPIN_US`` later if no other walk has begun.
     """
-    walk(shared, worker, workers, slices)
+    walk(control, worker, workers, slices)

@@ -7,6 +7,7 @@ from simulate.fluid.cell_grid import CellGrid
 from simulate.fluid.fault_checks import RunFault
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import MoversList, State
+from simulate.fluid.walk import fixed
 from simulate.kernels import neighbours, status
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
@@ -70,7 +71,7 @@ def test_the_grid_sorts_a_part_of_its_points(count, in_order):
     points = np.random.default_rng(2).uniform(0, 1, (500, 3))
     place = wp.array(np.pad(points, ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
     out = wp.zeros(500, dtype=int, device="cpu")
-    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, place, out, launcher_of(len(points)), in_order=in_order)
+    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, place, out, Launcher("cpu", fixed(count, "cpu")), in_order=in_order)
     grid.fill(count)
     number = grid.cells.number.numpy()[:count]
     assert sorted(number) == list(range(count))
@@ -90,7 +91,14 @@ def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
     grids = []
     for in_order in (True, False):
         grid = CellGrid(
-            np.zeros(3), np.ones(3), 0.25, place, fate, launcher_of(many), runs=runs, in_order=in_order
+            np.zeros(3),
+            np.ones(3),
+            0.25,
+            place,
+            fate,
+            Launcher("cpu", fixed(many, "cpu")),
+            runs=runs,
+            in_order=in_order,
         )
         grid.fill(many)
         columns, present = (grid.cells.number, grid.cells.x, grid.cells.y, grid.cells.z), grid.cells.start.numpy()[-2]
@@ -105,7 +113,7 @@ def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
     state = State(
         Schedule(place[:, :3], 0 * place[:, :3], np.zeros(200, dtype=int), np.array([200]), 0.01, 200, 1.0), "cpu"
     )
-    position, launcher = wp.array(place, dtype=wp.vec4, device="cpu"), launcher_of(200)
+    position, launcher = wp.array(place, dtype=wp.vec4, device="cpu"), Launcher("cpu", fixed(200, "cpu"))
     grid = CellGrid(np.zeros(3), np.ones(3), 0.25, position, state.status, launcher, in_order=False)
     movers = MoversList(state, launcher, in_order=False)
     for fate in (status.MOVING, status.SPILLED):
@@ -128,7 +136,7 @@ def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
         fate = np.random.default_rng(3).choice([status.MOVING, status.ASLEEP, status.FROZEN], state.count)
         state.status.assign(fate.astype(np.int32))
         order = np.random.default_rng(4).permutation(state.count)
-        movers = MoversList(state, launcher_of(state.count), in_order)
+        movers = MoversList(state, Launcher("cpu", fixed(state.count, "cpu")), in_order)
         movers.find(state.count)
         in_memory = state.particles.mover.numpy()[: movers.number()].copy()
         movers.sort(wp.array(order, dtype=int, device="cpu"), state.count)

@@ -140,11 +140,17 @@ def test_a_draft_has_fewer_substeps_and_measures_shear_once_a_frame(monkeypatch)
     seen = []
     for preset in ("accurate", "draft"):
         injection = injected(crack, path(crack[1], 0.1), paste, preset=preset, radius_mm=0.6)
-        engine, measured = injection.engine, list[int]()
-        monkeypatch.setattr(engine.viscosity, "measure_shear", measured.append)
+        engine, measured = injection.engine, list[bool]()
+        step = engine.step
+
+        def counted(*, measures_shear: bool) -> None:
+            measured.append(measures_shear)
+            step(measures_shear=measures_shear)
+
+        monkeypatch.setattr(engine, "step", counted)
         for frame in range(3):
             engine.advance(frame)
-        seen.append((engine.substeps, len(measured)))
+        seen.append((engine.substeps, sum(measured)))
     (substeps, accurate), (fewer, draft) = seen
     assert fewer < substeps
     assert (accurate, draft) == (3 * substeps, 3)
