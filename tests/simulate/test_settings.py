@@ -1,4 +1,6 @@
 import re
+from collections.abc import Callable
+from functools import partial
 
 import pytest
 from pydantic import ValidationError
@@ -134,6 +136,11 @@ def test_constants_out_of_their_range_are_refused(table):
         Solver.model_validate(table)
 
 
+def counted(step: Callable[..., None], measured: list[bool], *, measures_shear: bool) -> None:
+    measured.append(measures_shear)
+    step(measures_shear=measures_shear)
+
+
 def test_a_draft_has_fewer_substeps_and_measures_shear_once_a_frame(monkeypatch):
     """In the crack and by the radius of an accurate run, whose frames are as long."""
     crack, paste = slot(12.0), sealant(viscosity_pa_s=0.3, yield_stress_pa=12.0)
@@ -141,13 +148,7 @@ def test_a_draft_has_fewer_substeps_and_measures_shear_once_a_frame(monkeypatch)
     for preset in ("accurate", "draft"):
         injection = injected(crack, path(crack[1], 0.1), paste, preset=preset, radius_mm=0.6)
         engine, measured = injection.engine, list[bool]()
-        step = engine.step
-
-        def counted(*, measures_shear: bool) -> None:
-            measured.append(measures_shear)
-            step(measures_shear=measures_shear)
-
-        monkeypatch.setattr(engine, "step", counted)
+        monkeypatch.setattr(engine, "step", partial(counted, engine.step, measured))
         for frame in range(3):
             engine.advance(frame)
         seen.append((engine.substeps, sum(measured)))
