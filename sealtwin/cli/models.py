@@ -62,21 +62,14 @@ class StudyMap(Settings):
     """Draw how the crack fills in about nine runs, as the sweep kept it."""
 
 
-class PlanRuns(Settings):
-    """Processes of 'sealtwin plan'."""
-
-    jobs: int = Field(default=1, ge=1, le=512)
-    """Processes for particle runs."""
-
-
-class LabRuns(Settings):
-    """Options of 'sealtwin lab run'."""
+class Processes(Settings):
+    """Options of 'sealtwin plan' and 'sealtwin lab run'."""
 
     jobs: int | None = Field(default=None, ge=1, le=512)
-    """Processes; default: one for each core, one on a GPU."""
+    """Processes for fluid runs; default: one for each core, one on a GPU."""
 
 
-class StudyRuns(LabRuns):
+class StudyRuns(Processes):
     """Options of the runs of a study."""
 
     accurate: bool = False

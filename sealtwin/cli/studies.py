@@ -10,7 +10,7 @@ from sealtwin.cli.options import File, Given, argument, option
 
 if TYPE_CHECKING:
     from sealtwin.calibration import CalibrationOptions
-    from sealtwin.cli.models import PlanRuns, StudyMap, StudyRuns, Sweeping
+    from sealtwin.cli.models import Processes, StudyMap, StudyRuns, Sweeping
     from sealtwin.plan import PlanOptions
     from sealtwin.study.study_map import Mapped
     from validate.figures.page import Page
@@ -162,7 +162,7 @@ def calibrate(
     command.reply(Answer(content, lines, 0 if content["possible"] else GATE_FAILED))
 
 
-@answers(options="sealtwin.plan:PlanOptions", runs="sealtwin.cli.models:PlanRuns", device=True)
+@answers(options="sealtwin.plan:PlanOptions", runs="sealtwin.cli.models:Processes", device=True)
 def plan(
     command: Command,
     trial: Annotated[
@@ -170,7 +170,7 @@ def plan(
     ],
     settings: Given,
     options: "PlanOptions",
-    runs: "PlanRuns",
+    runs: "Processes",
     levels: Annotated[
         File,
         option(
@@ -199,18 +199,17 @@ def plan(
     if levels is not None:
         from sealtwin.plan.rest import plan_rest
 
-        if runs.jobs != 1 or options.model_fields_set & BY_PARTICLES:
+        if runs.jobs or options.model_fields_set & BY_PARTICLES:
             raise typer.BadParameter("--from takes no --posterior, --verify, --seeds, --jobs or --accurate")
         result = plan_rest(trial, levels, out, options, command.progress(), settings=settings)
         command.reply(Answer(result.content, [*result.sentences, f"Path: {result.content['folder']}/rest.csv"]))
         return
     from sealtwin.plan.make_plan import make_plan
     from sealtwin.trial.trial_file import sets_resolution
-    from simulate.device import choose_device
 
     options = options.model_copy(update={"accurate": options.accurate or sets_resolution(settings)})
-    device = choose_device(command.device)
-    result = make_plan(trial, out, options, command.progress(), device=device, jobs=runs.jobs, settings=settings)
+    device, jobs = command.device_and_jobs(runs.jobs)
+    result = make_plan(trial, out, options, command.progress(), device=device, jobs=jobs, settings=settings)
     files = f"Plan: {result.content['folder']}/plan.csv, and trial.toml to run it. Page: plan.html"
     command.reply(Answer(result.content, [*result.sentences, files]))
 

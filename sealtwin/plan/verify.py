@@ -187,7 +187,7 @@ class Verifier:
         merged = {run.key: run for run in (*asked, *self._runs)}.values()
         self._runs = sorted(merged, key=lambda run: run.number)
         plan = study_folder.Plan("verification", self._runs, numbers=numbers_up_to("simulate"))
-        jobs = min(self.jobs, len(asked)) if self.jobs > 1 else 0
+        jobs = self.jobs if min(self.jobs, len(asked)) > 1 else 0
         options = StudyOptions(self.device, jobs, later_s=self.ahead_s, retry=True)
         self._runs = bring_up_to_date(self.folder, plan, largest, options, self.progress, title).runs
         require_done(self.folder, self._runs, "there is no plan")

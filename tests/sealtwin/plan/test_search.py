@@ -14,6 +14,7 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.cli.app import app
+from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
@@ -226,16 +227,16 @@ def test_the_time_ahead_of_a_plan_is_that_of_all_its_runs_and_searches(particles
     ("given", "drafts"),
     [(["--accurate"], False), (["--set", "solver.radius_mm=0.6"], False), (["--set", "seed=3"], True)],
 )
-def test_a_plan_is_searched_by_drafts_unless_accurate_or_a_resolution_is_given(monkeypatch, given, drafts):
-    asked = list[PlanOptions]()
+def test_a_plan_takes_all_cores_and_drafts_unless_accurate_or_a_resolution_is_given(monkeypatch, given, drafts):
+    asked = list[tuple[bool, int]]()
 
-    def make(_trial, _out, options, *_, **__):
-        asked.append(options)
+    def make(_trial, _out, options, *_, jobs, **__):
+        asked.append((not options.accurate, jobs))
         raise InputError("seen")
 
     monkeypatch.setattr("sealtwin.plan.make_plan.make_plan", make)
-    CliRunner().invoke(app, ["plan", "trial.toml", *given])
-    assert [not options.accurate for options in asked] == [drafts]
+    CliRunner().invoke(app, ["plan", "trial.toml", "--device", "cpu", *given])
+    assert asked == [(drafts, cores())]
 
 
 def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
