@@ -13,7 +13,7 @@ import re
 import subprocess
 import tomllib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from io import BytesIO
 from pathlib import Path
@@ -146,13 +146,6 @@ def listed() -> list[Listed]:
 
 def crops() -> list[Crop]:
     return _rows(BARE, Crop)
-
-
-def write_rows(path: Path, rows: Sequence[Listed] | Sequence[Crop]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(asdict(rows[0])), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(map(asdict, rows))
 
 
 def digest(content: bytes) -> str:
