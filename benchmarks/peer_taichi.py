@@ -61,14 +61,14 @@ def find_neighbours():
         slot = ti.atomic_add(in_cell[cell], 1)
         cell_list[cell, ti.min(slot, ROOM - 1)] = i
     for i in range(fluid):
-        cell, found = cell_of(x[i]), 0
+        cell, entries = cell_of(x[i]), 0
         for near in ti.static(ti.grouped(ti.ndrange((-1, 2), (-1, 2), (-1, 2)))):
             for slot in range(ti.min(in_cell[cell + near], ROOM)):
                 j = cell_list[cell + near, slot]
-                if j != i and found < IN_LIST and (x[i] - x[j]).norm() < 1.05 * H:
-                    listed[i, found] = j
-                    found += 1
-        number[i] = found
+                if j != i and entries < IN_LIST and (x[i] - x[j]).norm() < 1.05 * H:
+                    listed[i, entries] = j
+                    entries += 1
+        number[i] = entries
 
 
 @ti.kernel

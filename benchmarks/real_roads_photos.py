@@ -14,7 +14,6 @@ import subprocess
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from io import BytesIO
 from pathlib import Path
 from typing import TypeVar, get_type_hints
@@ -116,11 +115,6 @@ class Clone:
 
     of: Set
     clones: Path
-
-    @cached_property
-    def names(self) -> list[str]:
-        listing = self._git("ls-tree", "-r", "-z", "--name-only", self.of.commit).decode()
-        return sorted(listing.split("\0")[:-1])
 
     def read(self, path: str) -> bytes:
         return self._git("show", f"{self.of.commit}:{path}")
