@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 DEVELOPING := $(VENV)/.installed-dev
 
-.PHONY: demo test coverage test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu results reproduce picture docs docs-gallery lint clean
+.PHONY: demo test coverage test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-peers benchmark-gpu results reproduce picture docs docs-gallery lint clean
 
 demo: $(INSTALLED)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
@@ -48,6 +48,10 @@ benchmark-validate: $(DEVELOPING)
 	$(BIN)/python -m benchmarks.fuzz
 	$(BIN)/python benchmarks/report_speed.py
 	$(BIN)/python -m benchmarks.stated_intervals
+
+benchmark-peers: $(DEVELOPING)
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[peers]' --constraint constraints.txt
+	$(BIN)/python -m benchmarks.peers
 
 benchmark-gpu: $(DEVELOPING)
 	$(BIN)/python -m benchmarks.cuda_runs

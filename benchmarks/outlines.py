@@ -22,15 +22,15 @@ CLOSING_WIDTHS = 2.0
 """Of a closed end, over which the walls come together."""
 
 
-def odd_outline(kind: Kind, seed: int, length_mm: float | None = None, points: int | None = None) -> Outline:
+def odd_outline(kind: Kind, seed: int) -> Outline:
     """50 to 300 mm of crack in 200 to 2000 points, wandering and rough, with closed or cut ends.
 
     pinched: one to three necks of 0.02 to 0.3 mm; self-touching: as many of no width at all; tapered: to both tips over
     its whole length; branches: one to three side cracks, kept; islands: one to four stones inside.
     """
     rng = np.random.default_rng([KINDS.index(kind), seed])
-    length_mm = length_mm or float(np.exp(rng.uniform(np.log(50.0), np.log(300.0))))
-    points = points or int(np.exp(rng.uniform(np.log(200.0), np.log(2000.0))))
+    length_mm = float(np.exp(rng.uniform(np.log(50.0), np.log(300.0))))
+    points = int(np.exp(rng.uniform(np.log(200.0), np.log(2000.0))))
     width_mm = float(rng.uniform(1.5, 6.0))
     rough_mm = float(rng.choice([0.0, 0.02, 0.05]))
     ends = rng.choice(["closed", "cut"], 2) if kind in ("plain", "pinched") else ["closed", "closed"]

@@ -3,7 +3,7 @@
     python -m benchmarks.real_roads --photos PHOTOS [--only SET] [--jobs 2] [--overlays FOLDER]
 
 PHOTOS is made from clones of the sets (python -m benchmarks.real_roads_photos --help); none of it is in this
-repository. The list was drawn by rule (real_roads_list) and is judged by rule (real_roads_rules). Refusals, other
+repository. The list was drawn by rule, and is judged by rule (real_roads_rules). Refusals, other
 branches, wrong lines and lines picked alone where no crack is are listed, with the product's words. An overlay has the
 mask in blue, its branch in green, the clicks in pink, the line in red and the walls in yellow; its name begins with the
 verdict.

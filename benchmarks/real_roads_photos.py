@@ -13,8 +13,7 @@ import re
 import subprocess
 import tomllib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from functools import cached_property
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import TypeVar, get_type_hints
@@ -117,11 +116,6 @@ class Clone:
     of: Set
     clones: Path
 
-    @cached_property
-    def names(self) -> list[str]:
-        listing = self._git("ls-tree", "-r", "-z", "--name-only", self.of.commit).decode()
-        return sorted(listing.split("\0")[:-1])
-
     def read(self, path: str) -> bytes:
         return self._git("show", f"{self.of.commit}:{path}")
 
@@ -146,13 +140,6 @@ def listed() -> list[Listed]:
 
 def crops() -> list[Crop]:
     return _rows(BARE, Crop)
-
-
-def write_rows(path: Path, rows: Sequence[Listed] | Sequence[Crop]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(asdict(rows[0])), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(map(asdict, rows))
 
 
 def digest(content: bytes) -> str:

@@ -39,7 +39,6 @@ COMMANDS = {
     "fuzz": "-m benchmarks.fuzz",
     "report_speed": "benchmarks/report_speed.py",
     "cold": "-m benchmarks.cold",
-    "weighing": "-m benchmarks.weighing --fills 400 --first 5000",
     "slot": "-m benchmarks.slot",
     "plan_outside": "-m benchmarks.plan_outside",
     "blind_own_band": "-m benchmarks.blind_own_band",
