@@ -38,7 +38,6 @@ benchmark-digitise: $(DEVELOPING)
 
 benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/pbf_step.py
-	$(BIN)/python benchmarks/paper_run.py
 	$(BIN)/python benchmarks/physics.py
 
 benchmark-validate: $(DEVELOPING)
