@@ -29,12 +29,13 @@ def run_program(arguments: list[str], tree: Path = HERE, env: dict[str, str] | N
         [sys.executable, *arguments],
         cwd=tree,
         env={**os.environ, "PYTHONPATH": str(tree), **(env or {})},
-        stdout=subprocess.PIPE,
+        capture_output=True,
         text=True,
         check=False,
     )
     used = Used(time.perf_counter() - began, _processor_s() - before_s, ended.stdout)
     if ended.returncode not in ENDED:
+        print(ended.stderr, file=sys.stderr)
         ended.check_returncode()
     return used
 
@@ -58,17 +59,15 @@ LOADS: dict[str, Callable[[], AbstractContextManager[None]]] = {"alone": nullcon
 
 
 def processor() -> str:
-    info = Path("/proc/cpuinfo")
-    models = (
-        [line.split(":")[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")]
-        if info.exists()
-        else []
-    )
-    return models[0] if models else platform.processor()
+    return _listed("model name") or platform.processor()
 
 
 def flags() -> list[str]:
     """What the processor can do, as Linux lists it; none on other systems."""
+    return _listed("flags").split()
+
+
+def _listed(name: str) -> str:
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
-    return next((line.split() for line in lines if line.startswith("flags")), [])
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith(name)), "")
