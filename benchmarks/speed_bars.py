@@ -10,8 +10,8 @@ other tree, which takes the same files: ``trial``, the shipped trial; ``photo``,
 for its time alone); ``mesh``, that with the crack as an imported mesh; ``study``, 12 of the paper's 132 runs at 0.6 mm
 on two cores, or all (``--all-runs``). ``substep`` is ``benchmarks.pbf_step --only explicit``.
 
-Programs take turns, and a figure is the median of the turns' ratios. ``--busy`` repeats the ratios beside a busy core.
-Without the other tree its rows are left out. Nothing else may run.
+Programs take turns, the first of which may compile; a figure is the median of their ratios. ``--busy`` repeats the
+ratios beside a busy core. Without the other tree its rows are left out. Nothing else may run.
 """
 
 import json
