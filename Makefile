@@ -38,7 +38,7 @@ benchmark-digitise: $(DEVELOPING)
 
 benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/pbf_step.py
-	$(BIN)/python benchmarks/paper_run.py
+	$(BIN)/python -m benchmarks.speed_bars --only frames --only beside --only draft
 	$(BIN)/python benchmarks/physics.py
 
 benchmark-validate: $(DEVELOPING)

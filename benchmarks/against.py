@@ -1,50 +1,73 @@
-"""Run a piece of a benchmark in a process of its own, in any work tree of the project; name the processor."""
+"""What benchmarks of time share: programs of any work tree, timed; a busy core beside them; the processor's name."""
 
-import json
 import os
 import platform
+import resource
 import subprocess
 import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from typing import NamedTuple
 
 HERE = Path(__file__).parent.parent
 ONE_CORE = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
-
-CHILD = """
-import json, sys, time
-from pathlib import Path
-scratch = Path(sys.argv[1])
-{body}
-print(json.dumps([took_s, result]))
-"""
+ENDED = (0, 5)  # Exit codes of a finished command: 5 if a trial misses its gate
 
 
-def turn(body: str, tree: Path, scratch: Path) -> tuple[float, float]:
-    """Seconds of the processor, and the result that is compared."""
-    child = subprocess.run(
-        [sys.executable, "-c", CHILD.format(body=body), str(scratch)],
+class Used(NamedTuple):
+    wall_s: float
+    processor_s: float  # Of the program and of all processes that it waited for
+    stdout: str
+
+
+def run_program(arguments: list[str], tree: Path = HERE, env: dict[str, str] | None = None) -> Used:
+    """Run Python with the packages of a work tree. Raises CalledProcessError if the exit code is none of ``ENDED``."""
+    before_s, began = _processor_s(), time.perf_counter()
+    ended = subprocess.run(
+        [sys.executable, *arguments],
         cwd=tree,
-        env={**os.environ, **ONE_CORE, "PYTHONPATH": str(tree)},
-        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(tree), **(env or {})},
+        capture_output=True,
         text=True,
-        check=True,
+        check=False,
     )
-    took_s, result = json.loads(child.stdout.splitlines()[-1])
-    return took_s, result
+    used = Used(time.perf_counter() - began, _processor_s() - before_s, ended.stdout)
+    if ended.returncode not in ENDED:
+        print(ended.stderr, file=sys.stderr)
+        ended.check_returncode()
+    return used
+
+
+def _processor_s() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+@contextmanager
+def busy_core() -> Iterator[None]:
+    """Keep one core busy."""
+    with subprocess.Popen([sys.executable, "-c", "while 1: pass"]) as spinning:
+        try:
+            yield
+        finally:
+            spinning.kill()
+
+
+LOADS: dict[str, Callable[[], AbstractContextManager[None]]] = {"alone": nullcontext, "beside a busy core": busy_core}
 
 
 def processor() -> str:
-    info = Path("/proc/cpuinfo")
-    models = (
-        [line.split(":")[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")]
-        if info.exists()
-        else []
-    )
-    return models[0] if models else platform.processor()
+    return _listed("model name") or platform.processor()
 
 
 def flags() -> list[str]:
     """What the processor can do, as Linux lists it; none on other systems."""
+    return _listed("flags").split()
+
+
+def _listed(name: str) -> str:
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
-    return next((line.split() for line in lines if line.startswith("flags")), [])
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith(name)), "")

@@ -1,62 +1,36 @@
-"""A newcomer's first run of the shipped trial, beside its frames: how much of the processor's time each part takes.
+"""How much of the processor's time each part of a run of the shipped trial takes, in seconds, as JSON.
 
-    python -m benchmarks.cold
+    python -m benchmarks.cold RUN
 
-One fresh process, in which no kernel is compiled and no font listed before. The time is that of all its threads and of
-its children; what is between two parts counts as import.
+The time of a part is that of the thread that runs it, without the parts inside it; frames are computed on one thread.
+The rest is imports, other threads and child processes. It is the first run of a newcomer if the caches of Warp and
+matplotlib are empty, as ``benchmarks.speed_bars`` makes them.
 """
 
 import json
-import os
 import resource
 import sys
-import tempfile
 import time
-from pathlib import Path
 from typing import Any
 
-from benchmarks.table import Row, finish, run_benchmark
+from benchmarks.against import HERE
+from sealtwin.cli.app import main as sealtwin
 
-FRAMES, IMPORT, COMPILE = "frames", "import", "compile"
-MOST_S = 10.0
-ERROR_MM, SAME_MM = 1.14, 0.05
-"""Mean error of the shipped trial, and by how much other rounding, which grows in a flow, may move it."""
-
-
-def main() -> None:
-    before_s = _processor_s()
-    with tempfile.TemporaryDirectory() as place:
-        spent, error_mm = _run_cold(Path(place))
-    spent[IMPORT] = _processor_s() - before_s - sum(spent.values())
-    beside_s = sum(spent.values()) - spent[FRAMES]
-    print(f"load {os.getloadavg()[0]:.1f}; the frames, {spent.pop(FRAMES):.1f} s, are not counted")
-    rows = [Row(f"cold: {part}", seconds, "s") for part, seconds in spent.items()]
-    finish(rows + judged(beside_s, error_mm), json.dumps({"beside_s": beside_s, "error_mm": error_mm}))
+TRIAL = HERE / "fixtures/paper-trial/trial.toml"
+FRAMES, COMPILE, REST = "frames", "compile", "imports and the rest"
 
 
-def judged(beside_s: float, error_mm: float) -> list[Row]:
-    return [
-        Row("the shipped trial, cold, beside its frames", beside_s, "s", 0, MOST_S, "<= 6"),
-        Row("its mean error", error_mm, "mm", ERROR_MM - SAME_MM, ERROR_MM + SAME_MM),
-    ]
-
-
-def _run_cold(place: Path) -> tuple[dict[str, float], float]:
-    """Processor time by parts in seconds, but for imports, and the run's mean error in mm."""
-    kernels, run = place / "kernels", place / "run"
-    os.environ |= {"WARP_CACHE_PATH": str(kernels), "MPLCONFIGDIR": str(place / "fonts")}
-    from sealtwin.cli.app import main as sealtwin
-
+def main(run: str) -> None:
     spent = _clocked_parts()
-    sys.argv = ["sealtwin", "run", "fixtures/paper-trial/trial.toml", "--device", "cpu", "--quiet", "--out", str(run)]
+    options = ["--device", "cpu", "--threads", "1", "--quiet", "--out", run]
+    sys.argv = ["sealtwin", "run", str(TRIAL), *options]
     try:
         sealtwin()
     except SystemExit as end:
         if end.code:
             raise
-    if not list(kernels.rglob("*.o")):
-        raise RuntimeError(f"{kernels}: no kernel was compiled, so that the run was not cold")
-    return spent, float(json.loads((run / "run.json").read_text())["comparison"]["errors"]["mean_error_mm"])
+    spent[REST] = _processor_s() - sum(spent.values())
+    print(json.dumps(spent))
 
 
 def _clocked_parts() -> dict[str, float]:
@@ -75,12 +49,12 @@ def _clocked_parts() -> dict[str, float]:
         spent.setdefault(part, 0.0)
 
         def by_the_clock(*given: Any, **options: Any) -> Any:
-            began_s = time.process_time()
+            began_s = time.thread_time()
             inside_s.append(0.0)
             try:
                 return work(*given, **options)
             finally:
-                took_s = time.process_time() - began_s
+                took_s = time.thread_time() - began_s
                 spent[part] += took_s - inside_s.pop()
                 if inside_s:
                     inside_s[-1] += took_s
@@ -103,4 +77,4 @@ def _processor_s() -> float:
 
 
 if __name__ == "__main__":
-    run_benchmark(main)
+    main(sys.argv[1])

@@ -9,15 +9,13 @@ import json
 import os
 import platform
 import statistics
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Annotated
 
 from typer import Option
 
-from benchmarks.against import HERE, ONE_CORE
+from benchmarks.against import ONE_CORE, run_program
 from benchmarks.table import Row, run_benchmark
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import make_specimen, mean_width_mm
@@ -87,10 +85,7 @@ def main(repeats: Annotated[int, Option(help="runs of each case; the median coun
 
 
 def _run(trial: Path, out: Path) -> dict:
-    environment = {**os.environ, **ONE_CORE, "PYTHONPATH": str(HERE)}
-    command = [sys.executable, "-c", CHILD, str(trial), str(out)]
-    child = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=True)
-    return json.loads(child.stdout.splitlines()[-1])
+    return json.loads(run_program(["-c", CHILD, str(trial), str(out)], env=ONE_CORE).stdout.splitlines()[-1])
 
 
 def _trial_text(board, ends) -> str:

@@ -1,26 +1,24 @@
 """How long one substep of the fluid takes, against the same substep in C++, and whether both do the same.
 
-    python benchmarks/pbf_step.py [--only explicit|threads|paste|memory]
+    python benchmarks/pbf_step.py [--only explicit|paste|memory]
 
 A block of particles, settled in a square tank: h = 4 R, five pressure iterations, steps of 1 ms, one explicit pass of
-viscosity; on one thread, and on two. Then the shipped trial's paste as a run takes it, of 15,000 particles while it
+viscosity; alone, and beside a busy core. Then the shipped trial's paste as a run takes it, of 15,000 particles while it
 collapses and nearly at rest: pressure that is carried over and some iterations ("1+3 pressure"), shear, and the
 implicit solve in so many iterations ("CG"). Both programs start from the same state and take as many passes of each
-kind; a figure is the least of many turns. On one thread they take turns, and time is the processor's, which other work
-on the machine disturbs least; on two (``--only threads``) it is the clock's, and nothing else may run. The C++ is
-``pbf_cpp/step.cpp``, built by g++; it is judged if the processor has AVX-512, which both then use.
+kind, on one thread, in turns; a figure is the least processor time of many turns. The C++ is
+``pbf_cpp/step.cpp``, built by g++; figures alone are judged, if the processor has AVX-512, which both then use.
 """
 
 import gc
 import os
-import time
 from collections.abc import Callable, Iterator
 from typing import Annotated
 
 import numpy as np
 import warp as wp
 
-from benchmarks.against import flags, processor
+from benchmarks.against import LOADS, flags, processor
 from benchmarks.pbf_cpp import has_compiler
 from benchmarks.pbf_tank import (
     FLOWING,
@@ -37,8 +35,10 @@ from benchmarks.pbf_tank import (
 from benchmarks.table import Row, one_of, run_benchmark
 from tests.fluids import engine_with
 
-MANY = 50_000
-OVER_CPP = 1.7
+FEW, MANY = 2_000, 50_000
+GROWTH = 1.05
+"""Bar of the exponent of a substep's time over the number of particles."""
+OVER_CPP = 1.5
 """Bar of a substep over the C++ of as many passes. Its walls are a box; those of this package have any shape."""
 ALIKE = 0.03
 """Median distance to the C++ after a frame of paste that flows, over the way: what its walls, which are planes, do to
@@ -51,33 +51,29 @@ ALIKE_MM = 1e-2
 
 
 def explicit() -> Iterator[Row]:
-    for particles in (PARTICLES, MANY):
-        engine = settled_block(particles, 1)
+    alone_ms = dict[int, float]()
+    for particles in (FEW, PARTICLES, MANY):
+        engine = settled_block(particles)
         compiled = in_cpp(engine)
         engine.step()
         compiled.step()
         apart_mm = np.linalg.norm(compiled.place_mm - engine.state.position_mm(), axis=1)
-        ours_ms, cpp_ms = take_turns((engine.step, compiled.step), time.process_time)
         name = f"{particles} particles"
         if particles == PARTICLES:
             density, near = engine.state.density.numpy(), engine.lists.fluid_count.numpy()
             yield Row(f"{name}: density, mean of the settled block", float(density.mean()), "", 0.9, 1.1)
             yield Row(f"{name}: neighbours of a particle, mean", float(near.mean()), "", 30, 70)
         yield Row(f"{name}: C++ a step on, apart, median", float(np.median(apart_mm)), "mm", 0, ALIKE_MM)
-        yield Row(f"{name}: 5 pressure iterations, 1 explicit pass", ours_ms, "ms")
-        yield Row(f"{name}: C++, the same passes", cpp_ms, "ms")
-        yield Row(f"{name}: over C++, explicit", ours_ms / cpp_ms, "", 0, cpp_bar(), "<= 1.3")
-
-
-def threads() -> Iterator[Row]:
-    for particles in (PARTICLES, MANY):
-        engine = settled_block(particles, 2)
-        compiled = in_cpp(engine, threads=2)
-        (ours_ms,) = take_turns([engine.step], time.perf_counter)
-        # OpenMP's threads look for work after a step, and take a core from ours: they come last.
-        (cpp_ms,) = take_turns([compiled.step], time.perf_counter)
-        yield Row(f"{particles} particles: two threads, by the clock", ours_ms, "ms")
-        yield Row(f"{particles} particles: over C++, two threads", ours_ms / cpp_ms, "", 0, cpp_bar(), "<= 1.3")
+        for load, beside in LOADS.items():
+            with beside():
+                ours_ms, cpp_ms = take_turns((engine.step, compiled.step))
+            alone_ms.setdefault(particles, ours_ms)
+            bar = cpp_bar() if load == "alone" and particles != FEW else np.inf
+            yield Row(f"{name}, {load}: 5 + 1 passes", ours_ms, "ms")
+            yield Row(f"{name}, {load}: C++", cpp_ms, "ms")
+            yield Row(f"{name}, {load}: over C++, explicit", ours_ms / cpp_ms, "", 0, bar, "<= 1.3")
+    exponent = np.log(alone_ms[MANY] / alone_ms[FEW]) / np.log(MANY / FEW)
+    yield Row(f"{FEW} to {MANY} particles: exponent of the time", exponent, "", 0, GROWTH)
 
 
 def paste() -> Iterator[Row]:
@@ -118,7 +114,7 @@ def cpp_bar() -> float:
     return OVER_CPP if "avx512f" in flags() else np.inf
 
 
-CASES: dict[str, Callable[[], Iterator[Row]]] = {case.__name__: case for case in (explicit, threads, paste, memory)}
+CASES: dict[str, Callable[[], Iterator[Row]]] = {case.__name__: case for case in (explicit, paste, memory)}
 
 
 def main(only: Annotated[list[str] | None, one_of(CASES)] = None) -> list[Row]:

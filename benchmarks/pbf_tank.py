@@ -60,7 +60,7 @@ def block_mm(particles: int) -> Floats:
     return block
 
 
-def settled_block(particles: int, threads: int, steps: int = SETTLE_STEPS) -> FluidSolver:
+def settled_block(particles: int, steps: int = SETTLE_STEPS) -> FluidSolver:
     """Liquid that takes five pressure iterations and one explicit pass of viscosity in each step of 1 ms."""
     engine = engine_with(
         block_mm(particles),
@@ -72,7 +72,6 @@ def settled_block(particles: int, threads: int, steps: int = SETTLE_STEPS) -> Fl
         weights=(0.05, 0.0),
         volume_factor=1.0,
         radius_mm=RADIUS_MM,
-        threads=threads,
     )
     # By frames, as in a run: many particles are then renumbered by cells.
     for frame in range(steps):
@@ -120,19 +119,19 @@ class PasteFrame:
         return numbers
 
 
-def in_cpp(engine: FluidSolver, threads: int = 1) -> CppStep:
-    return CppStep(engine, *size_mm(engine.state.count), threads)
+def in_cpp(engine: FluidSolver) -> CppStep:
+    return CppStep(engine, *size_mm(engine.state.count), threads=1)
 
 
-def take_turns(steps: Sequence[Callable[[], object]], clock: Callable[[], float]) -> list[float]:
-    """Milliseconds a step, of each, in its quietest turn."""
+def take_turns(steps: Sequence[Callable[[], object]]) -> list[float]:
+    """Milliseconds of the processor a step, of each, in its quietest turn."""
     least = [np.inf] * len(steps)
     for _ in range(TURNS):
         for which, step in enumerate(steps):
-            began = clock()
+            began = time.process_time()
             for _ in range(STEPS_A_TURN):
                 step()
-            least[which] = min(least[which], 1e3 * (clock() - began) / STEPS_A_TURN)
+            least[which] = min(least[which], 1e3 * (time.process_time() - began) / STEPS_A_TURN)
     return least
 
 

@@ -2,21 +2,17 @@
 
     python benchmarks/report_speed.py [--out DIR]
 
-Runs the trial first where it is not up to date. Each report is made in a fresh process on a copy of the run folder, by
-the stage that 'sealtwin validate' runs: hashes, comparison, its uncertainty, page, PDF and JSON. Importing libraries is
-not counted. All of it is one thread: the processor's time is the wall time of a machine that does nothing else.
+Runs the trial first where it is not up to date. Each report is made on a copy of the run folder by 'sealtwin validate':
+imports, hashes, comparison, its uncertainty, page, PDF and JSON. Time is that of all threads.
 
 What a reader sees is measured in Chromium, which 'make test-browser' installs.
 """
 
 import importlib
-import json
 import os
 import platform
 import shutil
 import statistics
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,16 +20,13 @@ from typing import Annotated, Any
 from pypdf import PdfReader
 from typer import Option
 
-from benchmarks.against import ONE_CORE
+from benchmarks.against import run_program
 from benchmarks.paper_trial import FIXTURE
-from benchmarks.table import Row, finish, run_benchmark
-from sealtwin.core.progress import PlainProgress
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core.run_folder import open_folder
-from sealtwin.study.pipeline import run_stages
-from sealtwin.trial.job import start_job
-from sealtwin.trial.trial_file import load_trial
 
 REPORTS = 3
+FILES = {"the page": "report.html", "the PDF": "report.pdf", "the file for programs": "report.json"}
 LONGEST_S = 10.0
 LARGEST_MB = 3.0
 MOST_FIRST_WORDS, MOST_WORDS, MOST_PAGES = 130, 1000, 4
@@ -74,47 +67,23 @@ LOOK = """() => {
     words: text.textContent.trim().split(/\\s+/).length,
   };
 }"""
-CHILD = """
-import json, sys, time
-from pathlib import Path
-import cv2
-cv2.setNumThreads(1)
-from sealtwin.core.run_folder import open_folder
-from sealtwin.trial.job import resume_job
-from sealtwin.study.pipeline import run_stages
-from sealtwin.core.progress import Progress
-import scipy.stats, similaritymeasures, trimesh.exchange.load
-import validate.compare, validate.readings.read_readings, validate.report.write_report
-with open_folder(Path(sys.argv[1]), create=False) as folder:
-    folder.clear("validate")
-    wall, cpu = time.perf_counter(), time.process_time()
-    redone = run_stages(resume_job(folder, "cpu", Progress()), ("validate",)).redone
-    print(json.dumps({"redone": redone, "wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}))
-"""
 
 
-def main(out: Annotated[Path, Option(help="where the run folder goes")] = Path("reports")) -> None:
-    path = out / "paper-trial"
-    source = FIXTURE / "trial.toml"
-    with open_folder(path, create=True) as folder:
-        run_stages(
-            start_job(load_trial(source), FIXTURE, folder, "cpu", PlainProgress()), ("digitise", "simulate", "validate")
-        )
+def main(out: Annotated[Path, Option(help="where the run folder goes")] = Path("reports")) -> list[Row]:
+    path = (out / "paper-trial").resolve()
+    run_program(["-m", "sealtwin", "run", str(FIXTURE / "trial.toml"), "--device", "cpu", "--out", str(path)])
     with tempfile.TemporaryDirectory() as place:
         copy = Path(place) / "run"
         shutil.copytree(path, copy)
         made = [_make(copy) for _ in range(REPORTS)]
         pages = [page.extract_text() for page in PdfReader(copy / "report.pdf").pages]
         seen = {width_px: _seen(copy / "report.html", width_px) for width_px in (DESK_PX, PHONE_PX)}
-        largest = {name: (copy / name).stat().st_size / 1e6 for name in ("report.html", "report.pdf", "report.json")}
-    times_s = {key: [one[key] for one in made] for key in ("cpu_s", "wall_s")}
-    spread = ", ".join(f"{seconds:.1f}" for seconds in sorted(times_s["cpu_s"]))
+        sizes_mb = [(name, (copy / file).stat().st_size / 1e6) for name, file in FILES.items()]
+    spread = ", ".join(f"{seconds:.1f}" for seconds in sorted(made))
     print(f"{platform.platform()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}; processor's times {spread} s")
     rows = [
-        Row("a report, median of the processor's time", statistics.median(times_s["cpu_s"]), "s", 0, LONGEST_S),
-        Row("the page", largest["report.html"], "MB", 0, LARGEST_MB),
-        Row("the PDF", largest["report.pdf"], "MB", 0, LARGEST_MB),
-        Row("the file for programs", largest["report.json"], "MB", 0, LARGEST_MB),
+        Row("a report, median of the processor's time", statistics.median(made), "s", 0, LONGEST_S),
+        *(Row(name, size_mb, "MB", 0, LARGEST_MB) for name, size_mb in sizes_mb),
     ]
     for width_px, longest_px in ((DESK_PX, 8_000), (PHONE_PX, 14_000)):
         where = f"{width_px} px wide"
@@ -124,13 +93,13 @@ def main(out: Annotated[Path, Option(help="where the run folder goes")] = Path("
             Row(f"cut pictures, their words, tables, {where}", seen[width_px]["cut"], "", 0, 0),
             Row(f"page beyond its window, {where}", seen[width_px]["wider_px"], "px", 0, 0),
         ]
-    rows += [
+    return [
+        *rows,
         Row("words of the page before its first figure", seen[DESK_PX]["first_words"], "", 0, MOST_FIRST_WORDS),
         Row("words of the page before its appendix", seen[DESK_PX]["words"], "", 0, MOST_WORDS),
         Row("pages of the PDF", len(pages), "", 0, MOST_PAGES),
         Row("the PDF's first page has the first figure alone", pages[0].count("Figure "), "", 1, 1),
     ]
-    finish(rows, f"wall time of the fastest, on a machine as busy as this one: {min(times_s['wall_s']):.1f} s")
 
 
 def _seen(page: Path, width_px: int) -> dict[str, float]:
@@ -146,15 +115,11 @@ def _seen(page: Path, width_px: int) -> dict[str, float]:
         return {name: float(value) for name, value in shown.evaluate(LOOK).items()}
 
 
-def _make(folder: Path) -> dict[str, float]:
-    """Times of one report in a fresh process."""
-    child = subprocess.run(
-        [sys.executable, "-c", CHILD, str(folder)], env=os.environ | ONE_CORE, stdout=subprocess.PIPE, check=True
-    )
-    answer = json.loads(child.stdout)
-    if answer["redone"] != ["validate"]:
-        raise RuntimeError(f"{folder}: redone was {answer['redone']}, where the report alone was to be made")
-    return answer
+def _make(folder: Path) -> float:
+    """Make the report anew; return its processor time in s."""
+    with open_folder(folder, create=False) as run:
+        run.clear("validate")
+    return run_program(["-m", "sealtwin", "validate", str(folder), "--quiet"]).processor_s
 
 
 if __name__ == "__main__":

@@ -1,118 +1,199 @@
-"""The bars for the speed of a run, against an earlier state of this program.
+"""The bars for the speed of a run: its threads, what surrounds its frames, and an earlier state of this program.
 
-    git worktree add ../before 7065196
-    python -m benchmarks.speed_bars ../before [--turns 3] [--only trial --only twelve ...]
+    git worktree add ../before dfcd22dd
+    python -m benchmarks.speed_bars [../before] [--turns 3] [--only frames --only beside ...]
 
-``trial`` and ``twelve`` have bars against that commit; ``around``, ``accurate`` and ``draft`` against e3aefa51: all of
-the trial but its frames, the whole trial from photo to report, and a draft of it. Both trees run the trial and the
-study that the older one ships. Kernels are compiled in the first turn. Trees take turns in processes of their own; all
-is processor time, and a figure is the median of the ratios of the turns. ``cold`` is what ``benchmarks.cold`` finds.
+``frames``: all frames of the shipped trial, digitised once, by 1, 2 and 4 threads, by the clock, alone and beside a
+busy core; all end with the same bits. ``beside``: processor time of that trial beside its frames, of a first run, with
+nothing compiled, and of the next ones. ``draft``: a draft of it over its accurate run. The others are ratios to the
+other tree, which takes the same files: ``trial``, the shipped trial; ``photo``, the same with 306 particles (0.75 ml,
+for its time alone); ``mesh``, that with the crack as an imported mesh; ``study``, 12 of the paper's 132 runs at 0.6 mm
+on two cores, or all (``--all-runs``). ``substep`` is ``benchmarks.pbf_step --only explicit``.
+
+Programs take turns, the first of which may compile; a figure is the median of their ratios. ``--busy`` repeats the
+ratios beside a busy core. Without the other tree its rows are left out. Nothing else may run.
 """
 
 import json
 import os
-import statistics
-import subprocess
-import sys
 import tempfile
+import time
+import tomllib
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
+from hashlib import sha256
+from math import inf
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Annotated
+from statistics import median
+from typing import Annotated, NamedTuple
 
-from typer import Option
+import tomlkit
+from typer import Argument, Option
 
-from benchmarks import cold
-from benchmarks.against import HERE, processor, turn
+from benchmarks import pbf_step
+from benchmarks.against import HERE, LOADS, processor, run_program
+from benchmarks.cold import COMPILE, FRAMES, TRIAL
 from benchmarks.table import Row, one_of, run_benchmark
+from sealtwin.core.record_files import read_sample
+from sealtwin.trial.trial_file import load_trial
+from simulate.injection import ComputeOptions, Injection, prepare
 
-SHIPPED = """
-import re, resource, subprocess
-fixture = before / "fixtures/paper-trial"
-text = re.sub('file = "(.+)"', lambda match: f'file = "{fixture / match[1]}"', (fixture / "trial.toml").read_text())
-"""
-DRAFTED = """
-if "def drafted" in Path("sealtwin/trial/trial_file.py").read_text():
-    text = text.replace('preset = "accurate"', 'preset = "draft"')
-    assert 'preset = "draft"' in text
-"""
-"""The older tree has no drafts: there the trial is accurate."""
-RUN = """
-trial = scratch / "trial.toml"
-trial.write_text(text)
-command = [sys.executable, "-m", "sealtwin", "run", str(trial), "--device", "cpu", "--quiet"]
-command += ["--out", str(scratch / f"run-{time.time_ns()}")]
-ended = subprocess.run(command, check=False, stdout=subprocess.DEVNULL).returncode
-assert ended in (0, 5), f"exit code {ended}: neither a kept gate nor a missed one"
-used = resource.getrusage(resource.RUSAGE_CHILDREN)
-took_s, result = used.ru_utime + used.ru_stime, 1.0
-"""
-TWELVE = """
-import resource, subprocess
-fixture = before / "fixtures/paper-trial"
-text = (fixture / "study-paper.toml").read_text().split("[grid]")[0]
-text = text.replace('"trial.toml"', repr(str(fixture / "trial.toml")))
-study = scratch / f"twelve-{time.time_ns()}.toml"
-study.write_text(text + '[grid]\\n"fluid.U" = [0.01, 30, 1000, 10000]\\n"fluid.D_cm" = [1e-4, 0.3, 3]\\n')
-command = [sys.executable, "-m", "sealtwin", "sweep", str(study), "--jobs", "1", "--device", "cpu"]
-subprocess.run([*command, "--out", str(study.with_suffix(""))], check=True, stdout=subprocess.DEVNULL)
-used = resource.getrusage(resource.RUSAGE_CHILDREN)
-took_s, result = used.ru_utime + used.ru_stime, 1.0
-"""
-AROUND = """
-from benchmarks import cold
-from sealtwin.cli.app import main
-spent, out = cold._clocked_parts(), str(scratch / f"around-{time.time_ns()}")
-trial = before / "fixtures/paper-trial/trial.toml"
-sys.argv = ["sealtwin", "run", str(trial), "--device", "cpu", "--quiet", "--out", out]
-try:
-    main()
-except SystemExit as end:
-    if end.code:
-        raise
-took_s, result = cold._processor_s() - spent[cold.FRAMES] - spent[cold.COMPILE], 1.0
-"""
-AGAINST = {
-    "trial": ("the trial, all stages", SHIPPED + RUN, 0.5, "<= 0.33"),
-    "twelve": ("12 of the 132 runs at 0.6 mm", TWELVE, 0.5, "<= 0.33"),
-    "around": ("what surrounds the frames", AROUND, 0.6, ""),
-    "accurate": ("the trial, photo to report", SHIPPED + RUN, 0.85, ""),
-    "draft": ("a draft of the trial, photo to report", SHIPPED + DRAFTED + RUN, 0.4, ""),
-}
+CASES = ("frames", "beside", "trial", "draft", "mesh", "photo", "study", "substep")
+ALONE = "alone"
+FRAMES_BARS = {ALONE: (0.68, "<= 0.6"), "beside a busy core": (1.05, "")}
+FRAMES_A_TURN = 25
+ERROR_MM, SAME_MM = 1.14, 0.05
+"""Mean error of the shipped trial, and by how much other rounding, which grows in a flow, may move it."""
+RADIUS_MM, VOLUME_ML = 0.78, 0.75  # 306 particles
+DIGITISED = "digitised"  # Run folder of the shipped trial
+TWELVE = '[grid]\n"fluid.U" = [0.01, 30, 1000, 10000]\n"fluid.D_cm" = [1e-4, 0.3, 3]\n'
+
+begun: list[Injection] = []  # The run of a process of ``_by_threads``
+
+
+class Ratio(NamedTuple):
+    title: str
+    clock: str  # Field of ``Used``
+    bar: float
+    command: list[str]
+    over: list[str]  # The command that it is compared with
+    tree: Path | None  # Where that runs
 
 
 def main(
-    before: Path,
-    turns: Annotated[int, Option(help="of the rows against that tree")] = 3,
-    only: Annotated[list[str] | None, one_of(("cold", *AGAINST))] = None,
+    before: Annotated[Path | None, Argument(help="a work tree of an earlier state")] = None,
+    turns: Annotated[int, Option(help="of each ratio")] = 3,
+    only: Annotated[list[str] | None, one_of(CASES)] = None,
+    busy: Annotated[bool, Option("--busy", help="also beside a busy core")] = False,
+    all_runs: Annotated[bool, Option("--all-runs", help="of the paper's study")] = False,
 ) -> list[Row]:
-    print(f"{processor()}, load {os.getloadavg()[0]:.1f}")
-    chosen = only or ("cold", "trial", "twelve")
-    rows = _cold() if "cold" in chosen else []
-    for name in AGAINST:
-        if name in chosen:
-            title, body, bar, goal = AGAINST[name]
-            rows.append(Row(f"{title}, over {before.name}", _ratio(body, before.resolve(), turns), "", 0, bar, goal))
-    return rows
-
-
-def _cold() -> list[Row]:
-    """Of a process of its own, with as many threads as a user's has."""
-    ran = subprocess.run([sys.executable, "-m", "benchmarks.cold"], cwd=HERE, stdout=subprocess.PIPE, text=True)
-    print(ran.stdout)
-    return cold.judged(**json.loads(ran.stdout.splitlines()[-1]))
-
-
-def _ratio(body: str, before: Path, turns: int) -> float:
-    """Return the median over the turns of our processor time over the other tree's."""
-    ratios, body = [], f"before = Path({str(before)!r})\n{body}"
+    print(f"{processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}", flush=True)
+    chosen, rows = only or CASES, list[Row]()
     with tempfile.TemporaryDirectory() as place:
-        here, there = (Path(place) / name for name in ("here", "there"))
-        for folder in (here, there):
-            folder.mkdir()
-        for _ in range(turns):
-            ours, theirs = turn(body, HERE, here)[0], turn(body, before, there)[0]
-            print(f"  {ours:.1f} s, {theirs:.1f} s: {ours / theirs:.3f}", flush=True)
-            ratios.append(ours / theirs)
-    return statistics.median(ratios)
+        scratch = Path(place)
+        run_program(["-m", "sealtwin", "digitise", str(TRIAL), "--quiet", "--out", str(scratch / DIGITISED)])
+        rows += _frames(scratch) if "frames" in chosen else ()
+        rows += _beside(scratch, turns) if "beside" in chosen else ()
+        for name, ratio in _ratios(scratch, before and before.resolve(), all_runs).items():
+            if name in chosen and ratio.tree:
+                rows += _compared(ratio, scratch, turns, LOADS if busy else (ALONE,))
+    return [*rows, *(pbf_step.explicit() if "substep" in chosen else ())]
+
+
+def _frames(scratch: Path) -> Iterator[Row]:
+    digests = set[str]()
+    for load, (bar, goal) in FRAMES_BARS.items():
+        with LOADS[load]():
+            wall_s = _by_threads(scratch / DIGITISED, digests)
+        yield Row(f"frames, 1 thread, {load}", wall_s[1], "s")
+        yield Row(f"frames, 2 threads over 1, {load}", wall_s[2] / wall_s[1], "", 0, bar, goal)
+        yield Row(f"frames, 4 threads over 1, {load}", wall_s[4] / wall_s[1], "")
+    yield Row("different results of 1, 2 and 4 threads, and loads", len(digests), "", 1, 1)
+
+
+def _by_threads(digitised: Path, digests: set[str]) -> dict[int, float]:
+    """Compute all frames by each number of threads, in turns; return wall times in s and add digests of the results."""
+    wall_s: dict[int, float] = {1: 0.0, 2: 0.0, 4: 0.0}
+    with ExitStack() as stack:
+        processes = {
+            threads: stack.enter_context(ProcessPoolExecutor(1, get_context("spawn"), _begin, (digitised, threads)))
+            for threads in wall_s
+        }
+        while processes:
+            for threads, process in list(processes.items()):
+                took_s, digest = process.submit(_advance).result()
+                wall_s[threads] += took_s
+                if digest:
+                    digests.add(digest)
+                    del processes[threads]
+    return wall_s
+
+
+def _begin(digitised: Path, threads: int) -> None:
+    """Prepare the run of this process. Its first frame, which loads the kernels, is not timed."""
+    begun.append(prepare(load_trial(TRIAL).pour(read_sample(digitised)), ComputeOptions("cpu", threads)))
+    begun[0].advance()
+
+
+def _advance() -> tuple[float, str]:
+    """Compute the frames of a turn; return their wall time in s and, after the last one, the digest of the result."""
+    (injection,), began = begun, time.perf_counter()
+    for _ in range(FRAMES_A_TURN):
+        if injection.done == injection.frames or injection.at_rest:
+            took_s, state = time.perf_counter() - began, injection.engine.state
+            return took_s, sha256(state.position_mm().tobytes() + state.velocity_mm_s().tobytes()).hexdigest()
+        injection.advance()
+    return time.perf_counter() - began, ""
+
+
+def _beside(scratch: Path, turns: int) -> Iterator[Row]:
+    """The first run has empty caches of kernels and fonts."""
+    caches = {"WARP_CACHE_PATH": str(scratch / "kernels"), "MPLCONFIGDIR": str(scratch / "fonts")}
+    beside_s = list[float]()
+    for turn in range(turns + 1):
+        run = scratch / f"beside-{turn}"
+        used = run_program(["-m", "benchmarks.cold", str(run)], env=caches)
+        spent = json.loads(used.stdout.splitlines()[-1])
+        beside_s.append(used.processor_s - spent[FRAMES])
+        print(f"  {beside_s[-1]:.1f} s beside: {', '.join(f'{part} {s:.1f}' for part, s in spent.items())}", flush=True)
+        if turn == 0:
+            yield Row("the first run: compiling", spent[COMPILE], "s")
+            errors = json.loads((run / "run.json").read_text())["comparison"]["errors"]
+            yield Row("its mean error", errors["mean_error_mm"], "mm", ERROR_MM - SAME_MM, ERROR_MM + SAME_MM)
+    yield Row("the first run, nothing compiled, beside its frames", beside_s[0], "s", 0, 10, "<= 6")
+    yield Row("a run beside its frames, processor time", median(beside_s[1:]), "s", 0, 8)
+
+
+def _ratios(scratch: Path, before: Path | None, all_runs: bool) -> dict[str, Ratio]:
+    few = ["--set", f"solver.radius_mm={RADIUS_MM}", "--set", f"path.volume_ml={VOLUME_ML}"]
+    trial, draft = _run(TRIAL), [*_run(TRIAL), "--preset", "draft"]
+    photo, mesh = [*trial, *few], [*_run(_of_a_mesh(scratch)), *few]
+    text = TRIAL.with_name("study-paper.toml").read_text().replace('"trial.toml"', json.dumps(str(TRIAL)))
+    study = scratch / "study.toml"
+    study.write_text(text if all_runs else text.split("[grid]")[0] + TWELVE)
+    sweep = ["-m", "sealtwin", "sweep", str(study), "--jobs", "2", "--set", "solver.radius_mm=0.6", "--device", "cpu"]
+    runs = 132 if all_runs else 12
+    return {
+        "trial": Ratio("photo to report, wall", "wall_s", 0.6, trial, trial, before),
+        "draft": Ratio("a draft over an accurate run, wall", "wall_s", 0.45, draft, trial, HERE),
+        "mesh": Ratio("306 particles, mesh to report, processor", "processor_s", 0.45, mesh, mesh, before),
+        "photo": Ratio("306 particles, photo to report, processor", "processor_s", 0.6, photo, photo, before),
+        "study": Ratio(f"{runs} of the paper's runs, 2 cores, wall", "wall_s", 0.75, sweep, sweep, before),
+    }
+
+
+def _run(trial: Path) -> list[str]:
+    return ["-m", "sealtwin", "run", str(trial), "--device", "cpu", "--quiet"]
+
+
+def _of_a_mesh(scratch: Path) -> Path:
+    """Write the shipped trial with its solid as an imported mesh."""
+    trial = tomllib.loads(TRIAL.read_text())
+    del trial["photo"], trial["crack"]
+    trial["mesh"] = {"file": f"{DIGITISED}/crack.stl", "data": "synthetic", "units": "mm"}
+    trial["readings"] |= {"file": str(TRIAL.with_name("caliper.csv")), "fitted": ["fluid.U", "fluid.D_cm"]}
+    path = scratch / "mesh.toml"
+    path.write_text(tomlkit.dumps(trial))
+    return path
+
+
+def _compared(ratio: Ratio, scratch: Path, turns: int, loads: Iterable[str]) -> Iterator[Row]:
+    for load in loads:
+        with LOADS[load]():
+            figures = [_turn(ratio, scratch) for _ in range(turns)]
+        yield Row(f"{ratio.title}, {load}", median(figures), "", 0, ratio.bar if load == ALONE else inf)
+
+
+def _turn(ratio: Ratio, scratch: Path) -> float:
+    programs = (ratio.command, HERE), (ratio.over, ratio.tree or HERE)
+    ours_s, theirs_s = (
+        getattr(run_program([*command, "--out", tempfile.mkdtemp(dir=scratch)], tree), ratio.clock)
+        for command, tree in programs
+    )
+    print(f"  {ratio.title}: {ours_s:.1f} s, {theirs_s:.1f} s: {ours_s / theirs_s:.3f}", flush=True)
+    return ours_s / theirs_s
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-// The contestant of pbf_step.py and speed_bars.py: simulate.fluid.solver's substep, by hand in C++ with OpenMP.
+// The contestant of pbf_step.py: simulate.fluid.solver's substep, by hand in C++ with OpenMP.
 //
 // Predict, sort by cell in memory, list neighbours, pressure iterations (PBF eqs 1 to 3), velocity; then one explicit
 // pass of viscosity, or the implicit solve of a paste. Lengths are in cm. Walls stop particles as planes, which costs

@@ -16,7 +16,7 @@ def test_cpp_takes_the_step_that_we_take():
 
     Without its pass of viscosity they part by 5e-4 mm, with densities a ten-thousandth off by 3e-5.
     """
-    engine = settled_block(FEW, 1, steps=5)
+    engine = settled_block(FEW, steps=5)
     jostle_cm_s = np.random.default_rng(0).normal(0, 10, (FEW, 3))
     engine.state.velocity.assign((engine.state.velocity.numpy() + jostle_cm_s).astype(np.float32))
     theirs, before_mm = in_cpp(engine), engine.state.position_mm()
