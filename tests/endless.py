@@ -63,7 +63,7 @@ class Endless:
         self._idle = self._of("position")[self.count :].copy()
         self._source, self._shift = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
         # One by one, since images are moved between two launches.
-        engine._launch = lambda *parts: [part(engine.rows) for part in parts]
+        setattr(engine, "_launch", self._launched)  # noqa: B010
         self.push_mm_s2 = np.zeros(3)
         """Acceleration of all particles, in place of gravity."""
         engine.predict = self._pushed(engine.predict)
@@ -73,6 +73,10 @@ class Endless:
         # The viscosity's search changes its residuals between two products.
         for name in ("weigh_pairs", "apply_matrix"):
             setattr(engine.viscosity, name, self._followed_first(getattr(engine.viscosity, name)))
+
+    def _launched(self, *parts: Callable[[int], object]) -> None:
+        for part in parts:
+            part(self.tank.engine.rows)
 
     @property
     def place_mm(self) -> Floats:

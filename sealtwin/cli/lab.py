@@ -9,7 +9,7 @@ from sealtwin.cli.answer import Answer, CheckedCommand, Command, answers
 from sealtwin.cli.options import argument, option
 
 if TYPE_CHECKING:
-    from sealtwin.cli.models import Ingestion, Processes
+    from sealtwin.cli.models import Ingestion, WorkerProcesses
 
 LabFolder = Annotated[Path, argument("LAB", "A folder of 'sealtwin ingest'.")]
 
@@ -75,8 +75,8 @@ def export(command: Command, folder: LabFolder, out: Annotated[Path, option("Fil
     command.reply(Answer({"file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
 
 
-@answers(options="sealtwin.cli.models:Processes", device=True)
-def run(command: Command, folder: LabFolder, options: "Processes") -> None:
+@answers(options="sealtwin.cli.models:WorkerProcesses", device=True)
+def run(command: Command, folder: LabFolder, options: "WorkerProcesses") -> None:
     """Run every sound sample that is not yet run.
 
     The results are in LAB/SAMPLE/run. Samples with open questions are left out, and listed. After an interruption,

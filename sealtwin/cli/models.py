@@ -62,14 +62,14 @@ class StudyMap(Settings):
     """Draw how the crack fills in about nine runs, as the sweep kept it."""
 
 
-class Processes(Settings):
+class WorkerProcesses(Settings):
     """Options of 'sealtwin plan' and 'sealtwin lab run'."""
 
     jobs: int | None = Field(default=None, ge=1, le=512)
-    """Processes for fluid runs; default: one for each core, one on a GPU."""
+    """WorkerProcesses for fluid runs; default: one for each core, one on a GPU."""
 
 
-class StudyRuns(Processes):
+class StudyRuns(WorkerProcesses):
     """Options of the runs of a study."""
 
     accurate: bool = False

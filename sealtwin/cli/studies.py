@@ -10,7 +10,7 @@ from sealtwin.cli.options import File, Given, argument, option
 
 if TYPE_CHECKING:
     from sealtwin.calibration import CalibrationOptions
-    from sealtwin.cli.models import Processes, StudyMap, StudyRuns, Sweeping
+    from sealtwin.cli.models import StudyMap, StudyRuns, Sweeping, WorkerProcesses
     from sealtwin.plan import PlanOptions
     from sealtwin.study.study_map import Mapped
     from validate.figures.page import Page
@@ -162,7 +162,7 @@ def calibrate(
     command.reply(Answer(content, lines, 0 if content["possible"] else GATE_FAILED))
 
 
-@answers(options="sealtwin.plan:PlanOptions", runs="sealtwin.cli.models:Processes", device=True)
+@answers(options="sealtwin.plan:PlanOptions", runs="sealtwin.cli.models:WorkerProcesses", device=True)
 def plan(
     command: Command,
     trial: Annotated[
@@ -170,7 +170,7 @@ def plan(
     ],
     settings: Given,
     options: "PlanOptions",
-    runs: "Processes",
+    runs: "WorkerProcesses",
     levels: Annotated[
         File,
         option(

@@ -110,8 +110,10 @@ class State:
 
     def by_release(self, column: wp.array) -> Any:
         """Return a copy of an array by particle, sorted into the order of release."""
-        place = np.asarray(self.place.numpy(), dtype=np.int64)
-        return np.asarray(column.numpy())[place]
+        values, place = column.numpy(), np.asarray(self.number.numpy(), dtype=np.int64)
+        ordered = np.empty_like(values)
+        ordered[place] = values
+        return ordered
 
     def position_mm(self) -> Floats:
         """Return the positions of all particles, (count, 3)."""

@@ -44,7 +44,7 @@ class Jump:
     wanted: bool
 
 
-class Table(NamedTuple):
+class KernelTable(NamedTuple):
     """Addresses of a table of compiled kernels, as ``kernels.walk`` reads it, and of the bounds of each launch."""
 
     lines: int
@@ -57,7 +57,7 @@ class Walk:
 
     def __init__(self, steps: Sequence[Launch | Jump], slices: int) -> None:
         self._steps, self._calls = steps, list[CompiledCall]()  # Calls are kept alive: the table has addresses only
-        self.table: Table | None = None
+        self.table: KernelTable | None = None
         """The table; None if this version of Warp has other private names."""
         lines: list[list[Any]] = []
         for step in steps:
@@ -71,7 +71,7 @@ class Walk:
             arguments = map(ctypes.addressof, call.arguments)
             lines.append([call.function, step.extent.count.ptr, step.extent.together, 0, *arguments])
         self._words = np.array(lines, np.uint64)
-        self.table = Table(self._words.ctypes.data, len(lines), ctypes.addressof(self._calls[0].bounds))
+        self.table = KernelTable(self._words.ctypes.data, len(lines), ctypes.addressof(self._calls[0].bounds))
 
     def launch_each(self) -> None:
         """Make the launches one by one, on one thread."""

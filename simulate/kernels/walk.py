@@ -32,7 +32,7 @@ LATE_US = 500  # Time that a slice may take longer than the first thread's, unle
 
 @wp.struct
 class Control:
-    """What the threads of a walk share."""
+    """Words that the threads of a walk share."""
 
     words: wp.array[wp.uint64]
 
