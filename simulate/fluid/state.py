@@ -105,7 +105,7 @@ class State:
     def find_places(self) -> None:
         """Set ``place`` after a change of ``number``."""
         place = np.empty(self.count, np.int32)
-        place[self.number.numpy()] = np.arange(self.count, dtype=np.int32)
+        place[np.asarray(self.number.numpy(), dtype=np.int64)] = np.arange(self.count, dtype=np.int32)
         self.place.assign(place)
 
     def by_release(self, column: wp.array) -> Any:
