@@ -10,7 +10,7 @@ class CompiledCall(NamedTuple):
 
     function: int  # Address
     bounds: ctypes.Structure
-    arguments: list[ctypes.Structure]
+    arguments: list[Any]
     """Copies of the arguments. A ``Span`` comes first."""
 
 
