@@ -66,7 +66,7 @@ class WorkerProcesses(Settings):
     """Options of 'sealtwin plan' and 'sealtwin lab run'."""
 
     jobs: int | None = Field(default=None, ge=1, le=512)
-    """WorkerProcesses for fluid runs; default: one for each core, one on a GPU."""
+    """Processes for fluid runs; default: one for each core, one on a GPU."""
 
 
 class StudyRuns(WorkerProcesses):

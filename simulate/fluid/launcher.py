@@ -86,7 +86,7 @@ class Launcher:
         self._walkers.take(self._walks[parts])
 
     def forget_walks(self) -> None:
-        """List all walks anew, since arrays were replaced."""
+        """Forget the tables of all walks: arrays were replaced. Each is listed anew when it is next taken."""
         self._walks.clear()
 
     def repeat(self, condition: wp.array[int], launch: Callable[[], object]) -> None:

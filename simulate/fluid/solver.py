@@ -38,10 +38,10 @@ pressure falls asleep while it sags, and its bed is off by 0.14 mm instead of 0.
 AGAIN_S = 0.15  # The same for a woken particle, so that paste beside a flow goes back to sleep soon
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
 RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a particle
-RENUMBERED = 50_000
-"""Smallest number of a run's particles that are renumbered by cells. Smaller arrays fit a processor's cache."""
 ROWS_TOGETHER = 16  # A loop takes so many rows at a time
-RENUMBER_EVERY = 32  # Frames; with 16 a frame takes as long, with 256 a tenth longer
+RENUMBER_EVERY = 32
+"""Frames after which particles are renumbered by cells. With 16 a frame of 50,000 takes as long, with 256 a tenth longer.
+"""
 MOST_SHARED = 30_000
 """Largest number of rows that have a GPU's warp each. With more rows, a row has one thread. On an H200 a frame of
 24,750 rows takes 8.9 ms by warps and 9.7 ms by threads, a frame of 49,500 rows 15.2 ms and 13.0 ms."""
@@ -338,7 +338,7 @@ class FluidSolver:
     def _renumber(self) -> None:
         """Renumber the released particles by cells, so that neighbours are close in memory.
 
-        Threads then write to lines of the cache of their own. It must precede the frame's list of movers.
+        Threads then rarely write to the same line of the cache. It must precede the frame's list of movers.
         """
         self.fluid_cells.fill(self._released)
         order = self.fluid_cells.cells.number.numpy()[: self._released]

@@ -103,7 +103,7 @@ class State:
         self.find_places()
 
     def find_places(self) -> None:
-        """Set ``place`` after a change of ``number``."""
+        """Compute ``place``, the inverse of ``number``."""
         place = np.empty(self.count, np.int32)
         place[np.asarray(self.number.numpy(), dtype=np.int64)] = np.arange(self.count, dtype=np.int32)
         self.place.assign(place)

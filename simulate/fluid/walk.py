@@ -27,7 +27,7 @@ def fixed(count: int, device: str, together: int = 1) -> Extent:
 
 
 class Launch(Protocol):
-    """A launch of one kernel over rows."""
+    """A recorded launch of one kernel over rows, as a step of a walk."""
 
     command: Any
     extent: Extent
@@ -37,7 +37,7 @@ class Launch(Protocol):
 
 @dataclass(frozen=True)
 class Jump:
-    """A jump to another step if ``condition`` is not 0. If it is not ``wanted``, a jump if it is 0."""
+    """A jump to another step if ``condition`` is not 0 (``wanted``) or if it is 0 (not ``wanted``)."""
 
     condition: wp.array[int]
     target: int

@@ -27,7 +27,8 @@ class Walkers:
     """
 
     def __init__(self, threads: int) -> None:
-        self.threads, slices = threads, slices_for(threads)
+        self._begin: list[SimpleQueue[bool]] = [SimpleQueue() for _ in range(1, threads)]
+        self._threads, slices = threads, slices_for(threads)
         shared = code.Control()
         shared.words = wp.zeros(code.WORKERS + code.LINE * slices, wp.uint64, device="cpu")
         self._control = control = shared.words.numpy()
@@ -41,7 +42,6 @@ class Walkers:
             for worker in range(threads)
         ]
         self._launch, *others = launches
-        self._begin: list[SimpleQueue[bool]] = [SimpleQueue() for _ in others]
         for begin, launch in zip(self._begin, others, strict=True):
             Thread(target=_follow, args=(begin, launch), daemon=True).start()
 
@@ -53,7 +53,7 @@ class Walkers:
         control = self._control
         control[code.TABLE], control[code.LINES], control[code.BOUNDS] = walk.table
         alone = self._alone > 0
-        control[code.INVITED] = 1 if alone else self.threads
+        control[code.INVITED] = 1 if alone else self._threads
         if alone:
             self._alone -= 1
         else:

@@ -93,7 +93,7 @@ def find_cells_of(
     points: Points,  # out: cell
     cells: CellArrays,
 ):
-    """Find the cells of points; the last one, after those of all runs, is for points left out."""
+    """Find the cells of points. The last cell, after those of all runs, is for points left out."""
     find_cells(rows.begin, rows.end, cells, points)
 
 
