@@ -48,7 +48,8 @@ def check_going_on(**how: Any) -> None:
     """From where a run was kept: in a solver of its own, and back in one that has recorded its frame already."""
     unbroken = finish(ready(PASTES[2:], **how))
     killed, resumed = (ready(PASTES[2:], **how) for _ in range(2))
-    for _ in range(30):
+    # Between two renumberings.
+    for _ in range(31):
         killed.advance()
     kept = killed.snapshot()
     for _ in range(7):

@@ -40,8 +40,7 @@ WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
 RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a particle
 ROWS_TOGETHER = 16  # A loop takes so many rows at a time
 RENUMBER_EVERY = 32
-"""Frames after which particles are renumbered by cells. With 16 a frame of 50,000 takes as long, with 256 a tenth longer.
-"""
+"""Frames between renumberings by cells. With 16 a frame of 50,000 particles takes as long, with 256 a tenth more."""
 MOST_SHARED = 30_000
 """Largest number of rows that have a GPU's warp each. With more rows, a row has one thread. On an H200 a frame of
 24,750 rows takes 8.9 ms by warps and 9.7 ms by threads, a frame of 49,500 rows 15.2 ms and 13.0 ms."""

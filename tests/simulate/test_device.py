@@ -71,6 +71,12 @@ def test_all_kernels_but_what_few_launch_are_in_the_module_of_a_run():
     }
 
 
+def test_tiles_are_in_one_file():
+    """Threads of a CPU share their memory, so that ``lanes`` has them for blocks of several threads only."""
+    files = Path(run_module.__file__).parent.glob("*.py")
+    assert [file.stem for file in files if "wp.tile" in file.read_text()] == ["lanes"]
+
+
 def test_the_kernels_of_a_run_have_their_arrays_in_structs():
     """Warp compiles a kernel twice that has an array of one dimension among its arguments."""
     kernels = run_module.MODULE.kernels.values()

@@ -117,19 +117,4 @@ def test_a_thread_without_a_walk_sleeps():
     launcher, seen = Launcher("cpu", fixed(ROWS, "cpu"), 2), zeros(ROWS)
     launcher.walk((launcher.bind(count_row, seen),))
     control = launcher._walkers._control
-    for _ in range(1000):
-        if control[code.WORKERS + code.LINE + 1]:
-            break
-        time.sleep(0.01)
-    assert control[code.WORKERS + code.LINE + 1] == 1
-
-
-def test_two_launches_of_one_kernel_keep_their_own_arguments():
-    """Bound by name at the first call, as launches once were, the second would write to the first one's array."""
-    launcher, first, second = Launcher("cpu", fixed(5, "cpu")), zeros(5), zeros(5)
-    for seen, times in ((first, 1), (second, 2)):
-        count = launcher.bind(count_row, seen)
-        for _ in range(times):
-            count(5)
-    assert (first.numpy() == 1).all()
-    assert (second.numpy() == 2).all()
+    assert any(control[code.WORKERS + code.LINE + 1] or time.sleep(0.01) for _ in range(1000))
