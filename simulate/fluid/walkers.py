@@ -1,7 +1,10 @@
 """The threads of a CPU that share the launches of walks."""
 
+import os
+import sys
+import time
 from queue import SimpleQueue
-from threading import Thread
+from threading import Thread, get_native_id
 from typing import Any
 
 import warp as wp
@@ -10,9 +13,10 @@ from simulate.fluid.compiled_calls import yield_function
 from simulate.fluid.walk import Walk
 from simulate.kernels import walk as code
 
-FEWEST_ALONE, MOST_ALONE = 8, 512
-"""Numbers of walks that the caller makes alone after another thread lost its core to other work: the fewest take some
-5 ms. They double each time."""
+ALONE, SPARE_S = 20, 0.3
+"""After other threads lost their cores to other work the caller goes on alone for ``ALONE`` times the time that it
+waited for them, less ``SPARE_S``, since losses that are rare cost less than they gain."""
+LOWEST = 19  # Priority of the other threads, as Linux counts: other work goes first, so that the caller keeps its core
 
 
 def slices_for(threads: int) -> int:
@@ -36,7 +40,7 @@ class Walkers:
         control[code.YIELD] = yield_function()
         self._left = [code.WORKERS + code.LINE * worker + 1 for worker in range(1, threads)]
         control[self._left] = 1
-        self._alone, self._next_alone = 0, FEWEST_ALONE  # Walks to make alone, now and after the next loss of a core
+        self._alone_until_s = 0.0  # Of ``time.perf_counter``
         launches: list[Any] = [
             wp.launch(code.walk_table, 1, [shared, worker, threads, slices], device="cpu", block_dim=1, record_cmd=True)
             for worker in range(threads)
@@ -52,21 +56,18 @@ class Walkers:
             return
         control = self._control
         control[code.TABLE], control[code.LINES], control[code.BOUNDS] = walk.table
-        alone = self._alone > 0
+        alone = time.perf_counter() < self._alone_until_s
         control[code.INVITED] = 1 if alone else self._threads
-        if alone:
-            self._alone -= 1
-        else:
+        if not alone:
             for left, begin in zip(self._left, self._begin, strict=True):
                 if control[left]:
                     control[left] = 0
                     begin.put(True)
-        late = control[code.LATE]
+        lost = control[code.LOST]
         self._launch.launch()
-        if control[code.LATE] != late:
-            self._alone, self._next_alone = self._next_alone, min(2 * self._next_alone, MOST_ALONE)
-        elif not alone:
-            self._next_alone = max(FEWEST_ALONE, self._next_alone - 1)
+        if control[code.LOST] != lost:
+            lost_s = float(control[code.LOST] - lost) * code.SPIN_US * 1e-6
+            self._alone_until_s = max(self._alone_until_s, time.perf_counter() - SPARE_S) + ALONE * lost_s
 
     def __del__(self) -> None:
         for begin in self._begin:
@@ -74,5 +75,7 @@ class Walkers:
 
 
 def _follow(begin: "SimpleQueue[bool]", launch: Any) -> None:
+    if sys.platform == "linux":
+        os.setpriority(os.PRIO_PROCESS, get_native_id(), LOWEST)
     while begin.get():
         launch.launch()

@@ -20,7 +20,7 @@ LINES = TABLE + 1
 BOUNDS = TABLE + 2  # Address of the bounds of a launch of one thread
 YIELD = TABLE + 3  # Address of the system's function by which a thread lets others run
 INVITED = TABLE + 4  # Number of threads that may take slices
-LATE = 3 * LINE  # How often the first thread waited for a slice that another did not get on with
+LOST = 3 * LINE  # Time, in ``SPIN_US``, that the first thread waited for slices of threads that lost their core
 WORKERS = 4 * LINE  # For each thread a line of the cache: last turn of its own slice, and 1 if the thread has left
 # Words of a line of the table. The addresses of the arguments follow, one for each slice.
 FUNCTION, COUNT, BLOCK, ARGUMENTS = 0, 1, 2, 4
@@ -28,6 +28,7 @@ CONDITION, TARGET, WANTED = 1, 2, 3  # Of a jump, which has no function
 DONE = 0xFFFFFFFF  # Place in the table between two walks
 SPIN_US = 50  # Time that a thread waits before it lets others run
 LATE_US = 500  # Time that a slice may take longer than the first thread's, unless its thread lost its core
+HOLD_US = 500  # Time after which a thread lets others run, as it has no slice: it would lose its core in one
 
 
 @wp.struct
@@ -91,7 +92,12 @@ if (worker == 0) {{
     const word turn = read(state) >> 32 << 32;
     __atomic_store_n(state, turn | follow(0), __ATOMIC_SEQ_CST);
 }}
+word fresh = ticks();
 for (;;) {{
+    if (worker && ticks() - fresh > {HOLD_US // SPIN_US} * patience) {{
+        ((action)control[{YIELD}])();
+        fresh = ticks();
+    }}
     const word now = read(state), turn = now >> 32, place = now & {DONE};
     if (place == {DONE} || (word)worker >= read(control + {INVITED})) {{
         if (worker == 0) return;
@@ -114,7 +120,8 @@ for (;;) {{
     const word end = ticks();
     if (changes(now)) continue;
     while (read(state) == now) ((action)control[{YIELD}])();
-    if (worker == 0 && ticks() - end > end - begin + {LATE_US // SPIN_US} * patience) ++control[{LATE}];
+    const word wait = ticks() - end;
+    if (worker == 0 && wait > end - begin + {LATE_US // SPIN_US} * patience) control[{LOST}] += wait / patience;
 }}
 #endif
 """
