@@ -168,11 +168,12 @@ class Viscosity:
         # Copied, so that particles at rest have no speed in either array.
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other
-        # A first pass measures the restraints.
+        # A first pass measures the restraints. Mostly it is the only one.
         self.pass_once(before, after, 1, rows)
         self._passes = max(1, math.ceil(self.system.restraint.numpy()[:rows].max(initial=0.0) / STABLE))
         for _ in range(self._passes):
-            self.pass_once(before, after, self._passes, rows)
+            if self._passes > 1:
+                self.pass_once(before, after, self._passes, rows)
             before, after = after, before
         wp.copy(state.velocity, before)
         return self._passes
