@@ -374,13 +374,13 @@ def _seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> lis
     outcomes = fill_each(pour, ComputeOptions(options.device, threads=1, watchers=fills))
     launch_s = (time.monotonic() - began) / len(trials)
     judged: list[Sealing | Outcome] = []
-    for trial, outcome in zip(trials, outcomes, strict=True):
+    for outcome in outcomes:
         began = time.monotonic()
         try:
             if isinstance(outcome, NumericalError):
                 raise outcome
             run, profile = outcome
-            figures = RunFigures(**_figures(run), **_compared(sample, trial, profile))
+            figures = RunFigures(**_figures(run), **_compared(profile, sample.readings))
         except SealtwinError as fault:
             judged.append(_failure(fault, launch_s + time.monotonic() - began))
         else:
@@ -406,18 +406,19 @@ def _figures(run: Run) -> dict[str, Any]:
     return {**counts, "volume_ratio": ratio, "fluid_warnings": warnings, "health": run.health}
 
 
-def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
+def _compared(simulated: Profile, measured: Profile | None) -> dict[str, Any]:
     """Return the errors of a run's level against the readings; empty if there are no readings."""
-    if trial.readings is None or sample.readings is None:
+    if measured is None:
         return {}
-    from validate.compare import compare
+    from validate.metrics.curve_distances import are_compared, error_figures, level_difference
     from validate.metrics.verdict import best_curves
 
-    crack, role = (sample.outline, sample.solid), trial.readings.role
-    comparison = compare(profile, sample.readings, *crack, role=role, photo_data=trial.shown_by.data)
-    stretch_mm = comparison.basis.covered_from_mm, comparison.basis.covered_to_mm
-    curves = best_curves(sample.readings, *stretch_mm, range(1, MOST_NUMBERS + 1))
-    figures = vars(comparison.errors) | {"stations_compared": comparison.basis.stations_compared, "baselines": curves}
+    error = level_difference(simulated, measured)
+    from_mm, to_mm = error.x[[0, -1]].tolist()
+    figures = vars(error_figures(error, measured)) | {
+        "stations_compared": int(are_compared(measured.s_mm, from_mm, to_mm).sum()),
+        "baselines": best_curves(measured, from_mm, to_mm, range(1, MOST_NUMBERS + 1)),
+    }
     return {name: figures[name] for name in RunErrors.model_fields}
 
 
