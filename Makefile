@@ -73,6 +73,7 @@ docs: $(DEVELOPING) demo
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[docs]' --constraint constraints.txt
 	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_build/html
 	mkdir -p docs/_build/html/paper-trial
+	$(BIN)/sealtwin validate reports/paper-trial --set output.pictures=true --quiet
 	cp reports/paper-trial/report.html reports/paper-trial/report.pdf docs/_build/html/paper-trial
 	@echo "Documentation: docs/_build/html/index.html"
 

@@ -71,7 +71,8 @@ LOOK = """() => {
 
 def main(out: Annotated[Path, Option(help="where the run folder goes")] = Path("reports")) -> list[Row]:
     path = (out / "paper-trial").resolve()
-    run_program(["-m", "sealtwin", "run", str(FIXTURE / "trial.toml"), "--device", "cpu", "--out", str(path)])
+    wanted = ("--set", "output.pictures=true")
+    run_program(["-m", "sealtwin", "run", str(FIXTURE / "trial.toml"), *wanted, "--device", "cpu", "--out", str(path)])
     with tempfile.TemporaryDirectory() as place:
         copy = Path(place) / "run"
         shutil.copytree(path, copy)

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import splev, splprep
 
 from digitise.geometry.polyline import at_arc_length
@@ -266,7 +265,8 @@ def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Section
         # In a tapering crack sections change between waypoints, so they are integrated.
         grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
         area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)
-        below_mm3 = cumulative_trapezoid(area_mm2, grid_mm, initial=0.0)
+        steps_mm3 = np.diff(grid_mm) * (area_mm2[1:] + area_mm2[:-1]) / 2
+        below_mm3 = np.cumsum(np.append(0.0, steps_mm3))
         share = np.abs(np.diff(np.interp(s_mm, grid_mm, below_mm3)))
         if not share.sum() > 0:
             raise InputError(

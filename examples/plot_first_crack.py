@@ -42,7 +42,7 @@ print(result.verdict)
 st.plot_levels(level, readings, result)
 
 # %%
-# The report is a page without any other file, a PDF, and a JSON file for programs.
+# The report is a page without any other file, and a JSON file for programs; ``pdf=True`` adds a PDF.
 with tempfile.TemporaryDirectory() as folder:
     page = st.write_report(folder, crack, solid, path, run, result, name="Your first crack")
     print(sorted(file.name for file in page.parent.iterdir()))

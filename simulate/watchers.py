@@ -261,23 +261,22 @@ class ProgressFile(Watcher):
         self._written = time.monotonic()
         # A bed at rest ends a run before its last frame.
         frames = run.done if state == "finished" else run.frames
-        files.write_json(
-            self._path,
-            {
-                "version": 1,
-                "stage": "simulate",
-                "state": state,
-                "error": fault,
-                "frame": run.done,
-                "frames": frames,
-                "t_s": round(run.t_s, 4),
-                "percent": round(100 * run.done / frames, 1),
-                "eta_s": None if state != "running" or self._eta_s is None else round(self._eta_s, 1),
-                "particles": run.out,
-                "moving": run.moving,
-                "updated_utc": datetime.now(UTC).isoformat(timespec="seconds"),
-            },
-        )
+        content = {
+            "version": 1,
+            "stage": "simulate",
+            "state": state,
+            "error": fault,
+            "frame": run.done,
+            "frames": frames,
+            "t_s": round(run.t_s, 4),
+            "percent": round(100 * run.done / frames, 1),
+            "eta_s": None if state != "running" or self._eta_s is None else round(self._eta_s, 1),
+            "particles": run.out,
+            "moving": run.moving,
+            "updated_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+        }
+        with files.replacing(self._path, lasting=False) as temporary:
+            temporary.write_text(files.as_json(content), encoding="utf-8", newline="\n")
 
 
 class HealthLog(Watcher):

@@ -356,8 +356,9 @@ def write_report(
     *,
     name: str | None = None,
     note: str = "",
+    pdf: bool = False,
 ) -> Path:
-    """Write report.html, report.pdf, report.json and overlay.png, as ``sealtwin run`` does.
+    """Write report.html, report.json and overlay.png, as ``sealtwin run`` does.
 
     Parameters
     ----------
@@ -368,6 +369,8 @@ def write_report(
         only the simulation.
     name, note
         Title of the report (default: the folder's name), and a text with what a reader must know about this trial.
+    pdf
+        True to write report.pdf too.
 
     Returns
     -------
@@ -433,5 +436,5 @@ def write_report(
     if result is not None:
         comparison = assess(evidence, result.settings, result.declared, None, result.gate)
         evidence = replace(evidence, comparison=comparison)
-    write_pages(target, evidence)
+    write_pages(target, evidence, pdf=pdf)
     return target / REPORT[0]

@@ -183,7 +183,8 @@ def run(command: Command, trial: TrialFile, settings: Given, options: "FluidRun"
     """Bring a whole trial up to date: digitise, simulate, validate, report.
 
     During the fluid run RUN/progress.json has the progress and health.csv the numerical quality. A checkpoint is
-    written every ten seconds: repeat the command to continue after a kill. The table output sets snapshots and frames.
+    written every ten seconds: repeat the command to continue after a kill. The table output sets snapshots, frames and
+    the PDF.
     """
     run_trial(command, trial, out, ALL_STAGES, settings, threads=options.threads)
 

@@ -25,15 +25,16 @@ def arc_length_at(points_mm: NDArray[np.float64], polyline_mm: NDArray[np.float6
     reach_mm = [np.hypot(*(polyline_mm[part.start : part.stop + 1] - middle).T).max() for part, middle in corners]
     away_mm = np.hypot(*(points_mm[:, None] - middle_mm).transpose(2, 0, 1))
     near = away_mm - reach_mm <= (away_mm + reach_mm).min(axis=1, initial=np.inf, keepdims=True)
-    near[:, [0, -1]] = True
     nearest = np.full(len(points_mm), np.inf)
     s_mm = np.zeros(len(points_mm))
-    for part, these in zip(stretches, map(np.flatnonzero, near.T), strict=True):
+    everything = np.arange(len(points_mm))
+    for part, close in zip(stretches, map(np.flatnonzero, near.T), strict=True):
         for index in range(part.start, part.stop):
             step = steps[index]
             length_mm = np.hypot(*step)
             if length_mm == 0:
                 continue
+            these = everything if index in (0, last) else close
             offset = points_mm[these] - polyline_mm[index]
             least, most = -np.inf if index == 0 else 0.0, np.inf if index == last else 1.0
             along = np.clip(offset @ step / length_mm**2, least, most)

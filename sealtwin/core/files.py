@@ -31,8 +31,10 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replacing(path: Path, *, lasting: bool = True) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and move it to ``path`` if the block ends without an error.
+
+    A loss of power may empty a file that is not ``lasting``.
 
     It has the suffix of ``path``, because writers choose their format by the suffix. It does not have the stem, which
     may already be as long as a name can be.
@@ -42,8 +44,9 @@ def replacing(path: Path) -> Iterator[Path]:
     with naming(path):
         try:
             yield temporary
-            with temporary.open("rb+") as file:
-                os.fsync(file.fileno())
+            if lasting:
+                with temporary.open("rb+") as file:
+                    os.fsync(file.fileno())
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)

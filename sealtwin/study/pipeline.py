@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from sealtwin.core import files, record_files
@@ -85,6 +87,9 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         # Read the sheet first, so that a typo is found before minutes of simulation.
         if both and (readings := validate_stage.readings_of(job)) is not None:
             validate_stage.note_doubts(job, readings)
+        if both and "simulate" not in job.folder.finished():
+            # The distances to the walls take one core.
+            Thread(target=import_module, args=["validate.report.write_report"], daemon=True).start()
         job.progress.later(REPORT_S if both else 0.0, rounds_of_seeds(job))
         if stage == "validate" and {"simulate", "validate"} & set(stages):
             more = _bring_seeds_up_to_date(job)

@@ -141,6 +141,8 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
         settings["sample"] = trial.shown_by.data
         if trial.path.weighed is not None:
             settings["weighed"] = trial.path.weighed.model_dump(mode="json")
+        if trial.output.pictures:
+            settings["pictures"] = True
     for table in ("photo", "mesh"):
         if (values := settings.get(table)) is not None:
             # Files count by their hashes, not by their names.

@@ -8,12 +8,12 @@ from pathlib import Path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
-from sealtwin.core.records import Run, Sample
+from sealtwin.core.records import Run
 from sealtwin.core.run_folder import MANIFEST, stage_key
-from sealtwin.core.vtk_files import read_collection, read_frame
+from sealtwin.core.vtk_files import read_collection
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
 from sealtwin.trial.trial_file import Output
-from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, ProgressFile, StillThere, read_health
+from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, ProgressFile, StillThere
 
 CHECKPOINT = "checkpoint.npz"  # Checkpoint of a run that is not finished
 FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
@@ -32,7 +32,7 @@ def bring_up_to_date(job: Job) -> bool:
     inputs = made_by(job, "digitise", DIGITISED)
     settings, numbers = stage_settings(trial, "simulate"), job.numbers("simulate")
     key = stage_key(inputs, {**settings, **({"device": device} if device else {})}, numbers)
-    if job.folder.is_current("simulate", key) and (not device or _has_pictures(job, trial.output)):
+    if job.folder.is_current("simulate", key) and (not device or _has_frames(job, trial.output)):
         # A run that was killed just after its end has left its checkpoint.
         (job.path / CHECKPOINT).unlink(missing_ok=True)
         return False
@@ -60,17 +60,16 @@ def bring_up_to_date(job: Job) -> bool:
         record_files.write_profile(job.path, profile)
         facts = {"device": run.device, "seed": trial.seed}
         if run.has_particles:
-            pictures = _draw(job, run, sample)
+            _note_missed(job, run)
             facts["output"] = trial.output.model_dump(mode="json")
         else:
-            pictures = []
             # The files of an earlier run by particles.
             frames = (read_collection(job.path / name) for name in (FRAMES, SNAPSHOTS) if (job.path / name).is_file())
             stale = (CHECKPOINT, PROGRESS, HEALTH, FRAMES, SNAPSHOTS)
             for path in [*(path for listed in frames for _, path in listed), *(job.path / name for name in stale)]:
                 path.unlink(missing_ok=True)
-        outputs, wall_time_s = (*SIMULATED, *pictures), time.monotonic() - began
-        job.folder.record("simulate", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
+        wall_time_s = time.monotonic() - began
+        job.folder.record("simulate", key, settings, inputs, SIMULATED, wall_time_s, numbers=numbers, **facts)
         checkpoint.remove()
     return True
 
@@ -99,19 +98,12 @@ def check(job: Job) -> None:
     check_run(job.trial.pour(record_files.read_sample(job.path)))
 
 
-def _draw(job: Job, run: Run, sample: Sample) -> list[str]:
-    """Draw the pictures of a finished run and return their names."""
-    from validate.figures.snapshots import FillScene, write_gallery
-
-    job.progress.start("Drawing", 1)
-    scene = FillScene(sample.outline, sample.solid, sample.trajectory, run.radius_mm, job.trial.nozzle.diameter_mm)
-    frames = {Path(name).stem: read_frame(job.path / name) for name in snapshots_of(job)}
-    pictures = write_gallery(job.path, frames, scene, read_health(job.path / HEALTH))
+def _note_missed(job: Job, run: Run) -> None:
+    """Note the snapshots after the end of a finished run."""
     health = run.health.recorded()
     end_s = health["frames"] * health["frame_s"]
     if late := [f"{t_s:g}" for t_s in sorted(set(job.trial.output.snapshots_s)) if t_s > PAST_THE_END * end_s]:
         job.progress.note(f"note: no snapshot at {', '.join(late)} s: the run ended after {end_s:.2f} s.")
-    return pictures
 
 
 def _require_fluid(job: Job) -> None:
@@ -121,8 +113,8 @@ def _require_fluid(job: Job) -> None:
         )
 
 
-def _has_pictures(job: Job, wanted: Output) -> bool:
-    """Return True if the finished run wrote all frames and pictures that the trial requests now."""
+def _has_frames(job: Job, wanted: Output) -> bool:
+    """Return True if the finished run wrote all frames and snapshots that the trial requests now."""
     with files.understood(job.path / MANIFEST):
         output = Output.model_validate_json(json.dumps(job.folder.manifest["stages"]["simulate"].get("output", {})))
     if wanted.frames_every_s is not None and not (job.path / FRAMES).is_file():

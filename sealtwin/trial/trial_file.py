@@ -38,7 +38,9 @@ class Output(Settings):
     pour of 15 s needs about 0.1: 150 frames of up to 0.7 MB in the paper's trial.
     """
     snapshots_s: tuple[Moment, ...] = Field(default=(0.5, 7.0, 15.0), max_length=100)
-    """Simulated times of the pictures in snapshots/. The default has those of the paper; [] writes no picture."""
+    """Simulated times of the fill in the report and in snapshots/. The default has those of the paper; [] for none."""
+    pictures: bool = False
+    """Write report.pdf, and PNGs of the snapshots and of the run's numerical health, with the report."""
 
 
 class FluidOfFile(Fluid):

@@ -26,14 +26,14 @@ from sealtwin.trial.job import (
     made_by,
     stage_settings,
 )
-from sealtwin.trial.simulate_stage import snapshots_of
+from sealtwin.trial.simulate_stage import HEALTH, snapshots_of
 from sealtwin.trial.trial_file import Trial
-from validate.result import COMPARISON, PREDICTION, ReadingsSheet, SeedRuns, provenance
+from validate.result import COMPARISON, PREDICTION, Evidence, ReadingsSheet, SeedRuns, provenance
 
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
-REPORT_FORM = 12  # Version of the report; those of another version, also of other words or looks, are written anew
+REPORT_FORM = 13  # Version of the report; those of another version, also of other words or looks, are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
 SEED_RUNS = "seeds.json"
@@ -75,8 +75,7 @@ def bring_up_to_date(job: Job) -> bool:
     from simulate.slot.run import has_sealant
     from validate.compare import assess
     from validate.metrics.volumes import balance_profile, gained_level_mm
-    from validate.report.write_report import REPORT, write_report
-    from validate.result import Evidence
+    from validate.report.write_report import write_report
     from validate.uncertainty.meniscus import Mouth
     from validate.uncertainty.validation import BedEnds, predict
 
@@ -126,16 +125,28 @@ def bring_up_to_date(job: Job) -> bool:
         evidence = replace(evidence, prediction=prediction)
     begin_writing(job, "validate")
     keep_origin(job)
-    outputs: list[str] = list(REPORT)
+    outputs = write_report(job.path, evidence, pdf=trial.output.pictures)
+    if trial.output.pictures and run.has_particles:
+        outputs += _draw_run(job, evidence)
     for name, record in ((COMPARISON, evidence.comparison), (PREDICTION, evidence.prediction)):
         if record is not None:
             files.write_json(job.path / name, record.model_dump())
             outputs.append(name)
-    write_report(job.path, evidence)
     job.progress.advance(2)
     facts = {"numbers": numbers, "given": list(given)}
     job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, **facts)
     return True
+
+
+def _draw_run(job: Job, evidence: Evidence) -> list[str]:
+    """Draw the snapshots and the health of a run of particles; return the names of the files."""
+    from simulate.watchers import read_health
+    from validate.figures.snapshots import write_gallery
+    from validate.report.chapters import scene_of
+
+    names = [Path(name).stem for name in snapshots_of(job)]
+    frames = dict(zip(names, evidence.frames, strict=True))
+    return write_gallery(job.path, frames, scene_of(evidence), read_health(job.path / HEALTH))
 
 
 def read_seeds(job: Job) -> SeedRuns | None:

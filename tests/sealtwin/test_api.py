@@ -20,7 +20,7 @@ import sealtwin as st
 from sealtwin.core.errors import InputError
 from sealtwin.trial.trial_file import load_trial
 from tests.evidence import axes_of
-from tests.pages import leave_out_figures, leave_out_pages, leave_out_pdf
+from tests.pages import leave_out_figures, leave_out_pages
 from tests.studies import tiny_lab
 from validate.report.write_report import REPORT
 
@@ -190,7 +190,6 @@ def test_the_level_of_several_seeds_is_their_mean(lab, tmp_path, monkeypatch):
 
 def test_a_report_says_what_nobody_declared(way, result, tmp_path, monkeypatch):
     leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
     _, crack, solid, path, run = way
     page = st.write_report(tmp_path / "P01", crack, solid, path, run, result, note="by hand")
     assert {file.name for file in page.parent.iterdir()} == {*REPORT, "overlay.png", "straight.png"}

@@ -10,7 +10,7 @@ import pytest
 from matplotlib import pyplot
 
 import sealtwin as st
-from tests.pages import leave_out_figures, leave_out_pdf
+from tests.pages import leave_out_figures
 
 LINE_MM = [(0.0, 20.0), (30.0, 22.0), (60.0, 18.0), (80.0, 20.0)]
 PASTE = st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=6.0)
@@ -39,7 +39,6 @@ def test_the_fast_model_gives_the_level_of_a_run_by_it_and_a_report(crack, solid
     assert np.array_equal(level.level_mm, st.measure_level(run, crack, solid).level_mm)
     assert level.dispensed_mm3 == pytest.approx(path.dispensed_mm3)
     leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
     readings = st.read_readings([[float(s), -6.0] for s in range(5, 80, 5)], crack, solid)
     page = st.write_report(tmp_path, crack, solid, path, level, st.compare(level, readings, crack, solid))
     assert "The fast model, which is for screening, is" in page.read_text(encoding="utf-8")

@@ -39,7 +39,7 @@ class Reader(HTMLParser):
 
 def written(folder: Path, **choices) -> tuple[str, Reader, str]:
     """Source of the page, its content, and the text of the PDF."""
-    write_report(folder, make_evidence(folder, **choices))
+    write_report(folder, make_evidence(folder, **choices), pdf=True)
     page = (folder / "report.html").read_text(encoding="utf-8")
     pdf = "\n".join(part.extract_text() for part in PdfReader(folder / "report.pdf").pages)
     return page, Reader(page), pdf

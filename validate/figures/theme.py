@@ -1,4 +1,4 @@
-"""Style of all figures, and a figure as SVG, as pixels, or as both.
+"""Style of all figures, and a figure as SVG or as pixels.
 
 One font, and a palette that colour-blind readers can distinguish. It sets no global state.
 """
@@ -8,7 +8,6 @@ import re
 from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cache
 from io import BytesIO
 from typing import Any
@@ -227,14 +226,8 @@ NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 """Metadata that an SVG omits, so that two equal runs give equal files."""
 
 
-@dataclass(frozen=True)
-class DrawnFigure:
-    svg: str
-    pixels: Image.Image  # On a white background
-
-
 def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
-    """Return a figure as SVG. The same figure and name always give the same text.
+    """Return a figure as SVG, and fix its layout. The same figure and name always give the same text.
 
     ``name`` must be unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
     """
@@ -244,6 +237,7 @@ def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
     # The ids of clip paths differ between the figures of a page, but not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
         FigureCanvasSVG(figure).print_svg(target, metadata=NO_METADATA)
+    figure.set_layout_engine("none")
     return target.getvalue()
 
 
@@ -255,10 +249,3 @@ def as_picture(figure: Figure, dpi: int) -> Image.Image:
     with themed():
         canvas.draw()
     return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-
-
-def draw_both(figure: Figure, name: str, dpi: int) -> DrawnFigure:
-    """Return what ``as_svg`` and ``as_picture`` return. The layout is computed once: it takes half of the time."""
-    svg = as_svg(figure, name, dpi)
-    figure.set_layout_engine("none")
-    return DrawnFigure(svg, as_picture(figure, dpi))

@@ -193,11 +193,15 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:
     """Yield figures of the fill: over time if the run has snapshots, and at rest."""
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
-    if frames := evidence.frames:
-        scene = FillScene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
-        yield Plate(sentence("figure_fill"), lambda: draw_fill(frames, scene))
+    if evidence.frames:
+        yield Plate(sentence("figure_fill"), lambda: draw_fill(evidence.frames, scene_of(evidence)))
     yield Plate(sentence("figure_side", e=evidence), lambda: draw_side_view(run, outline, solid, evidence.profile))
     yield Plate(sentence("figure_above"), lambda: draw_top_view(run, outline, solid, evidence.trajectory))
+
+
+def scene_of(evidence: Evidence) -> FillScene:
+    run, parts = evidence.run, (evidence.outline, evidence.solid, evidence.trajectory)
+    return FillScene(*parts, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
 
 
 OVERLAY_PX = 1500  # Largest width of the overlay in the report; the run folder has it in full size

@@ -1,4 +1,4 @@
-"""Write the report of a trial as a page, a PDF and a file for programs, from the same facts and figures."""
+"""Write the report of a trial as a page, a file for programs and, if wanted, a PDF, from the same facts and figures."""
 
 import base64
 import hashlib
@@ -12,6 +12,7 @@ import matplotlib
 import numpy as np
 from markupsafe import Markup
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -19,7 +20,7 @@ from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.first_figure import NARROW, WIDE
 from validate.figures.page import page_environment
 from validate.figures.solid_pictures import draw_still
-from validate.figures.theme import AGES, DrawnFigure, as_picture, as_svg, draw_both, in_page
+from validate.figures.theme import AGES, as_picture, as_svg, in_page
 from validate.report.chapters import (
     Chapter,
     Model,
@@ -30,7 +31,6 @@ from validate.report.chapters import (
     first_figure,
 )
 from validate.report.first_page import first_caption, first_page, station_rows
-from validate.report.pdf import write_pdf
 from validate.report.report_facts import (
     assumptions,
     cautions,
@@ -43,31 +43,32 @@ from validate.result import Evidence, ReadingsFile, ReportData
 from validate.sentences import sentence
 from validate.units import PageTable
 
-DPI = 200  # Resolution of the pixels inside a figure of the page, and of a figure of the PDF
+DPI = 150  # Resolution of the pixels inside a figure of the page, and of a figure of the PDF
 QUALITY = 85  # Quality of photos and stills, from 0 to 100
 STOPS = 9  # Number of colours between which the page interpolates a colour scale; viridis is then exact to 1 %
-REPORT = ("report.html", "report.pdf", "report.json")  # Files of a report
+REPORT, PDF = ("report.html", "report.json"), "report.pdf"  # Files of a report, and its PDF
 
 ALT = "The straightened photo, the level of the sealant and its error along the crack, and a section across"
 
 
-def write_report(folder: Path, evidence: Evidence) -> None:
-    """Write report.html, which needs no other file and no network, report.pdf, and report.json.
+def write_report(folder: Path, evidence: Evidence, *, pdf: bool = False) -> list[str]:
+    """Write report.html, which needs no other file and no network, report.json and, if ``pdf`` is True, report.pdf.
 
-    Raises InputError if the overlay cannot be read.
+    Returns the names of the files. Raises InputError if the overlay cannot be read.
     """
     content, shown, caption = chapters(evidence), first_figure(evidence), first_caption(evidence)
-    drawings = {
-        item: draw_both(item.draw(), f"{chapter.name}-{number}", DPI)
+    names = {
+        item: f"{chapter.name}-{number}"
         for chapter in content
         for number, item in enumerate(chapter.items)
         if isinstance(item, Plate)
     }
-    wide, narrow = draw_both(shown.draw(WIDE), "first-wide", DPI), as_svg(shown.draw(NARROW), "first-narrow", DPI)
+    figures, wide = {item: item.draw() for item in names}, shown.draw(WIDE)
+    drawings = {item: as_svg(figure, names[item], DPI) for item, figure in figures.items()}
     wide_scale, narrow_scale = (sentence("first_scale", stretch=shown.stretch(layout)) for layout in (WIDE, NARROW))
     first = {
-        "wide": in_page(wide.svg, ALT),
-        "narrow": in_page(narrow, ALT),
+        "wide": in_page(as_svg(wide, "first-wide", DPI), ALT),
+        "narrow": in_page(as_svg(shown.draw(NARROW), "first-narrow", DPI), ALT),
         "wide_scale": wide_scale,
         "narrow_scale": narrow_scale,
         "caption": caption,
@@ -76,10 +77,15 @@ def write_report(folder: Path, evidence: Evidence) -> None:
     items = [item for chapter in content for item in chapter.items]
     data = report_data(evidence, tuple(item for item in items if isinstance(item, PageTable)))
     write_text(folder / "report.html", _page(data, first, content, drawings))
-    pictures = [(_picture(item, drawings), item.caption) for item in items if isinstance(item, Picture)]
-    with replacing(folder / "report.pdf") as temporary:
-        write_pdf(temporary, data, (wide.pixels, f"Figure 1. {wide_scale} {caption}".rstrip()), pictures)
     write_json(folder / "report.json", data.model_dump(mode="json"))
+    if not pdf:
+        return [*REPORT]
+    from validate.report.pdf import write_pdf
+
+    pictures = [(_picture(item, figures), item.caption) for item in items if isinstance(item, Picture)]
+    with replacing(folder / PDF) as temporary:
+        write_pdf(temporary, data, (as_picture(wide, DPI), f"Figure 1. {wide_scale} {caption}".rstrip()), pictures)
+    return [*REPORT, PDF]
 
 
 def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> ReportData:
@@ -109,13 +115,13 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
 
 
 def _page(
-    data: ReportData, first: Mapping[str, object], content: Sequence[Chapter], drawings: Mapping[Plate, DrawnFigure]
+    data: ReportData, first: Mapping[str, object], content: Sequence[Chapter], drawings: Mapping[Plate, str]
 ) -> str:
     environment = page_environment()
     environment.filters["kind"] = lambda item: type(item).__name__
     environment.filters["photo"] = lambda item: _data_uri("jpeg", item.pixels)
     environment.filters["still"] = lambda item: _data_uri("webp", item.still)
-    environment.filters["svg"] = lambda item: in_page(drawings[item].svg, item.caption)
+    environment.filters["svg"] = lambda item: in_page(drawings[item], item.caption)
     turns = any(isinstance(item, Model) for chapter in content for item in chapter.items)
     script = resources("validate").joinpath("templates", "turntable.js").read_text(encoding="utf-8") if turns else ""
     stops = map(to_hex, matplotlib.colormaps[AGES](np.linspace(0, 1, STOPS)))
@@ -141,10 +147,10 @@ def _data_uri(kind: Literal["jpeg", "webp"], pixels: NDArray[np.uint8]) -> str:
     return f"data:image/{kind};base64," + base64.b64encode(_encoded(kind, pixels).getvalue()).decode()
 
 
-def _picture(item: Picture, drawings: Mapping[Plate, DrawnFigure]) -> Image.Image | io.BytesIO:
+def _picture(item: Picture, figures: Mapping[Plate, Figure]) -> Image.Image | io.BytesIO:
     if isinstance(item, PhotoBlock):
         # The PDF includes the JPEG as it is.
         return _encoded("jpeg", item.pixels)
     if isinstance(item, Plate):
-        return drawings[item].pixels
+        return as_picture(figures[item], DPI)
     return as_picture(draw_still(item.turntable.still, item.turntable.oldest_s), DPI)

@@ -8,7 +8,7 @@ import pytest
 from sealtwin.lab import catalogue
 from sealtwin.lab.catalogue import latest_trials
 from tests.labs import edit, sealtwin
-from tests.pages import leave_out_figures, leave_out_pdf
+from tests.pages import leave_out_figures
 
 
 @pytest.fixture
@@ -25,7 +25,6 @@ def ready(small, tmp_path):
 
 def test_all_sound_samples_are_run_once_and_the_others_named(ready, monkeypatch):
     leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
     monkeypatch.setattr("sealtwin.core.cluster.cores", lambda: 0)
     work = catalogue.run_trial
 

@@ -13,7 +13,7 @@ from sealtwin.study.extra_runs import vary
 from sealtwin.study.pipeline import FinishedStages, run_trial
 from sealtwin.trial.job import STAGES, StageName
 from sealtwin.trial.trial_file import load_trial
-from tests.pages import leave_out_figures, leave_out_pdf
+from tests.pages import leave_out_figures
 from tests.studies import TRIAL, job_in, tiny_lab
 
 QUIET = Progress()
@@ -28,7 +28,6 @@ def run(lab: Path, text: str, stages: tuple[StageName, ...] = STAGES) -> Finishe
 
 def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypatch):
     leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
     tiny_lab(tmp_path)
     out = tmp_path / "out"
     assert run(tmp_path, PASTE, STAGES[:2]).redone == ("digitise", "simulate")
@@ -57,7 +56,6 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypat
 
 def test_a_slip_of_unit_is_named_once_on_the_terminal_and_in_the_answer_and_the_report(tmp_path, monkeypatch):
     leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
     tiny_lab(tmp_path)
     (tmp_path / "trial.toml").write_text(PASTE)
     slips = {"crack.depth_mm": 1.6, "path.speed_mm_s": 0.2, "fluid.viscosity_pa_s": 60.0, "solver.model": "slot"}

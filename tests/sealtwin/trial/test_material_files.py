@@ -20,7 +20,7 @@ from sealtwin.trial.trial_file import load_trial
 from simulate.material_curve import CoolingCurve, MaterialCurve
 from simulate.material_file import Material
 from tests.labs import edit
-from tests.pages import leave_out_figures, leave_out_pdf
+from tests.pages import leave_out_figures
 from tests.studies import HERE, job_in, tiny_lab
 
 QUIET = Progress()
@@ -141,7 +141,6 @@ def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
 def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp_path, monkeypatch):
     """It travels with the run as a table, and what it leaves open stands in [uncertainty] unless declared."""
     leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
     (tmp_path / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")
     line = ["material", "rheometer", str(tmp_path / "curve.csv"), "--density-kg-m3", "1800", "--data", "synthetic"]
     assert CliRunner().invoke(app, [*line, "--out", str(tmp_path / "material.toml")]).exit_code == 0

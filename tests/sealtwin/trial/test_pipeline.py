@@ -17,7 +17,7 @@ from sealtwin.core.files import sha256
 from simulate import watchers
 from tests.coarse import NO_PICTURES
 from tests.labs import edit
-from tests.pages import leave_out_figures, leave_out_pages, leave_out_pdf
+from tests.pages import leave_out_figures, leave_out_pages
 from tests.programs import refusal, sealtwin, start_interruptible
 from tests.studies import TRIAL, tiny_lab
 from tests.vtk_reader import read_pvd
@@ -26,12 +26,11 @@ from validate.result import read_comparison, read_result
 LEFT = {
     "trial.toml", "overlay.png", "straight.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json",
     "trajectory.csv", "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json",
-    "report.html", "report.pdf", "report.json", "run.json", "manifest.json", "health.csv", "progress.json",
+    "report.html", "report.json", "run.json", "manifest.json", "health.csv", "progress.json",
 }  # fmt: skip
-"""Of a run without pictures; with them, health.png too."""
 NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json", "health.csv", "progress.json"}
 """The last two are the last run's that was started, finished or not."""
-SAME_IN_EVERY_RUN = LEFT - NOT_IN_MANIFEST - {"simulation.json", "report.html", "report.pdf", "report.json"}
+SAME_IN_EVERY_RUN = LEFT - NOT_IN_MANIFEST - {"simulation.json", "report.html", "report.json"}
 """Everything but wall times."""
 READINGS = "s_mm,level_1_mm,level_2_mm\n" + "".join(f"{s},-5.0,-5.{s % 2:.0f}\n" for s in (0.5, 3, 4, 7, 9, 11, 13.5))
 """Of enough stations for a verdict."""
@@ -71,7 +70,6 @@ def unbroken(tmp_path_factory) -> tuple[Path, Path, dict]:
     trial.with_name("readings.csv").write_text(READINGS)
     with pytest.MonkeyPatch.context() as patch:
         leave_out_figures(patch)
-        leave_out_pdf(patch)
         return trial, lab / "run", _json("run", trial, "--out", lab / "run", "--device", "cpu")
 
 
@@ -89,7 +87,6 @@ def no_pages(monkeypatch):
 @pytest.fixture
 def no_figures(monkeypatch):
     leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
 
 
 def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
@@ -213,12 +210,14 @@ def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_th
         assert _files(copied)[name] == before[name]
     # At 0, 0.1, ... 0.6 s.
     assert len(read_pvd(copied / "frames" / "fill.pvd")) == 7
-    pictures = {f"{stem}.png" for stem in ("0000.100s", "0000.400s")}
     assert {path.name for path in (copied / "snapshots").iterdir()} == {
-        *pictures, "0000.100s.vtp", "0000.400s.vtp", "snapshots.pvd"
+        "0000.100s.vtp", "0000.400s.vtp", "snapshots.pvd"
     }  # fmt: skip
-    stage = json.loads((copied / "manifest.json").read_text())["stages"]["simulate"]
-    assert {"health.png", *(f"snapshots/{name}" for name in pictures)} <= set(stage["outputs"])
+    _json("validate", copied, "--set", "output.pictures=true")
+    drawn = {"report.pdf", "health.png", "snapshots/0000.100s.png", "snapshots/0000.400s.png"}
+    assert drawn <= set(json.loads((copied / "manifest.json").read_text())["stages"]["validate"]["outputs"])
+    _json("validate", copied, "--set", "output.pictures=false")
+    assert not [name for name in drawn if (copied / name).exists()]
     answer = _json("film", copied)
     assert (answer["frames"], Path(answer["film"]).name) == (7, "fill.gif")
     assert (copied / "fill.gif").stat().st_size > 10_000
@@ -254,8 +253,7 @@ def _kill_until_done(trial: Path, run: Path, delays_s: list[float]) -> int:
 def _assert_same_run(run: Path, unbroken_run: Path) -> None:
     files, others = _files(run), _files(unbroken_run)
     assert {name: files[name] for name in SAME_IN_EVERY_RUN} == {name: others[name] for name in SAME_IN_EVERY_RUN}
-    # A process that came to its end before it was killed has drawn the picture; the last one leaves figures out.
-    assert files.keys() - {"health.png"} == LEFT
+    assert files.keys() == LEFT
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ import pytest
 from pydantic import ValidationError
 
 from tests.evidence import make_evidence, slope
-from tests.pages import leave_out_figures, leave_out_pdf
+from tests.pages import leave_out_figures
 from tests.report_schema import schema
 from validate.compare import assess
 from validate.comparison import CurveDistances
@@ -49,7 +49,6 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     evidence = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0), error_mm=0.5, sheet=sheet)
     compared = assess(evidence, settings, Uncertainty(volume_ml=0.1), runs, Gate(mean_error_mm=1.0))
     leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
     write_report(tmp_path, replace(evidence, comparison=compared))
     data: Any = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert data.readings == ReadingsFile(**dict(sheet), dialect="", data="measured")
