@@ -135,10 +135,10 @@ class VolumeControl:
 
     def figures(self) -> Iterator[BedFigures]:
         """Yield the figures of each run's bed, as its particles are now."""
-        self._launcher.walk(self._count)
+        self._launcher.walk(self._count, self._state.count)
         for batch in self._batches:
             self._beds.liquid.top_mm.fill_(-np.inf)
-            self._launcher.walk(batch)
+            self._launcher.walk(batch, self._state.count)
         counts = self._beds.count.numpy().sum(axis=1, dtype=np.int64)
         volumes_mm3 = self._beds.length_mm.numpy().sum(axis=1) * self._vessel.cell_mm2
         for (lying, moving, both, flowing), volume_mm3 in zip(counts.tolist(), volumes_mm3.tolist(), strict=True):

@@ -83,7 +83,7 @@ class Launcher:
                 self._steps = None
             self._walks[parts] = Walk(steps, slices_for(self._threads))
         self.kernels += 1
-        self._walkers.take(self._walks[parts])
+        self._walkers.take(self._walks[parts], rows)
 
     def forget_walks(self) -> None:
         """Forget the tables of all walks: arrays were replaced. Each is listed anew when it is next taken."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from sealtwin.core.files import write_sheet, write_text
 from validate.figures.theme import as_svg, in_page
+from validate.sentences import template_cache
 
 DPI = 110  # Resolution of the pixels inside a figure; a page of thirty fills then has less than 2 MB
 FIGURES = "figures"
@@ -110,7 +111,13 @@ class Page:
 def page_environment(*packages: str) -> jinja2.Environment:
     """Return the environment of the templates of ``packages`` and of this one, which escapes all text."""
     loader = jinja2.ChoiceLoader([jinja2.PackageLoader(package) for package in (*packages, "validate")])
-    return jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    return jinja2.Environment(
+        loader=loader,
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        bytecode_cache=template_cache(),
+    )
 
 
 def write_page(path: Path, page: Page) -> list[str]:
