@@ -7,7 +7,7 @@ import warp as wp
 
 from simulate.fluid.cell_grid import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.fluid.launcher import Launcher
-from simulate.fluid.state import State
+from simulate.fluid.state import State, reader
 from simulate.fluid.viscosity import ITERATIONS_AT_MOST
 from simulate.kernels import neighbours, pressure
 from simulate.setup.signed_distance import Barrier
@@ -41,6 +41,7 @@ class FaultChecks:
     def __init__(self, state: State, launcher: Launcher, barrier: Barrier, unsolved: wp.array, support: float) -> None:
         """``unsolved`` is 1 for each run whose viscosity was not solved."""
         self._state, self._unsolved = state, unsolved
+        self._faults, self._runs_unsolved = reader(state.fault), reader(unsolved)
         self.look = launcher.bind(
             pressure.inspect,
             state.particles,
@@ -53,8 +54,8 @@ class FaultChecks:
 
     def found(self) -> dict[int, RunFault]:
         """Return the first fault of each run that has one. The keys are the numbers of the runs."""
-        faults = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._unsolved.numpy())}
-        if self._state.fault.numpy().any():
+        faults = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._runs_unsolved())}
+        if self._faults().any():
             for run, own in enumerate(self._state.by_release(self._state.fault).reshape(self._state.runs, -1)):
                 if kinds := np.bitwise_or.reduce(own):
                     kind = int(kinds & -kinds)

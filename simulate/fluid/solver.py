@@ -12,7 +12,7 @@ from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_l
 from simulate.fluid.fault_checks import FaultChecks
 from simulate.fluid.launcher import Launcher, record
 from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
-from simulate.fluid.state import MoversList, State
+from simulate.fluid.state import MoversList, State, reader
 from simulate.fluid.viscosity import Viscosity
 from simulate.fluid.walk import Extent, fixed
 from simulate.kernels import movers, neighbours, pressure, status
@@ -114,6 +114,7 @@ class FluidSolver:
         kernels = pair_kernels(native)
         self.movers = MoversList(state, launcher)
         self.lists = neighbour_lists(rows, walls.position_and_share, device, packed=native, lanes=launcher.lanes)
+        self._lacking = reader(self.lists.lacking)
         self.sleeps = any(fluid.yields for fluid in fluids) and settings.sleep
         self.needs_shear_rate = any(fluid.depends_on_shear or fluid.by_age is not None for fluid in fluids)
         """True if the viscosity of particles depends on their shear rate or age. It is then computed in each substep.
@@ -255,7 +256,7 @@ class FluidSolver:
         self._launch(*before, self._fill_cells, *sort, self._list)
         self.movers.sorted = True
         # A GPU's lists always have room, and its recordings cannot wait for the host.
-        while self.lists.room and self.lists.lacking.numpy()[0]:
+        while self.lists.room and self._lacking()[0]:
             self.make_room(self.lists.room * MORE_ROOM)
             self._launch(self._list)
 

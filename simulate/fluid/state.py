@@ -1,10 +1,12 @@
 """The particles of one run, or of several at once, on the device. Centimetres and seconds."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 from warp.utils import array_scan
 
 from sealtwin.core.records import Floats, Integers
@@ -24,6 +26,14 @@ KEPT = (
 """Arrays that later substeps need, which a checkpoint has by these names."""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
 """Free ball of a particle for which walls have not been searched yet. No position is in it or near it."""
+
+
+def reader(array: wp.array) -> Callable[[], NDArray[Any]]:
+    """Return a function that reads an array which is never replaced. On a CPU each call returns the same view."""
+    if str(array.device) != "cpu":
+        return array.numpy
+    view = array.numpy()
+    return lambda: view
 
 
 class State:
@@ -144,6 +154,7 @@ class MoversList:
         self._state, self.sorted = state, False
         self._in_order = device == "cpu" if in_order is None else in_order
         state.particles.mover = wp.zeros(state.count, int, device)
+        self._count = reader(state.particles.mover_count)
         state.particles.first_row = wp.zeros(state.runs + 1, int, device)
         self._order = listing.Order()
         self._order.row = wp.zeros(0 if self._in_order else state.count, int, device)
@@ -184,4 +195,4 @@ class MoversList:
 
     def number(self) -> int:
         """Return the number of movers of all runs."""
-        return int(self._state.particles.mover_count.numpy()[0])
+        return int(self._count()[0])

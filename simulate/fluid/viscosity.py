@@ -14,7 +14,7 @@ import warp as wp
 from sealtwin.core.records import Integers
 from simulate.fluid.cell_grid import NEIGHBOURS, pairs_of
 from simulate.fluid.launcher import Launcher
-from simulate.fluid.state import SPARE, State
+from simulate.fluid.state import SPARE, State, reader
 from simulate.fluid.walk import fixed
 from simulate.kernels import conjugate_gradients as code
 from simulate.kernels.pair_kernels import PairKernels
@@ -74,6 +74,7 @@ class Viscosity:
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
         self.search = code.new_search(rows, state.runs, state.device)
         """The last conjugate gradients. ``unsolved`` is 1 for a run with a solve that ended above its goal."""
+        self._iterations = reader(self.search.iterations)
         self._other: Any = None  # The second velocity of explicit passes
         self._passes = 0
         self.measure_shear = launcher.bind(
@@ -140,7 +141,7 @@ class Viscosity:
 
     def iterations(self) -> Integers:
         """Return the number of iterations, or of explicit passes, of the last solve, by run."""
-        return np.full(self._state.runs, self._passes) if self.explicit else self.search.iterations.numpy().copy()
+        return np.full(self._state.runs, self._passes) if self.explicit else self._iterations().copy()
 
     def solve_implicit(self, rows: int) -> None:
         """Solve backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
