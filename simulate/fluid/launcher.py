@@ -65,7 +65,7 @@ class Launcher:
         width = width or (1 if self.device == "cpu" else BLOCK)
         return wp.launch(kernel, 1, inputs=list(inputs), device=self.device, record_cmd=True, block_dim=width)
 
-    def walk(self, parts: tuple[Callable[[int], object], ...], rows: int = 0) -> None:
+    def walk(self, parts: tuple[Callable[[int], object], ...], rows: int) -> None:
         """Launch what the parts launch, in order, by all threads of a CPU. Each part is called with ``rows``.
 
         On a CPU each tuple of parts is called only once, to list its launches; it must not do anything else.
