@@ -211,10 +211,12 @@ def test_the_profile_starts_where_the_nozzle_starts():
     assert np.abs(here.level_mm - there.level_mm[::-1]).mean() < 0.05
 
 
-def test_arc_length_is_that_of_the_nearest_point():
+def test_arc_length_is_that_of_the_nearest_point_also_beyond_the_ends():
     corner = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])
     point = np.array([[4.0, 1.0], [11.0, 5.0], [-2.0, 1.0], [9.0, 13.0], [9.0, 2.0]])
     assert arc_length_at(point, corner) == pytest.approx([4.0, 15.0, -2.0, 23.0, 12.0])
+    hook = np.array([[x, 0.0] for x in range(40)] + [[39.0, 60.0], *([float(x), 60.0] for x in range(39, -80, -1))])
+    assert arc_length_at(np.array([[-70.0, 25.0]]), hook) == pytest.approx([-70.0])
 
 
 def test_a_lost_particle_stops_the_reading():
