@@ -295,8 +295,9 @@ class Uncertainty(Settings):
 
     def with_paste(self, yield_stress_pa: float, viscosity_percent: float | None) -> Self:
         """Return the uncertainties, completed with those of the measured paste. Declared ones take precedence."""
-        measured = {
-            "yield_stress_pa": yield_stress_pa or None,
-            "viscosity_percent": viscosity_percent or None,
-        }
-        return self.model_copy(update={key: value for key, value in measured.items() if getattr(self, key) is None})
+        return self.model_copy(
+            update={
+                "yield_stress_pa": self.yield_stress_pa or yield_stress_pa or None,
+                "viscosity_percent": self.viscosity_percent or viscosity_percent or None,
+            }
+        )

@@ -13,7 +13,7 @@ from digitise.crack_path.candidates import FoundCrack, candidates
 from digitise.crack_path.gates import GATES, Route, moved_click
 from digitise.crack_path.hints import IF_LIGHTER, CrackPath, check_hints, listed, region_px, snap_px, too_far
 from digitise.crack_path.line_map import CLEAR, EVEN, LineMap, cheapest_legs, map_lines
-from digitise.crack_path.medial_axis import distance_outside
+from digitise.crack_path.medial_axis import distance_outside, nearest_cell
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.profiles import width_along
 from digitise.image.raster import blurred_copy, resized
@@ -22,7 +22,7 @@ from digitise.scale.face_scale import see_face
 from digitise.settings import MOST_RANKED, Pixel
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, doubt, texts
+from sealtwin.core.facts import Facts, doubt, texts
 from sealtwin.core.records import Floats, Integers
 
 EDGES_FOUND = doubt(
@@ -75,7 +75,7 @@ class CrackSearch:
     photo: Photo
     wire: "LiveWire"
     cracks: tuple[FoundCrack, ...]
-    warnings: tuple[Fact, ...]
+    warnings: Facts
 
     @classmethod
     def of(cls, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> "CrackSearch":
@@ -181,7 +181,7 @@ class LiveWire:
             raise InputError(f"{self._photo.file}: {'. Also, '.join(texts(findings))}.")
         return CrackPath(route.points_px, route.width_px, source or "automatic", tuple(findings))
 
-    def route(self, points_px: Floats, clicked: bool = True) -> Route:
+    def route(self, points_px: Floats, clicked: bool) -> Route:
         """Return the cheapest way past the points, from the first place on the crack to the last.
 
         Raises InputError if a clicked point is off any line.
@@ -228,7 +228,7 @@ class LiveWire:
             raise InputError(f"{self._photo.file}: no part of the sample is near the ends; check ends_px and roi_px.")
         cells, searched = np.rint(self.field.to_cells(points_px)[:, ::-1]), self._nearest_cells(points_px)
         for number in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
-            searched[number] = allowed[np.argmin(np.sum((allowed - cells[number]) ** 2, axis=1))]
+            searched[number] = allowed[nearest_cell(allowed, cells[number])]
         moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
         farthest = moved_px.argmax()
         if moved_px[farthest] > self._snap_px:
