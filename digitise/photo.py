@@ -15,7 +15,7 @@ from digitise.image.raster import DISPLAY_GAMMA, Mask, filled_polygon, shrunk
 from digitise.scale.face_scale import scale_by_face, side_lengths
 from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_markers
 from digitise.scale.view import Lens, Scale, View
-from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, Pixel
+from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, PixelPair
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats
@@ -156,7 +156,7 @@ def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
     return Photo(**{**vars(pixels), **vars(scale), "warnings": (*pixels.warnings, *scale.warnings)})
 
 
-def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
+def scale_by_ruler(ends_px: PixelPair, length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
     """Return the scale from two points and their distance. Raises InputError for points outside or too close."""
     points_px = np.array(ends_px, dtype=float)
     length_px = float(np.linalg.norm(points_px[1] - points_px[0]))

@@ -19,7 +19,7 @@ from digitise.crack_path.profiles import width_along
 from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
-from digitise.settings import MOST_RANKED, Pixel
+from digitise.settings import MOST_RANKED, Pixel, PixelPair
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt, texts
@@ -50,7 +50,7 @@ class RivalCracksError(InputError):
 
 def find_path(
     photo: Photo,
-    ends_px: tuple[Pixel, Pixel] | None,
+    ends_px: PixelPair | None,
     via_px: tuple[Pixel, ...] = (),
     roi_px: tuple[Pixel, ...] | None = None,
     crack: int | None = None,
@@ -159,7 +159,7 @@ class LiveWire:
         self._limits = None if roi_px is None else region_px(photo, roi_px), found_face_px
         self.field: LineMap = map_lines(photo, *self._limits)
 
-    def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
+    def path(self, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> CrackPath:
         """Find the path past all clicked points in order.
 
         Raises InputError for a point off any crack, or if a gate refuses the path.
@@ -190,13 +190,13 @@ class LiveWire:
         cost, line = field.cost(), np.zeros(field.clear.shape, bool)
         for number in range(1, len(stops) - 1):
             stops[number] = self._snapped(stops[number], points_px[number], cost)
-        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px)
+        cells = self._joined(cost, stops, points_px)
         width, line[tuple(cells.T)] = float(np.median(field.width[tuple(cells.T)])), True
         # A wide crack is as cheap along its walls; its middle is the clearest place.
         beside = distance_outside(line) <= max(BESIDE * width, LEAST_BESIDE)
         clearest = float(np.percentile(field.clear[beside], CLEAREST))
         cost = np.where(beside, field.cost(max(CLEAR, clearest)), np.inf)
-        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px)
+        cells = self._joined(cost, stops, points_px)
         most_px = self._snap_px + width / field.scale if clicked else len(cells) / field.scale
         cells = self._on_crack(cells, points_px, width, most_px)
         line_px = field.to_photo(cells[:, ::-1])
@@ -254,13 +254,13 @@ class LiveWire:
         price = cost[tuple(clear[near].T)] * (1 + (2 * away_px[near] / self._snap_px) ** 2)
         return clear[near][np.argmin(price)]
 
-    def _joined(self, legs: list[Integers], points_px: Floats) -> Integers:
-        """Join the legs to one path without double parts.
+    def _joined(self, cost: Floats, stops: Integers, points_px: Floats) -> Integers:
+        """Return the cheapest legs between the stops, joined to one path without double parts.
 
         A leg may run back along the one before it, but only by as much as a click may be off.
         """
-        cells = legs[0]
-        for number, leg in enumerate(legs[1:], 1):
+        cells, *legs = cheapest_legs(cost, stops, self.field.scale)
+        for number, leg in enumerate(legs, 1):
             apart, nearest = KDTree(cells).query(leg, distance_upper_bound=SAME)
             forth = int(np.flatnonzero(np.isfinite(apart))[-1])
             back = int(np.asarray(nearest)[forth])

@@ -6,7 +6,7 @@ import numpy as np
 
 from digitise.geometry.polyline import crossings, depth_inside, rectangle
 from digitise.photo import Photo, in_copy
-from digitise.settings import Pixel
+from digitise.settings import Pixel, PixelPair
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, PathSource
@@ -53,7 +53,7 @@ def too_far(away_px: float, most_px: float) -> str:
     return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
 
 
-def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> None:
+def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> None:
     """Raise InputError if a point is outside the photo or the face, or the ends are too close together."""
     points_px, names = np.array([*ends_px, *via_px], float), ["end", "end", *("via point" for _ in via_px)]
     width, height = photo.size_px

@@ -12,7 +12,7 @@ from digitise.crack_path.hints import CrackPath, check_hints, listed, snap_px
 from digitise.crack_path.profiles import Profiles, dark_width_px, finite_median, profiles_across, row_medians
 from digitise.image.raster import sampled, scaled_down, widened
 from digitise.photo import Photo
-from digitise.settings import Pixel
+from digitise.settings import PixelPair
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats
@@ -37,7 +37,7 @@ MUCH_DARKER = 0.08  # Least difference of light between the paint and a darker b
 TWICE, WIDER_PX = 2.0, 6.0  # Ratio and difference above which paint and dark band have different widths
 
 
-def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath:
+def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
     """Return the middle of the painted crack, between the ends or along the largest piece from left to right.
 
     Raises InputError if an end is not on the paint, the two are on different pieces, or the photo shows no crack there.

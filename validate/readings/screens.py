@@ -95,7 +95,7 @@ class Filling:
     outline: Outline
     solid: Solid
     volume_mm3: float
-    simulated: Profile | None = None
+    simulated: Profile | None
 
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
         """Return the volume of sealant below a level. Beyond the outer stations the level is constant."""
