@@ -8,11 +8,10 @@ import cv2
 import ezdxf.filemanagement
 import numpy as np
 from ezdxf import units
-from numpy.typing import NDArray
 
 from digitise.geometry.polyline import coverage, rectangle
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Outline, Trajectory
+from sealtwin.core.records import Booleans, Outline, Trajectory
 
 CATEGORY = {"id": 1, "name": "crack", "supercategory": "crack"}
 LAYERS = {
@@ -29,7 +28,7 @@ LAYERS = {
 CLOSED = {"OUTLINE", "ISLANDS", "FACE"}
 
 
-def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
+def mask_of(outline: Outline, name: str) -> Booleans:
     """Return the pixels at least half covered by the crack, (height, width).
 
     Raises InputError, which names the crack ``name``, if the crack has no photo of known size, or is a path without
@@ -80,7 +79,7 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
     return {"images": images, "annotations": annotations, "categories": [CATEGORY]}
 
 
-def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
+def run_lengths(mask: Booleans) -> dict[str, Any]:
     """Return COCO's uncompressed code: lengths of runs down the columns. The first run is outside the mask."""
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(np.diff(flat, prepend=False))

@@ -6,13 +6,12 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.profiles import band_px, finite_median, is_wider, profiles_across
 from digitise.geometry import polyline
-from digitise.image.raster import sampled
+from digitise.image.raster import Mask, sampled
 from digitise.photo import Photo, smaller
 from digitise.settings import PhotoInput
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
@@ -205,7 +204,7 @@ def outline_along(
     source: WidthSource,
     *doubts: Fact,
     width_95_mm: Span | None = None,
-    by_hand: NDArray[np.uint8] | None = None,
+    by_hand: Mask | None = None,
 ) -> Outline:
     """Return the outline of a traced crack, without side cracks and islands."""
     (centreline_mm, left_mm, right_mm), methods = _stations(photo, traced)

@@ -8,18 +8,17 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from digitise.geometry.polyline import depth_inside, rectangle
 from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_mask, read_photo
-from digitise.image.raster import DISPLAY_GAMMA, filled_polygon, shrunk
+from digitise.image.raster import DISPLAY_GAMMA, Mask, filled_polygon, shrunk
 from digitise.scale.face_scale import scale_by_face, side_lengths
 from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_markers
 from digitise.scale.view import Lens, Scale, View
-from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, Pixel
+from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, PixelPair
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats
+from sealtwin.core.facts import Facts, doubt
+from sealtwin.core.records import Booleans, Floats
 
 RING_POINTS = 32  # Points on each side of the face: between two, a lens of k1 = -0.2 bends the side by 0.01 px
 CLICK_PX = 1.0  # Standard deviation of each coordinate of a click
@@ -77,7 +76,7 @@ class Photo(Pixels, Scale):
         share = np.arange(RING_POINTS)[:, None] / RING_POINTS
         return self.to_px((start + share * (np.roll(start, -1, axis=0) - start)).reshape(-1, 2))
 
-    def sample_mask(self, found_face_px: Floats | None = None) -> NDArray[np.uint8]:
+    def sample_mask(self, found_face_px: Floats | None = None) -> Mask:
         """Return a mask, (height, width): 255 on the sample's face except markers, else 0."""
         face_px = self.face_ring_px if self.face_ring_px is not None else found_face_px
         mask = np.full(self.brightness.shape, 255, dtype=np.uint8)
@@ -88,7 +87,7 @@ class Photo(Pixels, Scale):
         self.blank_markers(mask)
         return mask
 
-    def blank_markers(self, mask: NDArray[np.uint8], offset_px: tuple[int, int] = (0, 0)) -> None:
+    def blank_markers(self, mask: Mask, offset_px: tuple[int, int] = (0, 0)) -> None:
         """Set a mask to 0 on markers and their white rims; its first pixel is at ``offset_px`` in the photo."""
         for quad in self.markers_px:
             middle = quad.mean(axis=0)
@@ -102,7 +101,7 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
     return replace(photo, warnings=(*photo.warnings, *beside_markers(photo, settings)))
 
 
-def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[Fact, ...]:
+def beside_markers(photo: Photo, settings: PhotoInput) -> Facts:
     """Return a warning if the photo shows markers but its scale is typed or from a ruler."""
     dictionary, corners_px = seen_markers(photo) if settings.mm_per_px or settings.ruler_px else ("", {})
     sides_px = [side_lengths(quad) for quad in corners_px.values()] or PRINTED_MM / photo.mm_per_px
@@ -137,7 +136,7 @@ def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
     return pixels_of(decoded, path, drawn)
 
 
-def pixels_of(decoded: Decoded, file: Path, drawn: NDArray[np.bool_] | None = None) -> Pixels:
+def pixels_of(decoded: Decoded, file: Path, drawn: Booleans | None = None) -> Pixels:
     """Add the brightness of each pixel, its linear luminance, and ``drawn``, the mask of the crack, (height, width).
 
     Raises InputError if the picture is black.
@@ -157,7 +156,7 @@ def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
     return Photo(**{**vars(pixels), **vars(scale), "warnings": (*pixels.warnings, *scale.warnings)})
 
 
-def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
+def scale_by_ruler(ends_px: PixelPair, length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
     """Return the scale from two points and their distance. Raises InputError for points outside or too close."""
     points_px = np.array(ends_px, dtype=float)
     length_px = float(np.linalg.norm(points_px[1] - points_px[0]))

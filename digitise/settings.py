@@ -15,6 +15,7 @@ from sealtwin.core.settings import Likely, Settings
 
 InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a place in or beside a photo
 Pixel = tuple[InPhoto, InPhoto]
+PixelPair = tuple[Pixel, Pixel]
 LARGEST_FILE_BYTES = 250_000_000  # Photo or mesh: 50 million uncompressed pixels with transparency, plus 25 %
 OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate on the face, in mm, up to ten metres
 FaceSide = Annotated[float, Field(gt=1, le=5000)]  # Side of a sample's face in mm; no crack is visible on 1 mm
@@ -124,7 +125,7 @@ class PhotoInput(Settings):
     """Path of the file, relative to the trial file's folder or absolute."""
     data: DataKind
     """Origin of the photo. Reports state it unless it is "measured"; only then can a comparison be a validation."""
-    ends_px: tuple[Pixel, Pixel] | None = None
+    ends_px: PixelPair | None = None
     """Both ends of the crack, each as column and row; the nozzle starts at the first. By default the crack is searched
     for: check it over the photo (overlay.png) before you use the result."""
     crack: int | None = Field(default=None, ge=1, le=MOST_RANKED)
@@ -170,7 +171,7 @@ class PhotoInput(Settings):
     camera_distance_mm: float | None = Field(default=None, gt=10, le=20_000)
     """Distance from lens to face. It is needed to estimate the error of markers above or below the face. Lenses do not
     focus below 10 mm, and a crack is not visible from above 20 m."""
-    ruler_px: tuple[Pixel, Pixel] | None = None
+    ruler_px: PixelPair | None = None
     """Two points on a ruler in the plane of the face, each as column and row. The camera is assumed to be square to it.
     """
     ruler_mm: float | None = Field(default=None, gt=1, le=5000)
@@ -186,7 +187,7 @@ class PhotoInput(Settings):
     """Origin of mm_per_px. Reports state an assumed scale with every length."""
 
     @property
-    def hints(self) -> tuple[tuple[Pixel, Pixel] | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
+    def hints(self) -> tuple[PixelPair | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
         """Ends, via points, region and number of the crack: the arguments of ``find_path``."""
         return self.ends_px, self.via_px, self.roi_px, self.crack
 

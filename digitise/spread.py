@@ -9,20 +9,20 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
 from skimage.measure import find_contours, label
 
-from digitise.geometry.polyline import rectangle, resampled, signed_area
+from digitise.geometry.polyline import rectangle, resampled, signed_area, to_left
 from digitise.image.raster import Map, blurred, continued, sampled
 from digitise.photo import Photo, load_photo
+from digitise.scale.face_scale import side_lengths
 from digitise.settings import PhotoInput
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.facts import Fact
-from sealtwin.core.records import Floats
+from sealtwin.core.facts import Facts
+from sealtwin.core.records import Booleans, Floats
 
 POINTS = 360  # Of an outline
 REACH = 0.06  # Distance from the edge at which the light on each side of it is taken, over half the paste's width
@@ -51,7 +51,7 @@ class SpreadBlob:
     radius_error_mm: float  # Standard uncertainty: scale, edge and shape
     unround: float  # Standard deviation of the outline's distance from the middle, over its mean
     diameters_mm: tuple[float, float]  # Least and largest distance of two parallel lines that touch it on both sides
-    warnings: tuple[Fact, ...]
+    warnings: Facts
 
 
 def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
@@ -92,7 +92,7 @@ def paste_edge(settings: PhotoInput, folder: Path) -> tuple[Photo, Floats]:
     return photo, _edge(light, blob, dark, field, photo.file)
 
 
-def _opening(photo: Photo) -> NDArray[np.bool_]:
+def _opening(photo: Photo) -> Booleans:
     """Return the mask of the sheet's free field, which is the opening of the frame less a margin."""
     # The cutting line is just inside the opening.
     margin_mm = max(3 * photo.mm_per_px, 1.0)
@@ -107,7 +107,7 @@ def _opening(photo: Photo) -> NDArray[np.bool_]:
     return inside
 
 
-def _levelled(brightness: Map, inside: NDArray[np.bool_]) -> Map:
+def _levelled(brightness: Map, inside: Booleans) -> Map:
     """Divide by the light on the sheet. The logarithm of that light is a plane, fitted to the rim of the field."""
     distance = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 3)
     y, x = np.nonzero(inside & (distance < 0.06 * float(distance.max()) + 2))
@@ -120,9 +120,9 @@ def _levelled(brightness: Map, inside: NDArray[np.bool_]) -> Map:
     return np.asarray(brightness / np.exp(plane[0] + plane[1] * along + plane[2] * down), np.float32)
 
 
-def _blob(light: Map, inside: NDArray[np.bool_], file: Path) -> tuple[NDArray[np.bool_], bool]:
+def _blob(light: Map, inside: Booleans, file: Path) -> tuple[Booleans, bool]:
     """Return the mask of the largest blob unlike the sheet, and whether it is darker."""
-    soft, blobs = blurred(light, 2.0), list[tuple[int, NDArray[np.bool_], bool]]()
+    soft, blobs = blurred(light, 2.0), list[tuple[int, Booleans, bool]]()
     for dark in (True, False):
         unlike = 1 - soft if dark else soft - 1
         if (high := float(np.quantile(unlike[inside], 0.99))) < LEAST_CONTRAST:
@@ -140,7 +140,7 @@ def _blob(light: Map, inside: NDArray[np.bool_], file: Path) -> tuple[NDArray[np
     return max(blobs, key=lambda blob: blob[0])[1:]
 
 
-def _edge(light: Map, blob: NDArray[np.bool_], dark: bool, inside: NDArray[np.bool_], file: Path) -> Floats:
+def _edge(light: Map, blob: Booleans, dark: bool, inside: Booleans, file: Path) -> Floats:
     """Return the outline, (POINTS, 2) in px: the line of half the contrast between the paste and the sheet nearby."""
     depth_px = cv2.distanceTransform(blob.astype(np.uint8), cv2.DIST_L2, 5)
     if (half_px := float(depth_px.max())) < LEAST_HALF_PX:
@@ -179,7 +179,7 @@ class BeadOutline:
     along_mm: Floats  # (n,): place of its cells along it, from its middle
     cell_mm2: float
     edge_mm: float  # Length of the edge
-    warnings: tuple[Fact, ...]
+    warnings: Facts
 
 
 def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
@@ -190,16 +190,14 @@ def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
     return bead_of(photo.to_mm(outline_px), error, edge_error_mm, photo.warnings, photo.file)
 
 
-def bead_of(
-    outline_mm: Floats, scale_error: float, edge_error_mm: float, warnings: tuple[Fact, ...], file: Path
-) -> BeadOutline:
+def bead_of(outline_mm: Floats, scale_error: float, edge_error_mm: float, warnings: Facts, file: Path) -> BeadOutline:
     """Measure the bead inside an outline, (n, 2). Raises InputError if it is too short, bent or uneven."""
     area_mm2 = abs(signed_area(outline_mm))
     cell_mm = np.sqrt(area_mm2) / CELLS
     place_mm, inward_mm = _cells(outline_mm, cell_mm)
     middle = place_mm.mean(axis=0)
     forth = np.linalg.eigh(np.cov(place_mm.T))[1][:, 1]
-    along_mm, across_mm = (place_mm - middle) @ forth, (place_mm - middle) @ np.array([-forth[1], forth[0]])
+    along_mm, across_mm = (place_mm - middle) @ forth, (place_mm - middle) @ to_left(forth)
     ends = (outline_mm - middle) @ forth
     shift = (ends.max() + ends.min()) / 2
     length_mm, along_mm = float(np.ptp(ends)), along_mm - shift
@@ -220,7 +218,6 @@ def bead_of(
             "'sealtwin material spread'."
         )
     tips = middle + forth * (shift + np.array([-0.5, 0.5])[:, None] * length_mm)
-    side = np.roll(outline_mm, -1, axis=0) - outline_mm
     return BeadOutline(
         length_mm,
         width_mm,
@@ -231,7 +228,7 @@ def bead_of(
         inward_mm,
         along_mm,
         area_mm2 / len(inward_mm),
-        float(np.linalg.norm(side, axis=1).sum()),
+        float(side_lengths(outline_mm).sum()),
         warnings,
     )
 

@@ -10,7 +10,7 @@ from digitise.planned_path import PathTable
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
 from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import PathFigures
@@ -55,7 +55,7 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
     return replace(solid, figures=figures)
 
 
-def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, tuple[Fact, ...]]:
+def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, Facts]:
     """Return the figures of a path, without its leads, and warnings."""
     giving = trajectory.giving
     s_mm, position_mm = trajectory.s_mm[giving], trajectory.position_mm[giving]
@@ -92,7 +92,7 @@ def turns_deg(points_mm: Floats) -> Floats:
     return np.degrees(np.abs(np.diff(np.unwrap(np.arctan2(y_mm, x_mm)))))
 
 
-def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats, off_mm: Floats) -> tuple[Fact, ...]:
+def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats, off_mm: Floats) -> Facts:
     warnings = []
     if turn_deg.max(initial=0.0) > SHARP_TURN_DEG:
         at = int(turn_deg.argmax()) + 1
@@ -198,7 +198,7 @@ def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
     )
 
 
-def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> tuple[Fact, ...]:
+def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> Facts:
     """Return a warning if ``sealant_mm3`` is implausible for a cavity of ``cavity_mm3``."""
     times = sealant_mm3 / cavity_mm3
     if LITTLE_SEALANT <= times <= MUCH_SEALANT:

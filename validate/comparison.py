@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import ConfigDict, Field, with_config
 
 from sealtwin.core.doubts import QuantityMean
-from sealtwin.core.facts import Fact, texts
+from sealtwin.core.facts import Facts, texts
 from sealtwin.core.record_files import Amount, Positive
 from sealtwin.core.records import DataKind, Floats, JsonRecord, Numbers
 from sealtwin.core.run_figures import Known
@@ -238,7 +238,7 @@ class Comparison(JsonRecord):
     """Origin of the photo or the mesh."""
     escaped_particles: int
     """Number of particles that passed through a wall. If it is not 0, the figures are invalid."""
-    headline: tuple[Fact, ...] = ()
+    headline: Facts = ()
     """Findings on the gate, the baselines and the earlier use of the readings."""
     outcome: Outcome = "open"
     """passed, failed, undecided or open, according to the gate, the mean error and its 95 % interval."""
@@ -246,7 +246,7 @@ class Comparison(JsonRecord):
     """True if the mean error keeps the gate; None without a gate, False if a particle escaped."""
     gate: Gate | None = None
     """Limit declared before the run; None if none was declared."""
-    findings: tuple[Fact, ...] = ()
+    findings: Facts = ()
     """Conclusions that ASME V&V 20 allows, or why it is not assessed. Without a verdict, only declared errors that are
     not used."""
     volumes: VolumeComparison | None = None

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, with_config
 
-from sealtwin.core.facts import Fact
-from sealtwin.core.records import JsonRecord, Numbers
+from sealtwin.core.facts import Facts
+from sealtwin.core.records import Booleans, JsonRecord, Numbers
+from sealtwin.core.solid_figures import Span
 
 PART = ConfigDict(extra="forbid")
 
@@ -69,7 +69,7 @@ class BudgetSummary(JsonRecord):
     would have."""
     scatter_known: bool
     """True if stations were read repeatedly, or the repeatability is declared."""
-    notes: tuple[Fact, ...]
+    notes: Facts
     """Findings on outliers, rounding to one side, few stations, and stations that the probe cannot read."""
 
 
@@ -118,12 +118,12 @@ class StationErrors(JsonRecord):
     """Number of stations that would be outside their own bands by chance if the model were perfect."""
 
     @property
-    def above(self) -> NDArray[np.bool_]:
+    def above(self) -> Booleans:
         """True at stations where |E| exceeds the station's own 95 % band."""
         return np.abs(self.error_mm) > 2 * self.validation_mm
 
     @property
-    def off(self) -> NDArray[np.bool_]:
+    def off(self) -> Booleans:
         """True at stations where |E| exceeds the 95 % band of all stations together."""
         return np.abs(self.error_mm) > self.profile_mm
 
@@ -170,7 +170,7 @@ class SizeSeries(JsonRecord):
     """Number of runs at each size, with different seeds."""
     scatter: float = in_unit("mm")
     """Standard deviation of a single run."""
-    order_95: tuple[float, float]
+    order_95: Span
     """Ends of the 95 % range of the order of convergence, within 0.5 to 2."""
     band: float = in_unit("mm")
     """Half-width of the 95 % interval of the discretisation error at the middle size. It does not include the scatter
@@ -214,16 +214,16 @@ class InputDrawsRecord(JsonRecord):
     """Number of runs, not counting the one with unchanged inputs."""
     together: float
     """Share of the mean level's variance that is due to interactions of the inputs."""
-    unfit: tuple[Fact, ...]
+    unfit: Facts
     """Reasons why the case is outside the fast model's domain."""
 
 
 class ErrorUncertainty(JsonRecord):
     """Intervals of the error, and their parts."""
 
-    mean_error_interval_mm: tuple[float, float]
+    mean_error_interval_mm: Span
     """Ends of the 95 % interval of the mean error that is due to the readings."""
-    bias_interval_mm: tuple[float, float]
+    bias_interval_mm: Span
     """Ends of the 95 % interval of the bias that is due to the readings."""
     bias_systematic_mm: float
     """Systematic standard uncertainty of the bias: more stations would not reduce it."""
@@ -233,10 +233,10 @@ class ErrorUncertainty(JsonRecord):
     stations: StationErrors
     worst_at_a_station: StationError | None
     """Worst error at a station; None if the worst error overall is at a station."""
-    findings: tuple[Fact, ...]
+    findings: Facts
     """Findings: the conclusions that ASME V&V 20 allows, or on why it is not assessed, and on errors that no
     interval includes."""
-    unused: tuple[Fact, ...] = ()
+    unused: Facts = ()
     """Findings on declared errors that the readings contradict. The intervals do not include these errors."""
     alignment: Alignment
     numerics: SizeStudy | None
@@ -278,7 +278,7 @@ class PredictedLevel(JsonRecord):
     """Level of the dispensed volume lying flat in the crack."""
     mean_level_mm: float
     """Mean level along the crack."""
-    mean_level_95_mm: tuple[float, float]
+    mean_level_95_mm: Span
     """Ends of the mean level's 95 % interval."""
     parts: tuple[BudgetPart, ...]
     """All errors included in the band, one by one."""
@@ -288,5 +288,5 @@ class PredictedLevel(JsonRecord):
     """Effects of the varied inputs."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
-    unfit: tuple[Fact, ...]
+    unfit: Facts
     """Reasons why the case is outside the domain of the fast model."""

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from sealtwin.core.facts import Fact, without
+from sealtwin.core.facts import Facts, without
 from sealtwin.core.record_files import read_record
 from sealtwin.core.records import (
     DataKind,
@@ -72,7 +72,7 @@ class SampleFigures(JsonRecord):
     """RMS misfit of the scale's control points; None if there are none."""
     camera_tilt_deg: float | None
     """Angle between the camera's axis and the face's normal; None if it is unknown."""
-    warnings: tuple[Fact, ...]
+    warnings: Facts
     """Doubts about photo and solid."""
 
 
@@ -87,13 +87,13 @@ class FluidFigures(JsonRecord):
     """Number of particles that ran over the sample's edge; None for the fast model."""
     above_face_mm3: float
     """Volume of the settled sealant above the face's plane."""
-    unfit: tuple[Fact, ...] | None
+    unfit: Facts | None
     """Reasons why the case is outside the fast model's domain; None for particles."""
     volume_ratio: float
     """Volume of the settled sealant divided by the dispensed volume."""
     device: str
     """Device that computed the run."""
-    warnings: tuple[Fact, ...]
+    warnings: Facts
     """Faults of the fluid."""
 
 
@@ -108,7 +108,7 @@ class SeedRuns(JsonRecord):
     """Standard deviation of a single run's level at one place: root mean square along the crack."""
     band_95_mm: float
     """Half-width of the 95 % band about the mean that holds one further run, at a place."""
-    warnings: tuple[Fact, ...]
+    warnings: Facts
     """Faults of the fluid in the other runs, without those that the first run has as well."""
 
 
@@ -293,7 +293,7 @@ class ReportData(JsonRecord):
     """Note of the trial, in its user's words."""
     first_page: FirstPage
     """The first page in words: verdict, two sentences, four figures."""
-    headline: tuple[Fact, ...]
+    headline: Facts
     """First findings of the report: on the gate, the baselines and the use of the readings."""
     outcome: Outcome
     """passed, failed: the gate is outside the mean error's 95 % interval, or a particle escaped. undecided: the gate is
@@ -302,7 +302,7 @@ class ReportData(JsonRecord):
     edited: tuple[str, ...]
     """Files of the run that were changed after their stage wrote them. If there is one, nothing in the report is a
     result."""
-    cautions: tuple[Fact, ...]
+    cautions: Facts
     """Warnings to be read before any number."""
     photo_data: DataKind
     """Origin of the photo or the mesh; only measured data can validate."""
@@ -314,11 +314,11 @@ class ReportData(JsonRecord):
     """Level of a run without readings, with its band; None if there are readings, or no extra runs."""
     seeds: SeedRuns | None = IF_SEVERAL
     """Runs that differ only in the seed, whose mean is the level; left out if there is one run."""
-    uncertainty: tuple[Fact, ...]
+    uncertainty: Facts
     """Several runs whose mean is the level; findings on the uncertainty, and on what the intervals do not include."""
-    assumptions: tuple[Fact, ...]
+    assumptions: Facts
     """Assumptions of the model, and data that no metric includes."""
-    figures: tuple[Fact, ...]
+    figures: Facts
     """Volume of the dispensed sealant at each place, and the numbers that the run recorded about itself."""
     provenance: dict[str, str]
     """Versions, device, seed, dates and hashes."""
@@ -328,7 +328,7 @@ class ReportData(JsonRecord):
     """All tables of the page."""
 
     @property
-    def faults(self) -> tuple[Fact, ...]:
+    def faults(self) -> Facts:
         """Cautions without the one on data that were not measured, which is on the first page."""
         return without(self.cautions, NOT_A_VALIDATION)
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from sealtwin.core.facts import Fact, of_keys
+from sealtwin.core.facts import Fact, Facts, of_keys
 from sealtwin.core.record_files import Simulation
 from sealtwin.core.records import Run
 from sealtwin.core.run_figures import BRIDGES
@@ -24,7 +24,7 @@ DRAFTED_MM = 1.1
 """A draft's level is this near to the mean of accurate runs at nine of ten places (benchmarks/drafts.py)."""
 
 
-def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> tuple[Fact, ...]:
+def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> Facts:
     """Return a caution for each figure of a run that shows a fault. A sound run has none.
 
     ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. A volume lost over the
@@ -43,7 +43,7 @@ def is_draft(run: Run | Simulation) -> bool:
     return run.settings.get("solver", {}).get("preset") == "draft"
 
 
-def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ...]:
+def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> Facts:
     """Return the cautions of ``run_warnings`` without those on a draft or on the fast model."""
     facts, solver, health = [*run.remarks], run.settings.get("solver", {}), run.health
     if run.escaped_particles:
@@ -108,7 +108,7 @@ def mean_sentence(seeds: SeedRuns | None) -> str:
     return "" if seeds is None else sentence("seeds.mean", seeds=seeds, names=names_of(seeds))
 
 
-def seed_facts(seeds: SeedRuns | None, *, draft: bool) -> tuple[Fact, ...]:
+def seed_facts(seeds: SeedRuns | None, *, draft: bool) -> Facts:
     """Return the facts on the mean, on what the first run alone shows, and on drafts; none for a single run."""
     if seeds is None:
         return ()

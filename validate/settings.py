@@ -30,6 +30,7 @@ AS_WRITTEN = re.compile(
 
 COLUMN, SPAN, CELL = r"^[A-Z]{1,3}$", r"^[A-Z]{1,3}(:[A-Z]{1,3})?$", r"^[A-Z]{1,3}[1-9][0-9]{0,6}$"
 RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
+Name = Annotated[str, Field(min_length=1, max_length=200)]  # Of a worksheet or a sample
 Rounding = Literal["nearest", "down", "toward_zero"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 Role = Literal["calibrated-on", "held-out", "undeclared"]
@@ -70,9 +71,9 @@ class Columns(Settings):
 class Declared(Settings):
     """Facts that a sheet of readings leaves open. Nothing is guessed: a missing fact is an error that names it."""
 
-    sheet: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    sheet: Name | None = None
     """Name of the worksheet, if the workbook has several."""
-    sample: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    sample: Name | None = None
     """Name of the sample. A text of the sheet that names another one is asked about. Default: the name of the file."""
     separator: Separator | None = None
     """Separator between the fields of a text file, if it is ambiguous."""
@@ -295,8 +296,9 @@ class Uncertainty(Settings):
 
     def with_paste(self, yield_stress_pa: float, viscosity_percent: float | None) -> Self:
         """Return the uncertainties, completed with those of the measured paste. Declared ones take precedence."""
-        measured = {
-            "yield_stress_pa": yield_stress_pa or None,
-            "viscosity_percent": viscosity_percent or None,
-        }
-        return self.model_copy(update={key: value for key, value in measured.items() if getattr(self, key) is None})
+        return self.model_copy(
+            update={
+                "yield_stress_pa": self.yield_stress_pa or yield_stress_pa or None,
+                "viscosity_percent": self.viscosity_percent or viscosity_percent or None,
+            }
+        )

@@ -6,7 +6,6 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from skimage.filters import apply_hysteresis_threshold
 from skimage.morphology import skeletonize
@@ -17,7 +16,7 @@ from digitise.crack_path.profiles import finite_median, profiles_across, row_med
 from digitise.geometry.polyline import left_normals, unit
 from digitise.image.raster import lightness, widened
 from digitise.photo import Photo
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Booleans, Floats, Integers
 
 # Limits of a line. Lengths are cells of the line map.
 #
@@ -93,7 +92,7 @@ def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Flo
     return apart, [field.to_photo(line) for line in surely]
 
 
-def _bones(field: LineMap, allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _bones(field: LineMap, allowed: Booleans) -> Booleans:
     """Return the skeleton of the clear cells without short pieces."""
     clear = np.where(allowed, field.clear, 0).astype(np.float32)
     likely = apply_hysteresis_threshold(clear, LIKELY, SURE)
@@ -101,7 +100,7 @@ def _bones(field: LineMap, allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return medial_axis.larger_pieces(skeletonize(likely & crest), LEAST_BONE)
 
 
-def _ways(field: LineMap, allowed: NDArray[np.bool_]) -> list[Integers]:
+def _ways(field: LineMap, allowed: Booleans) -> list[Integers]:
     """Return the lines through the allowed cells that are worth most, as rows and columns."""
     lines = _linked(_bones(field, allowed))
     worth, ways = _worth(field), []
@@ -116,7 +115,7 @@ def _ways(field: LineMap, allowed: NDArray[np.bool_]) -> list[Integers]:
     return ways
 
 
-def _extended(way: Integers, field: LineMap, allowed: NDArray[np.bool_]) -> Integers:
+def _extended(way: Integers, field: LineMap, allowed: Booleans) -> Integers:
     """Return a line that goes straight on at both ends, by at most its width, as far as it is as clear there.
 
     A skeleton ends half a width before the end of a blunt line.
@@ -137,7 +136,7 @@ def _worth(field: LineMap) -> Floats:
     return (np.clip(field.clear, 0, CLEAR) / CLEAR * field.contrast).astype(float) + 1e-3
 
 
-def _linked(bones: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _linked(bones: Booleans) -> Booleans:
     """Return a skeleton with straight bridges between near ends of its pieces: over a coarse grain or a stain."""
     around = cv2.filter2D(bones.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
     ends = np.argwhere(bones & (around == 2))
@@ -147,7 +146,7 @@ def _linked(bones: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return linked > 0
 
 
-def _straight_lines(bones: NDArray[np.bool_], least: float) -> list[Floats]:
+def _straight_lines(bones: Booleans, least: float) -> list[Floats]:
     """Return each straight line in a skeleton as its two ends, (2, 2), column and row.
 
     ``least`` is its least length over the map's diagonal.
@@ -165,13 +164,13 @@ def _straight_lines(bones: NDArray[np.bool_], least: float) -> list[Floats]:
     return [line for line in lines if _share_near(near, line) >= COVERED]
 
 
-def _share_near(near: NDArray[np.bool_], line: Floats) -> float:
+def _share_near(near: Booleans, line: Floats) -> float:
     count = round(float(np.linalg.norm(line[1] - line[0]))) + 1
     column, row = np.rint(np.linspace(line[0], line[1], count)).astype(int).T
     return float(np.mean(near[row, column]))
 
 
-def _beside(shape: tuple[int, ...], lines: Sequence[Floats]) -> NDArray[np.bool_]:
+def _beside(shape: tuple[int, ...], lines: Sequence[Floats]) -> Booleans:
     """Return the cells beside straight lines, each extended across the whole map as a joint is."""
     mask, reach = np.zeros(shape, np.uint8), sum(shape)
     for line in lines:
@@ -182,7 +181,7 @@ def _beside(shape: tuple[int, ...], lines: Sequence[Floats]) -> NDArray[np.bool_
 
 def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     along = tuple(way.T)
-    line_px = field.to_photo((way if way[0, 1] <= way[-1, 1] else way[::-1])[:, ::-1])
+    line_px = field.to_photo(medial_axis.rightward(way)[:, ::-1])
     width_px = float(np.median(field.width[along])) / field.scale
     corners, least = straight_legs(way, width_px * field.scale)
     turns = np.diff(corners, axis=0)

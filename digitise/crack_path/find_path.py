@@ -13,16 +13,16 @@ from digitise.crack_path.candidates import FoundCrack, candidates
 from digitise.crack_path.gates import GATES, Route, moved_click
 from digitise.crack_path.hints import IF_LIGHTER, CrackPath, check_hints, listed, region_px, snap_px, too_far
 from digitise.crack_path.line_map import CLEAR, EVEN, LineMap, cheapest_legs, map_lines
-from digitise.crack_path.medial_axis import distance_outside
+from digitise.crack_path.medial_axis import distance_outside, nearest_cell
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.profiles import width_along
 from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
-from digitise.settings import MOST_RANKED, Pixel
+from digitise.settings import MOST_RANKED, Pixel, PixelPair
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, doubt, texts
+from sealtwin.core.facts import Facts, doubt, texts
 from sealtwin.core.records import Floats, Integers
 
 EDGES_FOUND = doubt(
@@ -50,7 +50,7 @@ class RivalCracksError(InputError):
 
 def find_path(
     photo: Photo,
-    ends_px: tuple[Pixel, Pixel] | None,
+    ends_px: PixelPair | None,
     via_px: tuple[Pixel, ...] = (),
     roi_px: tuple[Pixel, ...] | None = None,
     crack: int | None = None,
@@ -75,7 +75,7 @@ class CrackSearch:
     photo: Photo
     wire: "LiveWire"
     cracks: tuple[FoundCrack, ...]
-    warnings: tuple[Fact, ...]
+    warnings: Facts
 
     @classmethod
     def of(cls, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> "CrackSearch":
@@ -159,7 +159,7 @@ class LiveWire:
         self._limits = None if roi_px is None else region_px(photo, roi_px), found_face_px
         self.field: LineMap = map_lines(photo, *self._limits)
 
-    def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
+    def path(self, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> CrackPath:
         """Find the path past all clicked points in order.
 
         Raises InputError for a point off any crack, or if a gate refuses the path.
@@ -181,7 +181,7 @@ class LiveWire:
             raise InputError(f"{self._photo.file}: {'. Also, '.join(texts(findings))}.")
         return CrackPath(route.points_px, route.width_px, source or "automatic", tuple(findings))
 
-    def route(self, points_px: Floats, clicked: bool = True) -> Route:
+    def route(self, points_px: Floats, clicked: bool) -> Route:
         """Return the cheapest way past the points, from the first place on the crack to the last.
 
         Raises InputError if a clicked point is off any line.
@@ -190,13 +190,13 @@ class LiveWire:
         cost, line = field.cost(), np.zeros(field.clear.shape, bool)
         for number in range(1, len(stops) - 1):
             stops[number] = self._snapped(stops[number], points_px[number], cost)
-        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px)
+        cells = self._joined(cost, stops, points_px)
         width, line[tuple(cells.T)] = float(np.median(field.width[tuple(cells.T)])), True
         # A wide crack is as cheap along its walls; its middle is the clearest place.
         beside = distance_outside(line) <= max(BESIDE * width, LEAST_BESIDE)
         clearest = float(np.percentile(field.clear[beside], CLEAREST))
         cost = np.where(beside, field.cost(max(CLEAR, clearest)), np.inf)
-        cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px)
+        cells = self._joined(cost, stops, points_px)
         most_px = self._snap_px + width / field.scale if clicked else len(cells) / field.scale
         cells = self._on_crack(cells, points_px, width, most_px)
         line_px = field.to_photo(cells[:, ::-1])
@@ -228,7 +228,7 @@ class LiveWire:
             raise InputError(f"{self._photo.file}: no part of the sample is near the ends; check ends_px and roi_px.")
         cells, searched = np.rint(self.field.to_cells(points_px)[:, ::-1]), self._nearest_cells(points_px)
         for number in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
-            searched[number] = allowed[np.argmin(np.sum((allowed - cells[number]) ** 2, axis=1))]
+            searched[number] = allowed[nearest_cell(allowed, cells[number])]
         moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
         farthest = moved_px.argmax()
         if moved_px[farthest] > self._snap_px:
@@ -254,13 +254,13 @@ class LiveWire:
         price = cost[tuple(clear[near].T)] * (1 + (2 * away_px[near] / self._snap_px) ** 2)
         return clear[near][np.argmin(price)]
 
-    def _joined(self, legs: list[Integers], points_px: Floats) -> Integers:
-        """Join the legs to one path without double parts.
+    def _joined(self, cost: Floats, stops: Integers, points_px: Floats) -> Integers:
+        """Return the cheapest legs between the stops, joined to one path without double parts.
 
         A leg may run back along the one before it, but only by as much as a click may be off.
         """
-        cells = legs[0]
-        for number, leg in enumerate(legs[1:], 1):
+        cells, *legs = cheapest_legs(cost, stops, self.field.scale)
+        for number, leg in enumerate(legs, 1):
             apart, nearest = KDTree(cells).query(leg, distance_upper_bound=SAME)
             forth = int(np.flatnonzero(np.isfinite(apart))[-1])
             back = int(np.asarray(nearest)[forth])

@@ -76,7 +76,7 @@ def dark_enough(route: Route) -> Fact | None:
         f"no crack between the ends: the darkest way there is {clear:.1f} times as dark as the ground's grain (at "
         f"least {LEAST_CLEAR:g} times along a crack); check ends_px; {IF_LIGHTER}"
     )
-    return Fact("path.not-dark", fault, clear, kind="doubt", level="fault")
+    return doubt("path.not-dark", fault, clear, level="fault")
 
 
 def bare_stretch(route: Route) -> Fact | None:
@@ -94,14 +94,14 @@ def bare_stretch(route: Route) -> Fact | None:
     where = f"{route.s_px[ends[1]] - route.s_px[ends[0]]:.0f} px from {listed(route.points_px[ends])} px"
     if (first == 0 or last == len(mean)) and moved_click(route):
         text = f"an end is not on a crack: beside it are {where} of plain ground; check ends_px"
-        return Fact("path.end-beside", text, kind="doubt", level="fault")
+        return doubt("path.end-beside", text, level="fault")
     clicked_px = np.linalg.norm(route.points_px[ends][:, None] - route.clicks_px, axis=2).min(axis=1)
     if _means(route.clear, int(LONG * count)).min() < AS_GROUND and clicked_px.max() > snap_px(route.photo):
         crosses = (
             f"the path crosses plain ground: {where} are as bright as the ground. Give a point of the crack between "
             "the ends in photo.via_px. If the crack runs there, give both of these places"
         )
-        return Fact("path.bare-stretch", crosses, kind="doubt", level="fault")
+        return doubt("path.bare-stretch", crosses, level="fault")
     return doubt(
         "path.bare-stretch",
         f"part of the path shows hardly any crack and may cross plain ground: {where}. Look there, and give a point of "
@@ -133,7 +133,7 @@ def lighter_line(route: Route) -> Fact | None:
         f"{listed(route.points_px[[0, -1]])} px: {IF_LIGHTER}"
     )
     refused = darkness > NOT_DARK and times > BRIGHT
-    return Fact("path.lighter-line", text, times, kind="doubt", level="fault" if refused else "caution")
+    return doubt("path.lighter-line", text, times, level="fault" if refused else "caution")
 
 
 def along_joint(route: Route) -> Fact | None:

@@ -6,9 +6,9 @@ import numpy as np
 
 from digitise.geometry.polyline import crossings, depth_inside, rectangle
 from digitise.photo import Photo, in_copy
-from digitise.settings import Pixel
+from digitise.settings import Pixel, PixelPair
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, PathSource
 
 SNAP_PX, SNAP_SHARE = 15.0, 0.015  # Largest distance of a given point from its crack: px, and share of the photo
@@ -22,7 +22,7 @@ class CrackPath:
     points_px: Floats  # (n, 2), from the first end
     width_px: float  # Typical width of the crack along it
     source: PathSource
-    warnings: tuple[Fact, ...] = ()
+    warnings: Facts = ()
 
     def in_copy(self, factor: int) -> "CrackPath":
         """Return the path in the pixels of ``photo.smaller``."""
@@ -33,7 +33,6 @@ IF_LIGHTER = (
     "if the crack is lighter than the ground, for example because of a filling or a light crust, paint it in "
     "photo.mask, and give ends_px on the paint"
 )
-IN_ITS_MIDDLE = "give ends_px in the middle of the crack, and via_px"  # Remedy for a path off its crack
 
 
 def listed(points_px: Floats) -> str:
@@ -54,7 +53,7 @@ def too_far(away_px: float, most_px: float) -> str:
     return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
 
 
-def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> None:
+def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> None:
     """Raise InputError if a point is outside the photo or the face, or the ends are too close together."""
     points_px, names = np.array([*ends_px, *via_px], float), ["end", "end", *("via point" for _ in via_px)]
     width, height = photo.size_px

@@ -23,12 +23,13 @@ from digitise.image.raster import (
     continued,
     filled_polygon,
     resized,
+    scaled_down,
     shrunk,
     widened,
     window_around,
 )
 from digitise.photo import Photo
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Booleans, Floats, Integers
 
 WORK_PX = 1000  # Longer side of the copy: a path needs no more, the walls are refined on the photo itself
 RIM = 3  # Cells at the map's border that are like those inside them
@@ -79,8 +80,8 @@ class LineMap:
     clear: Map  # Response of the filter in units of the noise around
     contrast: Map  # The same in displayed brightness over its local mean
     width: Map  # Width in cells of the line that fits best
-    allowed: NDArray[np.bool_]  # Cells on the face and on no marker
-    around: NDArray[np.bool_]  # Cells in dark regions at the photo's border that were taken for the surroundings
+    allowed: Booleans  # Cells on the face and on no marker
+    around: Booleans  # Cells in dark regions at the photo's border that were taken for the surroundings
 
     def to_cells(self, points_px: Floats) -> Floats:
         """Return the places in the map, as column and row."""
@@ -124,9 +125,8 @@ def map_lines(
     if region_px is not None:
         allowed = np.minimum(allowed, filled_polygon(allowed.shape, region_px - (left, top)))
     scale = min(1.0, WORK_PX / max(light.shape))
-    size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
-    light = shrunk(light, size)
-    allowed = shrunk(allowed, size) >= 254
+    light = scaled_down(light, scale)
+    allowed = scaled_down(allowed, scale) >= 254
     # Grain has equal contrast in shade and light if brightness is as displayed.
     shown = np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA).astype(np.float32)
     around = np.zeros_like(allowed)
@@ -141,7 +141,7 @@ def map_lines(
     return LineMap((left, top), scale, shown, clear, contrast, width, allowed, around)
 
 
-def surroundings(shown: Map, crack: Floats | None = None) -> NDArray[np.bool_]:
+def surroundings(shown: Map, crack: Floats | None = None) -> Booleans:
     """Return large dark regions along the border of the displayed brightness.
 
     A region with a place of ``crack``, (n, 2) as column and row, is not among them.
@@ -163,7 +163,7 @@ def surroundings(shown: Map, crack: Floats | None = None) -> NDArray[np.bool_]:
     return widened(beyond[label], 3)
 
 
-def _filtered(shown: Map, allowed: NDArray[np.bool_]) -> tuple[Map, Map, Map]:
+def _filtered(shown: Map, allowed: Booleans) -> tuple[Map, Map, Map]:
     """Return clearness, contrast and width of the best line at each cell."""
     clear, contrast, width = (np.zeros_like(shown) for _ in range(3))
     for octave, sigmas in enumerate(SIGMAS):
@@ -216,7 +216,7 @@ def _moved(picture: Map, distance: float, angle: float) -> Map:
     return np.asarray(cv2.warpAffine(picture, motion, size, flags=cv2.INTER_LINEAR, borderMode=mirrored), np.float32)
 
 
-def _noise(responses: NDArray[np.float32], usable: NDArray[np.bool_], sigma: float) -> Map:
+def _noise(responses: NDArray[np.float32], usable: Booleans, sigma: float) -> Map:
     """Return the standard deviation of the responses around each cell, estimated from their mean size off cracks."""
     few = np.abs(responses[:: DIRECTIONS // 4])
     limit = LOUD * float(np.median(few[:, usable])) if usable.any() else 0.0

@@ -10,14 +10,14 @@ from skimage.graph import route_through_array
 from skimage.morphology import skeletonize
 
 from digitise.image.raster import Map
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Booleans, Floats, Integers
 
 LEAST_BRANCH = 0.7  # Least reach of a side crack from the wall in widths; less is roughness of the wall
 LEAST_BRANCH_PX = 8.0  # The same in pixels: shorter ones are pores or slips of a brush
 AT_RIM = 1.5  # Cells from the rim within which a line ends on it: a little more than one step across a corner
 
 
-def pieces(mask: NDArray[np.bool_], connectivity: int = 8) -> tuple[NDArray[np.int32], Integers]:
+def pieces(mask: Booleans, connectivity: int = 8) -> tuple[NDArray[np.int32], Integers]:
     """Return the number of each cell's piece, 0 outside the mask, and the area of each piece.
 
     With a ``connectivity`` of 8 corners connect cells, with 4 they do not.
@@ -28,7 +28,7 @@ def pieces(mask: NDArray[np.bool_], connectivity: int = 8) -> tuple[NDArray[np.i
     return label.astype(np.int32), area
 
 
-def holding(mask: NDArray[np.bool_], places: Floats, connectivity: int = 4) -> NDArray[np.bool_]:
+def holding(mask: Booleans, places: Floats, connectivity: int = 4) -> Booleans:
     """Return the piece of a mask with most of ``places``, (n, 2) as column and row; empty if none is in the mask."""
     label, _ = pieces(mask, connectivity)
     column, row = np.clip(np.rint(places).astype(np.int64), 0, np.array(mask.shape[::-1]) - 1).T
@@ -37,26 +37,26 @@ def holding(mask: NDArray[np.bool_], places: Floats, connectivity: int = 4) -> N
     return mask & (label == count.argmax())
 
 
-def larger_pieces(mask: NDArray[np.bool_], least: float, connectivity: int = 8) -> NDArray[np.bool_]:
+def larger_pieces(mask: Booleans, least: float, connectivity: int = 8) -> Booleans:
     """Return the mask without its pieces of fewer than ``least`` cells."""
     label, area = pieces(mask, connectivity)
     return mask & (area >= least)[label]
 
 
-def distance_outside(mask: NDArray[np.bool_]) -> Map:
+def distance_outside(mask: Booleans) -> Map:
     """Return the distance of each cell from the nearest cell of the mask, 0 inside it."""
     away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     # OpenCV's last bit depends on the memory address of a small array; squared distances are whole numbers.
     return np.sqrt(np.rint(np.square(np.asarray(away, np.float32))))
 
 
-def radius(region: NDArray[np.bool_]) -> Floats:
+def radius(region: Booleans) -> Floats:
     """Return the distance of each cell from the nearest cell outside the region. Cells off the picture are outside."""
     outside = np.pad(~region, 1, constant_values=True)
     return distance_outside(outside)[1:-1, 1:-1].astype(float)
 
 
-def longest_line(region: NDArray[np.bool_]) -> Integers:
+def longest_line(region: Booleans) -> Integers:
     """Return the longest path through the region's skeleton, (n, 2), as row and column; empty without a skeleton."""
     cells = np.argwhere(skeletonize(region))
     if len(cells) < 2:
@@ -67,18 +67,28 @@ def longest_line(region: NDArray[np.bool_]) -> Integers:
     return cells[max(walks, key=lambda walk: walk[1])[0]]
 
 
-def along_middle(region: NDArray[np.bool_], ends: Floats) -> Integers:
+def nearest_cell(cells: Integers, place: Floats | Integers) -> int:
+    """Return the index of the cell, (n, 2) as row and column, that is nearest to a place."""
+    return int(np.argmin(np.sum((cells - place) ** 2, axis=1)))
+
+
+def along_middle(region: Booleans, ends: Floats) -> Integers:
     """Return the cells along the middle of a region, (n, 2).
 
     They lead from the cell nearest to the first of ``ends`` to the cell nearest to the second. Each end is a column and
     a row.
     """
     cells = np.argwhere(region)
-    start, end = (cells[int(np.argmin(np.sum((cells - place[::-1]) ** 2, axis=1)))] for place in ends)
+    start, end = (cells[nearest_cell(cells, place[::-1])] for place in ends)
     to_rim = radius(region)
     share = np.minimum(to_rim / max(2 * np.median(to_rim[region]), 1.0), 1.5)
     way, _ = route_through_array(np.where(region, 1 / (0.03 + share**2), np.inf), start, end)
     return np.array(way, np.int64)
+
+
+def rightward(way: Integers) -> Integers:
+    """Return a path, (n, 2) as row and column, from its left end to its right one."""
+    return way if way[0, 1] <= way[-1, 1] else way[::-1]
 
 
 def without_hooks(way: Integers, to_rim: Floats) -> Integers:
@@ -100,7 +110,7 @@ def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
     length = np.linalg.norm(cells[first] - cells[second], axis=1)
     if worth is not None:
         length = length * (worth[first] + worth[second]) / 2
-    graph = csr_array(coo_array((length, (first, second)), shape=(len(cells), len(cells))))
+    graph = csr_array((length, (first, second)), shape=(len(cells), len(cells)))
     graph.sort_indices()
     return graph
 
@@ -109,8 +119,8 @@ def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
     """Return the spanning tree of the graph that omits the link of least worth in each loop."""
     links = coo_array(graph)
     weakness = 1 / (worth[links.row] + worth[links.col])
-    tree = coo_array(minimum_spanning_tree(csr_array(coo_array((weakness, (links.row, links.col)), shape=graph.shape))))
-    return csr_array(coo_array((np.asarray(graph[tree.row, tree.col]), (tree.row, tree.col)), shape=graph.shape))
+    tree = coo_array(minimum_spanning_tree(csr_array((weakness, (links.row, links.col)), shape=graph.shape)))
+    return csr_array((np.asarray(graph[tree.row, tree.col]), (tree.row, tree.col)), shape=graph.shape)
 
 
 def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
@@ -121,7 +131,7 @@ def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
     return _walk(graph, int(_walk(graph, start)[0][-1]))
 
 
-def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[tuple[Integers, bool]]:
+def side_lines(region: Booleans, way: Integers, least: float) -> list[tuple[Integers, bool]]:
     """Return the side lines of a path: skeleton lines that go beyond the crack around the path, longest first.
 
     A side line reaches at least ``least`` beyond the rim of that crack. Each is given as rows and columns, (n, 2), from
@@ -160,7 +170,7 @@ def _beside(cells: Integers, way: Integers) -> Integers:
     _, piece = connected_components(linked(cells), directed=False)
     own = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
     cells, away = cells[own], away[own]
-    first, last = (int(np.argmin(np.sum((cells - end) ** 2, axis=1))) for end in way[[0, -1]])
+    first, last = (nearest_cell(cells, end) for end in way[[0, -1]])
     graph = linked(cells, worth=1 + away / max(np.median(away), 1.0))
     return cells[_walk(graph, first, last)[0]]
 

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from digitise.crack_path import medial_axis
 from digitise.crack_path.hints import CrackPath, check_hints, listed, snap_px
 from digitise.crack_path.profiles import Profiles, dark_width_px, finite_median, profiles_across, row_medians
-from digitise.image.raster import sampled, shrunk, widened
+from digitise.image.raster import sampled, scaled_down, widened
 from digitise.photo import Photo
-from digitise.settings import Pixel
+from digitise.settings import PixelPair
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.facts import Facts, doubt
+from sealtwin.core.records import Booleans, Floats
 
 WORK_PX = 2000  # Longer side of the copy on which the middle of the paint is searched for
 LEAST_COVERED = 0.25  # Least painted share of a painted cell of that copy, so that a line of one pixel stays whole
@@ -37,7 +37,7 @@ MUCH_DARKER = 0.08  # Least difference of light between the paint and a darker b
 TWICE, WIDER_PX = 2.0, 6.0  # Ratio and difference above which paint and dark band have different widths
 
 
-def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath:
+def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
     """Return the middle of the painted crack, between the ends or along the largest piece from left to right.
 
     Raises InputError if an end is not on the paint, the two are on different pieces, or the photo shows no crack there.
@@ -52,19 +52,14 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
     left, top, width, height = cv2.boundingRect((label == chosen).astype(np.uint8))
     piece = label[top : top + height, left : left + width] == chosen
     scale = min(1.0, WORK_PX / max(piece.shape))
-    size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    region = _without_pinholes(shrunk(piece.astype(np.float32), size) > LEAST_COVERED)
-
-    def to_photo(cells: Integers) -> Floats:
-        return (cells[:, ::-1].astype(float) + 0.5) / scale - 0.5 + (left, top)
-
+    region = _without_pinholes(scaled_down(piece.astype(np.float32), scale) > LEAST_COVERED)
     if ends_px is None:
         way = medial_axis.without_hooks(medial_axis.longest_line(region), medial_axis.radius(region))
-        way = way if way[0, 1] <= way[-1, 1] else way[::-1]
+        way = medial_axis.rightward(way)
     else:
         way = medial_axis.along_middle(region, (np.array(ends_px) - (left, top) + 0.5) * scale - 0.5)
     width_px = (2 * float(np.median(medial_axis.radius(region)[tuple(way.T)])) - 1) / scale
-    line_px, count = to_photo(way), len(area) - 1
+    line_px, count = (way[:, ::-1].astype(float) + 0.5) / scale - 0.5 + (left, top), len(area) - 1
     doubts = _judged(photo, paint, line_px, width_px, confirmed=ends_px is not None)
     if count > 1:
         used = (
@@ -98,16 +93,14 @@ def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
     return numbers[0]
 
 
-def _without_pinholes(region: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _without_pinholes(region: Booleans) -> Booleans:
     """Return the region with its small holes filled."""
     # In a strip the median distance from the rim is a quarter of the width.
     hole = PINHOLE * 4 * np.median(medial_axis.radius(region)[region])
     return ~medial_axis.larger_pieces(~region, np.pi / 4 * hole**2, connectivity=4)
 
 
-def _judged(
-    photo: Photo, drawn: NDArray[np.bool_], line_px: Floats, width_px: float, confirmed: bool
-) -> tuple[Fact, ...]:
+def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, confirmed: bool) -> Facts:
     """Return a warning if the paint is hardly darker than the ground around; raise InputError if it is not darker.
 
     A mask is ``confirmed`` if the user gave both ends on it: it is never refused.
@@ -139,7 +132,7 @@ def _judged(
     )
 
 
-def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[Fact, ...]:
+def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
     """Return a warning if the dark band along the paint is beside it, or far wider or narrower."""
     light = profiles.mean()
     shares = light / np.maximum(row_medians(light), 1e-6)[:, None]

@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Booleans, Floats, Integers
 
 BLUR_PX = 0.8  # Gaussian sigma that quiets noise and leaves an edge in its place
 LEAST_WIDTH_PX = 2.0  # Least sigma by which a line is smoothed: the steps of a path are whole pixels
@@ -32,9 +31,9 @@ class Profiles:
     offset_px: Floats  # Distances along the left normals, (m,)
     place_px: Floats  # (stations, m, 2)
     light: Floats  # (stations, m); NaN outside the photo
-    cuts: NDArray[np.int_]  # First station of each stretch, and one past the last
+    cuts: Integers  # First station of each stretch, and one past the last
 
-    def mean(self, where: NDArray[np.bool_] | None = None) -> Floats:
+    def mean(self, where: Booleans | None = None) -> Floats:
         """Mean light of each stretch at each distance, (stretches, m), or mean of samples ``where``, (stretches,)."""
         weight = np.isfinite(self.light) if where is None else np.isfinite(self.light) & where
         light = np.where(weight, self.light, 0)

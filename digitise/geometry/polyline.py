@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.arrays import counted_up
+from sealtwin.core.records import Booleans, Floats, Integers
 
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 ROWS_PER_PX = 8  # Sub-rows of a cell; with 8, edges are right to better than 0.01 of a cell
@@ -85,7 +86,7 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
     end = np.roll(points, -1, axis=0) if closed else points[1:]
     low, high, number = np.minimum(start, end), np.maximum(start, end), np.arange(len(start))
 
-    def apart(first: Integers, other: Integers) -> NDArray[np.bool_]:
+    def apart(first: Integers, other: Integers) -> Booleans:
         """Return True if the ends of one segment are on two sides of the line along another."""
         step = end[first] - start[first]
         return cross(step, start[other] - start[first]) * cross(step, end[other] - start[first]) < 0
@@ -184,7 +185,7 @@ def unit(vector: Floats) -> Floats:
     return vector / np.linalg.norm(vector)
 
 
-def runs(where: NDArray[np.bool_]) -> Integers:
+def runs(where: Booleans) -> Integers:
     """Return the first index of each run of True and one past its last, (runs, 2)."""
     return np.flatnonzero(np.diff(np.concatenate([[0], where.astype(int), [0]]))).reshape(-1, 2)
 
@@ -197,9 +198,7 @@ def coverage(ring: Floats, size_px: tuple[int, int]) -> NDArray[np.float32]:
     # Sub-row r is sampled at y = (r + 0.5) / ROWS_PER_PX - 0.5.
     first = np.maximum(np.ceil((low + 0.5) * ROWS_PER_PX - 0.5), 0).astype(int)
     last = np.minimum(np.ceil((high + 0.5) * ROWS_PER_PX - 0.5), height * ROWS_PER_PX).astype(int)
-    count = np.maximum(last - first, 0)
-    edge = np.repeat(np.arange(len(ring)), count)
-    row = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + first[edge]
+    edge, row = counted_up(np.maximum(last - first, 0), first)
     y = (row + 0.5) / ROWS_PER_PX - 0.5
     (x0, y0), (x1, y1) = start[edge].T, end[edge].T
     x = np.clip(x0 + (y - y0) * (x1 - x0) / (y1 - y0) + 0.5, 0, width)

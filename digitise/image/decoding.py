@@ -20,7 +20,8 @@ from PIL.ExifTags import IFD, Base
 from digitise.image.raster import DISPLAY_GAMMA, Map
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Facts, doubt
+from sealtwin.core.records import Booleans
 
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
 """File endings of photos in a folder. Photos that cannot be read are reported."""
@@ -45,7 +46,7 @@ class Decoded:
 
     image: NDArray[np.uint8]  # (height, width, 3), RGB, as the camera stored it
     focal_px: float | None = None  # Focal length in pixels, if the camera recorded it and the photo is not cropped
-    warnings: tuple[Fact, ...] = ()
+    warnings: Facts = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +55,7 @@ class Pixels(Decoded):
 
     file: Path
     brightness: Map  # Linear light, 0 to 1
-    drawn: NDArray[np.bool_] | None = None  # Mask of the crack that the user painted, (height, width)
+    drawn: Booleans | None = None  # Mask of the crack that the user painted, (height, width)
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -254,7 +255,7 @@ REMEDY = (
 )
 
 
-def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> NDArray[np.bool_]:
+def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> Booleans:
     """Check a mask in memory, (height, width); ``size_px`` is the photo's. Pixels that are not 0 are painted."""
     painted = np.asarray(painted)
     if painted.shape != size_px[::-1]:
@@ -265,7 +266,7 @@ def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str)
     return _soundly_painted(painted.astype(bool), name, "pixels that are not 0 are painted")
 
 
-def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
+def read_mask(path: Path, size_px: tuple[int, int]) -> Booleans:
     """Read a painted mask, (height, width): the opaque pixels if opacity varies, else the bright ones.
 
     Raises InputError if the size is not ``size_px``, the photo's width and height, if there are more than two values,
@@ -299,7 +300,7 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     return painted
 
 
-def _soundly_painted(painted: NDArray[np.bool_], name: Path | str, rule: str) -> NDArray[np.bool_]:
+def _soundly_painted(painted: Booleans, name: Path | str, rule: str) -> Booleans:
     share = float(np.mean(painted))
     if not 0 < share <= MOST_PAINTED:
         raise InputError(

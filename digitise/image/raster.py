@@ -4,16 +4,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Booleans, Floats
 
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
+Mask = NDArray[np.uint8]  # 255 on the pixels of a region, 0 elsewhere, (height, width)
 Window = tuple[slice, slice]  # Rows and columns of a part of a picture
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
 FAR = 1e-3  # Weight of the median, which counts at places without known pixels nearby
 MOST_ROWS = 16384  # Most rows that OpenCV samples at once, a power of two below its 32,767
 
 
-def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
+def blurred(picture: Map | Floats, sigma_px: float) -> Map:
     """Blur a picture by a Gaussian with standard deviation ``sigma_px``."""
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), np.float32)
 
@@ -25,7 +26,7 @@ def blurred_copy(picture: Map, sigma_px: float) -> Map:
     return blurred(shrunk(picture, small), sigma_px / times)
 
 
-def continued(picture: Map, valid: NDArray[np.bool_], sigma_px: float) -> Map:
+def continued(picture: Map, valid: Booleans, sigma_px: float) -> Map:
     """Return the Gaussian mean of the valid pixels around each pixel. Far from all valid pixels, it is their median."""
     weight = valid.astype(np.float32)
     usual = float(np.median(picture[valid])) if valid.any() else 0.0
@@ -33,9 +34,15 @@ def continued(picture: Map, valid: NDArray[np.bool_], sigma_px: float) -> Map:
     return np.asarray(mean, np.float32)
 
 
-def shrunk(picture: Map | NDArray[np.uint8], size_px: tuple[int, int]) -> Map:
+def shrunk(picture: Map | Mask, size_px: tuple[int, int]) -> Map:
     """Scale down to a width and height; each new pixel is the mean of the pixels that it covers."""
     return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def scaled_down(picture: Map | Mask, scale: float) -> Map:
+    """Scale down by a factor; each side keeps at least one pixel."""
+    height, width = (max(1, round(side * scale)) for side in picture.shape)
+    return shrunk(picture, (width, height))
 
 
 def sampled(
@@ -56,12 +63,12 @@ def resized(picture: Map, shape: tuple[int, ...]) -> Map:
     return np.asarray(cv2.resize(picture, shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
 
 
-def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:
+def widened(mask: NDArray[np.generic], reach_px: int) -> Booleans:
     """Return the mask grown by ``reach_px`` rows and columns to each side."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach_px + 1,) * 2, np.uint8)) > 0
 
 
-def lightness(light: Map | NDArray[np.float64]) -> Map:
+def lightness(light: Map | Floats) -> Map:
     """Return the CIE 1976 lightness, 0 to 100, of linear light, without its straight piece near black."""
     return np.asarray(116 * np.cbrt(np.maximum(light, 3e-3)) - 16, np.float32)
 
@@ -74,12 +81,12 @@ def window_around(points_px: Floats, reach_px: float, size_px: tuple[int, int]) 
     return low, (rows, columns)
 
 
-def draw_line(picture: NDArray[np.uint8], points: Floats, value: int = 255, width: float = 1.0) -> None:
+def draw_line(picture: Mask, points: Floats, value: int = 255, width: float = 1.0) -> None:
     """Set the pixels of a line, (n, 2) as column and row, at least a pixel wide."""
     cv2.polylines(picture, [np.rint(points).astype(np.int32)], False, value, max(1, round(width)))
 
 
-def filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> NDArray[np.uint8]:
+def filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> Mask:
     """Return a mask with 255 inside a polygon, else 0."""
     mask = np.zeros(shape, np.uint8)
     cv2.fillPoly(mask, [np.rint(corners_px * 16).astype(np.int32)], [255], shift=4)

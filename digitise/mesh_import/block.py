@@ -12,7 +12,7 @@ from digitise.geometry.polyline import Box
 from digitise.geometry.region import box_region, prism
 from digitise.solid.float_mesh import welded, without_needles
 from sealtwin.core.errors import ShapeError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Integers
 
 # Limits of the search for a sample's face and sides.
@@ -203,7 +203,7 @@ def _side(met_mm: Floats) -> float:
     return np.inf
 
 
-def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers, tuple[Fact, ...]]:
+def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers, Facts]:
     """Join equal vertices, drop doubled and degenerate faces, and turn a mesh that is inside out.
 
     Returns vertices, faces and notes. Raises ShapeError if no face is left.
@@ -218,7 +218,7 @@ def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers,
     return vertices_mm, faces[:, ::-1], (turned,)
 
 
-def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, tuple[Fact, ...]]:
+def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, Facts]:
     """Return the enclosed body without crumbs and pores, and a note about those.
 
     Raises ShapeError if the mesh is not closed, has no inside, or encloses several bodies.

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from manifold3d import CrossSection, JoinType, Manifold
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
@@ -25,9 +24,9 @@ from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.errors import InputError, ShapeError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.plain_files import read_columns
-from sealtwin.core.records import Floats, Outline, Sections
+from sealtwin.core.records import Booleans, Floats, Outline, Sections
 
 # Limits of the choice of an opening, sizes of the picture, and limits of a given path.
 #
@@ -68,7 +67,7 @@ class Cavity:
     body: Manifold  # Cavity from the face down, and up to the block's sides if the crack is open
     mouth: CrossSection  # Section of the cavity ``below_mm`` under the face
     below_mm: float
-    warnings: tuple[Fact, ...]
+    warnings: Facts
 
     @property
     def volume_mm3(self) -> float:
@@ -105,7 +104,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     return Cavity(below + above, mouth, below_mm, warnings)
 
 
-def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, tuple[Fact, ...]]:
+def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, Facts]:
     openings = sorted(openings, key=CrossSection.area, reverse=True)
     if not openings or openings[0].area() < PIT_MM2:
         raise ShapeError(
@@ -131,7 +130,7 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
     return openings[chosen], (doubt("mesh.other-openings", text, largest_mm2, "mm²"),) if pits else ()
 
 
-def _inside(region: CrossSection, points_mm: Floats) -> NDArray[np.bool_]:
+def _inside(region: CrossSection, points_mm: Floats) -> Booleans:
     """Return True for each point inside a region: inside an odd number of its rings, (n,)."""
     return np.logical_xor.reduce([points_in_poly(points_mm, ring) for ring in region.to_polygons()])
 
@@ -157,7 +156,7 @@ def top_view(
     face_mm: Box | None,
     file: Path,
     source: str,
-    warnings: tuple[Fact, ...] = (),
+    warnings: Facts = (),
 ) -> Photo:
     """Draw a crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers."""
     low, high = np.reshape(mouth.bounds(), (2, 2)) + np.array([[-ROUND_MM], [ROUND_MM]])
@@ -274,7 +273,7 @@ def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Flo
     return view, mm_per_px, covered(mouth, view.to_px, (width_px, height_px)).astype(np.float32)
 
 
-def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, NDArray[np.bool_]]:
+def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, Booleans]:
     """Return the arc length of each cell, (n,), and True for cells of the main crack.
 
     A cell beside the mouth, below an undercut wall, belongs to the nearest cell in the mouth.

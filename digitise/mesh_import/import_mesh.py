@@ -27,7 +27,7 @@ from digitise.settings import MeshInput, MeshUnit
 from digitise.solid.dams import NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import arrays_of, tidy
 from sealtwin.core.errors import ShapeError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.mesh_file import Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
@@ -54,7 +54,7 @@ class ImportedSample:
     outline: Outline
     solid: Solid
     photo: Photo  # Top view of the mesh
-    notes: tuple[Fact, ...]  # On how the mesh was placed and cut
+    notes: Facts  # On how the mesh was placed and cut
 
 
 def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
@@ -140,7 +140,7 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
     return places_mm
 
 
-def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> tuple[Fact, ...]:
+def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> Facts:
     x, y, z = placed[:3, 3]
     turned = "" if abs(block.yaw_deg) < LEAST_TURN_DEG else f"turned by {-block.yaw_deg:.2f} degrees and "
     plane_text = (
@@ -169,7 +169,7 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> tuple[Fac
 
 
 def _solid(
-    block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin, repairs: tuple[Fact, ...]
+    block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin, repairs: Facts
 ) -> Solid:
     """Return the block with a dam where the crack opens through a side; dams end ``dam_height_mm`` above the face."""
     plates, body = _plates(block, cavity), block.body

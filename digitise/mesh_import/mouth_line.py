@@ -36,7 +36,7 @@ from digitise.mesh_import.cavity import seen_from_above, strip_width_mm
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import ShapeError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Integers, Outline, PathSource
 from sealtwin.core.solid_figures import EndKind
 
@@ -68,7 +68,7 @@ class MouthLine:
     right_mm: Floats
     ends: tuple[EndKind, EndKind]
     side_lines_mm: tuple[Floats, ...]  # From the centreline to the tip of each side arm
-    warnings: tuple[Fact, ...]
+    warnings: Facts
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def outline_of(line: MouthLine, mouth: CrossSection, photo: Photo, source: PathS
     )
 
 
-def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Floats, ...], tuple[Fact, ...]]:
+def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Floats, ...], Facts]:
     """Return lines to the tips of side arms, which the solid includes and the path does not pass; and a warning."""
     if not arms_mm:
         return (), ()
@@ -180,9 +180,7 @@ def _rough_path(outer: CrossSection, between_mm: Floats | None) -> tuple[Floats,
     region = share > COVERED
     to_rim = medial_axis.radius(region)
     if between_mm is None:
-        way = medial_axis.longest_line(region)
-        # From left to right, as a painted crack.
-        way = way[:: 1 if way[0, 1] <= way[-1, 1] else -1]
+        way = medial_axis.rightward(medial_axis.longest_line(region))
     else:
         cells = np.argwhere(region)
         nearest = KDTree(cells).query(view.to_px(between_mm)[:, ::-1])[1]

@@ -149,8 +149,7 @@ class RobotCell(LanguageTables):
     @property
     def languages(self) -> dict[str, LanguageSettings]:
         """Tables of languages that the cell has, by the language's name."""
-        tables = {name: getattr(self, name, None) for name in LANGUAGES}
-        return {name: table for name, table in tables.items() if table is not None}
+        return {name: table for name in LANGUAGES if (table := getattr(self, name, None)) is not None}
 
     def table(self, kind: type[Table]) -> Table:
         """Return the table of a language by its class. Raises ValueError if the cell has none."""

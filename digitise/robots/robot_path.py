@@ -26,9 +26,9 @@ class RobotPath:
     cell: RobotCell
     cell_file: str  # Name of the cell file, for refusals
     warnings: tuple[str, ...]
-    wanted_mm3: float = 0.0  # Sealant that the path is to give
-    hold_s: float = 0.0  # Time from the request to the pump to the nozzle's start along the crack
-    weighed: bool = False  # True if the trajectory has the request to a weighed pump, not the wanted flow
+    wanted_mm3: float  # Sealant that the path is to give
+    hold_s: float  # Time from the request to the pump to the nozzle's start along the crack
+    weighed: bool  # True if the trajectory has the request to a weighed pump, not the wanted flow
     # Lines for a program's head; they contain a user's words and enter it by ``comments`` only.
     head: tuple[str, ...] = ()
 
@@ -138,7 +138,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
             if hold_s > 0 and not table.waits_for_pump
         )
         placed = replace(placed, flow_mm3_s=pump.asked_for(trajectory.flow_mm3_s))
-        warnings = (*warnings, *pump.warnings)
+        warnings += pump.warnings
     path = RobotPath(placed, frame, cell, cell_file, warnings, trajectory.dispensed_mm3, hold_s, pump is not None)
     path.require(*_motion_limits(path, trajectory), path.reach_limit("the path", placed.position_mm))
     return path

@@ -134,7 +134,7 @@ def _rough_corners(brightness: Map) -> Floats | None:
 
 
 def side_lengths(corners: Floats) -> Floats:
-    """Return the lengths of a quadrilateral's sides, (4,); side i begins at corner i."""
+    """Return the lengths of a ring's sides, (n,); side i begins at corner i."""
     return np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
 
 

@@ -20,7 +20,7 @@ from digitise.scale.face_scale import FACE_MM, given_corners, refined_corners, s
 from digitise.scale.view import CORNERS, MIDDLE, Scale, View, find_tilt, fit_markers, places_px
 from digitise.settings import Dictionary, FaceSide, Marker, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
@@ -131,7 +131,7 @@ def check_level(
     given_px: Floats | None,
     distance_mm: float | None,
     file: Path,
-) -> tuple[float | None, tuple[Fact, ...]]:
+) -> tuple[float | None, Facts]:
     """Compare the face's edges, detected or given as corners, with their place according to the markers.
 
     Returns by what share the face, measured in the markers' plane, is larger than face_mm, and warnings. The share is 0
@@ -157,7 +157,7 @@ def check_level(
     return None, (doubt("scale.level-unchecked", text),)
 
 
-def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Path) -> tuple[float, tuple[Fact, ...]]:
+def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Path) -> tuple[float, Facts]:
     """Judge a face that the markers show larger by the share ``grown``; shares up to ``least`` are measuring errors."""
     if abs(grown) <= least:
         return 0.0, ()
@@ -175,12 +175,11 @@ def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Pat
 
 def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
     """Find markers by id: corners in px, (4, 2), clockwise from the upper left. Raises InputError if under four."""
-    rough = _search(pixels, dictionary, expected)
-    edges = {
-        number: refined_corners(pixels.brightness, quad, CELL_REACH * _module_px(quad, dictionary))
-        for number, quad in rough.items()
+    clear = {
+        number: edge[0]
+        for number, quad in _search(pixels, dictionary, expected).items()
+        if (edge := refined_corners(pixels.brightness, quad, CELL_REACH * _module_px(quad, dictionary))) is not None
     }
-    clear = {number: edge[0] for number, edge in edges.items() if edge is not None}
     if len(clear) < MIN_MARKERS:
         raise InputError(
             f"{pixels.file}: found {len(clear)} of {len(expected)} markers of {dictionary}; {MIN_MARKERS} are needed "

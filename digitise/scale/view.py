@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.geometry.polyline import Box, project
-from sealtwin.core.facts import Fact
+from digitise.geometry.polyline import Box, cross, project
+from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
@@ -64,7 +64,7 @@ class View:
         """Return the local scale at each point, the geometric mean of all directions, (n,); tilt and lens vary it."""
         half_px = 0.5 * np.eye(2)
         along_x, along_y = (self.to_mm(points_px + step) - self.to_mm(points_px - step) for step in half_px)
-        return np.sqrt(np.abs(along_x[:, 0] * along_y[:, 1] - along_x[:, 1] * along_y[:, 0]))
+        return np.sqrt(np.abs(cross(along_x, along_y)))
 
     @cached_property
     def px_from_mm(self) -> Floats:
@@ -85,7 +85,7 @@ class Scale:
     camera_tilt_deg: float | None = None  # Between the camera's axis and the face's normal, if the photo shows it
     face_mm: Box | None = None
     markers_px: tuple[Floats, ...] = ()  # Corners of the detected markers: they are not part of the sample
-    warnings: tuple[Fact, ...] = ()
+    warnings: Facts = ()
 
 
 def places_px(view: View, box_mm: Box) -> Floats:

@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from manifold3d import CrossSection, JoinType, OpType
-from numpy.typing import NDArray
 
 from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import Box, depth_inside, nearest_side
 from digitise.geometry.region import box_region, pieces
 from digitise.solid.footprint import Footprint
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import FaceLabel, Floats, Integers
+from sealtwin.core.records import Booleans, FaceLabel, Floats, Integers
 from sealtwin.core.solid_figures import DamBox
 
 NEAR_MM = 5e-3  # Tolerance of a plane: a tidied vertex is within one collapsed edge, 2e-3 mm, of its own
@@ -37,7 +36,7 @@ def label_faces(
     return label
 
 
-def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> NDArray[np.bool_]:
+def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> Booleans:
     """Label the faces in the planes of the block's sides, and return True for them, (f,)."""
     normal, labelled = normals(corners_mm), np.zeros(len(label), dtype=bool)
     for side in range(4):
@@ -49,7 +48,7 @@ def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> NDArray[np.
     return labelled
 
 
-def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float) -> NDArray[np.bool_]:
+def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float) -> Booleans:
     # A wall at a step of the floor may have all corners in the floor, but not its middle.
     corners_mm = np.concatenate([vertices_mm[faces], vertices_mm[faces].mean(axis=1, keepdims=True)], axis=1)
     floor = footprint.floor
@@ -57,7 +56,7 @@ def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_
     return _within(corners_mm[..., 2] + below_mm, 0.0)
 
 
-def _within(coordinate: Floats, level: float) -> NDArray[np.bool_]:
+def _within(coordinate: Floats, level: float) -> Booleans:
     """Return True for faces with all places (f, n) in the plane."""
     return np.all(np.abs(coordinate - level) < NEAR_MM, axis=1)
 

@@ -24,7 +24,7 @@ from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_regi
 from digitise.settings import CrackShape
 from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 
@@ -160,7 +160,7 @@ class Footprint:
     lean: Floats  # Unit vector from the mouth to the floor, if the walls lean
     sides: Sides
     floor: Floor | None  # None if the floor is a plane
-    warnings: tuple[Fact, ...]
+    warnings: Facts
 
     @property
     def block(self) -> CrossSection:

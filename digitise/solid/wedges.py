@@ -99,12 +99,12 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
         shear[:2, 2] = -wall_shifts_mm(shape)[0] / depth_mm * footprint.lean
         shaft = shaft.transform(shear)
     elif shape.tilt == "flare":
-        shaft += _wedges(tilted_walls(footprint, shape), edge_z_mm=-depth_mm, far_z_mm=0.0)
+        shaft += _wedges(footprint, shape, edge_z_mm=-depth_mm, far_z_mm=0.0)
     elif shape.tilt == "undercut":
         # A wedge of a wall that moves outward faces the right way if it goes up: the body is turned over afterwards.
-        shaft += _wedges(tilted_walls(footprint, shape), edge_z_mm=0.0, far_z_mm=depth_mm).mirror((0.0, 0.0, 1.0))
+        shaft += _wedges(footprint, shape, edge_z_mm=0.0, far_z_mm=depth_mm).mirror((0.0, 0.0, 1.0))
     elif shape.tilt == "funnel":
-        walls = _wedges(tilted_walls(footprint, shape), edge_z_mm=0.0, far_z_mm=-depth_mm)
+        walls = _wedges(footprint, shape, edge_z_mm=0.0, far_z_mm=-depth_mm)
     if not footprint.stoppers.is_empty():
         shaft -= prism(footprint.stoppers, -depth_mm - 2 * BELOW_MM, BELOW_MM)
     sample = block - shaft
@@ -117,9 +117,9 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
     return sample
 
 
-def _wedges(stretches: list[Stretch], edge_z_mm: float, far_z_mm: float) -> Manifold:
+def _wedges(footprint: Footprint, shape: CrackShape, edge_z_mm: float, far_z_mm: float) -> Manifold:
     """Return the body between the walls at ``edge_z_mm`` and their moved places at ``far_z_mm``."""
-    pieces = [_wedge(stretch, edge_z_mm, far_z_mm) for stretch in stretches]
+    pieces = [_wedge(stretch, edge_z_mm, far_z_mm) for stretch in tilted_walls(footprint, shape)]
     # Neighbours on the ring are united first, which keeps every boolean small.
     while len(pieces) > 1:
         pieces = [Manifold.batch_boolean(pieces[i : i + 2], OpType.Add) for i in range(0, len(pieces), 2)]

@@ -23,7 +23,7 @@ from typing import Annotated, Any, NamedTuple, Self, cast
 
 from pydantic import Field, ValidationError
 
-from digitise.trace_page.session import Hints, OutdatedError, Shape, TraceSession, Until
+from digitise.trace_page.session import Answer, Hints, OutdatedError, Shape, TraceSession, Until
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import Settings
 
@@ -218,7 +218,7 @@ class TracePage(ThreadingHTTPServer):
             return None if tile is None else (tile, "image/jpeg")
         return self._files.get(name or "page.html")
 
-    def post(self, name: str, body: bytes) -> Iterator[dict[str, Any]] | None:
+    def post(self, name: str, body: bytes) -> Iterator[Answer] | None:
         """Return lines of JSON, each to be sent at once; None for an unknown name. Raises ValueError for a bad body."""
         try:
             if name == "trace":
@@ -233,13 +233,13 @@ class TracePage(ThreadingHTTPServer):
             raise ValueError(f"not a request of this page: {fault.errors()[0]['msg']}") from None
         return None
 
-    def _traced(self, question: Question) -> Iterator[dict[str, Any]]:
+    def _traced(self, question: Question) -> Iterator[Answer]:
         try:
             yield from self._opened.session.trace(question.hints, question.revision, question.until)
         except OutdatedError:
             yield {"outdated": True}
 
-    def _saving(self, farewell: Farewell) -> Iterator[dict[str, Any]]:
+    def _saving(self, farewell: Farewell) -> Iterator[Answer]:
         try:
             saved = self._opened.save(farewell.hints, farewell.shape)
         except InputError as fault:
@@ -254,7 +254,7 @@ class TracePage(ThreadingHTTPServer):
         if len(self._sheets) == 1:
             self._ended.set()
 
-    def _turned(self, number: int) -> Iterator[dict[str, Any]]:
+    def _turned(self, number: int) -> Iterator[Answer]:
         if number >= len(self._sheets):
             yield {"refused": f"photo {number + 1} does not exist; there are {len(self._sheets)} photos"}
             return
@@ -269,7 +269,7 @@ class TracePage(ThreadingHTTPServer):
             self._here, self._opened = number, opened
         yield {"turned": True}
 
-    def _leaving(self) -> Iterator[dict[str, Any]]:
+    def _leaving(self) -> Iterator[Answer]:
         yield {"left": True}
         self._ended.set()
 

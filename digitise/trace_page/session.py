@@ -26,6 +26,7 @@ from digitise.settings import (
     Dictionary,
     PhotoInput,
     Pixel,
+    PixelPair,
     Region,
     Strokes,
     Tilt,
@@ -67,7 +68,7 @@ class PageSettings(Settings):
 class Hints(PageSettings):
     """Settings of a ``PhotoInput``, which checks their values."""
 
-    ends_px: tuple[Pixel, Pixel] | None = None
+    ends_px: PixelPair | None = None
     crack: int | None = None
     via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MOST_VIA)
     roi_px: Region | None = None
@@ -77,7 +78,7 @@ class Hints(PageSettings):
     branches: Literal["drop", "keep"] | None = None
     mm_per_px: float | None = None
     scale_is: Literal["measured", "assumed"] | None = None
-    ruler_px: tuple[Pixel, Pixel] | None = None
+    ruler_px: PixelPair | None = None
     ruler_mm: float | None = None
     face_mm: tuple[float, float] | None = None
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None

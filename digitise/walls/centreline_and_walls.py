@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import depth_inside, extended, resampled, runs, smoothed
-from digitise.image.raster import sampled
+from digitise.image.raster import Mask, sampled
 from digitise.photo import EDGE_PX, Photo
 from digitise.walls.ends import Ends, Traced, crossings, find_tip, judge_ends
 from digitise.walls.wall_profile import (
@@ -25,10 +24,8 @@ from digitise.walls.wall_profile import (
 )
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats
-from sealtwin.core.solid_figures import EndKind
-
-__all__ = ["TooThinError", "Traced", "WallsMissingError", "trace"]
+from sealtwin.core.records import Booleans, Floats
+from sealtwin.core.solid_figures import EndKind, Span
 
 STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 
@@ -68,7 +65,7 @@ def trace(
     photo: Photo,
     path: CrackPath,
     wall_share: float,
-    hidden: NDArray[np.uint8],
+    hidden: Mask,
     least_px: float = MIN_WIDTH_PX,
 ) -> Traced:
     """Follow both walls along ``path``, straight across pixels that are ``hidden``.
@@ -126,7 +123,7 @@ class _Crack:
 
     photo: Photo
     patch: Patch
-    hidden: NDArray[np.uint8]
+    hidden: Mask
     wall_share: float
     spacing_mm: float
 
@@ -142,7 +139,7 @@ class _Crack:
             _bridge(walls, side, covered, max(1, round(width_mm / self.spacing_mm)))
         return strip, walls
 
-    def span_mm(self, line_mm: Floats, walls: Walls, ends: Ends) -> tuple[float, float]:
+    def span_mm(self, line_mm: Floats, walls: Walls, ends: Ends) -> Span:
         """Return the arc lengths on the line at which the crack begins and ends."""
         s_mm, span_mm = arc_length(line_mm), []
         for end, crossing in zip(ends, _crossings(self.photo, line_mm, ends), strict=True):
@@ -157,7 +154,7 @@ class _Crack:
         return span_mm[0], span_mm[1]
 
 
-def _bridge(walls: Walls, side: int, covered: NDArray[np.bool_], reach: int) -> None:
+def _bridge(walls: Walls, side: int, covered: Booleans, reach: int) -> None:
     """Make a wall straight across covered stations, between its innermost places within ``reach`` of them."""
     away_mm = walls.away_mm[side]
     for begin, end in runs(covered):
@@ -190,7 +187,7 @@ def _recentred(
     strip: Strip,
     walls: Walls,
     ends: Ends,
-    span_mm: tuple[float, float],
+    span_mm: Span,
     width_mm: float,
     spacing_mm: float,
 ) -> Floats:
@@ -207,7 +204,7 @@ def _recentred(
     return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
 
 
-def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: Ends) -> Floats:
+def _straight_on(wall_mm: Floats, has_step: Booleans, ends: Ends) -> Floats:
     """Return the wall, continued straight past its last step at open ends. Rays would draw it along the edge there."""
     wall_mm = wall_mm.copy()
     for end, onward, step in zip(ends, (wall_mm[::-1], wall_mm), (has_step[::-1], has_step), strict=True):
@@ -218,9 +215,7 @@ def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: Ends) -> Fl
     return wall_mm
 
 
-def _shown_span_mm(
-    photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats], span_mm: tuple[float, float]
-) -> tuple[float, float]:
+def _shown_span_mm(photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats], span_mm: Span) -> Span:
     """Return the longest part of a span with both walls in the photo; raise InputError if that is too short."""
     both_mm, (width, height) = np.concatenate(walls_mm), photo.size_px
     outside = depth_inside(photo.to_px(both_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
@@ -252,9 +247,7 @@ def _crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
     return crossed
 
 
-def _check_found(
-    photo: Photo, strip: Strip, seen: NDArray[np.bool_], span_mm: tuple[float, float], most_missing: float
-) -> float:
+def _check_found(photo: Photo, strip: Strip, seen: Booleans, span_mm: Span, most_missing: float) -> float:
     """Return the share of the crack on the sample with a wall not seen; raise InputError above ``most_missing``."""
     s_mm = arc_length(strip.line_mm)
     within = strip.valid[:, strip.middle] & (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])

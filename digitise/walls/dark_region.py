@@ -10,13 +10,12 @@ from functools import partial
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, median_filter, uniform_filter1d
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.profiles import finite_median
 from digitise.geometry.polyline import left_normals, resampled, smoothed
-from digitise.image.raster import lightness
+from digitise.image.raster import Mask, lightness
 from digitise.photo import Photo, smaller
 from digitise.walls.centreline_and_walls import CENTRE_SMOOTHING, MIN_WIDTH_PX, RETURNS
 from digitise.walls.ends import Traced, to_its_ends
@@ -54,9 +53,7 @@ INSISTED = 0.2  # Added to the interval, like ``SURE``, for a region that does n
 SURE = 0.10  # Half of the 95 % interval of the mean width over the width that no profile can show
 
 
-def trace_dark_region(
-    photo: Photo, path: CrackPath, wall_share: float, hidden: NDArray[np.uint8], insisted: bool = False
-) -> Traced:
+def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: Mask, insisted: bool = False) -> Traced:
     """Return the crack between the rims of the dark region along ``path``, at ``wall_share`` of the contrast.
 
     Pixels that are ``hidden`` do not count. Raises InputError if the region is too narrow, or does not stand out from

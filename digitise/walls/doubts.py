@@ -6,13 +6,12 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
 from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
-from digitise.image.raster import lightness, sampled
+from digitise.image.raster import Mask, lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING, TooThinError
 from digitise.walls.wall_profile import cheapest_way, follow, outward, patch_around, steadied, straighten
@@ -76,7 +75,7 @@ def with_doubts(outline: Outline, *doubts: Fact, **fields: Any) -> Outline:
     return replace(outline, warnings=(*outline.warnings, *doubts), **fields)
 
 
-def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Outline:
+def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     """Return the outline with the bands along its walls, and an interval that covers both widths, if they matter.
 
     The mouth of a side crack, which is ``hidden``, is no band.

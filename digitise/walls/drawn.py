@@ -10,18 +10,17 @@ from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
 from digitise.geometry.polyline import depth_inside, resampled
-from digitise.image.raster import blurred, draw_line, filled_polygon, lightness, sampled, window_around
+from digitise.image.raster import Mask, blurred, draw_line, filled_polygon, lightness, sampled, window_around
 from digitise.photo import Photo
 from digitise.settings import PhotoInput, Strokes
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats
+from sealtwin.core.facts import Fact, Facts, doubt
+from sealtwin.core.records import Booleans, Floats
 
 Kind = Literal["crack", "ground", "wall"]
 
@@ -45,8 +44,8 @@ class ByHand(NamedTuple):
     """The photo with drawn lines in it."""
 
     photo: Photo
-    decided: NDArray[np.uint8] | None = None  # 255 on pixels that lines decide, 0 elsewhere; None without lines
-    warnings: tuple[Fact, ...] = ()
+    decided: Mask | None = None  # 255 on pixels that lines decide, 0 elsewhere; None without lines
+    warnings: Facts = ()
 
 
 class _Line(NamedTuple):
@@ -111,12 +110,12 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
     return ByHand(replace(photo, brightness=light), decided | sure[0] | sure[1], tuple(warnings))
 
 
-def _between(shape: tuple[int, ...], first: Floats, second: Floats) -> NDArray[np.bool_]:
+def _between(shape: tuple[int, ...], first: Floats, second: Floats) -> Booleans:
     """Return a mask of what is between two lines."""
     return filled_polygon(shape, np.concatenate([first, second[::-1]])) > 0
 
 
-def _stroke(shape: tuple[int, ...], line: Floats, width: float) -> NDArray[np.bool_]:
+def _stroke(shape: tuple[int, ...], line: Floats, width: float) -> Booleans:
     area = np.zeros(shape, np.uint8)
     draw_line(area, line, width=width)
     return area > 0

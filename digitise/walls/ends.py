@@ -7,19 +7,18 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import pieces, radius
 from digitise.crack_path.profiles import finite_median, profiles_across
-from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, unit
-from digitise.image.raster import blurred, draw_line
+from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, to_left, unit
+from digitise.image.raster import Mask, blurred, draw_line
 from digitise.photo import EDGE_PX, Photo, in_copy, smaller
 from digitise.walls.wall_profile import Crossings, Patch, edge_crossings
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats
-from sealtwin.core.solid_figures import EndKind
+from sealtwin.core.records import Booleans, Floats
+from sealtwin.core.solid_figures import EndKind, Span
 
 STEP_PX = 0.25  # Spacing of samples along the line at a tip
 LOOK_AHEAD = 2.0  # Crack widths ahead of the end that are searched for the edge of the face
@@ -39,13 +38,13 @@ class Traced:
     left_mm: Floats
     right_mm: Floats
     kinds: tuple[EndKind, EndKind]
-    span_mm: tuple[float, float]  # Arc length on the line at which the crack begins and ends
+    span_mm: Span  # Arc length on the line at which the crack begins and ends
     width_px: float  # Median width in pixels of the photo
     missing: float = 0.0  # Share of the crack with one or both walls missing
     beyond_mm: float = 0.0  # Length of path omitted at its ends because a wall is outside the photo
     width_spread: float | None = None
     """Half the 95 % interval of a dark region's mean width, over that width; None if walls were followed."""
-    clear_step: NDArray[np.bool_] | None = None
+    clear_step: Booleans | None = None
     """Stations with a clear step at the left and at the right wall, (2, n); None if walls are not followed by steps."""
 
 
@@ -136,7 +135,7 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
     if goes_on or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
         return PathEnd("cut", end_px, ahead)
     # The farthest dark place ahead, or the middle of a blunt end.
-    extent_px, aside = away_px @ ahead, np.array([-ahead[1], ahead[0]])
+    extent_px, aside = away_px @ ahead, to_left(ahead)
     sideways_px = away_px[extent_px > extent_px.max() - BLUNT * width_px] @ aside
     tip_px = end_px + extent_px.max() * ahead + (sideways_px.min() + sideways_px.max()) / 2 * aside
     return PathEnd("closed", tip_px, ahead)
@@ -210,7 +209,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     return factor * _farthest(dark, cells[0], unit(part_px[0] - part_px[-1]), width)
 
 
-def _farthest(dark: NDArray[np.uint8], end: Floats, ahead: Floats, width: float) -> float:
+def _farthest(dark: Mask, end: Floats, ahead: Floats, width: float) -> float:
     """Return the distance of the farthest dark cell that is connected to a place ahead of the end."""
     label, _ = pieces(dark > 0)
     rows, columns = np.nonzero(label)

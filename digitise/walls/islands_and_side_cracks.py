@@ -9,7 +9,6 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from manifold3d import CrossSection, FillRule
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from skimage.measure import find_contours
 from skimage.segmentation import clear_border
@@ -27,14 +26,25 @@ from digitise.crack_path.medial_axis import (
 from digitise.crack_path.profiles import unlike_length_px
 from digitise.geometry.polyline import extended, resampled, signed_area, smoothed
 from digitise.geometry.region import ISLAND_MM2
-from digitise.image.raster import Map, blurred, continued, draw_line, resized, shrunk, widened, window_around
+from digitise.image.raster import (
+    Map,
+    Mask,
+    blurred,
+    continued,
+    draw_line,
+    resized,
+    scaled_down,
+    shrunk,
+    widened,
+    window_around,
+)
 from digitise.photo import Photo
 from digitise.walls.doubts import with_doubts
 from digitise.walls.wall_profile import BLUR_PX, LEAST_WIDTH_PX
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import present
 from sealtwin.core.facts import doubt
-from sealtwin.core.records import Floats, Outline
+from sealtwin.core.records import Booleans, Floats, Outline
 
 # Constants of stones and side cracks. "widths" are crack widths.
 #
@@ -73,7 +83,7 @@ class Surroundings:
 
     islands_mm: tuple[Floats, ...]  # Clockwise rings
     side_cracks: tuple[SideCrack, ...]
-    hidden: NDArray[np.uint8]  # 255 on stones and side cracks in the photo, 0 elsewhere
+    hidden: Mask  # 255 on stones and side cracks in the photo, 0 elsewhere
 
 
 class _Copy(NamedTuple):
@@ -83,7 +93,7 @@ class _Copy(NamedTuple):
     factor: int  # Pixels of the photo to one of the copy
     way: Floats  # The path in the copy
     share: Map  # Share of the contrast: 0 in the crack, 1 on mortar
-    sample: NDArray[np.bool_]  # Pixels of the sample's face, and of no marker
+    sample: Booleans  # Pixels of the sample's face, and of no marker
 
     def to_photo(self, places: Floats) -> Floats:
         return (places + 0.5) * self.factor - 0.5 + self.low_px
@@ -133,10 +143,10 @@ def _copied(photo: Photo, points_px: Floats, width_px: float) -> _Copy:
     return _Copy(low, factor, way, _share(light, sample, way, width_px / factor), sample)
 
 
-def _share(light: Map, sample: NDArray[np.bool_], way: Floats, width: float) -> Map:
+def _share(light: Map, sample: Booleans, way: Floats, width: float) -> Map:
     """Return the share of the contrast between the levels of the crack along ``way`` and of the mortar around it."""
     scale = min(1.0, LEVEL_PX / width)
-    small = shrunk(light, (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale))))
+    small = scaled_down(light, scale)
     shown = shrunk(sample.astype(np.float32), small.shape[::-1]) > 0.99
     on_path = np.zeros(small.shape, np.uint8)
     draw_line(on_path, (way + 0.5) * scale - 0.5)
@@ -151,16 +161,14 @@ def _share(light: Map, sample: NDArray[np.bool_], way: Floats, width: float) -> 
     return np.asarray((light - low) / np.maximum(high - low, np.float32(1e-6)), np.float32)
 
 
-def _enclosed(crack: NDArray[np.bool_], least: float, widest: float) -> list[NDArray[np.bool_]]:
+def _enclosed(crack: Booleans, least: float, widest: float) -> list[Booleans]:
     """Return the places of at least ``least`` cells and at most ``widest`` that the crack surrounds, one mask each."""
     label, area = pieces(clear_border(~crack))
     stones = [label == number for number in np.flatnonzero(area >= least)]
     return [stone for stone in stones if 2 * radius(stone).max() <= widest]
 
 
-def _side_cracks(
-    photo: Photo, copy: _Copy, crack: NDArray[np.bool_], width: float, wall_share: float
-) -> list[SideCrack]:
+def _side_cracks(photo: Photo, copy: _Copy, crack: Booleans, width: float, wall_share: float) -> list[SideCrack]:
     """Return the dark side lines of the path that are slender, as a crack is, and no edge of something bright."""
     to_rim, side_cracks = radius(crack), []
     way = np.clip(np.rint(copy.way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.hints import CrackPath
@@ -12,9 +11,9 @@ from digitise.geometry.polyline import at_arc_length, places_beside, resampled
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import Pixels
 from sealtwin.core.records import Floats, Outline, Trajectory
 
-Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
 # RGB. Walls and centreline differ in lightness as well as hue, for colour-blind readers
@@ -39,7 +38,7 @@ class Canvas:
         self.scale: float = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
         how = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_CUBIC
         picture = cv2.resize(photo.image, None, fx=self.scale, fy=self.scale, interpolation=how)
-        self.picture: Picture = np.asarray(picture, np.uint8)
+        self.picture: Pixels = np.asarray(picture, np.uint8)
         self.unit: float = max(self.picture.shape[:2]) / 1000
         self.extent = np.array(self.picture.shape[1::-1])
 
@@ -85,7 +84,7 @@ class Canvas:
         return np.array([1.04 * width, height])
 
 
-def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None = None) -> Picture:
+def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None = None) -> Pixels:
     """Return the photo with walls, centreline, ends, legend, scale bar and nozzle path, (height, width, 3) RGB."""
     canvas = Canvas(photo)
     if photo.face_ring_px is not None:
@@ -111,7 +110,7 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     return canvas.picture
 
 
-def draw_way(photo: Photo, path: CrackPath) -> Picture:
+def draw_way(photo: Photo, path: CrackPath) -> Pixels:
     """Return the photo, as large as the overlay, with a path without walls."""
     canvas = Canvas(photo)
     canvas.line(path.points_px, CENTRE, 1.5)
@@ -120,7 +119,7 @@ def draw_way(photo: Photo, path: CrackPath) -> Picture:
     return canvas.picture
 
 
-def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Picture:
+def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Pixels:
     """Return the photo, as large as the overlay, with the competing cracks outlined and numbered."""
     canvas = Canvas(photo)
     for crack in cracks:
@@ -181,7 +180,7 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
         canvas.text(base, text, INK)
 
 
-def straight_view(photo: Photo, outline: Outline) -> NDArray[np.uint8]:
+def straight_view(photo: Photo, outline: Outline) -> Pixels:
     """Return the photo along the crack, (height, width, 3): s runs right from 0 to the length, left of the crack is up.
 
     The first and the last column are at both ends, and the centreline is half way up; a pixel has the same size along

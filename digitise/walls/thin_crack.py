@@ -10,12 +10,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular, toeplitz
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
-from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
+from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.line_map import WORK_PX
 from digitise.crack_path.profiles import is_darker_than_both_sides, unlike_length_px
 from digitise.geometry.polyline import left_normals, places_beside, resampled, smoothed
@@ -25,7 +24,7 @@ from digitise.walls.ends import Traced, to_its_ends
 from digitise.walls.wall_profile import Patch, cheapest_way, patch_around
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Booleans, Floats, Integers
 
 # Assumptions about a thin crack, its camera and its ground. Lengths are pixels.
 #
@@ -135,7 +134,7 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
             )
         raise InputError(
             f"{photo.file}: one side of the path is far brighter than the other, as if the path followed "
-            f"one wall of a wide gap or the sample's edge; {IN_ITS_MIDDLE}."
+            "one wall of a wide gap or the sample's edge; give ends_px in the middle of the crack, and via_px."
         )
     if min(np.count_nonzero(shown), len(ground)) < LEAST_WINDOWS:
         raise NotFittedError(
@@ -155,9 +154,7 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     return to_its_ends(photo, patch, lines_px, max(fit.mean_px, 1.0)), fit
 
 
-def _windows(
-    photo: Photo, patch: Patch, line_px: Floats, places_px: Floats, cuts: NDArray[np.int_]
-) -> tuple[Floats, NDArray[np.bool_]]:
+def _windows(photo: Photo, patch: Patch, line_px: Floats, places_px: Floats, cuts: Integers) -> tuple[Floats, Booleans]:
     """Return the mean light of each window across the line, (windows, places), and True if it shows only the sample."""
     place_px = places_beside(line_px, places_px)
     # The patch is not used: its softening would hide most of a thin crack.

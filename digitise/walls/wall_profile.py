@@ -10,10 +10,10 @@ from scipy.ndimage import median_filter
 from scipy.special import ndtri
 
 from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, places_beside, tangents
-from digitise.image.raster import Map, blurred, sampled, window_around
+from digitise.image.raster import Map, Mask, blurred, sampled, window_around
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Booleans, Floats, Integers
 
 SPREAD = 0.6  # Crack widths to each side of the line within which rays do not meet
 MOST_OBLIQUE = 8.0  # Greatest cotangent of the angle to the edge, 7 degrees, at which rays follow it
@@ -77,7 +77,7 @@ class Patch:
 
     offset_px: tuple[int, int]  # The window's first pixel in the photo: x, y
     soft: Map  # Brightness, blurred by ``BLUR_PX``
-    clear: NDArray[np.uint8]  # 255 outside markers and hidden pixels, 0 on them
+    clear: Mask  # 255 outside markers and hidden pixels, 0 on them
     face_mm: Box | None
     mm_per_px: float
 
@@ -85,7 +85,7 @@ class Patch:
         """Brightness at each place. Beyond the patch it is that of the patch's border."""
         return sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC).astype(float)
 
-    def on_sample(self, places_px: Floats, places_mm: Floats) -> NDArray[np.bool_]:
+    def on_sample(self, places_px: Floats, places_mm: Floats) -> Booleans:
         """Return True for places, given in both units, that show the sample and nothing else."""
         shown = sampled(self.clear, places_px - self.offset_px, beyond=cv2.BORDER_CONSTANT) >= 254
         if self.face_mm is None:
@@ -93,7 +93,7 @@ class Patch:
         return shown & (depth_inside(places_mm, self.face_mm) >= EDGE_PX * self.mm_per_px)
 
 
-def patch_around(photo: Photo, points_px: Floats, reach_px: float, hidden: NDArray[np.uint8] | None = None) -> Patch:
+def patch_around(photo: Photo, points_px: Floats, reach_px: float, hidden: Mask | None = None) -> Patch:
     """Return the part of the photo around some points, ``reach_px`` larger than their box on every side.
 
     Pixels that are ``hidden``, as markers are, do not count as sample.
@@ -113,7 +113,7 @@ class Strip:
     ray: Floats  # Rays to the left, (stations, 2), that reach 1 mm square to the line
     offset_mm: Floats  # Evenly spaced distances square to the line, positive to the left, 0 in the middle
     light: Floats
-    valid: NDArray[np.bool_]  # Samples on the face and in the photo
+    valid: Booleans  # Samples on the face and in the photo
     mm_per_px: float
 
     @property
@@ -180,14 +180,14 @@ class Walls:
     """Distance of both walls from the line at each station, left and right: (2, stations), positive outward."""
 
     away_mm: Floats
-    clear_step: NDArray[np.bool_]  # True if the wall is in the photo, with a clear step from dark to bright
-    covered: NDArray[np.bool_]  # True if the wall is straight across a stone or a side crack
-    open_line: NDArray[np.bool_]  # Stations at which the line itself is dark
+    clear_step: Booleans  # True if the wall is in the photo, with a clear step from dark to bright
+    covered: Booleans  # True if the wall is straight across a stone or a side crack
+    open_line: Booleans  # Stations at which the line itself is dark
     rim: Floats  # Brightness at the least share of the contrast that is not crack, (stations,)
     blur_px: float  # Sigma of the photo's own blur, by the sharper wall
 
     @property
-    def both_clear(self) -> NDArray[np.bool_]:
+    def both_clear(self) -> Booleans:
         return self.clear_step[0] & self.clear_step[1]
 
     @property
@@ -195,7 +195,7 @@ class Walls:
         return float(np.median(self.away_mm.sum(axis=0)[self.both_clear]))
 
 
-def find_walls(strip: Strip, width_mm: float, wall_share: float = HALF, along_edge: bool = False) -> Walls:
+def find_walls(strip: Strip, width_mm: float, wall_share: float, along_edge: bool = False) -> Walls:
     """Return both walls, each in the middle of its step from dark to bright. Stations without a step are filled in.
 
     The crack is about ``width_mm`` wide and extends to ``wall_share`` of the contrast to mortar. If the edge of the
@@ -282,7 +282,7 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
     return place
 
 
-def completed(walls: Floats, clear_step: NDArray[np.bool_], usual: int, along_edge: bool) -> Floats:
+def completed(walls: Floats, clear_step: Booleans, usual: int, along_edge: bool) -> Floats:
     """Return both walls, (2, stations), straight between their steps.
 
     Past its last step a wall follows the other at the median width of ``usual`` stations, unless ``along_edge``.
@@ -328,7 +328,7 @@ def _usual_profiles(share: Floats, place_px: Floats, rel_px: Floats, sample_px: 
 
 def refined_to_subpixel(
     light: Floats, place_px: Floats, sigma_px: float, sample_px: float, over: int, contrast: Floats, rim: Floats
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> tuple[Floats, Booleans]:
     """Return each wall's sub-pixel distance from the line in px, (2, stations), and the stations with a clear step.
 
     A wall is where the light, linear between samples, crosses the middle between the medians just inside and just

@@ -11,7 +11,6 @@ does not show it.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import approx_fprime, least_squares
 from scipy.stats import chi2
 
@@ -23,8 +22,8 @@ from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.moved_walls import shape_by_weight, widened
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats, Outline
+from sealtwin.core.facts import Fact, Facts, doubt
+from sealtwin.core.records import Booleans, Floats, Outline
 from sealtwin.core.regime import capillary_length_mm, mean_level_mm
 from sealtwin.core.solid_figures import WeighedCavity
 
@@ -45,7 +44,6 @@ NORMAL_95 = 1.96  # Half-width of a normal 95 % interval in standard deviations
 UNLIKE = 5.0  # Volume poured over that of upright walls, or the reverse, that no angle explains
 INWARD = {"flare": 1.0, "funnel": 1.0, "undercut": -1.0}
 """Sign of the loss of width of each tilt whose walls tilt against each other."""
-Booleans = NDArray[np.bool_]
 WIDTH, CLOSING, DEPTH = range(3)
 
 
@@ -238,7 +236,7 @@ def _contradictions(fit: _Fit, prior_sd: Floats) -> list[Fact]:
 
 
 def _result(
-    outline: Outline, shape: CrackShape, walls: _Walls, fill: WeighedFill, fit: _Fit, findings: tuple[Fact, ...]
+    outline: Outline, shape: CrackShape, walls: _Walls, fill: WeighedFill, fit: _Fit, findings: Facts
 ) -> tuple[Outline, CrackShape, WeighedCavity]:
     off = fit.unknown
 

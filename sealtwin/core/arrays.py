@@ -12,6 +12,7 @@ from pydantic.json_schema import WithJsonSchema
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
 Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
 
 
@@ -61,6 +62,12 @@ def require_as_long(record: object, first: str, *others: str) -> None:
     for name in others:
         if (values := getattr(record, name)) is not None and len(values) != length:
             raise ValueError(f"{name} has {len(values)} rows, but {first} has {length}")
+
+
+def counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
+    """Return ``count[k]`` copies of each index k, and for the copies the numbers first[k], first[k] + 1, and so on."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)
 
 
 AS_LIST = PlainSerializer(np.ndarray.tolist, when_used="json")

@@ -46,9 +46,14 @@ class Fact:
         return self.text
 
 
-def doubt(key: str, text: str, value: float | int | str | None = None, unit: str = "") -> Fact:
-    """Return a doubt, to be read before the result."""
-    return Fact(key, text, value, unit, "doubt", "caution")
+Facts = tuple[Fact, ...]
+
+
+def doubt(
+    key: str, text: str, value: float | int | str | None = None, unit: str = "", level: Level = "caution"
+) -> Fact:
+    """Return a doubt, to be read before the result unless ``level`` says otherwise."""
+    return Fact(key, text, value, unit, "doubt", level)
 
 
 def texts(facts: Iterable[Fact]) -> tuple[str, ...]:
@@ -56,12 +61,12 @@ def texts(facts: Iterable[Fact]) -> tuple[str, ...]:
     return tuple(fact.text for fact in facts)
 
 
-def without(facts: Iterable[Fact], *keys: str) -> tuple[Fact, ...]:
+def without(facts: Iterable[Fact], *keys: str) -> Facts:
     """Return the facts that have none of the keys. A key also stands for those that begin with it and a dot."""
     return tuple(fact for fact in facts if not _is_of(fact.key, keys))
 
 
-def of_keys(facts: Iterable[Fact], *keys: str) -> tuple[Fact, ...]:
+def of_keys(facts: Iterable[Fact], *keys: str) -> Facts:
     """Return the facts that have one of the keys, as in ``without``."""
     return tuple(fact for fact in facts if _is_of(fact.key, keys))
 

@@ -16,11 +16,10 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, with_config
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import FROM_JSON, Floats, Integers, Numbers, Points, Shown, require_as_long
+from sealtwin.core.arrays import FROM_JSON, Booleans, Floats, Integers, Numbers, Points, Shown, require_as_long
 from sealtwin.core.doubts import Doubt, QuantityMean, ReadSheet
 from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
@@ -350,7 +349,7 @@ class Bed:
 
     position_mm: Floats  # (n, 3)
     velocity_mm_s: Floats  # (n, 3)
-    spilled: NDArray[np.bool_]  # (n,): over the sample's edge
+    spilled: Booleans  # (n,): over the sample's edge
     radius_mm: float
     particle_volume_mm3: float  # Dispensed volume over the number of particles: Eq. 6 of the paper.
     settings: dict[str, Any]  # Effective settings of the solver after its preset is resolved

@@ -5,12 +5,11 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Booleans, Floats, Integers
 from sealtwin.material import MeasuredPaste, PasteSettings, four_digits, measured_material
 from sealtwin.material.flow_law import FlowLaw, fit_flow_law
 
@@ -106,7 +105,7 @@ class _Rows:
     def __len__(self) -> int:
         return len(self.rate)
 
-    def only(self, kept: NDArray[np.bool_]) -> "_Rows":
+    def only(self, kept: Booleans) -> "_Rows":
         return _Rows(self.path, self.rate[kept], self.stress[kept], self.number[kept])
 
 

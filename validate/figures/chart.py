@@ -175,7 +175,7 @@ class Chart:
     as_near: tuple[bool, ...]
     """True for each run that cannot be distinguished from the best one. Without replicates, True only for the best
     one."""
-    replicates: RepeatedPairs | None = None
+    replicates: RepeatedPairs | None
     screening: str = ""  # Sentence on the runs of the fast model; empty if there are none
     unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict
     fluid_warnings: tuple[str, ...] = ()  # Sentences on faults of the runs' fluids

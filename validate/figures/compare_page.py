@@ -87,7 +87,10 @@ class Side:
         return self.comparison is not None and self.comparison.role == "held-out"
 
 
-def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
+Sides = Sequence[Side]
+
+
+def differing(sides: Sides) -> dict[str, list[Any]]:
     """Return the settings that differ among the runs with the value in every run; None if it is not set.
 
     Those that change the level or its error in no run come last.
@@ -101,7 +104,7 @@ def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
     return effective | idle
 
 
-def first_with_readings(sides: Sequence[Side]) -> list[int | None]:
+def first_with_readings(sides: Sides) -> list[int | None]:
     """Return for each run the index of the first run with the same readings; None for a run without readings.
 
     Readings with equal numbers count as the same, even if their sheets differ.
@@ -117,7 +120,7 @@ def _same(first: Profile | None, second: Profile | None) -> bool:
     return np.allclose(*numbers, rtol=0, atol=SAME_MM)
 
 
-def nearest(sides: Sequence[Side]) -> int | None:
+def nearest(sides: Sides) -> int | None:
     """Return the index of the ranked run with the smallest mean error.
 
     Returns None if no ranked run has readings. Also returns None if their readings differ, since some readings are
@@ -128,13 +131,13 @@ def nearest(sides: Sequence[Side]) -> int | None:
     return min(errors_mm, key=errors_mm.__getitem__) if len({firsts[index] for index in errors_mm}) == 1 else None
 
 
-def held_out_mean_mm(sides: Sequence[Side]) -> float | None:
+def held_out_mean_mm(sides: Sides) -> float | None:
     """Return the average of the mean errors of the ranked held-out runs, or None if there are none."""
     errors_mm = [error_mm for index, error_mm in _ranked_errors_mm(sides).items() if sides[index].held_out]
     return float(np.mean(errors_mm)) if errors_mm else None
 
 
-def _ranked_errors_mm(sides: Sequence[Side]) -> dict[int, float]:
+def _ranked_errors_mm(sides: Sides) -> dict[int, float]:
     """Return the mean error of each ranked run with readings, by its index."""
     return {
         index: side.comparison.mean_error_mm
@@ -149,7 +152,7 @@ def numbered(indices: Sequence[int]) -> str:
     return f"runs {', '.join(before)} and {last}" if before else f"run {last}"
 
 
-def compare_page(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Page:
+def compare_page(sides: Sides, cautions: Sequence[str] = ()) -> Page:
     """Return the page that compares ``sides``. ``cautions`` come before the cautions on the runs."""
     compared, settings = [side for side in sides if side.comparison is not None], differing(sides)
     key_figures = [("settings that differ", str(len(settings)))]
@@ -185,7 +188,7 @@ def compare_page(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Page:
     )
 
 
-def _cautions(sides: Sequence[Side]) -> list[str]:
+def _cautions(sides: Sides) -> list[str]:
     kinds = sorted({side.readings.data for side in sides if side.readings is not None} - {"measured"})
     sentences = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
     reasons = [f"run {number}, because {side.unranked}" for number, side in enumerate(sides, start=1) if side.unranked]
@@ -206,7 +209,7 @@ def _cautions(sides: Sequence[Side]) -> list[str]:
     ]
 
 
-def _names(sides: Sequence[Side]) -> FigureTable:
+def _names(sides: Sides) -> FigureTable:
     readings: list[str | None] = []
     for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True)):
         same = f", the same as of run {first + 1}" if first is not None and first < index else ""
@@ -220,7 +223,7 @@ def _names(sides: Sequence[Side]) -> FigureTable:
     return FigureTable("Numbers and names", "runs", columns, sides)
 
 
-def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> FigureTable:
+def _by_run(sides: Sides, name: str, first: str, rows: Sequence[Row]) -> FigureTable:
     """Return a table with a column for each run. Its head is the run's number; in the CSV, number and name."""
     columns = [FigureColumn(first, [label for label, _, _ in rows])]
     for index, named in enumerate(_named(sides)):
@@ -231,7 +234,7 @@ def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -
     return FigureTable("By run", name, columns)
 
 
-def _figures(sides: Sequence[Side]) -> list[Row]:
+def _figures(sides: Sides) -> list[Row]:
     labels = dict.fromkeys(label for side in sides for label in side.facts)
     return [
         *((label, [part_of(side.comparison, path) for side in sides], text) for label, (path, text) in FIGURES.items()),
@@ -239,7 +242,7 @@ def _figures(sides: Sequence[Side]) -> list[Row]:
     ]
 
 
-def _levels(sides: Sequence[Side]) -> Plot:
+def _levels(sides: Sides) -> Plot:
     s_mm = sides[0].profile.s_mm
     levels = {
         f"{named}: level_mm": np.interp(s_mm, side.profile.s_mm, side.profile.level_mm, right=np.nan)
@@ -254,7 +257,7 @@ def _levels(sides: Sequence[Side]) -> Plot:
     return Plot("levels", caption, lambda: draw_levels_of_runs(sides), {"s_mm": s_mm} | levels)
 
 
-def _named(sides: Sequence[Side]) -> list[str]:
+def _named(sides: Sides) -> list[str]:
     """Return the runs' numbers with their names, because a CSV is read without the page."""
     return [f"{number} {side.name}" for number, side in enumerate(sides, start=1)]
 
@@ -264,7 +267,7 @@ def _rounded(value: float) -> str:
 
 
 @themed()
-def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
+def draw_levels_of_runs(sides: Sides) -> Figure:
     """Draw levels as lines, and readings as circles in the colour of their run, or in ink if runs share them."""
     _, axes = wide_axes(4.2, face=True)
     first_with = first_with_readings(sides)
@@ -281,7 +284,7 @@ def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
 
 
 @themed()
-def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
+def draw_errors_of_runs(sides: Sides) -> Figure:
     """Draw the signed errors of the runs with readings."""
     _, axes = wide_axes(3.2, face=True)
     curves = []
@@ -293,7 +296,7 @@ def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
 
 
 def _draw_runs(
-    axes: Axes, sides: Sequence[Side], curves: Iterable[tuple[int, tuple[Floats, Floats]]], y: str, title: str
+    axes: Axes, sides: Sides, curves: Iterable[tuple[int, tuple[Floats, Floats]]], y: str, title: str
 ) -> Figure:
     """Draw a curve of each run, given with its index. Neighbours have different strokes, so both are visible."""
     for index, curve in curves:

@@ -57,8 +57,8 @@ class FirstFigure:
     trajectory: Trajectory
     profile: Profile
     straight: Pixels  # The photo along the crack, (height, width, 3)
-    readings: Profile | None = None
-    comparison: Comparison | None = None
+    readings: Profile | None
+    comparison: Comparison | None
     prediction: PredictedLevel | None = None
     seeds: SeedRuns | None = None
 

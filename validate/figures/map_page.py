@@ -265,7 +265,7 @@ def draw_influence(chart: Chart, of: int) -> Figure:
 
 
 @themed()
-def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
+def draw_error_map(chart: Chart, chosen: Sequence[HeldRun]) -> Figure:
     """Draw the mean error over the two settings: each run in the colour of its error, over a surface between them.
 
     If the runs are too few for a surface, each has its number and, if there is room, its error. ``chosen`` runs have

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
+from sealtwin.core.arrays import counted_up
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, Trajectory
 from validate.figures.particles import OVER, SECTIONS_AT, ColourScale, Views, add_bar, age_scale
 from validate.figures.theme import (
@@ -29,6 +30,7 @@ from validate.figures.theme import (
 
 FACE_COLOURS = np.array([to_rgb(colour) for colour in (GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
 """Colours of the facets of a solid, in the order of ``FaceLabel``."""
+INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)  # Labels of the facets of the cavity
 WIDTH_PX = 900
 BELOW: Any = {"location": "bottom", "aspect": 40, "pad": 0.02}  # Place of a colour bar
 
@@ -45,7 +47,7 @@ def draw_solid(solid: Solid) -> Figure:
     """Draw the block from above, and its cavity as a cast from the side. Both are as wide as the figure."""
     colour = FACE_COLOURS[solid.face_label]
     azimuth_deg = square_on(solid)
-    cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
+    cavity = np.isin(solid.face_label, INSIDE)
     dams = ", with the dams at its open ends" if solid.figures.dams else ""
     volume = f"{solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
     block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
@@ -124,7 +126,7 @@ def _settled(run: Run) -> tuple[Floats, Floats, ColourScale]:
 
 def square_on(solid: Solid) -> float:
     """Return the azimuth of a view at right angles to the cavity's long side."""
-    cavity = np.unique(solid.faces[np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))])
+    cavity = np.unique(solid.faces[np.isin(solid.face_label, INSIDE)])
     plan = solid.vertices_mm[cavity, :2]
     _, _, axes = np.linalg.svd(plan - plan.mean(axis=0), full_matrices=False)
     azimuth_deg = float(np.degrees(np.arctan2(axes[0, 1], axes[0, 0])))
@@ -207,7 +209,7 @@ def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integer
     y = corner[..., 1]
     first = np.maximum(np.ceil(y.min(axis=1) - 0.5), 0).astype(int)
     last = np.minimum(np.floor(y.max(axis=1) - 0.5), height - 1).astype(int)
-    triangle, row = _counted_up(np.maximum(last - first + 1, 0), first)
+    triangle, row = counted_up(np.maximum(last - first + 1, 0), first)
     # A row's middle crosses two of the three edges of its triangle, or ends at a corner of two edges.
     start, step = corner[triangle], np.roll(corner, -1, axis=1)[triangle] - corner[triangle]
     share = (row[:, None] + 0.5 - start[..., 1]) / np.where(step[..., 1] == 0, np.nan, step[..., 1])
@@ -218,13 +220,7 @@ def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integer
     right = crossing[rows, np.where(crosses, crossing[..., 0], -np.inf).argmax(axis=1)]
     begin = np.clip(np.ceil(left[:, 0] - 0.5), 0, width).astype(int)
     end = np.clip(np.floor(right[:, 0] - 0.5), -1, width - 1).astype(int)
-    span, column = _counted_up(np.where(crosses.any(axis=1), np.maximum(end - begin + 1, 0), 0), begin)
+    span, column = counted_up(np.where(crosses.any(axis=1), np.maximum(end - begin + 1, 0), 0), begin)
     slope = (right[:, 2] - left[:, 2]) / np.maximum(right[:, 0] - left[:, 0], FLAT)
     nearness = left[span, 2] + slope[span] * (column + 0.5 - left[span, 0])
     return triangle[span], row[span] * width + column, nearness
-
-
-def _counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
-    """Return ``count[k]`` copies of each index k, and for the copies the numbers first[k], first[k] + 1, and so on."""
-    owner = np.repeat(np.arange(len(count)), count)
-    return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)

@@ -9,7 +9,6 @@ from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from io import BytesIO
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from PIL import Image
 
@@ -101,7 +99,7 @@ class Picture(Figure):
     """A figure outside pyplot, whose state in a user's notebook stays as it is. A notebook shows it once."""
 
     def _repr_html_(self) -> str:
-        file = BytesIO()
+        file = io.BytesIO()
         with themed():
             self.savefig(file, format="png")
         return f'<img src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
@@ -173,15 +171,14 @@ def draw_curve(
     alpha: float = 0.3,
     band: str | None = None,
     **line: Any,
-) -> Line2D:
-    """Draw a level along the crack, over its band of half-width ``half_mm`` with the label ``band``; return its line.
+) -> None:
+    """Draw a level along the crack, over its band of half-width ``half_mm`` with the label ``band``.
 
     ``line`` has the colour, and other properties of the line.
     """
     if half_mm is not None:
         draw_band(axes, s_mm, level_mm, half_mm, line["color"], alpha, band)
-    (drawn,) = axes.plot(s_mm, level_mm, style, **line)
-    return drawn
+    axes.plot(s_mm, level_mm, style, **line)
 
 
 def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) -> None:

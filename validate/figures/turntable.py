@@ -20,6 +20,7 @@ from sealtwin.core.records import FaceLabel, Floats, Integers, Run, Solid
 from validate.figures.solid_pictures import (
     DARKEST,
     FACE_COLOURS,
+    INSIDE,
     LIGHT,
     facet_normals,
     render,
@@ -28,10 +29,6 @@ from validate.figures.solid_pictures import (
     view_axes,
 )
 from validate.figures.theme import AGES, ON_GROUND
-
-INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)
-"""Labels of the sample's facets that are drawn; a dam at an open end would hide the sealant in the first view."""
-
 
 # Sizes of the model in 3-D. They change its look and the page's size, but no figure of a result. Blur and limits were
 # chosen by counting: vertices, bytes, and the grain of a lattice of particles. The view was chosen by eye.
@@ -166,6 +163,7 @@ class Surface(NamedTuple):
 
 def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, Integers, Integers]:
     """Return the cavity's facets, (f, 3), their labels, (f,), and its rim: edges, (n, 2), with the face on the left."""
+    # A dam at an open end would hide the sealant in the first view.
     inside = np.isin(label, INSIDE)
     edges, back = _directed_edges(faces[label == FaceLabel.TOP]), _directed_edges(faces[inside])[:, ::-1]
     key = [len(solid.vertices_mm), 1]

@@ -8,10 +8,10 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Profile
+from sealtwin.core.records import Booleans, Floats, Profile
 from validate.comparison import ComparedStations, ErrorBin, ErrorFigures
 from validate.intervals import Alignment, ShiftedError
 
@@ -83,7 +83,7 @@ class Difference(PiecewiseLinear):
     @property
     def area(self) -> float:
         """The integral of |a - b|, in units of x times units of y."""
-        return float(np.sum(np.diff(self.x) * (np.abs(self.value[:-1]) + np.abs(self.value[1:])) / 2))
+        return float(np.trapezoid(np.abs(self.value), self.x))
 
     @property
     def mean_error(self) -> float:
@@ -113,7 +113,7 @@ def level_difference(simulated: Profile, measured: Profile) -> Difference:
     return Difference(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
 
 
-def are_compared(s_mm: Floats, from_mm: float, to_mm: float) -> NDArray[np.bool_]:
+def are_compared(s_mm: Floats, from_mm: float, to_mm: float) -> Booleans:
     """Return which stations are on the compared stretch, including its ends, (n,)."""
     return (s_mm >= from_mm) & (s_mm <= to_mm)
 

@@ -14,6 +14,7 @@ from scipy.ndimage import uniform_filter1d
 from skimage.segmentation import watershed
 
 from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.arrays import counted_up
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
 from validate.comparison import FilledVolumes, MassBalance
 from validate.settings import Readings
@@ -377,8 +378,7 @@ def cell_areas(rings: Iterable[Floats], shape: tuple[int, int]) -> Floats:
         low = np.ceil(edge[:, :, axis].min(axis=1)).astype(int)
         count = np.maximum(np.floor(edge[:, :, axis].max(axis=1)).astype(int) - low + 1, 0)
         count[step[:, axis] == 0] = 0
-        number = np.repeat(np.arange(len(start)), count)
-        border = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + low[number]
+        number, border = counted_up(count, low)
         numbers.append(number)
         places.append(((border - start[number, axis]) / step[number, axis]).clip(0.0, 1.0))
     number, place = np.concatenate(numbers), np.concatenate(places)

@@ -62,7 +62,7 @@ class Grid:
     """The cells of a sheet, and what else is in its file."""
 
     path: Path
-    written: tuple[str, ...] = ()  # Format of the file in words: ("CSV", "UTF-16", "semicolons")
+    written: tuple[str, ...]  # Format of the file in words: ("CSV", "UTF-16", "semicolons")
     rows: dict[int, dict[int, Cell]] = field(default_factory=dict)
     """Cells that are not blank, by row number from 1, then by column from 0, both increasing."""
     separator: str | None = None  # Separator of a text file

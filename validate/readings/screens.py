@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sealtwin.core.doubts import CONFIRMS, Doubt, Location
-from sealtwin.core.records import Floats, Outline, Profile, Solid
+from sealtwin.core.records import Floats, Integers, Outline, Profile, Solid
 from validate.metrics.volumes import fill_volumes
 from validate.readings.grid import letters
 
@@ -71,8 +70,8 @@ class ReadCells:
 
     s_mm: Floats  # (n,), increasing
     readings_mm: Floats  # (n, r), in the direction of the sheet; NaN for a missing one
-    rows: NDArray[np.int64]  # (n, r): row of each reading, from 1; of a missing one, a row of its station
-    columns: NDArray[np.int64]  # (r,): column of each repeat, from 0
+    rows: Integers  # (n, r): row of each reading, from 1; of a missing one, a row of its station
+    columns: Integers  # (r,): column of each repeat, from 0
     digits_mm: Floats  # (n, r): place value of each reading's last digit that is not 0
     is_depth: bool = False  # True if the sheet counts downward
     datum_level_mm: float = 0.0  # Height of the datum above the face
@@ -96,7 +95,7 @@ class Filling:
     outline: Outline
     solid: Solid
     volume_mm3: float
-    simulated: Profile | None = None
+    simulated: Profile | None
 
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
         """Return the volume of sealant below a level. Beyond the outer stations the level is constant."""
@@ -108,8 +107,8 @@ class SheetAndCrack(NamedTuple):
     """The cells, and the crack as far as it is known."""
 
     cells: ReadCells
-    depth_mm: float | None = None
-    length_mm: float | None = None
+    depth_mm: float | None
+    length_mm: float | None
     filling: Filling | None = None
 
     def profile_mm(self) -> tuple[Floats, Floats]:

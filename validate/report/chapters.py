@@ -92,7 +92,7 @@ class Chapter:
     title: str
     name: str  # Name in links within the page
     items: tuple[Item, ...]
-    appendix: bool = False
+    appendix: bool
 
     @property
     def rows(self) -> Iterator[tuple[Item, ...]]:

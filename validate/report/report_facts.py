@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.facts import Fact, of_keys, texts
+from sealtwin.core.facts import Fact, Facts, of_keys, texts
 from sealtwin.core.records import Run
 from sealtwin.core.regime import SURFACE_TENSION_N_M
 from sealtwin.core.run_figures import FAST
@@ -41,7 +41,7 @@ def parts_of(evidence: Evidence) -> dict[str, Any]:
     }
 
 
-def headline(evidence: Evidence) -> tuple[tuple[Fact, ...], Outcome]:
+def headline(evidence: Evidence) -> tuple[Facts, Outcome]:
     """Return the facts of the verdict and its outcome."""
     if evidence.comparison is not None:
         return evidence.comparison.headline, evidence.comparison.outcome
@@ -76,13 +76,13 @@ def other_levels(prediction: PredictedLevel) -> str:
     return f" {text}" if text else ""
 
 
-def cautions(evidence: Evidence) -> tuple[Fact, ...]:
+def cautions(evidence: Evidence) -> Facts:
     """Return cautions about edited files, about the run, and about data that were not measured."""
     kinds = not_measured(evidence)
     return (*faults(evidence), *((doubted(NOT_A_VALIDATION, kinds=kinds),) if kinds else ()))
 
 
-def faults(evidence: Evidence) -> tuple[Fact, ...]:
+def faults(evidence: Evidence) -> Facts:
     """Return cautions about edited files, the run and the weighed cavity."""
     edited, weighed = evidence.edited, evidence.solid.figures.weighed
     return (
@@ -102,7 +102,7 @@ def not_measured(evidence: Evidence) -> list[str]:
     return [clause for clause in clauses if clause]
 
 
-def volumes(evidence: Evidence) -> tuple[Fact, ...]:
+def volumes(evidence: Evidence) -> Facts:
     """Return the volume of the dispensed sealant at each place, in mm³."""
     fast = evidence.run.fast_fill is not None
     return tuple(
@@ -126,7 +126,7 @@ def _volumes_mm3(run: Run) -> dict[str, float]:
     return {place: count * run.particle_volume_mm3 for place, count in counts.items()}
 
 
-def health_facts(evidence: Evidence) -> tuple[Fact, ...]:
+def health_facts(evidence: Evidence) -> Facts:
     """Return the numbers that a run recorded about itself."""
     return tuple(
         Fact(f"health.{key}", HEALTH_LABELS.get(key, (words(key),))[0], value, unit_of(key), "figure")
@@ -135,7 +135,7 @@ def health_facts(evidence: Evidence) -> tuple[Fact, ...]:
     )
 
 
-def uncertainty_facts(evidence: Evidence) -> tuple[Fact, ...]:
+def uncertainty_facts(evidence: Evidence) -> Facts:
     """Return facts on several runs, and on the uncertainty; that it was not assessed, if it was not."""
     comparison, seeds = evidence.comparison, seed_facts(evidence.seeds, draft=is_draft(evidence.run))
     if evidence.prediction is not None:
@@ -145,7 +145,7 @@ def uncertainty_facts(evidence: Evidence) -> tuple[Fact, ...]:
     return *seeds, stated("uncertainty.not-assessed", e=evidence)
 
 
-def _included(uncertainty: ErrorUncertainty) -> tuple[Fact, ...]:
+def _included(uncertainty: ErrorUncertainty) -> Facts:
     """Return the result of the comparison, and what the intervals do not include."""
     draws = uncertainty.input_draws
     return (
@@ -159,7 +159,7 @@ def _included(uncertainty: ErrorUncertainty) -> tuple[Fact, ...]:
     )
 
 
-def prediction_facts(p: PredictedLevel) -> tuple[Fact, ...]:
+def prediction_facts(p: PredictedLevel) -> Facts:
     """Return facts on the parts of a prediction's band, and on what it does not include."""
     causes = list(dict.fromkeys(f"the {one.name}" if one.kind == "model" else one.kind for one in p.parts))
     facts = [stated("uncertainty.band", float(np.median(p.band_95_mm)), "mm", p=p, causes=causes)]
@@ -192,7 +192,7 @@ def stretches_off(stations: StationErrors) -> str:
     return sentence("stretches_off", stretches=sorted(stretches, key=lambda stretch: -stretch["worst_mm"]))
 
 
-def assumptions(evidence: Evidence) -> tuple[Fact, ...]:
+def assumptions(evidence: Evidence) -> Facts:
     """Return the assumptions, with numbers that show how much depends on them, and the data that no metric includes.
 
     The block of what does not apply is empty.

@@ -10,10 +10,9 @@ from functools import cache, cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sealtwin.core.facts import Fact
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.facts import Fact, Facts
+from sealtwin.core.records import Booleans, Floats, Integers
 from validate.intervals import BudgetPart, BudgetSummary
 from validate.sentences import doubted
 from validate.settings import PASS_MM
@@ -89,8 +88,8 @@ class Budget:
     missing: tuple[Component, ...] = ()
     """Errors that are neither declared nor shown by the readings, with a size of ``UNDECLARED_MM`` or their own."""
     scatter_known: bool = True
-    notes: tuple[Fact, ...] = ()  # Features of the readings
-    unused: tuple[Fact, ...] = ()  # Declared errors that the readings contradict; no interval includes them
+    notes: Facts = ()  # Features of the readings
+    unused: Facts = ()  # Declared errors that the readings contradict; no interval includes them
     steps_mm: float = 0.0
     """Change of the mean error, either way, by steps of the bed between few stations. It is no error of a level."""
 
@@ -103,7 +102,7 @@ class Budget:
     def joined(self, *more: Component) -> "Budget":
         return replace(self, components=(*self.components, *more))
 
-    def at(self, which: NDArray[np.bool_]) -> "Budget":
+    def at(self, which: Booleans) -> "Budget":
         """Return the budget of a selection of stations, without the bed's shape between them."""
         components = [replace(one, draws_mm=one.draws_mm[:, which]) for one in self.components if not one.between]
         return replace(self, stations=int(which.sum()), components=tuple(components))
@@ -126,10 +125,10 @@ class Budget:
         start = np.zeros((self.draws, self.stations - 1))
         return sum((one.draws_mm for one in self.components if one.between), start=start)
 
-    def along_mm(self, curve: Curve, count: int = CURVES) -> Floats:
-        """Return draws of the error at each x of a curve, (count, len(x))."""
-        along_mm = self.at_stations_mm[:count] @ curve.hat.T
-        return along_mm + self.between_mm[:count] @ curve.bump.T if self.between_mm.any() else along_mm
+    def along_mm(self, curve: Curve) -> Floats:
+        """Return draws of the error at each x of a curve, (``CURVES``, len(x))."""
+        along_mm = self.at_stations_mm[:CURVES] @ curve.hat.T
+        return along_mm + self.between_mm[:CURVES] @ curve.bump.T if self.between_mm.any() else along_mm
 
     def mean_mm(self, weights: tuple[Floats, Floats]) -> float:
         """Return the half-width of the 95 % interval of a weighted sum of the levels at and between stations."""

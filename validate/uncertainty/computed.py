@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.run_figures import FAST, Method
 from validate.intervals import InputEffect, SizeSeries
@@ -58,8 +58,7 @@ class Inputs:
     def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
         """Return the effects at ``s_mm``, interpolated from ``known_mm``."""
         changes_mm = self.straight_mm, self.curved_mm, self.together_mm
-        straight_mm, curved_mm, together_mm = (along(s_mm, known_mm, one) for one in changes_mm)
-        return Inputs(self.model, self.standards, straight_mm, curved_mm, together_mm)
+        return Inputs(self.model, self.standards, *(along(s_mm, known_mm, one) for one in changes_mm))
 
     def errors(self) -> list[Component]:
         """Return the errors of the levels that the effects cause, at the stations for which the effects are given."""
@@ -290,7 +289,7 @@ class Spread:
     draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
     fast_mm: Numbers | None = None
     """Level by the fast model at ``s_mm``; None if the fast model is unfit, or computed the trial's own level."""
-    unfit: tuple[Fact, ...] = ()  # Reasons why the fast model is unfit for the case
+    unfit: Facts = ()  # Reasons why the fast model is unfit for the case
     mean_of: int = 1  # Number of runs whose mean is the level; a setting of the trial, which is not in the file
 
     def __post_init__(self) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, Profile
 from validate.sentences import doubted
 from validate.settings import PASS_MM, Readings, Uncertainty
@@ -181,7 +181,7 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
         )
 
 
-def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> tuple[Fact, ...]:
+def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> Facts:
     """Return a doubt about a declared repeatability that exceeds the scatter of the repeats.
 
     With repeats, no interval uses a declared repeatability. The test is that of ``refuse_contradicted`` at the other

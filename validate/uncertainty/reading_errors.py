@@ -3,10 +3,9 @@
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sealtwin.core.facts import Fact
-from sealtwin.core.records import Floats, Profile
+from sealtwin.core.records import Booleans, Floats, Profile
 from validate.sentences import doubted
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import (
@@ -167,7 +166,7 @@ def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
     return round(float(STEP * gap_mm @ (unlike * gap_mm) / np.ptp(s_mm)), 3)
 
 
-def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[NDArray[np.bool_], float]:
+def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans, float]:
     """Return which readings are outliers of their station, and the robust standard deviation, in mm.
 
     A station has at most one outlier: two outliers count as its scatter. The scatter is at least that of the last
@@ -296,7 +295,7 @@ def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS
     distribution. With a dozen stations the fit is uncertain and gives bands that are too narrow, so here the
     distribution is averaged over its posterior.
     """
-    behind = _freedoms_behind()[:, None]
+    behind = _freedoms_behind()
     log_level, width = _likeliest(squares_mm2, freedom)
     level_mm2 = np.exp(log_level[:, None] + width[:, None] * AROUND)
     chance = _log_chance(level_mm2[:, :, None], behind[:, :, None], squares_mm2, freedom)
@@ -321,7 +320,7 @@ def _log_chance(level_mm2: Floats, behind: Floats, squares_mm2: Floats, freedom:
 
 def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
     """Return the log of the likeliest level of the variances for each spread, and the width of its peak."""
-    behind = _freedoms_behind()[:, None]
+    behind = _freedoms_behind()
     log_level = np.full(len(behind), np.log(squares_mm2.sum() / freedom.sum()))
     curve = np.ones(len(behind))
     for _ in range(30):
@@ -335,14 +334,14 @@ def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
 
 @cache
 def _freedoms_behind() -> Floats:
-    """Return the degrees of freedom of the inverse chi-squares with spreads SPREADS of ln(scatter)."""
+    """Return the degrees of freedom of the inverse chi-squares with spreads SPREADS of ln(scatter), (n, 1)."""
     from scipy.optimize import brentq
     from scipy.special import polygamma
 
     # ln(variance) is twice ln(scatter), and its variance the trigamma function of half the freedom.
     return np.array(
         [
-            brentq(lambda freedom, wanted=4 * spread**2: polygamma(1, freedom / 2) - wanted, 0.1, 1e5)
+            [brentq(lambda freedom, wanted=4 * spread**2: polygamma(1, freedom / 2) - wanted, 0.1, 1e5)]
             for spread in SPREADS
         ]
     )
@@ -352,7 +351,7 @@ STEPS = 121  # Positions of a station's true level within the range of its round
 SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a reading, in steps, from hidden to plain
 
 
-def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int = DRAWS) -> Floats:
+def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int) -> Floats:
     """Draw the error of each station's mean, (draws, n), for readings in steps that hide the scatter.
 
     The likelihood of a reading is the share of a normal distribution that rounds to it. The scatter is the same at all
