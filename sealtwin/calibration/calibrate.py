@@ -25,7 +25,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
-from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
+from sealtwin.core.run_folder import holding, require_own
 from sealtwin.material import material_text
 from sealtwin.study.estimate import WorkAhead
 from sealtwin.study.runner import StudyOptions
@@ -76,15 +76,13 @@ def calibrate(
     if sets_resolution((*options.free, *(settings or {}))):
         how = replace(how, drafts=False)
     folder = out or Path("reports", f"{load_trial(trials[0], settings).folder_name}-calibrated")
-    require_folder(folder)
-    if folder.is_dir() and not (folder / LIBRARY).is_dir():
-        refuse_foreign(folder, "calibration")
+    require_own(folder, LIBRARY, "calibration")
     with holding(folder), progress:
         work = folder / LIBRARY, how, progress, settings
         twins = [Twin(file, *work, drafts=budget - CONFIRM) for file in trials]  # The last round is accurate
         others = [Twin(file, *work) for file in held_out]
         _require_different([*twins, *others])
-        frees = [Free(free.name, free.low, free.high, _measured(free, twins)) for free in frees]
+        frees = [replace(free, measured=_measured(free, twins)) for free in frees]
         for twin in twins:
             twin.require(frees)
         ahead = WorkAhead()

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, TextIO
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, TextIO
 
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
@@ -49,8 +49,7 @@ ENDS |= {name: parameter(name, bool, shown, False) for name, shown in FLAGS.item
 """Options of many commands, by the field of ``Command``. They are last in the help."""
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(NamedTuple):
     content: dict[str, Any]  # Printed with --json, after the version of its form
     lines: Sequence[str]  # Printed without --json
     exit_code: int = 0
@@ -75,14 +74,13 @@ class Command:
         """Print a warning, even with --quiet."""
         print(f"note: {text}", file=sys.stderr)
 
-    def reply(self, answer: Answer) -> None:
+    def reply(self, content: dict[str, Any], lines: Sequence[str], exit_code: int = 0) -> None:
         """Print the result; end the command if its exit code is not 0."""
-        content = {"version": 1, **answer.content}
-        text = json.dumps(content, ensure_ascii=False) if self.as_json else "\n".join(answer.lines)
+        text = json.dumps({"version": 1, **content}, ensure_ascii=False) if self.as_json else "\n".join(lines)
         with naming(Path("standard output")):
             print(text, file=self.stdout, flush=True)
-        if answer.exit_code:
-            raise typer.Exit(answer.exit_code)
+        if exit_code:
+            raise typer.Exit(exit_code)
 
     def fail(self, message: str, exit_code: int) -> NoReturn:
         print(f"sealtwin: {message}", file=sys.stderr)

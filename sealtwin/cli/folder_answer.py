@@ -33,7 +33,7 @@ def batch_answer(batch: Batch) -> Answer:
     if lines:
         lines.insert(0, f"{'photo':<{broad}}  width mm length mm cavity ml sealant ml  path")
     sheet, table = batch.out / SHEET, batch.out / CSV
-    lines.append(f"{len(batch.done)} of {len(batch.listed)} photos digitised. Check {sheet}; table: {table}")
+    lines.append(f"{len(batch.done)} of {len(batch.rows)} photos digitised. Check {sheet}; table: {table}")
     if proposals := sum(row.path_source == "automatic" for row in batch.done):
         lines.append(f"{proposals} cracks were found automatically: check these proposals.")
     if undeclared := sum(row.data == "undeclared" for row in batch.done):

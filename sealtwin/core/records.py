@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, with_config
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import FROM_JSON, Floats, Integers, Numbers, Points, Shown, require_as_long
+from sealtwin.core.arrays import FROM_JSON, Floats, Integers, Numbers, Points, Shown, require_as_long, unit
 from sealtwin.core.doubts import Doubt, QuantityMean, ReadSheet
 from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
@@ -187,9 +187,8 @@ class Outline(Shown):
         """
         s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
         width_mm = np.linalg.norm(across_mm, axis=1)
-        ahead = np.gradient(self.centreline_mm, axis=0)
         # A hand-written centreline may turn on the spot, where no direction is square to it.
-        ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
+        ahead = unit(np.gradient(self.centreline_mm, axis=0))
         square_mm = np.abs(ahead[:, 0] * across_mm[:, 1] - ahead[:, 1] * across_mm[:, 0])
         facing = np.flatnonzero(square_mm >= FACING * width_mm)
         if len(facing):

@@ -16,7 +16,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
-from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
+from sealtwin.core.run_folder import holding, open_folder, require_own
 from sealtwin.core.settings import checked
 from sealtwin.plan import PlanOptions
 from sealtwin.plan import search as searching
@@ -105,9 +105,7 @@ class PlanInputs:
     @contextmanager
     def digitised(self, folder: Path, progress: Progress) -> Iterator[Sample]:
         """Digitise the crack in the folder of a plan, and hold the folder. Raises InputError if it cannot be used."""
-        require_folder(folder)
-        if folder.is_dir() and not (folder / SAMPLE).is_dir():
-            refuse_foreign(folder, "plan")
+        require_own(folder, SAMPLE, "plan")
         with holding(folder), progress:
             with open_folder(folder / SAMPLE, create=True) as home:
                 run_stages(start_job(self.trial, self.file.parent, home, "cpu", progress), ("digitise",))

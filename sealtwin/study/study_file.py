@@ -147,10 +147,6 @@ class Study(Settings):
         return rows.columns, len(rows.rows), rows.rows
 
     @property
-    def runs(self) -> int:
-        return self._design()[1]
-
-    @property
     def names(self) -> set[str]:
         """Dotted names of all settings in the study file."""
         return {*self.fixed, *self._design()[0]}

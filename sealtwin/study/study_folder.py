@@ -192,7 +192,7 @@ def write_plan(folder: Path, plan: Plan) -> None:
     """Write the plan. Outcomes are separate files, so the plan is never locked or updated for one of them."""
     runs = [_part(ScheduledRun, run) for run in plan.runs]
     content = {"version": 1, "study": plan.study, "started_unix_s": plan.started_unix_s}
-    content |= {"stage_numbers": dict(plan.numbers), "runs": runs}
+    content |= {"stage_numbers": plan.numbers, "runs": runs}
     files.write_text(folder / PLAN, json.dumps(content, ensure_ascii=False, allow_nan=False))
 
 
@@ -240,7 +240,7 @@ def resume(folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool
 def is_intact(folder: Path, run: StudyRun) -> bool:
     """Return True if the run is done and its profile was not changed since."""
     profile = profile_path(folder, run.key)
-    if run.state != "done" or run.figures is None or not profile.is_file():
+    if run.figures is None or not profile.is_file():
         return False
     return files.sha256(profile) == run.figures.profile_sha256
 

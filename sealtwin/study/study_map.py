@@ -1,6 +1,5 @@
 """Map a study: compare all its runs with one sheet of readings, and draw the figures of the paper."""
 
-import zipfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -132,7 +131,7 @@ def _fill_path(folder: Path, run: StudyRun) -> Path:
 
 def read_fill(path: Path) -> Watched:
     """Read a file fill.npz. Speeds and densities are NaN, since no map shows them. Raises InputError if damaged."""
-    from simulate.watchers import GRAIN_MM
+    from simulate.watchers import GRAIN_MM, UNREADABLE
 
     try:
         with opened(path, LARGEST_FILL_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
@@ -152,7 +151,7 @@ def read_fill(path: Path) -> Watched:
         )
         moved = content["moving"] > 0
         return Watched(frames, content["moving"][moved], content["frame_ms"][moved])
-    except (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
+    except UNREADABLE as fault:
         raise InputError(
             f"{path}: damaged ({fault}). Delete it; the map is then without this run's pictures."
         ) from None
@@ -196,7 +195,7 @@ def chart_of(
 
 
 def _excluded(run: StudyRun) -> Excluded:
-    if run.state == "done" and run.figures is not None:
+    if run.figures is not None:
         reason = UNFIT if run.figures.unfit else VOLUME_OFF
         return Excluded(run.number, run.settings, reason, run.figures.volume_ratio)
     return Excluded(run.number, run.settings, Fact("failed", run.reason or NOT_DONE))
@@ -205,7 +204,7 @@ def _excluded(run: StudyRun) -> Excluded:
 def finished_run(folder: Path, run: StudyRun) -> Finished:
     """Read a run. Raises InputError if its profile was changed since."""
     path = profile_path(folder, run.key)
-    if run.figures is None or not is_intact(folder, run):
+    if not is_intact(folder, run):
         raise InputError(
             f"{path}: changed since run {run.number} wrote it. 'sealtwin sweep' with its study computes it again."
         )

@@ -39,8 +39,7 @@ LARGEST_SHEET_BYTES = 5_000_000
 
 def numbers_up_to(stage: StageName) -> dict[str, int]:
     """Return the number of a stage and those of the stages before it."""
-    order = list(NUMBERS)
-    return {name: NUMBERS[name] for name in order[: order.index(stage) + 1]}
+    return {name: NUMBERS[name] for name in STAGES[: STAGES.index(stage) + 1]}
 
 
 def own_numbers() -> dict[str, int]:
@@ -125,7 +124,7 @@ def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Map
 
 def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
     """Return the settings that a stage depends on. Unset ones are omitted, so that a new option changes no key."""
-    dump = trial.model_dump(mode="json", exclude_none=True)
+    dump = trial.content
     tables: dict[StageName, tuple[str, ...]] = {
         "digitise": ("photo", "crack", "mesh", "path"),
         "simulate": ("fluid", "solver", "nozzle", "seed"),

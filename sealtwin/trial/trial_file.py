@@ -1,7 +1,6 @@
 """Trial file: the settings of all stages in one TOML file, checked before anything runs."""
 
 import difflib
-import json
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -333,7 +332,7 @@ def trial_text(trial: Trial) -> str:
 
     document = tomlkit.document()
     document.add(tomlkit.comment("Resolved by sealtwin: every setting of this run, defaults written out."))
-    for key, value in json.loads(trial.model_dump_json(exclude_none=True)).items():
+    for key, value in trial.content.items():
         document.add(key, value)
     return tomlkit.dumps(document)
 

@@ -86,7 +86,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
             f"{BLOCKS_AT_MOST} are allowed. Give a larger radius, or simulate a shorter piece of the crack."
         )
     half_diagonal_mm = np.sqrt(3) / 2 * block_mm
-    number = np.stack(np.meshgrid(*map(np.arange, blocks), indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.indices(tuple(blocks)).reshape(3, -1).T
     middle_mm = low + (number + 0.5) * block_mm
     centre_mm = _at_centres(mesh, low, number, middle_mm, half_diagonal_mm + radius_mm, block_mm)
     near = (centre_mm > -half_diagonal_mm) & (centre_mm < half_diagonal_mm + radius_mm)
@@ -119,7 +119,7 @@ def _at_centres(
     """
     groups = number.max(axis=0) // COARSE + 1
     member = np.ravel_multi_index(tuple((number // COARSE).T), tuple(groups))
-    first = np.stack(np.meshgrid(*map(np.arange, groups), indexing="ij"), axis=-1).reshape(-1, 3) * COARSE
+    first = np.indices(tuple(groups)).reshape(3, -1).T * COARSE
     group_mm = low + (first + 0.5) * block_mm + (COARSE - 1) / 2 * block_mm
     around_mm = exact_distance_mm(mesh, group_mm)[member]
     away_mm = np.linalg.norm(middle_mm - group_mm[member], axis=1)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg.lapack import dptsv  # pyright: ignore[reportAttributeAccessIssue]
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory
+from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory, unit
 from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.settings import LEVEL, SampleSlope
 from simulate.shear_law import Law, PlaneFlow, flow_between_plates
@@ -212,8 +212,7 @@ def _below(place: Floats) -> Floats:
 def _down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
     """Return gravity's unit vector: along the crack at the faces between cells, (n - 1,), and into the sample."""
     x, y, z = slope.down
-    ahead = np.diff(outline.centreline_mm, axis=0)
-    ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
+    ahead = unit(np.diff(outline.centreline_mm, axis=0))
     middle_mm = (arc_length(outline.centreline_mm)[1:] + arc_length(outline.centreline_mm)[:-1]) / 2
     faces_mm = (sections.s_mm[1:] + sections.s_mm[:-1]) / 2
     return np.interp(faces_mm, middle_mm, ahead @ np.array([x, y])), -z
