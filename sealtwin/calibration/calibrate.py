@@ -30,7 +30,7 @@ from sealtwin.material import material_text
 from sealtwin.study.estimate import WorkAhead
 from sealtwin.study.runner import StudyOptions
 from sealtwin.trial.job import NUMBERS, shown
-from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced, sets_resolution
+from sealtwin.trial.trial_file import SETTINGS, SettingValues, load_trial, no_such_setting, replaced, sets_resolution
 from simulate.material_file import KEY_OF_LAW, Material
 from simulate.settings import LAWS, VISCOSITIES_PA_S
 from validate.calibration.posterior import SMOOTH_ERRORS_MM, Free, Marginal
@@ -59,7 +59,7 @@ def calibrate(
     out: Path | None,
     how: StudyOptions,
     progress: Progress,
-    settings: Mapping[str, Any] | None = None,
+    settings: SettingValues | None = None,
 ) -> dict[str, Any]:
     """Fit settings to the readings of trials; write material, posterior, record and page. Return the --json object.
 
@@ -114,7 +114,7 @@ def _checked(
     trials: Sequence[Path],
     ranges: Mapping[str, tuple[float, float]],
     held_out: Sequence[Path],
-    settings: Mapping[str, Any] | None,
+    settings: SettingValues | None,
 ) -> list[Free]:
     if not 1 <= len(ranges) <= MOST_FREE:
         raise InputError(
@@ -253,13 +253,13 @@ def _written(
         "cautions": calibrated.cautions,
         "fluid_warnings": [sentence for twin in (*twins, *others) for sentence in twin.fluid_warnings],
         "date": date.isoformat(),
-        "radius_mm": list(calibrated.radius_mm),
+        "radius_mm": calibrated.radius_mm,
         "runs_of_each_trial": calibrated.runs,
         "drafts_of_each_trial": list(calibrated.drafts),
         "stage_numbers": NUMBERS,
         "free": [_free(one) for one in calibrated.marginals] or [free.name for free in result.frees],
         "combinations": [
-            {"parts": dict(zip((free.name for free in result.frees), list(one.parts), strict=True)),
+            {"parts": dict(zip((free.name for free in result.frees), one.parts, strict=True)),
              "deviation_over_prior": one.deviation}
             for one in calibrated.combinations
         ],
@@ -288,7 +288,7 @@ def _written(
             for one in calibrated.predictions
         ],
         "confirmed_rms_mm": [_confirmed_mm(result, number) for number in range(len(twins))] if result.possible else [],
-        "unused_runs": [list(one) for one in calibrated.unused],
+        "unused_runs": calibrated.unused,
         "page": shown(folder / PAGE),
         "files": written,
     }  # fmt: skip
@@ -298,7 +298,7 @@ def _free(one: Marginal) -> dict[str, Any]:
     return {
         "setting": one.free.name,
         "range": [one.free.low, one.free.high],
-        "measured": None if one.free.measured is None else list(one.free.measured),
+        "measured": one.free.measured,
         "best": float(f"{one.best:.6g}"),
         "interval_90": [one.low, one.high],
         "width_over_prior": one.width_over_prior,

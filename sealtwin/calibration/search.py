@@ -6,7 +6,7 @@ likely setting. The emulator models the profile, not its error (Astudillo and Fr
 97:354). A ``Twin`` runs its trial with other settings, in a folder like a study's.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil
 from pathlib import Path
@@ -26,7 +26,7 @@ from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
-from sealtwin.trial.trial_file import SETTINGS, Trial, as_run, load_trial, refuse_seeds, with_settings
+from sealtwin.trial.trial_file import SETTINGS, SettingValues, Trial, as_run, load_trial, refuse_seeds, with_settings
 from simulate.settings import VISCOSITIES_PA_S
 from validate.calibration.emulator import Emulator
 from validate.calibration.posterior import BasisReach, Free, Posterior, ReadLevels, reach_of, smooth_errors_mm2
@@ -206,7 +206,7 @@ class Twin:
         library: Path,
         options: StudyOptions,
         progress: Progress,
-        settings: Mapping[str, Any] | None = None,
+        settings: SettingValues | None = None,
         drafts: int = 0,
     ) -> None:
         """Digitise the crack and read the sheet; the first ``drafts`` runs may be drafts.

@@ -48,6 +48,8 @@ ENDS = {"device": parameter("device", str, DEVICE, "auto")}
 ENDS |= {name: parameter(name, bool, shown, False) for name, shown in FLAGS.items()}
 """Options of many commands, by the field of ``Command``. They are last in the help."""
 
+Function = Callable[..., None]
+
 
 class Answer(NamedTuple):
     content: dict[str, Any]  # Printed with --json, after the version of its form
@@ -159,7 +161,7 @@ def answers(
     quiet: bool = True,
     as_json: bool = True,
     **models: str,
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
+) -> Callable[[Function], Function]:
     """Turn a function of a ``Command`` into a command: add options for output and device, turn faults into exit codes.
 
     The function's parameter ``settings`` becomes --set and an option for each of the everyday settings ``keys``, of
@@ -168,7 +170,7 @@ def answers(
     """
     shown = {"device": device, "as_json": as_json, "quiet": quiet, "verbose": verbose}
 
-    def decorated(function: Callable[..., None]) -> Callable[..., None]:
+    def decorated(function: Function) -> Function:
         _, *parameters = inspect.signature(function).parameters.values()
 
         @functools.wraps(function)
@@ -182,7 +184,7 @@ def answers(
                     given[name] = read_model(model, given)
                 function(answer, **given)
 
-        def completed() -> Callable[..., None]:
+        def completed() -> Function:
             sources = {name: model_parameters(model) for name, model in models.items()}
             sources["settings"] = everyday_parameters(keys, needs)
             written = {each.name: [each.replace(kind=each.KEYWORD_ONLY)] for each in parameters}
@@ -195,7 +197,7 @@ def answers(
     return decorated
 
 
-def _with_signature(function: Callable[..., None], parameters: Sequence[inspect.Parameter]) -> Callable[..., None]:
+def _with_signature(function: Function, parameters: Sequence[inspect.Parameter]) -> Function:
     function.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
     function.__annotations__ = {each.name: each.annotation for each in parameters}
     return function

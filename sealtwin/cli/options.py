@@ -159,8 +159,8 @@ class FieldOption:
 
     def parameter(self, needed: bool, *, brief: bool) -> inspect.Parameter:
         """Return the parameter of a command. ``brief``: its help is one sentence and the name of the setting."""
-        from sealtwin.core.settings import choices, described, table_of
-        from sealtwin.core.settings_text import allowed
+        from sealtwin.core.settings import choices, table_of
+        from sealtwin.core.settings_text import allowed, described
 
         table, name = present(table_of(self.root, self.key.split(".")), self.key), self.key.rpartition(".")[2]
         field, text, form = table.model_fields[name], described(table)[name], self.form

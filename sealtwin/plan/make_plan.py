@@ -1,6 +1,6 @@
 """Plan a trial: search a plan on the fast model, judge it by particles, and search again with their levels."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -47,7 +47,7 @@ from sealtwin.plan.verify import (
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.exports import CellFile, origin_of, require_confirmed, write_programs
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
-from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text
+from sealtwin.trial.trial_file import SETTINGS, SettingValues, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
 from simulate.slot.sections import Trapezoids
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
@@ -89,7 +89,7 @@ class PlanInputs:
     cell: CellFile | None
 
     @classmethod
-    def read(cls, file: Path, settings: Mapping[str, Any] | None, cell_file: Path | None) -> "PlanInputs":
+    def read(cls, file: Path, settings: SettingValues | None, cell_file: Path | None) -> "PlanInputs":
         """Read the files. Raises InputError if the trial has no fluid for a plan, or the cell has a steady flow."""
         given = load_trial(file, settings)
         require_sample(given, file.parent)
@@ -287,7 +287,7 @@ def make_plan(
     *,
     device: str = "cpu",
     jobs: int = 1,
-    settings: Mapping[str, Any] | None = None,
+    settings: SettingValues | None = None,
 ) -> MadePlan:
     """Plan a trial in a folder of its own, by default reports/NAME-plan.
 

@@ -23,7 +23,7 @@ from sealtwin.core.run_folder import MANIFEST, holding, open_folder
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
-from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
+from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, sample_trial
 from validate.readings.grid import letters, table_of
 from validate.result import SampleFigures
 
@@ -40,7 +40,7 @@ OWN = {LISTING, CSV, SHEET}
 class PlannedPhoto:
     file: Path  # The photo, or a trial file that names one
     name: str  # Name of its run folder
-    settings: Mapping[str, Any]  # Settings from the command line, by dotted name
+    settings: SettingValues  # Settings from the command line, by dotted name
 
     @property
     def crack(self) -> int | str | None:
@@ -109,7 +109,7 @@ def are_several(targets: Sequence[Path]) -> bool:
     return len(targets) > 1 or targets[0].is_dir() or _is_pattern(targets[0])
 
 
-def plan(targets: Sequence[Path], settings: Mapping[str, Any]) -> list[PlannedPhoto]:
+def plan(targets: Sequence[Path], settings: SettingValues) -> list[PlannedPhoto]:
     """Return an entry for each photo, in the order given.
 
     ``settings`` by dotted name replace those of a trial file that is given. They do not apply to a photo that has a

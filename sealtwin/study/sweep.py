@@ -30,7 +30,7 @@ from sealtwin.study.study_folder import (
     write_plan,
 )
 from sealtwin.trial.job import DIGITISED, numbers_up_to, require_sample, shown, stage_settings, start_job
-from sealtwin.trial.trial_file import drafted, load_trial, refuse_seeds, replaced, sets_resolution
+from sealtwin.trial.trial_file import SettingValues, drafted, load_trial, refuse_seeds, replaced, sets_resolution
 from validate.metrics.verdict import kept_volume
 from validate.run_facts import DRAFTED_MM
 
@@ -46,7 +46,7 @@ def sweep(
     out: Path | None,
     options: StudyOptions,
     progress: Progress,
-    settings: Mapping[str, Any] | None = None,
+    settings: SettingValues | None = None,
 ) -> dict[str, Any]:
     """Compute all runs of a study that are not done yet, and return the --json object of the command.
 

@@ -26,6 +26,8 @@ LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
 """Control characters. The name of a file may have them, but that of a trial may not."""
 
 
+SettingValues = Mapping[str, Any]
+"""Settings of a trial by dotted name."""
 Moment = Annotated[float, Field(ge=0, le=9999)]
 
 
@@ -167,7 +169,7 @@ class Trial(Settings):
         """The tables of the trial file, without settings that are not set."""
         return self.model_dump(mode="json", exclude_none=True)
 
-    def changed(self, settings: Mapping[str, Any], where: Path) -> "Trial":
+    def changed(self, settings: SettingValues, where: Path) -> "Trial":
         """Return the trial with settings by dotted name; None unsets one. Raises InputError, which names ``where``."""
         return checked(Trial, where, with_settings(self.content, settings))
 
@@ -221,7 +223,7 @@ def folder_name(name: str) -> str:
     return plain.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
 
 
-def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
+def load_trial(path: Path, settings: SettingValues | None = None) -> Trial:
     """Read and check a trial file. ``settings`` by dotted name replace those of the file.
 
     Raises InputError as ``read_settings`` does. The message names this call instead of the file if the fault is in
@@ -251,7 +253,7 @@ def checked_trial(path: Path, content: Mapping[str, Any], origin: Callable[[str]
         raise InputError(f"{fault}{offer_of_markers(photo)}") from None
 
 
-def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: Mapping[str, Any]) -> Trial:
+def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: SettingValues) -> Trial:
     """Return a trial of a photo or a mesh without a fluid, from which solid and path can be made.
 
     ``settings`` are by dotted name. Raises InputError as ``load_trial`` does.
@@ -267,7 +269,7 @@ def name_of(file: Path, otherwise: str) -> str:
     return LINE_BREAKING.sub("-", file.stem)[:80].strip() or otherwise
 
 
-def seen_from(folder: Path, settings: Mapping[str, Any], source: Path = Path()) -> dict[str, Any]:
+def seen_from(folder: Path, settings: SettingValues, source: Path = Path()) -> dict[str, Any]:
     """Return settings whose files are relative to ``folder``, the trial's, instead of to ``source``.
 
     Trial and files can then be moved together, and no home folder is named.
@@ -296,7 +298,7 @@ IN_PLACE_OF = {
 """Settings that a given setting removes from the trial: those of other laws of flow, or of another volume."""
 
 
-def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+def with_settings(content: Mapping[str, Any], settings: SettingValues) -> dict[str, Any]:
     """Return a trial's tables with ``settings``, by dotted name, and without the settings that these exclude."""
     changed = dict(content)
     for name, value in settings.items():
@@ -314,7 +316,7 @@ def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> di
     return changed
 
 
-def replaced(trial: Trial, settings: Mapping[str, Any], names: Iterable[str]) -> list[str]:
+def replaced(trial: Trial, settings: SettingValues, names: Iterable[str]) -> list[str]:
     """Return those of ``settings`` that would be removed from a trial if all of ``names`` were given."""
     content = trial.content
     removed = names_in(content) - names_in(with_settings(content, dict.fromkeys(names, 0)))

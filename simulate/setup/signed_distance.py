@@ -5,14 +5,13 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels import distance as device_code
 from simulate.kernels import exact_distance
+from simulate.vessel import Mask
 
-Mask = NDArray[np.bool_]
 CM = 0.1  # Centimetres per millimetre: kernels use centimetres
 CLEARANCE = 0.86
 """Clearance of a particle's centre from a wall, divided by its radius. Fluid rests on calibrated walls at this
