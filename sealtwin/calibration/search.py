@@ -46,7 +46,8 @@ LEAST_USABLE = 0.75  # Least share of runs with a result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
 Setting = dict[str, float]
-Runner = Callable[[Sequence[tuple[Setting, int]]], Sequence[Floats | None]]
+Levels = Sequence[Floats | None]  # Of runs; None if a run is not used
+Runner = Callable[[Sequence[tuple[Setting, int]]], Levels]
 """Function that takes the settings of all runs so far, each with the number that is added to the seed. It computes only
 new runs, and returns each run's levels at the stations, or None if the run failed."""
 
@@ -64,7 +65,7 @@ class Source:
 class SearchResult:
     frees: Sequence[Free]
     points: Floats  # (r, d) of all runs, in the unit cube
-    levels_mm: Sequence[Sequence[Floats | None]]  # Of each trial's runs
+    levels_mm: Sequence[Levels]  # Of each trial's runs
     reaches: Sequence[BasisReach]
     posterior: Posterior
     least_implausibility: float
@@ -94,7 +95,7 @@ class _Search:
     def __init__(self, frees: Sequence[Free], sources: Sequence[Source]) -> None:
         self.frees, self.sources = frees, sources
         self.points = np.zeros((0, len(frees)))
-        self.levels_mm: list[Sequence[Floats | None]] = [[] for _ in sources]
+        self.levels_mm: list[Levels] = [[] for _ in sources]
 
     def run(self, points: Floats) -> None:
         self.points = np.vstack([self.points, points])
@@ -281,7 +282,7 @@ class Twin:
         """Return the time of the runs after ``done`` up to ``end``, by the model of ``sealtwin.study.estimate``."""
         return self._work_s[end >= self._first_accurate] * ceil((end - done) / max(1, self._options.jobs))
 
-    def run(self, wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
+    def run(self, wanted: Sequence[tuple[Setting, int]]) -> Levels:
         """Compute the runs that are not done. Return each run's levels at the stations, or None if it is not used.
 
         ``wanted`` begins with those of the last call.

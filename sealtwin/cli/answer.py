@@ -108,7 +108,7 @@ class Command:
     def progress(self) -> "Progress":
         from sealtwin.core.progress import QuietProgress, progress_for_stderr
 
-        return QuietProgress() if self.quiet else progress_for_stderr(quiet=False)
+        return QuietProgress() if self.quiet else progress_for_stderr()
 
 
 class Commands(TyperGroup):

@@ -156,10 +156,8 @@ class RichProgress(_Timed):
         self._bar.stop()
 
 
-def progress_for_stderr(quiet: bool) -> Progress:
-    """Return silent progress if ``quiet``, else a bar if stderr is a terminal, else lines."""
-    if quiet:
-        return Progress()
+def progress_for_stderr() -> Progress:
+    """Return a bar if stderr is a terminal, else lines."""
     return RichProgress() if sys.stderr.isatty() else PlainProgress()
 
 

@@ -24,7 +24,7 @@ from sealtwin.core.arrays import FROM_JSON, Floats, Integers, Numbers, Points, S
 from sealtwin.core.doubts import Doubt, QuantityMean, ReadSheet
 from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
-from sealtwin.core.solid_figures import EndKind, SolidFigures
+from sealtwin.core.solid_figures import EndKind, SolidFigures, Span
 
 FACING = 0.98  # Least cosine at which the line between two walls counts as square to the centreline: 11 degrees
 
@@ -73,7 +73,7 @@ class WallStretch:
     s_to_mm: float
     side: Side
     method: WallMethod
-    doubt_mm: tuple[float, float] | None
+    doubt_mm: Span | None
     """Least and largest distance from the centreline at which the wall may be; None if unknown."""
     why: str
 
@@ -131,7 +131,7 @@ class Outline(Shown):
     """Angle between the camera's axis and the normal of the face; None if the photo does not show it."""
     photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None of an outline made by hand
     width_source: WidthSource = "walls"
-    width_95_mm: tuple[float, float] | None = None
+    width_95_mm: Span | None = None
     """95 % interval of the mean width, without the scale's uncertainty; None if the method gives no interval."""
     walls: tuple[WallStretch, ...] = ()
     """Origin of the walls, each from end to end. A later stretch counts where it overlaps. Empty without a photo."""

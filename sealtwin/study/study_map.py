@@ -126,7 +126,7 @@ def map_study(
 
 
 def _fill_path(folder: Path, run: StudyRun) -> Path:
-    return run_path(folder, run.key) / FILL
+    return run_path(folder, run) / FILL
 
 
 def read_fill(path: Path) -> Watched:
@@ -203,7 +203,7 @@ def _excluded(run: StudyRun) -> Excluded:
 
 def finished_run(folder: Path, run: StudyRun) -> Finished:
     """Read a run. Raises InputError if its profile was changed since."""
-    path = profile_path(folder, run.key)
+    path = profile_path(folder, run)
     if not is_intact(folder, run):
         raise InputError(
             f"{path}: changed since run {run.number} wrote it. 'sealtwin sweep' with its study computes it again."

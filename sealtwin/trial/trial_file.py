@@ -28,6 +28,8 @@ LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
 
 SettingValues = Mapping[str, Any]
 """Settings of a trial by dotted name."""
+Name = Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
+Seed = Annotated[int, Field(ge=0, lt=2**31)]
 Moment = Annotated[float, Field(ge=0, le=9999)]
 
 
@@ -55,11 +57,11 @@ MOST_APART = 0.03  # Largest difference of the densities in two tables, as a sha
 class Trial(Settings):
     """A crack, how it is sealed, and the readings taken afterwards."""
 
-    name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
+    name: Name
     """Name of the trial in the report, and of its folder under reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
     """Note in the report, with what a reader must know about this trial."""
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    seed: Seed = 0
     """Seed of the small random offsets of the particles at the nozzle."""
     seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS)] | None = None
     """Runs with seeds seed, seed + 1 and so on, 1 to 20. The level is their mean, with the band of one further run."""
