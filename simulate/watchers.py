@@ -305,8 +305,8 @@ class HealthLog(Watcher):
             moving,
             f"{error.mean():.6f}" if moving else "",
             f"{np.quantile(error, 0.95):.6f}" if moving else "",
-            (status == int(ParticleState.ESCAPED)).sum(),
-            (status == int(ParticleState.SPILLED)).sum(),
+            (status == ParticleState.ESCAPED).sum(),
+            (status == ParticleState.SPILLED).sum(),
             f"{np.mean(solves):.2f}" if solves else "",
             f"{1000 * (statistics.frames_s - self._frames_s) / (injection.done - self._frame):.3f}",
         )

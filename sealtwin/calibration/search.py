@@ -246,7 +246,8 @@ class Twin:
         covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))
         # A reading is the level plus an error, whose mean may differ from 0.
         level_mm, path = self.readings.level_mm - errors_mm.mean(axis=0), self._sample.trajectory
-        path_mm = float(path.s_mm[path.giving].min()), float(path.s_mm[path.giving].max())
+        poured_mm = path.s_mm[path.giving]
+        path_mm = float(poured_mm.min()), float(poured_mm.max())
         self.evidence = ReadLevels(s_mm, level_mm, covariance_mm2, smooth_errors_mm2(s_mm, path_mm))
 
     @property

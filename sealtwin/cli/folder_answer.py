@@ -104,8 +104,11 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
     lines = [
         *_table(("sample", "state", "mean error mm", "report"), rows),
         *_together("note", ((run.name, text) for run in results for text in run.warnings)),
-        *_together("failed", ((run.name, f"{run.reason}") for run in results if run.state == "failed")),
-        *_together("left out", ((run.name, f"{run.reason}") for run in results if run.state == "left out")),
+        *(
+            line
+            for state in ("failed", "left out")
+            for line in _together(state, ((run.name, f"{run.reason}") for run in results if run.state == state))
+        ),
         f"{counted(len(results), 'sample')}: {counts or 'none'}. Catalogue: sealtwin lab list {shown(lab)}",
     ]
     code = GATE_FAILED if any(run.passed is False for run in results) else 0

@@ -40,9 +40,9 @@ def film(
     with command.progress() as progress:
         frames, lasts_s = make_film(folder, path, progress)
     others = other_versions(look_into(folder), stage="simulate")
-    content = {"film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
+    content = {"film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2), "other_versions": others}
     lines = [*others, f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]
-    command.reply({**content, "other_versions": others}, lines)
+    command.reply(content, lines)
 
 
 @answers(options="digitise.robots.cell:ProgramOptions")

@@ -10,7 +10,7 @@ STRETCH = 16  # Number of segments of a polyline that are searched together; it 
 def arc_length(points_mm: Floats) -> Floats:
     """Return the distance of each point of an open polyline from the first one, measured along the polyline, (n,)."""
     steps = np.linalg.norm(np.diff(points_mm, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    return np.cumulative_sum(steps, include_initial=True)
 
 
 def arc_length_at(points_mm: Floats, polyline_mm: Floats) -> Floats:

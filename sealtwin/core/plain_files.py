@@ -21,7 +21,7 @@ Bounds = Mapping[str, tuple[float, float]]
 """Smallest and largest value of each column, by name."""
 
 
-def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
+def require_plain(path: Path, largest_bytes: int) -> None:
     """Raise InputError if a path, or the target of a link, is a folder, a device or a pipe, or is too large.
 
     Raises FileNotFoundError or another OSError, with the name of the file, if the path does not exist or cannot be

@@ -292,9 +292,7 @@ def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN, *, strict: bo
     return as_record(kind, files.read_text(path), path, remedy, strict=strict)
 
 
-def as_record(
-    kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN, *, strict: bool | None = None
-) -> Kind:
+def as_record(kind: type[Kind], text: str, where: Path | str, remedy: str, *, strict: bool | None = None) -> Kind:
     """Read a JSON text as a record. Raises InputError as ``read_record`` does, but with ``where`` for the file."""
     try:
         record: Kind = _adapter(kind).validate_json(text, strict=strict)

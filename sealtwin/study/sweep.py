@@ -176,7 +176,6 @@ def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool =
         )
         files.write_sheet(folder / TABLE, list(rows[0]), cells)
     return {
-        "version": 1,
         "name": plan.study,
         "folder": shown(folder),
         "states": {state: sum(run.state == state for run in runs) for state in STATES},

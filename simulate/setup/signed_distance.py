@@ -92,8 +92,8 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     faced = near.copy()
     faced[near] = _at_the_face(solid, middle_mm[near], half_diagonal_mm, block_mm, mesh.device)
     noded = near & ~faced
-    row = np.full(len(number), int(device_code.FAR))
-    row[faced] = int(device_code.FACE)
+    row = np.full(len(number), device_code.FAR)
+    row[faced] = device_code.FACE
     row[noded] = np.arange(noded.sum())
     grid = device_code.Distance()
     grid.corner = wp.vec3(*(low * CM))
@@ -145,7 +145,7 @@ def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers) -> Floats:
     """Compute the node distances of the blocks ``noded``, (b, NODES), for a grid that has no nodes yet."""
     blocks = exact_distance.Blocks()
     blocks.number = wp.array(noded, wp.vec3i, device=mesh.device)
-    blocks.distance = wp.empty((len(noded), int(device_code.NODES)), float, mesh.device)
+    blocks.distance = wp.empty((len(noded), device_code.NODES), float, mesh.device)
     for shared in (False, True):
         inputs = [mesh.id, grid, shared, blocks]
         wp.launch(exact_distance.measure_nodes, len(noded), inputs=inputs, device=mesh.device)

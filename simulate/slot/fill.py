@@ -185,7 +185,7 @@ def supplied_mm3(
     """
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     moment_s = np.linspace(begin_s, end_s, SAMPLES * len(times_s) + 1)
-    given_mm3 = np.concatenate([[0.0], np.cumsum(trajectory.given_mm3)])
+    given_mm3 = np.cumulative_sum(trajectory.given_mm3, include_initial=True)
     volume_mm3 = np.diff(np.interp(moment_s, trajectory.t_s, given_mm3))
     middle_s = (moment_s[1:] + moment_s[:-1]) / 2
     speed_mm_s = volume_mm3 / np.diff(moment_s) / (np.pi / 4 * nozzle_mm**2)
