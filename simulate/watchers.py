@@ -286,10 +286,10 @@ class HealthLog(Watcher):
     def after_frame(self, injection: Injection) -> None:
         if injection.done % ROWS_EVERY == 0:
             with naming(self._path), self._path.open("a", encoding="utf-8", newline="\n") as file:
-                file.write(",".join(self._row(injection)) + "\n")
+                file.write(self._row(injection) + "\n")
             self._look_back(injection)
 
-    def _row(self, injection: Injection) -> list[str]:
+    def _row(self, injection: Injection) -> str:
         injection.wait()
         engine, statistics = injection.engine, injection.statistics
         moving = engine.movers.number()
@@ -310,7 +310,7 @@ class HealthLog(Watcher):
             f"{np.mean(solves):.2f}" if solves else "",
             f"{1000 * (statistics.frames_s - self._frames_s) / (injection.done - self._frame):.3f}",
         )
-        return [str(value) for value in values]
+        return ",".join(map(str, values))
 
     def _look_back(self, injection: Injection) -> None:
         """Begin the means of the next row."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import date as day
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -147,14 +147,13 @@ def _checked(
 
 
 def _require_different(twins: Sequence[Twin]) -> None:
-    for number, twin in enumerate(twins):
-        for other in twins[:number]:
-            same = np.array_equal(twin.readings.level_mm, other.readings.level_mm)
-            if twin.folder == other.folder or (same and np.array_equal(twin.readings.s_mm, other.readings.s_mm)):
-                what = "name" if twin.folder == other.folder else "readings"
-                raise InputError(
-                    f"{twin.file}: has the same {what} as {other.file}; give each trial once, with its own name."
-                )
+    for other, twin in combinations(twins, 2):
+        same = np.array_equal(twin.readings.level_mm, other.readings.level_mm)
+        if twin.folder == other.folder or (same and np.array_equal(twin.readings.s_mm, other.readings.s_mm)):
+            what = "name" if twin.folder == other.folder else "readings"
+            raise InputError(
+                f"{twin.file}: has the same {what} as {other.file}; give each trial once, with its own name."
+            )
 
 
 def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:

@@ -207,7 +207,7 @@ def require_folder(path: Path) -> None:
 
 def refuse_links(path: Path) -> None:
     """Raise InputError if a folder in ``path`` is a link to a folder outside: files would be written there."""
-    for part in path.iterdir() if path.is_dir() else ():
+    for part in path.iterdir():
         if part.is_symlink() and part.is_dir() and not part.resolve().is_relative_to(path.resolve()):
             raise InputError(
                 f"{part}: is a link to a folder elsewhere, so files would be written there. Replace the link by a "

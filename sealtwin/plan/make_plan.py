@@ -19,8 +19,8 @@ from sealtwin.core.records import Floats, Profile, Sample, Trajectory
 from sealtwin.core.run_folder import holding, open_folder, require_own
 from sealtwin.core.settings import checked
 from sealtwin.plan import PlanOptions
-from sealtwin.plan import search as searching
 from sealtwin.plan.search import (
+    MOST_STEPS,
     Case,
     Goal,
     Knots,
@@ -29,6 +29,7 @@ from sealtwin.plan.search import (
     limits_of,
     path_over,
     require_possible,
+    search,
     target_of,
 )
 from sealtwin.plan.verify import (
@@ -172,12 +173,12 @@ def plan_on(
     def corrected(name: str, start: Floats, apart_mm2: Floats, *, drafts: bool) -> Round:
         """Search a plan from ``start`` with the fast model corrected by ``apart_mm2``, and judge it by particles."""
         verifier.ahead_s -= search_s
-        progress.start(f"Searching, {name}", searching.MOST_STEPS)
+        progress.start(f"Searching, {name}", MOST_STEPS)
         progress.later(verifier.corrected_s(verifier.ahead_s))
         # Corrections keep the reserve: if the fast model is right, sealant that they add is over the face.
         most = rounds[0].plan if rounds and options.reserve_mm > 0 else None
         goal = Goal(target_mm2, apart_mm2)
-        plan = searching.search(few, knots, limits, goal, start, progress.advance, most)
+        plan = search(few, knots, limits, goal, start, progress.advance, most)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         (judged,) = verifier.judge(f"Particles, {name}", [(name, path, trial.seed)], drafts=drafts)
         expected_mm = corrected_level_mm(nominal.along(path), apart_mm2)

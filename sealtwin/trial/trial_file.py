@@ -100,7 +100,7 @@ class Trial(Settings):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        face = None if self.photo is None else self.photo.face_mm
+        face = self.photo and self.photo.face_mm
         if face is not None and self.nozzle.diameter_mm >= min(face):
             raise ValueError(
                 f"nozzle.diameter_mm is {self.nozzle.diameter_mm:g}: it must be below the face's smaller side, "
