@@ -283,5 +283,5 @@ def trace(
         command.reply({"saved": listed, "not_traced": open_}, [*summaries, rest])
         return
     saved = listed[0] if listed else {"file": None, "changed": []}
-    content = {"saved": saved["file"], "changed": saved["changed"]}
-    command.reply(content, [*summaries, *(f"Next: {one['next']}" for one in page.saved)])
+    lines = [*summaries, *(f"Next: {one['next']}" for one in page.saved)]
+    command.reply({"saved": saved["file"], "changed": saved["changed"]}, lines)
