@@ -106,7 +106,7 @@ def main(
 def inject_at_once(bench: Sample, trials: Sequence[Trial], device: str, frames: int | None = None) -> Launch:
     """All runs in one launch; ``frames`` ends them early."""
     first = trials[0]
-    pour, options = first.pour(bench), ComputeOptions(device, progress=progress_for_stderr(quiet=False))
+    pour, options = first.pour(bench), ComputeOptions(device, progress=progress_for_stderr())
     # Walls are kept, and neither their memory nor their time is that of the runs.
     prepare(pour, options)
     before = _used_bytes(device)

@@ -38,7 +38,7 @@ def main(threads: int = 1) -> list[Row]:
             Solver(radius_mm=NARROW_MM / 8, substeps=2),
             Nozzle(diameter_mm=NARROW_MM),
         ),
-        ComputeOptions(threads=threads, progress=progress_for_stderr(quiet=False)),
+        ComputeOptions(threads=threads, progress=progress_for_stderr()),
     )
     minutes = (time.perf_counter() - began) / 60
     return [

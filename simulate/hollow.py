@@ -69,7 +69,7 @@ def solid_of(body: manifold3d.Manifold, block_mm: tuple[float, float, float, flo
     mesh = body.to_mesh()
     vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts, dtype=np.int64)
     corner = vertices[faces]
-    label = np.full(len(faces), int(FaceLabel.WALL))
+    label = np.full(len(faces), FaceLabel.WALL)
     label[(np.abs(corner[:, :, 2]) < 1e-6).all(axis=1)] = FaceLabel.TOP
     bottom_mm = float(vertices[:, 2].min())
     sides = ((0, block_mm[0]), (1, block_mm[1]), (0, block_mm[2]), (1, block_mm[3]), (2, bottom_mm))

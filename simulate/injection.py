@@ -164,7 +164,7 @@ class Injection:
         position_mm, velocity_mm_s = engine.state.position_mm(), engine.state.velocity_mm_s()
         status_of = engine.state.status_of()
         # Escapes are judged by the mesh, not by the distance grid that stops particles.
-        status_of[(status_of <= int(status.FROZEN)) & (engine.barrier.exact_mm(position_mm) < 0)] = int(status.ESCAPED)
+        status_of[(status_of <= status.FROZEN) & (engine.barrier.exact_mm(position_mm) < 0)] = status.ESCAPED
         count, swelling = schedule.particles, engine.state.swelling.numpy()
         made: list[Run | NumericalError] = []
         for number in range(len(self.pastes)):
@@ -191,10 +191,10 @@ class Injection:
                     position_mm=position_mm[rows],
                     velocity_mm_s=velocity_mm_s[rows],
                     age_s=(self.done - schedule.frame_of).astype(float) * schedule.frame_s,
-                    spilled=status_of[rows] == int(status.SPILLED),
+                    spilled=status_of[rows] == status.SPILLED,
                     radius_mm=solver.size_mm,
                     particle_volume_mm3=schedule.dispensed_mm3 / count,
-                    escaped_particles=int((status_of[rows] == int(status.ESCAPED)).sum()),
+                    escaped_particles=int((status_of[rows] == status.ESCAPED).sum()),
                     device=describe_device(engine.state.device),
                     settings=self._settings(number),
                     health=health,

@@ -13,6 +13,7 @@ from simulate.shear_law import Law
 Sentence = Annotated[str, Field(min_length=1, max_length=300, pattern=r"^[^\x00-\x1f\x7f]*$")]
 # Not strict: after a validator with mode="before", pydantic no longer accepts a JSON list as a tuple.
 Sentences = Annotated[tuple[Sentence, ...], Field(max_length=20, strict=False)]
+Interval = Annotated[tuple[float, float], Field(strict=False)]
 NAME = "file of a material"
 KEY_OF_LAW = {Law.BINGHAM: "viscosity_pa_s", Law.HERSCHEL_BULKLEY: "consistency_pa_s_n"}
 """Setting of a material that gives its viscosity, by the laws that a material can have."""
@@ -32,22 +33,22 @@ class Material(Settings):
     """Yield stress of the fresh paste."""
     yield_stress_error_pa: float = Field(ge=0, le=1e4)
     """Standard uncertainty of the yield stress: half the half-width of its 95 % interval."""
-    yield_stress_95_pa: Annotated[tuple[float, float], Field(strict=False)]
+    yield_stress_95_pa: Interval
     """95 % interval of the yield stress."""
     viscosity_pa_s: float | None = Field(default=None, gt=0, le=1e4)
     """Plastic viscosity (Bingham), if it was measured."""
     consistency_pa_s_n: float | None = Field(default=None, gt=0, le=1e4)
     """K of Herschel and Bulkley's law, in place of a viscosity."""
-    consistency_95_pa_s_n: Annotated[tuple[float, float] | None, Field(strict=False)] = None
+    consistency_95_pa_s_n: Interval | None = None
     """95 % interval of K. K and n depend on each other: the ends of both intervals make no curve together."""
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
     """n of Herschel and Bulkley's law."""
-    flow_index_95: Annotated[tuple[float, float] | None, Field(strict=False)] = None
+    flow_index_95: Interval | None = None
     """95 % interval of n. With a viscosity it includes 1."""
     viscosity_error_percent: float | None = Field(default=None, ge=0, le=1000)
     """Standard uncertainty of the viscosity, or of the viscous stress K rate^n in the middle of the measured rates. It
     is what a budget changes K by, at the same n."""
-    shear_rates_per_s: Annotated[tuple[float, float] | None, Field(strict=False)] = None
+    shear_rates_per_s: Interval | None = None
     """Smallest and largest shear rate of the rows that were fitted."""
     density_kg_m3: float = Field(ge=1, le=2e4)
     """Density of the paste."""

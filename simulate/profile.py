@@ -56,7 +56,7 @@ def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
         view = _SideView(particle_s_mm[counted], run.position_mm[counted, 2], run.radius_mm, pixel_mm=s_mm[1])
         covered, top_mm = view.surface(stations)
         level_mm[covered] = top_mm[covered] + half_side_mm(run.radius_mm, run.particle_volume_mm3)
-    return Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
+    return Profile(s_mm, level_mm, source="simulation")
 
 
 def volume_ratio(run: Run, solid: Solid, cell_mm: float = CELL_MM) -> float:

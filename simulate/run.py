@@ -51,7 +51,8 @@ def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalErr
     their number is given. Then its error is its result. Raises InputError if one of the fluids cannot be run.
     """
     for fluid in pour.each:
-        _warn(options, fluid.doubts)
+        for doubt in fluid.doubts:
+            options.progress.warn(doubt)
     if not pour.solver.has_particles:
         return [pour_fast(fluid) for fluid in pour.each]
     injection = _computed(pour, options, max([1, *(watcher.finer for watcher in options.watchers)]))
@@ -91,15 +92,12 @@ def follow(injection: Injection, options: ComputeOptions) -> None:
         progress.advance(work[injection.done], f"{injection.out} particles, {injection.moving} moving")
 
 
-def _warn(options: ComputeOptions, facts: Collection[Fact]) -> None:
-    for fact in facts:
-        options.progress.warn(fact)
-
-
 def _computed(pour: Pour, options: ComputeOptions, finer: int, shown: Collection[Fact] = ()) -> Injection:
     """Compute a launch. Its runs that failed are in ``Injection.failed``. Remarks that were ``shown`` are left out."""
     injection = prepare(pour, options, finer)
-    _warn(options, [remark for remark in injection.remarks_on(0) if remark not in shown])
+    for remark in injection.remarks_on(0):
+        if remark not in shown:
+            options.progress.warn(remark)
     try:
         follow(injection, options)
     except NumericalError:

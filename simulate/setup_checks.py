@@ -10,7 +10,6 @@ from sealtwin.core.records import Outline, Sample, Solid, Trajectory
 from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.fluid.solver import SLOWEST_SHEAR, Domain, substeps_for
 from simulate.fluid.viscosity import explicit_passes
-from simulate.material_file import Material
 from simulate.settings import (
     LEVEL,
     MOST_SUBSTEPS,
@@ -104,7 +103,7 @@ def check_fit(
             "fluid.curve: its yield stress falls with age, but sleeping particles would not respond to that. Give "
             "solver.sleep = false."
         )
-    calibrated_mm = fluid.material.radius_mm if isinstance(fluid.material, Material) else None
+    calibrated_mm = getattr(fluid.material, "radius_mm", None)
     if calibrated_mm is not None and abs(radius_mm - calibrated_mm) > ROUNDING_MM:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}, but fluid.material was calibrated at {calibrated_mm:g}: with the "
@@ -165,8 +164,7 @@ def resolved(sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> tu
     if not solver.has_particles or solver.preset != "draft" or solver.accurate_radius_mm is not None:
         return fluid, solver
     own_mm, radius_mm = solver.size_mm, RESOLUTIONS["draft"].radius_mm(outline.mean_width_mm, nozzle)
-    calibrated_mm = fluid.material.radius_mm if isinstance(fluid.material, Material) else None
-    radius_mm = calibrated_mm or max(own_mm, radius_mm)
+    radius_mm = getattr(fluid.material, "radius_mm", None) or max(own_mm, radius_mm)
     solver = solver.model_copy(update={"radius_mm": radius_mm, "accurate_radius_mm": own_mm})
     return same_fluid(fluid, nozzle, (own_mm, path), (radius_mm, path)), solver
 

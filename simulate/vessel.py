@@ -22,7 +22,7 @@ ROUNDED = 1e-6  # Tolerance of a cell's middle, in cells
 class Vessel:
     """The solid as vertical lines through the middles of square cells, along which a bed is measured."""
 
-    def __init__(self, solid: Solid, cell_mm: float = 0.4) -> None:
+    def __init__(self, solid: Solid, cell_mm: float) -> None:
         # Turned by 18 degrees, so that walls along an axis, or at 30, 45 or 60 degrees to one, do not run along the
         # cells: a slot of 3.1 mm along them would have 7 or 8 cells of 0.4 mm across, instead of 7.75.
         triangle_mm = _turned(solid.vertices_mm)[solid.faces]

@@ -84,7 +84,7 @@ class VolumeControl:
         sizes.mm, sizes.radius_mm, sizes.floor_mm = CM, radius_mm, -solid.depth_mm
         sizes.turn, sizes.down = wp.vec2d(*TURN), wp.vec3d(*down)
         sizes.falls_mm_s, sizes.flows_mm_s = fastest_fall_mm_s(radius_mm), FLOWS_MM_S
-        device, runs, parts, per_run = state.device, state.runs, int(device_code.PARTS), state.particles_per_run
+        device, runs, parts, per_run = state.device, state.runs, device_code.PARTS, state.particles_per_run
         lines = vessel.lines_on(device)
         crossings = len(lines.z_mm)
         at_once = min(runs, max(1, MOST_TOPS // max(1, crossings)))

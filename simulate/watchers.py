@@ -59,7 +59,6 @@ class Checkpoint(Watcher):
     def __init__(self, path: Path, key: str, note: Callable[[str], None]) -> None:
         """``key`` identifies all inputs of the run; ``note`` receives sentences on what happened to checkpoints."""
         self._path, self._key, self._note = path, key, note
-        self._kept = time.monotonic()
 
     @property
     def finer(self) -> int:
@@ -145,7 +144,6 @@ class Moments(Watcher):
     def __init__(self, times_s: Iterable[float], take: Callable[[float, Frame], None]) -> None:
         """``times_s`` increase and may be endless; ``take`` receives the moment, and the frame at or just after it."""
         self._all_s, self._take = iter(times_s), take
-        self._times_s, self._next_s = iter(()), math.inf
 
     def begin(self, injection: Injection) -> None:
         """Skip the moments before the present frame of a resumed run. The moment of that frame is not skipped."""
@@ -178,7 +176,6 @@ class FrameFiles(Moments):
     def __init__(self, collection: Path, times_s: Iterable[float]) -> None:
         super().__init__(times_s, self._write)
         self._collection, self._folder = collection, collection.parent
-        self._frames: dict[str, float] = {}
 
     def begin(self, injection: Injection) -> None:
         """Remove the frames of an earlier run; keep those up to a resumed run's frame, and the user's files."""
@@ -211,17 +208,13 @@ class StillThere(Watcher):
     def __init__(self, folder: Path) -> None:
         self._folder, self._manifest = folder, folder / MANIFEST
 
-    def begin(self, injection: Injection) -> None:
-        self._require()
-
     def after_frame(self, injection: Injection) -> None:
-        self._require()
-
-    def _require(self) -> None:
         if not self._manifest.is_file():
             raise InputError(
                 f"{self._folder}: was removed during its fluid run, so the run has stopped. Run the trial again."
             )
+
+    begin = after_frame
 
 
 class ProgressFile(Watcher):
@@ -233,9 +226,6 @@ class ProgressFile(Watcher):
     def __init__(self, path: Path) -> None:
         self._path = path
         self._injection: Injection | None = None
-        self._written = 0.0
-        self._pace = Pace(0.0)
-        self._eta_s: float | None = None
 
     def begin(self, injection: Injection) -> None:
         self._injection, self._eta_s = injection, None
@@ -284,7 +274,6 @@ class HealthLog(Watcher):
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._solves, self._frames_s, self._frame = 0, 0.0, 0
 
     def begin(self, injection: Injection) -> None:
         """Keep the rows up to a resumed run's frame, or begin a new file."""
@@ -297,10 +286,10 @@ class HealthLog(Watcher):
     def after_frame(self, injection: Injection) -> None:
         if injection.done % ROWS_EVERY == 0:
             with naming(self._path), self._path.open("a", encoding="utf-8", newline="\n") as file:
-                file.write(",".join(self._row(injection)) + "\n")
+                file.write(self._row(injection) + "\n")
             self._look_back(injection)
 
-    def _row(self, injection: Injection) -> list[str]:
+    def _row(self, injection: Injection) -> str:
         injection.wait()
         engine, statistics = injection.engine, injection.statistics
         moving = engine.movers.number()
@@ -316,12 +305,12 @@ class HealthLog(Watcher):
             moving,
             f"{error.mean():.6f}" if moving else "",
             f"{np.quantile(error, 0.95):.6f}" if moving else "",
-            (status == int(ParticleState.ESCAPED)).sum(),
-            (status == int(ParticleState.SPILLED)).sum(),
+            (status == ParticleState.ESCAPED).sum(),
+            (status == ParticleState.SPILLED).sum(),
             f"{np.mean(solves):.2f}" if solves else "",
             f"{1000 * (statistics.frames_s - self._frames_s) / (injection.done - self._frame):.3f}",
         )
-        return [str(value) for value in values]
+        return ",".join(map(str, values))
 
     def _look_back(self, injection: Injection) -> None:
         """Begin the means of the next row."""
@@ -342,11 +331,10 @@ class KeptFill(Watcher):
 
     def __init__(self, snapshots_s: Iterable[float]) -> None:
         self._wanted_s = sorted(set(snapshots_s))
-        self._frames: list[Frame] = []
-        self._pace: list[tuple[float, float]] = []  # Moving particles, and computing time so far in s
 
     def begin(self, injection: Injection) -> None:
-        self._frames, self._pace = [], []
+        self._frames = list[Frame]()
+        self._pace = list[tuple[float, float]]()  # Moving particles, and computing time so far in s
         end_s = injection.frames * injection.schedule.frame_s
         wanted_s = [t_s for t_s in self._wanted_s if t_s * PAST_THE_END < end_s]
         self._moments = Moments(wanted_s, lambda _, frame: self._frames.append(frame))

@@ -117,5 +117,5 @@ def results_of(out: Path) -> dict[int, tuple[bytes, dict]]:
         figures = present(run.figures, "figures").model_dump(exclude_unset=True)
         for name in ("setup_s", "frames_s"):
             del figures["health"][name]
-        results[run.number] = profile_path(out, run.key).read_bytes(), figures
+        results[run.number] = profile_path(out, run).read_bytes(), figures
     return results

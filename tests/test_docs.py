@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from sealtwin.core.settings import described
+from sealtwin.core.settings_text import described
 from tests.places import ROOT
 from tests.programs import commands
 

@@ -14,8 +14,8 @@ from typing import Any, get_args
 import sealtwin
 from digitise.robots.cell import RobotCell
 from sealtwin.cli.app import app
-from sealtwin.core.settings import Settings, described
-from sealtwin.core.settings_text import allowed, meaning
+from sealtwin.core.settings import Settings
+from sealtwin.core.settings_text import allowed, described, meaning
 from sealtwin.study.study_file import Study
 from sealtwin.trial.trial_file import Trial
 

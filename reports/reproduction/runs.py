@@ -117,7 +117,7 @@ def _summary(swept: st.SweepResult, number: int) -> dict[str, Any]:
 
 def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], float]:
     """Draw the figures of the study. Return figures of the chosen pair, and the median R² of frame times."""
-    progress = progress_for_stderr(quiet=False)
+    progress = progress_for_stderr()
     mapped = map_study(folder, None, None, None, progress)
     figures.mkdir(exist_ok=True)
     for name in MAPPED:
@@ -127,7 +127,7 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
     trial = load_trial(TRIAL)
     size_mm, nozzle_mm = trial.solver.size_mm, trial.nozzle.diameter_mm
     scene = FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, nozzle_mm)
-    courses = [read_fill(run_path(folder, run.key) / FILL) for run in read_plan(folder).runs]
+    courses = [read_fill(run_path(folder, run) / FILL) for run in read_plan(folder).runs]
     fills = {
         run.at: Fill(run, mapped.chart.said(run), scene, course)
         for run, course in zip(mapped.chart.runs, courses, strict=True)

@@ -83,7 +83,7 @@ def of_one_crack(function: str, *records: object) -> Origins:
 
 def shown_progress(progress: bool | None) -> Progress:
     """Return progress for stderr; silent if ``progress`` is False, or if it is None and nobody looks."""
-    return progress_for_stderr(quiet=not wanted(progress))
+    return progress_for_stderr() if wanted(progress) else Progress()
 
 
 def require_kinds(function: str, **values: tuple[object, type]) -> None:

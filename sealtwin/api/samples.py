@@ -104,7 +104,6 @@ def read_photo(
     # A mask may be an array, so it is read here.
     given = locals()
     from digitise.image import decoding
-    from digitise.image.decoding import read_mask, take_mask
     from digitise.photo import beside_markers, offer_of_markers, pixels_of, scaled
 
     try:
@@ -116,9 +115,9 @@ def read_photo(
     height, width = decoded.image.shape[:2]
     drawn = None
     if isinstance(mask, np.ndarray):
-        drawn = take_mask(mask, (width, height), "mask")
+        drawn = decoding.take_mask(mask, (width, height), "mask")
     elif mask is not None:
-        drawn = read_mask(file_of(mask, "mask"), (width, height))
+        drawn = decoding.read_mask(file_of(mask, "mask"), (width, height))
     read = scaled(pixels_of(decoded, file, drawn), settings)
     read = replace(read, warnings=(*read.warnings, *beside_markers(read, settings)))
     return SamplePhoto(**content_of(read), settings=settings, sha256=sha256_of(photo if is_array else file))

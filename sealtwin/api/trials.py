@@ -163,8 +163,7 @@ def run_trial(
             "run_trial: names in a trial file are relative to its own folder, so source has no effect. Omit source."
         )
     if seeds is not None:
-        content = settings.model_dump(mode="json", exclude_none=True)
-        settings = checked(Trial, Path("run_trial"), {**content, "seeds": seeds})
+        settings = settings.changed({"seeds": seeds}, Path("run_trial"))
     target = Path(out or Path("reports", settings.folder_name))
     with shown_progress(progress) as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads)

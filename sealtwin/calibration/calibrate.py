@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import date as day
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,12 +25,12 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
-from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
+from sealtwin.core.run_folder import holding, require_own
 from sealtwin.material import material_text
 from sealtwin.study.estimate import WorkAhead
 from sealtwin.study.runner import StudyOptions
 from sealtwin.trial.job import NUMBERS, shown
-from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced, sets_resolution
+from sealtwin.trial.trial_file import SETTINGS, SettingValues, load_trial, no_such_setting, replaced, sets_resolution
 from simulate.material_file import KEY_OF_LAW, Material
 from simulate.settings import LAWS, VISCOSITIES_PA_S
 from validate.calibration.posterior import SMOOTH_ERRORS_MM, Free, Marginal
@@ -59,7 +59,7 @@ def calibrate(
     out: Path | None,
     how: StudyOptions,
     progress: Progress,
-    settings: Mapping[str, Any] | None = None,
+    settings: SettingValues | None = None,
 ) -> dict[str, Any]:
     """Fit settings to the readings of trials; write material, posterior, record and page. Return the --json object.
 
@@ -76,15 +76,13 @@ def calibrate(
     if sets_resolution((*options.free, *(settings or {}))):
         how = replace(how, drafts=False)
     folder = out or Path("reports", f"{load_trial(trials[0], settings).folder_name}-calibrated")
-    require_folder(folder)
-    if folder.is_dir() and not (folder / LIBRARY).is_dir():
-        refuse_foreign(folder, "calibration")
+    require_own(folder, LIBRARY, "calibration")
     with holding(folder), progress:
         work = folder / LIBRARY, how, progress, settings
         twins = [Twin(file, *work, drafts=budget - CONFIRM) for file in trials]  # The last round is accurate
         others = [Twin(file, *work) for file in held_out]
         _require_different([*twins, *others])
-        frees = [Free(free.name, free.low, free.high, _measured(free, twins)) for free in frees]
+        frees = [replace(free, measured=_measured(free, twins)) for free in frees]
         for twin in twins:
             twin.require(frees)
         ahead = WorkAhead()
@@ -116,7 +114,7 @@ def _checked(
     trials: Sequence[Path],
     ranges: Mapping[str, tuple[float, float]],
     held_out: Sequence[Path],
-    settings: Mapping[str, Any] | None,
+    settings: SettingValues | None,
 ) -> list[Free]:
     if not 1 <= len(ranges) <= MOST_FREE:
         raise InputError(
@@ -149,14 +147,13 @@ def _checked(
 
 
 def _require_different(twins: Sequence[Twin]) -> None:
-    for number, twin in enumerate(twins):
-        for other in twins[:number]:
-            same = np.array_equal(twin.readings.level_mm, other.readings.level_mm)
-            if twin.folder == other.folder or (same and np.array_equal(twin.readings.s_mm, other.readings.s_mm)):
-                what = "name" if twin.folder == other.folder else "readings"
-                raise InputError(
-                    f"{twin.file}: has the same {what} as {other.file}; give each trial once, with its own name."
-                )
+    for other, twin in combinations(twins, 2):
+        same = np.array_equal(twin.readings.level_mm, other.readings.level_mm)
+        if twin.folder == other.folder or (same and np.array_equal(twin.readings.s_mm, other.readings.s_mm)):
+            what = "name" if twin.folder == other.folder else "readings"
+            raise InputError(
+                f"{twin.file}: has the same {what} as {other.file}; give each trial once, with its own name."
+            )
 
 
 def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
@@ -255,13 +252,13 @@ def _written(
         "cautions": calibrated.cautions,
         "fluid_warnings": [sentence for twin in (*twins, *others) for sentence in twin.fluid_warnings],
         "date": date.isoformat(),
-        "radius_mm": list(calibrated.radius_mm),
+        "radius_mm": calibrated.radius_mm,
         "runs_of_each_trial": calibrated.runs,
         "drafts_of_each_trial": list(calibrated.drafts),
         "stage_numbers": NUMBERS,
         "free": [_free(one) for one in calibrated.marginals] or [free.name for free in result.frees],
         "combinations": [
-            {"parts": dict(zip((free.name for free in result.frees), list(one.parts), strict=True)),
+            {"parts": dict(zip((free.name for free in result.frees), one.parts, strict=True)),
              "deviation_over_prior": one.deviation}
             for one in calibrated.combinations
         ],
@@ -290,7 +287,7 @@ def _written(
             for one in calibrated.predictions
         ],
         "confirmed_rms_mm": [_confirmed_mm(result, number) for number in range(len(twins))] if result.possible else [],
-        "unused_runs": [list(one) for one in calibrated.unused],
+        "unused_runs": calibrated.unused,
         "page": shown(folder / PAGE),
         "files": written,
     }  # fmt: skip
@@ -300,7 +297,7 @@ def _free(one: Marginal) -> dict[str, Any]:
     return {
         "setting": one.free.name,
         "range": [one.free.low, one.free.high],
-        "measured": None if one.free.measured is None else list(one.free.measured),
+        "measured": one.free.measured,
         "best": float(f"{one.best:.6g}"),
         "interval_90": [one.low, one.high],
         "width_over_prior": one.width_over_prior,

@@ -6,7 +6,7 @@ likely setting. The emulator models the profile, not its error (Astudillo and Fr
 97:354). A ``Twin`` runs its trial with other settings, in a folder like a study's.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil
 from pathlib import Path
@@ -26,7 +26,7 @@ from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
-from sealtwin.trial.trial_file import SETTINGS, Trial, as_run, load_trial, refuse_seeds, with_settings
+from sealtwin.trial.trial_file import SETTINGS, SettingValues, Trial, as_run, load_trial, refuse_seeds, with_settings
 from simulate.settings import VISCOSITIES_PA_S
 from validate.calibration.emulator import Emulator
 from validate.calibration.posterior import BasisReach, Free, Posterior, ReadLevels, reach_of, smooth_errors_mm2
@@ -46,7 +46,8 @@ LEAST_USABLE = 0.75  # Least share of runs with a result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
 Setting = dict[str, float]
-Runner = Callable[[Sequence[tuple[Setting, int]]], Sequence[Floats | None]]
+Levels = Sequence[Floats | None]  # Of runs; None if a run is not used
+Runner = Callable[[Sequence[tuple[Setting, int]]], Levels]
 """Function that takes the settings of all runs so far, each with the number that is added to the seed. It computes only
 new runs, and returns each run's levels at the stations, or None if the run failed."""
 
@@ -64,7 +65,7 @@ class Source:
 class SearchResult:
     frees: Sequence[Free]
     points: Floats  # (r, d) of all runs, in the unit cube
-    levels_mm: Sequence[Sequence[Floats | None]]  # Of each trial's runs
+    levels_mm: Sequence[Levels]  # Of each trial's runs
     reaches: Sequence[BasisReach]
     posterior: Posterior
     least_implausibility: float
@@ -94,7 +95,7 @@ class _Search:
     def __init__(self, frees: Sequence[Free], sources: Sequence[Source]) -> None:
         self.frees, self.sources = frees, sources
         self.points = np.zeros((0, len(frees)))
-        self.levels_mm: list[Sequence[Floats | None]] = [[] for _ in sources]
+        self.levels_mm: list[Levels] = [[] for _ in sources]
 
     def run(self, points: Floats) -> None:
         self.points = np.vstack([self.points, points])
@@ -206,7 +207,7 @@ class Twin:
         library: Path,
         options: StudyOptions,
         progress: Progress,
-        settings: Mapping[str, Any] | None = None,
+        settings: SettingValues | None = None,
         drafts: int = 0,
     ) -> None:
         """Digitise the crack and read the sheet; the first ``drafts`` runs may be drafts.
@@ -245,7 +246,8 @@ class Twin:
         covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))
         # A reading is the level plus an error, whose mean may differ from 0.
         level_mm, path = self.readings.level_mm - errors_mm.mean(axis=0), self._sample.trajectory
-        path_mm = float(path.s_mm[path.giving].min()), float(path.s_mm[path.giving].max())
+        poured_mm = path.s_mm[path.giving]
+        path_mm = float(poured_mm.min()), float(poured_mm.max())
         self.evidence = ReadLevels(s_mm, level_mm, covariance_mm2, smooth_errors_mm2(s_mm, path_mm))
 
     @property
@@ -281,7 +283,7 @@ class Twin:
         """Return the time of the runs after ``done`` up to ``end``, by the model of ``sealtwin.study.estimate``."""
         return self._work_s[end >= self._first_accurate] * ceil((end - done) / max(1, self._options.jobs))
 
-    def run(self, wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
+    def run(self, wanted: Sequence[tuple[Setting, int]]) -> Levels:
         """Compute the runs that are not done. Return each run's levels at the stations, or None if it is not used.
 
         ``wanted`` begins with those of the last call.

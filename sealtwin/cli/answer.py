@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, TextIO
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, TextIO
 
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
@@ -48,9 +48,10 @@ ENDS = {"device": parameter("device", str, DEVICE, "auto")}
 ENDS |= {name: parameter(name, bool, shown, False) for name, shown in FLAGS.items()}
 """Options of many commands, by the field of ``Command``. They are last in the help."""
 
+Function = Callable[..., None]
 
-@dataclass(frozen=True)
-class Answer:
+
+class Answer(NamedTuple):
     content: dict[str, Any]  # Printed with --json, after the version of its form
     lines: Sequence[str]  # Printed without --json
     exit_code: int = 0
@@ -75,14 +76,13 @@ class Command:
         """Print a warning, even with --quiet."""
         print(f"note: {text}", file=sys.stderr)
 
-    def reply(self, answer: Answer) -> None:
+    def reply(self, content: dict[str, Any], lines: Sequence[str], exit_code: int = 0) -> None:
         """Print the result; end the command if its exit code is not 0."""
-        content = {"version": 1, **answer.content}
-        text = json.dumps(content, ensure_ascii=False) if self.as_json else "\n".join(answer.lines)
+        text = json.dumps({"version": 1, **content}, ensure_ascii=False) if self.as_json else "\n".join(lines)
         with naming(Path("standard output")):
             print(text, file=self.stdout, flush=True)
-        if answer.exit_code:
-            raise typer.Exit(answer.exit_code)
+        if exit_code:
+            raise typer.Exit(exit_code)
 
     def fail(self, message: str, exit_code: int) -> NoReturn:
         print(f"sealtwin: {message}", file=sys.stderr)
@@ -108,7 +108,7 @@ class Command:
     def progress(self) -> "Progress":
         from sealtwin.core.progress import QuietProgress, progress_for_stderr
 
-        return QuietProgress() if self.quiet else progress_for_stderr(quiet=False)
+        return QuietProgress() if self.quiet else progress_for_stderr()
 
 
 class Commands(TyperGroup):
@@ -161,7 +161,7 @@ def answers(
     quiet: bool = True,
     as_json: bool = True,
     **models: str,
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
+) -> Callable[[Function], Function]:
     """Turn a function of a ``Command`` into a command: add options for output and device, turn faults into exit codes.
 
     The function's parameter ``settings`` becomes --set and an option for each of the everyday settings ``keys``, of
@@ -170,7 +170,7 @@ def answers(
     """
     shown = {"device": device, "as_json": as_json, "quiet": quiet, "verbose": verbose}
 
-    def decorated(function: Callable[..., None]) -> Callable[..., None]:
+    def decorated(function: Function) -> Function:
         _, *parameters = inspect.signature(function).parameters.values()
 
         @functools.wraps(function)
@@ -184,7 +184,7 @@ def answers(
                     given[name] = read_model(model, given)
                 function(answer, **given)
 
-        def completed() -> Callable[..., None]:
+        def completed() -> Function:
             sources = {name: model_parameters(model) for name, model in models.items()}
             sources["settings"] = everyday_parameters(keys, needs)
             written = {each.name: [each.replace(kind=each.KEYWORD_ONLY)] for each in parameters}
@@ -197,7 +197,7 @@ def answers(
     return decorated
 
 
-def _with_signature(function: Callable[..., None], parameters: Sequence[inspect.Parameter]) -> Callable[..., None]:
+def _with_signature(function: Function, parameters: Sequence[inspect.Parameter]) -> Function:
     function.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
     function.__annotations__ = {each.name: each.annotation for each in parameters}
     return function

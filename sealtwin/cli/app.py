@@ -14,7 +14,6 @@ import typer
 from sealtwin.cli import lab, material, samples, studies, trials
 from sealtwin.cli.answer import (
     BUG,
-    Answer,
     CheckedCommand,
     Command,
     Commands,
@@ -59,7 +58,7 @@ def doctor(command: Command) -> None:
     facts = {**versions(), **checks}
     facts["sealtwin"] += f", stage numbers {number_words(NUMBERS)}"
     lines = [f"{name:<24} {fact}" for name, fact in facts.items()]
-    command.reply(Answer(content, lines, 0 if healthy else BUG))
+    command.reply(content, lines, 0 if healthy else BUG)
 
 
 def _photo() -> str:

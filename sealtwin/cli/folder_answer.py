@@ -33,7 +33,7 @@ def batch_answer(batch: Batch) -> Answer:
     if lines:
         lines.insert(0, f"{'photo':<{broad}}  width mm length mm cavity ml sealant ml  path")
     sheet, table = batch.out / SHEET, batch.out / CSV
-    lines.append(f"{len(batch.done)} of {len(batch.listed)} photos digitised. Check {sheet}; table: {table}")
+    lines.append(f"{len(batch.done)} of {len(batch.rows)} photos digitised. Check {sheet}; table: {table}")
     if proposals := sum(row.path_source == "automatic" for row in batch.done):
         lines.append(f"{proposals} cracks were found automatically: check these proposals.")
     if undeclared := sum(row.data == "undeclared" for row in batch.done):
@@ -104,8 +104,11 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
     lines = [
         *_table(("sample", "state", "mean error mm", "report"), rows),
         *_together("note", ((run.name, text) for run in results for text in run.warnings)),
-        *_together("failed", ((run.name, f"{run.reason}") for run in results if run.state == "failed")),
-        *_together("left out", ((run.name, f"{run.reason}") for run in results if run.state == "left out")),
+        *(
+            line
+            for state in ("failed", "left out")
+            for line in _together(state, ((run.name, f"{run.reason}") for run in results if run.state == state))
+        ),
         f"{counted(len(results), 'sample')}: {counts or 'none'}. Catalogue: sealtwin lab list {shown(lab)}",
     ]
     code = GATE_FAILED if any(run.passed is False for run in results) else 0

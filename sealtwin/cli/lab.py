@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sealtwin.cli.answer import Answer, CheckedCommand, Command, answers
+from sealtwin.cli.answer import CheckedCommand, Command, answers
 from sealtwin.cli.options import argument, option
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def ingest(
     dry_run, jobs = options.dry_run, 0 if options.dry_run else options.jobs
     with command.progress() as progress:
         ingested = take_in(folder, out, progress, dry_run=dry_run, jobs=jobs)
-    command.reply(ingest_answer(ingested))
+    command.reply(*ingest_answer(ingested))
 
 
 @answers()
@@ -53,7 +53,7 @@ def list_lab(command: Command, folder: LabFolder) -> None:
     """List the latest trial of each sample."""
     from sealtwin.cli.folder_answer import list_answer
 
-    command.reply(list_answer(folder))
+    command.reply(*list_answer(folder))
 
 
 @answers()
@@ -63,7 +63,7 @@ def show(
     """Show all revisions of a sample, with its files and settings."""
     from sealtwin.cli.folder_answer import show_answer
 
-    command.reply(show_answer(folder, sample))
+    command.reply(*show_answer(folder, sample))
 
 
 @answers()
@@ -72,7 +72,7 @@ def export(command: Command, folder: LabFolder, out: Annotated[Path, option("Fil
     from sealtwin.lab.catalogue import export
 
     rows = export(folder, out)
-    command.reply(Answer({"file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
+    command.reply({"file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"])
 
 
 @answers(options="sealtwin.cli.models:WorkerProcesses", device=True)
@@ -88,7 +88,7 @@ def run(command: Command, folder: LabFolder, options: "WorkerProcesses") -> None
 
     computing = StudyOptions(*command.device_and_jobs(options.jobs))
     with command.progress() as progress:
-        command.reply(samples_answer(folder, run_samples(folder, computing, progress)))
+        command.reply(*samples_answer(folder, run_samples(folder, computing, progress)))
 
 
 catalogue = typer.Typer(name="lab", help="Query a lab's catalogue, or run its samples.", no_args_is_help=True)

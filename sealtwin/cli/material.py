@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sealtwin.cli.answer import Answer, CheckedCommand, Command, answers
+from sealtwin.cli.answer import CheckedCommand, Command, answers
 from sealtwin.cli.options import Given, argument, option
 from sealtwin.core.errors import InputError, present
 
@@ -98,7 +98,7 @@ def _reply(command: Command, out: Path, measured: "MeasuredPaste") -> None:
         f'{out}: to use it, write [fluid] material = "{out.name}" in a trial.',
     ]
     content = {"file": out.as_posix(), **paste.model_dump(mode="json"), **measured.figures}
-    command.reply(Answer(content, lines))
+    command.reply(content, lines)
 
 
 def _in_words(paste: "Material") -> str:

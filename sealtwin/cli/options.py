@@ -26,7 +26,7 @@ Given = dict[str, Any]
 """Settings of a trial by dotted name. They replace those of the trial's file."""
 
 
-def option(help: str, metavar: str | None = None, *names: str) -> Any:
+def option(help: str, metavar: str, *names: str) -> Any:
     """Describe an option; its name is that of its parameter unless ``names`` are given."""
     return typer.Option(*names, help=help, metavar=metavar)
 
@@ -36,7 +36,7 @@ def flag(name: str, help: str) -> Any:
     return typer.Option(name, help=help)
 
 
-def argument(metavar: str, help: str | None = None) -> Any:
+def argument(metavar: str, help: str) -> Any:
     return typer.Argument(metavar=metavar, help=help)
 
 
@@ -159,8 +159,8 @@ class FieldOption:
 
     def parameter(self, needed: bool, *, brief: bool) -> inspect.Parameter:
         """Return the parameter of a command. ``brief``: its help is one sentence and the name of the setting."""
-        from sealtwin.core.settings import choices, described, table_of
-        from sealtwin.core.settings_text import allowed
+        from sealtwin.core.settings import choices, table_of
+        from sealtwin.core.settings_text import allowed, described
 
         table, name = present(table_of(self.root, self.key.split(".")), self.key), self.key.rpartition(".")[2]
         field, text, form = table.model_fields[name], described(table)[name], self.form

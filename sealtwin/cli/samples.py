@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.answer import Command, answers
 from sealtwin.cli.options import (
     PHOTO,
     File,
@@ -109,7 +109,7 @@ def digitise(
         raise typer.BadParameter("several photos need --out, the folder for all of them")
     from sealtwin.cli.folder_answer import batch_answer
 
-    command.reply(batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=options.jobs)))
+    command.reply(*batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=options.jobs)))
 
 
 def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
@@ -133,7 +133,7 @@ def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
         away_mm = np.interp(s_mm, outline.s_mm, np.linalg.norm(wall_mm - outline.centreline_mm, axis=1))
         walls[side] = {"away_mm": round(float(away_mm), 3), **asdict(stretch)}
         lines.append(f"{away_mm:.2f} mm from the centreline, {stretch.sentence()}")
-    command.reply(Answer({"s_mm": s_mm, "walls": walls}, lines))
+    command.reply({"s_mm": s_mm, "walls": walls}, lines)
 
 
 @answers(options="sealtwin.cli.models:DrawnCracks")
@@ -155,7 +155,7 @@ def export(
 
     names = [*map(shown, export_runs(folders, [kind for kind in KINDS if kind in options.formats], out))]
     others = other_versions(*map(look_into, folders), stage="digitise")
-    command.reply(Answer({"files": names, "other_versions": others}, [*others, *names]))
+    command.reply({"files": names, "other_versions": others}, [*others, *names])
 
 
 @answers(options="digitise.drawing.given:GivenDrawing", verbose=True)
@@ -234,7 +234,7 @@ def markers(
     elif not command.as_json:
         command.say("For the trial file:")
     content = {"file": out.as_posix(), "face_mm": face, "markers": board.model_dump()}
-    command.reply(Answer(content, table.splitlines()))
+    command.reply(content, table.splitlines())
 
 
 @answers(options="sealtwin.cli.models:Tracing")
@@ -280,8 +280,8 @@ def trace(
     if len(sheets) > 1:
         open_ = [photo["name"] for photo in page.photos if not photo["done"]]
         rest = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
-        command.reply(Answer({"saved": listed, "not_traced": open_}, [*summaries, rest]))
+        command.reply({"saved": listed, "not_traced": open_}, [*summaries, rest])
         return
     saved = listed[0] if listed else {"file": None, "changed": []}
-    content = {"saved": saved["file"], "changed": saved["changed"]}
-    command.reply(Answer(content, [*summaries, *(f"Next: {one['next']}" for one in page.saved)]))
+    lines = [*summaries, *(f"Next: {one['next']}" for one in page.saved)]
+    command.reply({"saved": saved["file"], "changed": saved["changed"]}, lines)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import GATE_FAILED, Answer, Command, answers
+from sealtwin.cli.answer import GATE_FAILED, Command, answers
 from sealtwin.cli.options import File, Given, argument, option
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def compare(
     from sealtwin.study.run_comparison import compare_runs
 
     content, page = compare_runs(folders, out)
-    command.reply(Answer(content, compared_lines(content, page)))
+    command.reply(content, compared_lines(content, page))
 
 
 @answers(options="sealtwin.cli.models:StudyMap")
@@ -58,7 +58,7 @@ def map(
 
     caliper, data, any_volume = options.caliper, options.data, options.any_volume
     mapped = map_study(folder, out, caliper, data, command.progress(), fills=options.fills, any_volume=any_volume)
-    command.reply(Answer(mapped.content, mapped_lines(mapped)))
+    command.reply(mapped.content, mapped_lines(mapped))
 
 
 @answers(options="sealtwin.cli.models:Sweeping", device=True)
@@ -95,7 +95,7 @@ def sweep(
         from sealtwin.trial.starter_files import write_example_study
 
         write_example_study(example)
-        command.reply(Answer({"file": example.as_posix()}, [str(example)]))
+        command.reply({"file": example.as_posix()}, [str(example)])
         return
     if not targets:
         raise typer.BadParameter("give a study; --example FILE writes one to start from")
@@ -106,7 +106,7 @@ def sweep(
         if len(targets) != 2:
             raise typer.BadParameter("status: give the folder of one sweep")
         swept = sweeps.status(targets[1])
-        command.reply(Answer(swept, swept_lines(swept)))
+        command.reply(swept, swept_lines(swept))
         return
     if len(targets) != 1:
         raise typer.BadParameter(f"{len(targets)} studies are given; give one")
@@ -121,7 +121,7 @@ def sweep(
         scheduler=options.scheduler,
     )
     swept = sweeps.sweep(targets[0], out, computing, command.progress(), settings)
-    command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
+    command.reply(swept, swept_lines(swept), swept["exit_code"])
 
 
 @answers(options="sealtwin.calibration:CalibrationOptions", runs="sealtwin.cli.models:StudyRuns", device=True)
@@ -159,7 +159,7 @@ def calibrate(
         *content["advice"],
         f"Page: {content['page']}",
     ]
-    command.reply(Answer(content, lines, 0 if content["possible"] else GATE_FAILED))
+    command.reply(content, lines, 0 if content["possible"] else GATE_FAILED)
 
 
 @answers(options="sealtwin.plan:PlanOptions", runs="sealtwin.cli.models:WorkerProcesses", device=True)
@@ -202,7 +202,7 @@ def plan(
         if runs.jobs or options.model_fields_set & BY_PARTICLES:
             raise typer.BadParameter("--from takes no --posterior, --verify, --seeds, --jobs or --accurate")
         result = plan_rest(trial, levels, out, options, command.progress(), settings=settings)
-        command.reply(Answer(result.content, [*result.sentences, f"Path: {result.content['folder']}/rest.csv"]))
+        command.reply(result.content, [*result.sentences, f"Path: {result.content['folder']}/rest.csv"])
         return
     from sealtwin.plan.make_plan import make_plan
     from sealtwin.trial.trial_file import sets_resolution
@@ -211,7 +211,7 @@ def plan(
     device, jobs = command.device_and_jobs(runs.jobs)
     result = make_plan(trial, out, options, command.progress(), device=device, jobs=jobs, settings=settings)
     files = f"Plan: {result.content['folder']}/plan.csv, and trial.toml to run it. Page: plan.html"
-    command.reply(Answer(result.content, [*result.sentences, files]))
+    command.reply(result.content, [*result.sentences, files])
 
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:

@@ -6,7 +6,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sealtwin.cli.answer import GATE_FAILED, Answer, Command
+from sealtwin.cli.answer import GATE_FAILED, Command
 from sealtwin.core.facts import of_keys, texts, without
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def _reply(
     lines = result_lines(result, stages[-1], printed, can_be_varied=done.can_be_varied, verbose=command.verbose)
     if "validate" in stages and result.comparison is None and done.can_be_planned:
         lines.append(f"{'Next':<{LABEL_LETTERS}}{sentence('terminal_next', file=trial_file)}")
-    command.reply(Answer(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0))
+    command.reply(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0)
 
 
 def result_lines(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.answer import Command, answers
 from sealtwin.cli.options import FLUID, PHOTO, File, Given, Out, argument, flag, option
 from sealtwin.cli.samples import require_depth
 from sealtwin.cli.trial_answer import resume, run_trial
@@ -40,9 +40,9 @@ def film(
     with command.progress() as progress:
         frames, lasts_s = make_film(folder, path, progress)
     others = other_versions(look_into(folder), stage="simulate")
-    content = {"film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
+    content = {"film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2), "other_versions": others}
     lines = [*others, f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]
-    command.reply(Answer({**content, "other_versions": others}, lines))
+    command.reply(content, lines)
 
 
 @answers(options="digitise.robots.cell:ProgramOptions")
@@ -65,7 +65,7 @@ def robot(
         from sealtwin.trial.starter_files import write_example_cell
 
         write_example_cell(example)
-        command.reply(Answer({"file": example.as_posix()}, [str(example)]))
+        command.reply({"file": example.as_posix()}, [str(example)])
         return
     if folder is None or cell is None:
         raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
@@ -88,7 +88,7 @@ def robot(
         *_pump_line(report.get("pump")),
         f"Robot files: {', '.join([*report['files'], REPORT])} in {report['folder']}",
     ]
-    command.reply(Answer(report, lines))
+    command.reply(report, lines)
 
 
 def _pump_line(pump: dict[str, Any] | None) -> list[str]:
@@ -175,7 +175,7 @@ def _compare_dam_breaks(command: Command, folder: Path) -> None:
         for case, course in courses.items()
     ]
     lines = [*(f"{name}: {figures}" for name, figures in page.key_figures), f"Page: {shown(path)}"]
-    command.reply(Answer({"fronts": fronts, "page": shown(path)}, lines))
+    command.reply({"fronts": fronts, "page": shown(path)}, lines)
 
 
 @answers(*FLUID, options=FLUID_RUN, device=True, verbose=True)
@@ -224,4 +224,4 @@ def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for t
     """
     from sealtwin.trial.starter_files import write_starter
 
-    command.reply(Answer({}, [str(written) for written in write_starter(folder)]))
+    command.reply({}, [str(written) for written in write_starter(folder)])

@@ -1,18 +1,19 @@
 """Arc length along an open polyline."""
 
 import numpy as np
-from numpy.typing import NDArray
+
+from sealtwin.core.arrays import Floats
 
 STRETCH = 16  # Number of segments of a polyline that are searched together; it changes the speed only
 
 
-def arc_length(points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+def arc_length(points_mm: Floats) -> Floats:
     """Return the distance of each point of an open polyline from the first one, measured along the polyline, (n,)."""
     steps = np.linalg.norm(np.diff(points_mm, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    return np.cumulative_sum(steps, include_initial=True)
 
 
-def arc_length_at(points_mm: NDArray[np.float64], polyline_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+def arc_length_at(points_mm: Floats, polyline_mm: Floats) -> Floats:
     """Return the arc length at which a polyline, extended straight beyond its ends, is nearest to each point, (n,).
 
     Each segment is compared only with the points to which a segment of its stretch may be the nearest.

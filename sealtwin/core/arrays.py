@@ -56,6 +56,12 @@ def _points(value: Any) -> Floats:
     return points
 
 
+def unit(vectors: Floats) -> Floats:
+    """Return vectors, a row each, scaled to unit length. A zero vector remains zero."""
+    size = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(size > 0, size, 1.0)
+
+
 def require_as_long(record: object, first: str, *others: str) -> None:
     """Raise ValueError unless the arrays ``others`` of a record are as long as the array ``first``. None is skipped."""
     length = len(getattr(record, first))

@@ -41,6 +41,7 @@ CONNECT_S = 20.0  # Longest wait for a scheduler and its first worker, which usu
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Workers = tuple[Executor, Callable[[], int]]  # And the number of tasks that they take now
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,7 @@ class LocalExecutor(ThreadPoolExecutor):
 
 
 @contextmanager
-def _processes(count: int) -> Iterator[tuple[Executor, Callable[[], int]]]:
+def _processes(count: int) -> Iterator[Workers]:
     """Yield an executor on this machine, and a function that returns how many tasks it takes at once."""
     with LocalExecutor(count) as executor:
         try:
@@ -247,7 +248,7 @@ class ClusterExecutor(Executor):
 
 
 @contextmanager
-def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[tuple[Executor, Callable[[], int]]]:
+def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[Workers]:
     """Yield the executor of a scheduler, and a function that returns how many tasks it takes at once."""
     try:
         import dask.config

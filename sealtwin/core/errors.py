@@ -28,7 +28,7 @@ class InputError(SealtwinError):
 
     exit_code = 3
 
-    def __init__(self, fault: str = "", file: Path | None = None) -> None:
+    def __init__(self, fault: str, file: Path | None = None) -> None:
         super().__init__(fault if file is None else f"{file}: {fault}")
         self.fault = fault
         self.sentences: Sequence[str] = (str(self),)  # Each fault, if there are several

@@ -172,7 +172,7 @@ def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int 
     # One format for a whole row: one call for each number takes six times as long.
     line = ",".join([f"%.{decimals}f"] * len(columns)) + "\n"
     body = "".join(line % tuple(row.tolist()) for row in rows)
-    write_text(path, _csv_text(columns, ()) + body.replace("nan", ""))
+    write_text(path, ",".join(columns) + "\n" + body.replace("nan", ""))
 
 
 def write_sheet(path: Path, columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> None:
@@ -181,14 +181,10 @@ def write_sheet(path: Path, columns: Sequence[str], rows: Iterable[Sequence[str 
 
 def sheet_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> str:
     """Return a CSV of text and numbers for spreadsheets, without formulas. None becomes an empty field."""
-    return _csv_text(columns, ([_cell(value) for value in row] for row in rows))
-
-
-def _csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(rows)
+    writer.writerows([_cell(value) for value in row] for row in rows)
     return table.getvalue()
 
 

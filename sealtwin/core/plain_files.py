@@ -21,11 +21,12 @@ Bounds = Mapping[str, tuple[float, float]]
 """Smallest and largest value of each column, by name."""
 
 
-def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
-    """Raise InputError if a path, or the target of a link, is a folder, a device or a pipe, or is too large.
+@contextmanager
+def opened(path: Path, largest_bytes: int = LARGEST_BYTES) -> Iterator[io.BufferedReader]:
+    """Open a file for reading.
 
-    Raises FileNotFoundError or another OSError, with the name of the file, if the path does not exist or cannot be
-    reached.
+    Raises InputError if a path, or the target of a link, is a folder, a device or a pipe, or is too large. Raises
+    FileNotFoundError or another OSError, with the name of the file, if the path does not exist or cannot be reached.
     """
     with naming(path):
         status = path.stat()
@@ -41,18 +42,12 @@ def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
             f"{as_text(path)}: {status.st_size / 1e6:.1f} MB, larger than {largest_bytes / 1e6:g} MB. Delete it and "
             "run its stage again."
         )
-
-
-@contextmanager
-def opened(path: Path, largest_bytes: int = LARGEST_BYTES) -> Iterator[io.BufferedReader]:
-    """Open a file for reading. Raises whatever ``require_plain`` raises."""
-    require_plain(path, largest_bytes)
     with path.open("rb") as content:
         yield content
 
 
 def read_bytes(path: Path, largest_bytes: int = LARGEST_BYTES) -> bytes:
-    """Read a file. Raises whatever ``require_plain`` raises."""
+    """Read a file. Raises whatever ``opened`` raises."""
     with naming(path), opened(path, largest_bytes) as content:
         return content.read()
 
@@ -60,7 +55,7 @@ def read_bytes(path: Path, largest_bytes: int = LARGEST_BYTES) -> bytes:
 def read_text(path: Path, largest_bytes: int = LARGEST_BYTES) -> str:
     """Read a UTF-8 text, with or without a byte-order mark. All line ends become line feeds.
 
-    Raises UnicodeDecodeError, and whatever ``require_plain`` raises.
+    Raises UnicodeDecodeError, and whatever ``opened`` raises.
     """
     return io.TextIOWrapper(io.BytesIO(read_bytes(path, largest_bytes)), encoding="utf-8-sig").read()
 

@@ -5,7 +5,7 @@ import sys
 import time
 from bisect import bisect_right
 from contextlib import AbstractContextManager
-from typing import Any, Literal
+from typing import Literal
 
 from sealtwin.core.facts import Fact
 
@@ -81,12 +81,9 @@ class Progress(AbstractContextManager["Progress"]):
 class _Timed(Progress):
     """Progress with an estimate of the remaining time."""
 
-    def __init__(self) -> None:
-        self._total, self._pace = 0, Pace(0.0)
-        self._ends_s: float | None = None  # Moment of the end of the work, from ``expect``
-
     def start(self, title: str, total: int, done: int = 0) -> None:
-        self._total, self._pace, self._ends_s = total, Pace(total, done), None
+        self._total, self._pace = total, Pace(total, done)
+        self._ends_s: float | None = None  # Moment of the end of the work, from ``expect``
 
     def expect(self, left_s: float) -> None:
         self._ends_s = time.monotonic() + left_s
@@ -111,11 +108,6 @@ class QuietProgress(Progress):
 
 
 class PlainProgress(_Timed):
-    def __init__(self) -> None:
-        super().__init__()
-        self._title = ""
-        self._printed = 0.0
-
     def start(self, title: str, total: int, done: int = 0) -> None:
         super().start(title, total, done)
         self._title, self._printed = title, time.monotonic()
@@ -137,7 +129,6 @@ class RichProgress(_Timed):
     """Progress bar on a terminal, with the remaining time."""
 
     def __init__(self) -> None:
-        super().__init__()
         from rich import progress
         from rich.console import Console
 
@@ -150,7 +141,6 @@ class RichProgress(_Timed):
             console=Console(stderr=True),
         )
         self._bar.start()
-        self._task: Any = None
 
     def start(self, title: str, total: int, done: int = 0) -> None:
         super().start(title, total, done)
@@ -166,10 +156,8 @@ class RichProgress(_Timed):
         self._bar.stop()
 
 
-def progress_for_stderr(quiet: bool) -> Progress:
-    """Return silent progress if ``quiet``, else a bar if stderr is a terminal, else lines."""
-    if quiet:
-        return Progress()
+def progress_for_stderr() -> Progress:
+    """Return a bar if stderr is a terminal, else lines."""
     return RichProgress() if sys.stderr.isatty() else PlainProgress()
 
 

@@ -254,7 +254,7 @@ def read_profile(folder: Path, name: str = PROFILE) -> Profile:
     rows = files.read_table(path, PROFILE_COLUMNS, finite=True)
     if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
         raise InputError(f"{path}: expected two rows or more, with s_mm increasing from row to row. Simulate again.")
-    return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
+    return Profile(*rows.T, source="simulation")
 
 
 def write_level(folder: Path, s_mm: Floats, levels_mm: Mapping[int, Floats], half_mm: float) -> None:
@@ -292,9 +292,7 @@ def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN, *, strict: bo
     return as_record(kind, files.read_text(path), path, remedy, strict=strict)
 
 
-def as_record(
-    kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN, *, strict: bool | None = None
-) -> Kind:
+def as_record(kind: type[Kind], text: str, where: Path | str, remedy: str, *, strict: bool | None = None) -> Kind:
     """Read a JSON text as a record. Raises InputError as ``read_record`` does, but with ``where`` for the file."""
     try:
         record: Kind = _adapter(kind).validate_json(text, strict=strict)

@@ -19,11 +19,11 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, with_config
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import FROM_JSON, Booleans, Floats, Integers, Numbers, Points, Shown, require_as_long
+from sealtwin.core.arrays import FROM_JSON, Booleans, Floats, Integers, Numbers, Points, Shown, require_as_long, unit
 from sealtwin.core.doubts import Doubt, QuantityMean, ReadSheet
 from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
-from sealtwin.core.solid_figures import EndKind, SolidFigures
+from sealtwin.core.solid_figures import EndKind, SolidFigures, Span
 
 FACING = 0.98  # Least cosine at which the line between two walls counts as square to the centreline: 11 degrees
 
@@ -72,7 +72,7 @@ class WallStretch:
     s_to_mm: float
     side: Side
     method: WallMethod
-    doubt_mm: tuple[float, float] | None
+    doubt_mm: Span | None
     """Least and largest distance from the centreline at which the wall may be; None if unknown."""
     why: str
 
@@ -130,7 +130,7 @@ class Outline(Shown):
     """Angle between the camera's axis and the normal of the face; None if the photo does not show it."""
     photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None of an outline made by hand
     width_source: WidthSource = "walls"
-    width_95_mm: tuple[float, float] | None = None
+    width_95_mm: Span | None = None
     """95 % interval of the mean width, without the scale's uncertainty; None if the method gives no interval."""
     walls: tuple[WallStretch, ...] = ()
     """Origin of the walls, each from end to end. A later stretch counts where it overlaps. Empty without a photo."""
@@ -186,9 +186,8 @@ class Outline(Shown):
         """
         s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
         width_mm = np.linalg.norm(across_mm, axis=1)
-        ahead = np.gradient(self.centreline_mm, axis=0)
         # A hand-written centreline may turn on the spot, where no direction is square to it.
-        ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
+        ahead = unit(np.gradient(self.centreline_mm, axis=0))
         square_mm = np.abs(ahead[:, 0] * across_mm[:, 1] - ahead[:, 1] * across_mm[:, 0])
         facing = np.flatnonzero(square_mm >= FACING * width_mm)
         if len(facing):

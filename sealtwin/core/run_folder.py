@@ -10,6 +10,7 @@ import os
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
@@ -46,12 +47,12 @@ UNNUMBERED = 0
 """Number of a stage that a result does not record, such as validate in a study without readings."""
 
 
+@dataclass
 class RunFolder:
     """Folder that this process has locked with ``open_folder``, or has opened for reading with ``look_into``."""
 
-    def __init__(self, path: Path, manifest: dict[str, Any]) -> None:
-        self.path = path
-        self.manifest = manifest
+    path: Path
+    manifest: dict[str, Any]
 
     def entry_of(self, stage: str) -> dict[str, Any]:
         """Return the entry of ``stage`` in the manifest; empty if it is not finished."""
@@ -113,14 +114,14 @@ class RunFolder:
         """
         self.manifest["stages"][stage] = {
             "key": key,
-            "settings": dict(settings),
-            "inputs": dict(inputs),
-            "given": list(given),
+            "settings": settings,
+            "inputs": inputs,
+            "given": given,
             "outputs": {name: sha256(self.path / name) for name in outputs},
             "wall_time_s": round(wall_time_s, 3),
             "finished_utc": datetime.now(UTC).isoformat(timespec="seconds"),
             "versions": versions(),
-            "stage_numbers": dict(numbers),
+            "stage_numbers": numbers,
             **facts,
         }
         self.save()
@@ -206,7 +207,7 @@ def require_folder(path: Path) -> None:
 
 def refuse_links(path: Path) -> None:
     """Raise InputError if a folder in ``path`` is a link to a folder outside: files would be written there."""
-    for part in path.iterdir() if path.is_dir() else ():
+    for part in path.iterdir():
         if part.is_symlink() and part.is_dir() and not part.resolve().is_relative_to(path.resolve()):
             raise InputError(
                 f"{part}: is a link to a folder elsewhere, so files would be written there. Replace the link by a "
@@ -214,16 +215,21 @@ def refuse_links(path: Path) -> None:
             )
 
 
-def foreign_names(path: Path) -> list[str]:
-    """Return the names in a folder, except lock and temporary files, which a killed process may have left."""
-    ours = {LOCK, HOLDER}
-    return sorted(file.name for file in path.iterdir() if file.name not in ours and not is_temporary(file))
+def refuse_foreign(path: Path, maker: str, names: Sequence[str]) -> None:
+    """Raise InputError if a folder has files ``names`` of a user."""
+    if names:
+        raise InputError(f"{path}: has files that no {maker} wrote ({', '.join(names[:3])}); give another --out.")
 
 
-def refuse_foreign(path: Path, maker: str, names: Sequence[str] | None = None) -> None:
-    """Raise InputError if a folder has files of a user. ``names`` are these files; by default any file counts."""
-    if foreign := foreign_names(path) if names is None else names:
-        raise InputError(f"{path}: has files that no {maker} wrote ({', '.join(foreign[:3])}); give another --out.")
+def require_own(path: Path, marker: str, maker: str) -> None:
+    """Raise InputError if ``path`` is no folder, or has files but not ``marker``, which each ``maker`` writes.
+
+    Lock and temporary files, which a killed process may have left, do not count.
+    """
+    require_folder(path)
+    if path.is_dir() and not (path / marker).exists():
+        foreign = (file.name for file in path.iterdir() if not is_temporary(file))
+        refuse_foreign(path, maker, sorted({*foreign} - {LOCK, HOLDER}))
 
 
 def versions() -> dict[str, str]:
@@ -232,11 +238,10 @@ def versions() -> dict[str, str]:
 
 def _check_usable(path: Path, create: bool) -> None:
     require_folder(path)
-    is_run = (path / MANIFEST).is_file()
-    if not create and not is_run:
+    if create:
+        require_own(path, MANIFEST, "run")
+    elif not (path / MANIFEST).is_file():
         raise InputError(f"{path}: not a run folder (it has no {MANIFEST}). 'sealtwin run TRIAL' makes one.")
-    if create and path.is_dir() and not is_run:
-        refuse_foreign(path, "run")
 
 
 def _holder(path: Path) -> str:
@@ -272,9 +277,7 @@ def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
 
 def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any], numbers: Mapping[str, int]) -> str:
     """Return the key of a result, made from its inputs, its settings, the package version and the stage numbers."""
-    return content_key(
-        {"inputs": dict(inputs), "settings": dict(settings), "version": _own_version(), "numbers": dict(numbers)}
-    )
+    return content_key({"inputs": inputs, "settings": settings, "version": _own_version(), "numbers": numbers})
 
 
 def content_key(content: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from pydantic_core import ErrorDetails
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.plain_files import read_text
-from sealtwin.core.settings_text import described, text_of_table
+from sealtwin.core.settings_text import text_of_table
 
 if TYPE_CHECKING:
     # Type checkers take the keywords and their types from the fields.
@@ -68,7 +68,6 @@ class Settings(BaseModel, metaclass=KeywordTables):
         cls.__signature__ = Signature(names)
 
 
-__all__ = ["Settings", "as_json", "checked", "described", "dotted_names", "doubts_of", "read_settings", "read_toml"]
 Table = TypeVar("Table", bound=Settings)
 
 LARGEST_BYTES = 200_000

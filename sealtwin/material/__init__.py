@@ -82,10 +82,11 @@ def measured_material(path: Path, paste: PasteSettings, stress_pa: PasteValue, *
         "yield_stress_95_pa": stress_pa.interval,
     }
     for name, value in measured.items():
-        if isinstance(value, float):
-            measured[name] = four_digits(value)
-        elif isinstance(value, tuple) and value and isinstance(value[0], float):
-            measured[name] = [*map(four_digits, value)]
+        match value:
+            case float():
+                measured[name] = four_digits(value)
+            case (float(), *_):
+                measured[name] = [*map(four_digits, value)]
     facts = {
         "date": (paste.date or day.today()).isoformat(),
         "data": paste.data,

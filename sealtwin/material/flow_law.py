@@ -58,6 +58,9 @@ class _Best(NamedTuple):
     thick: float  # K per rate of ``_Curve.middle``
 
 
+Thickness = Callable[[Floats], Floats]  # Returns K for each of some indices n
+
+
 class _Curve:
     """Rows of a flow curve. Rates are divided by their geometric mean, so that K and n hardly depend on each other."""
 
@@ -68,7 +71,7 @@ class _Curve:
         self.count = len(rate)
 
     def at(
-        self, n: Floats, stress: float | None = None, thick: Callable[[Floats], Floats] | None = None
+        self, n: Floats, stress: float | None = None, thick: Thickness | None = None
     ) -> tuple[Floats, Floats, Floats]:
         """Return the least sum of squares for each n, with its yield stress and K, of which one may be given."""
         a = self.inverse
@@ -91,7 +94,7 @@ class _Curve:
         off = stresses[:, None] * a + thicks[:, None] * b - 1
         return (off * off).sum(axis=1), stresses, thicks
 
-    def best(self, stress: float | None = None, thick: Callable[[Floats], Floats] | None = None) -> _Best:
+    def best(self, stress: float | None = None, thick: Thickness | None = None) -> _Best:
         """Return the best fit over all n."""
         from scipy.optimize import minimize_scalar
 
@@ -103,7 +106,7 @@ class _Curve:
         ).x
         return min(self.fixed(float(GRID[near]), stress, thick), self.fixed(float(n), stress, thick))
 
-    def fixed(self, n: float, stress: float | None = None, thick: Callable[[Floats], Floats] | None = None) -> _Best:
+    def fixed(self, n: float, stress: float | None = None, thick: Thickness | None = None) -> _Best:
         squares, stresses, thicks = self.at(np.array([n]), stress, thick)
         return _Best(float(squares[0]), n, float(stresses[0]), float(thicks[0]))
 
@@ -137,7 +140,7 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
     stress_ends = _ends(free.stress, (0.0, 1 / curve.inverse.min()), lambda pa: beyond(curve.best(pa)))
     log_middle = np.log(curve.middle)
 
-    def thick_of(k: float) -> Callable[[Floats], Floats]:
+    def thick_of(k: float) -> Thickness:
         return lambda n: k * np.exp(n * log_middle)
 
     k_free, k = (one.thick * curve.middle**-one.n for one in (free, chosen))

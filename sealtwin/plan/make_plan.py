@@ -1,6 +1,6 @@
 """Plan a trial: search a plan on the fast model, judge it by particles, and search again with their levels."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,11 +16,11 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
-from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
+from sealtwin.core.run_folder import holding, open_folder, require_own
 from sealtwin.core.settings import checked
 from sealtwin.plan import PlanOptions
-from sealtwin.plan import search as searching
 from sealtwin.plan.search import (
+    MOST_STEPS,
     Case,
     Goal,
     Knots,
@@ -29,6 +29,7 @@ from sealtwin.plan.search import (
     limits_of,
     path_over,
     require_possible,
+    search,
     target_of,
 )
 from sealtwin.plan.verify import (
@@ -47,7 +48,7 @@ from sealtwin.plan.verify import (
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.exports import CellFile, origin_of, require_confirmed, write_programs
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
-from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text
+from sealtwin.trial.trial_file import SETTINGS, SettingValues, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
 from simulate.slot.sections import Trapezoids
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
@@ -89,7 +90,7 @@ class PlanInputs:
     cell: CellFile | None
 
     @classmethod
-    def read(cls, file: Path, settings: Mapping[str, Any] | None, cell_file: Path | None) -> "PlanInputs":
+    def read(cls, file: Path, settings: SettingValues | None, cell_file: Path | None) -> "PlanInputs":
         """Read the files. Raises InputError if the trial has no fluid for a plan, or the cell has a steady flow."""
         given = load_trial(file, settings)
         require_sample(given, file.parent)
@@ -105,9 +106,7 @@ class PlanInputs:
     @contextmanager
     def digitised(self, folder: Path, progress: Progress) -> Iterator[Sample]:
         """Digitise the crack in the folder of a plan, and hold the folder. Raises InputError if it cannot be used."""
-        require_folder(folder)
-        if folder.is_dir() and not (folder / SAMPLE).is_dir():
-            refuse_foreign(folder, "plan")
+        require_own(folder, SAMPLE, "plan")
         with holding(folder), progress:
             with open_folder(folder / SAMPLE, create=True) as home:
                 run_stages(start_job(self.trial, self.file.parent, home, "cpu", progress), ("digitise",))
@@ -174,12 +173,12 @@ def plan_on(
     def corrected(name: str, start: Floats, apart_mm2: Floats, *, drafts: bool) -> Round:
         """Search a plan from ``start`` with the fast model corrected by ``apart_mm2``, and judge it by particles."""
         verifier.ahead_s -= search_s
-        progress.start(f"Searching, {name}", searching.MOST_STEPS)
+        progress.start(f"Searching, {name}", MOST_STEPS)
         progress.later(verifier.corrected_s(verifier.ahead_s))
         # Corrections keep the reserve: if the fast model is right, sealant that they add is over the face.
         most = rounds[0].plan if rounds and options.reserve_mm > 0 else None
         goal = Goal(target_mm2, apart_mm2)
-        plan = searching.search(few, knots, limits, goal, start, progress.advance, most)
+        plan = search(few, knots, limits, goal, start, progress.advance, most)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         (judged,) = verifier.judge(f"Particles, {name}", [(name, path, trial.seed)], drafts=drafts)
         expected_mm = corrected_level_mm(nominal.along(path), apart_mm2)
@@ -289,7 +288,7 @@ def make_plan(
     *,
     device: str = "cpu",
     jobs: int = 1,
-    settings: Mapping[str, Any] | None = None,
+    settings: SettingValues | None = None,
 ) -> MadePlan:
     """Plan a trial in a folder of its own, by default reports/NAME-plan.
 

@@ -84,7 +84,7 @@ class Knots:
         lasts_s[steps] = given_s
         flow_mm3_s = np.zeros(len(self.path.t_s))
         flow_mm3_s[steps] = volume_mm3 / given_s
-        t_s = self.path.t_s[0] + np.concatenate([[0.0], np.cumsum(lasts_s)])
+        t_s = self.path.t_s[0] + np.cumulative_sum(lasts_s, include_initial=True)
         speed_mm_s = np.append(np.diff(arc_length(self.path.position_mm)) / lasts_s, 0.0)
         return replace(self.path, t_s=t_s, speed_mm_s=speed_mm_s, flow_mm3_s=flow_mm3_s)
 

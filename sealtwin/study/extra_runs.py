@@ -232,9 +232,8 @@ def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -
     levels_mm = np.array([profile.level_at_mm(own.s_mm) for profile in profiles])
     waiting = max(0, REPLICATES - len(base.levels_mm))
     finer, middle, coarser, designed = np.split(levels_mm, np.cumsum([REPLICATES, waiting, REPLICATES]))
-    runs_mm = finer, np.vstack([base.levels_mm, middle]), coarser
-    fine, same, coarse = (SizeRuns(*size) for size in zip(radii_mm, runs_mm, strict=True))
-    sizes = fine, same, coarse
+    same = SizeRuns(radii_mm[1], np.vstack([base.levels_mm, middle]))
+    sizes = SizeRuns(radii_mm[0], finer), same, SizeRuns(radii_mm[2], coarser)
     if not len(designed):
         return Spread(own.s_mm, sizes, (), None, None, draws, fast_mm, unfit)
     effects_mm, scatter_mm = effects_of(designed, len(inputs))

@@ -16,7 +16,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile, Run, Sample
 from sealtwin.core.run_figures import PARTICLES
 from sealtwin.trial.job import Job
-from sealtwin.trial.trial_file import Trial, as_run
+from sealtwin.trial.trial_file import SettingValues, Trial, as_run
 from sealtwin.trial.validate_stage import read_seeds
 from simulate.settings import LEAST_WALL_SHARE, VISCOSITIES_PA_S
 from validate.settings import ANGLE, OF_THE_WALLS
@@ -66,7 +66,7 @@ class Base:
     def wall_share(self) -> float:
         return self.trial.given_fluid.wall_share or 1.0
 
-    def changed(self, changes: Mapping[str, Any]) -> Trial:
+    def changed(self, changes: SettingValues) -> Trial:
         """Return the trial with ``changes`` by dotted name; None unsets a setting. Raises InputError if invalid."""
         where = Path(f"{self.path / 'trial.toml'}, moved by its [uncertainty]")
         return self.trial.changed(changes, where)

@@ -23,7 +23,7 @@ from sealtwin.core.run_folder import MANIFEST, holding, open_folder
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
-from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
+from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, sample_trial
 from validate.readings.grid import letters, table_of
 from validate.result import SampleFigures
 
@@ -40,7 +40,7 @@ OWN = {LISTING, CSV, SHEET}
 class PlannedPhoto:
     file: Path  # The photo, or a trial file that names one
     name: str  # Name of its run folder
-    settings: Mapping[str, Any]  # Settings from the command line, by dotted name
+    settings: SettingValues  # Settings from the command line, by dotted name
 
     @property
     def crack(self) -> int | str | None:
@@ -78,12 +78,7 @@ class BatchRow:
 @dataclass(frozen=True)
 class Batch:
     out: Path
-    rows: Sequence[BatchRow] = ()  # Photos that were tried
-    held_back: Sequence[BatchRow] = ()  # Photos that were not tried, because of an earlier fault
-
-    @property
-    def listed(self) -> list[BatchRow]:
-        return [*self.rows, *self.held_back]
+    rows: Sequence[BatchRow] = ()
 
     @property
     def done(self) -> list[BatchRow]:
@@ -97,14 +92,14 @@ class Batch:
     def exit_code(self) -> int:
         if any(row.status == "bug" for row in self.rows):
             return BUG
-        return SOME_FAILED if self.failed or self.held_back else 0
+        return SOME_FAILED if self.failed else 0
 
     def content(self) -> dict[str, Any]:
         """Return the content of batch.json, which is also the --json object."""
         return {
             "version": 1,
-            "photos": [vars(row) for row in self.listed],
-            "failed": len(self.failed) + len(self.held_back),
+            "photos": [vars(row) for row in self.rows],
+            "failed": len(self.failed),
             "exit_code": self.exit_code,
         }
 
@@ -114,7 +109,7 @@ def are_several(targets: Sequence[Path]) -> bool:
     return len(targets) > 1 or targets[0].is_dir() or _is_pattern(targets[0])
 
 
-def plan(targets: Sequence[Path], settings: Mapping[str, Any]) -> list[PlannedPhoto]:
+def plan(targets: Sequence[Path], settings: SettingValues) -> list[PlannedPhoto]:
     """Return an entry for each photo, in the order given.
 
     ``settings`` by dotted name replace those of a trial file that is given. They do not apply to a photo that has a
@@ -137,7 +132,6 @@ def digitise_many(
     out: Path,
     progress: Progress,
     jobs: int = 1,
-    held_back: Sequence[BatchRow] = (),
     *,
     locked: bool = False,
     sheets: Mapping[str, ReadSheet] | None = None,
@@ -145,7 +139,7 @@ def digitise_many(
     """Digitise every photo into a folder below ``out``; a photo that fails does not stop the others.
 
     Finished photos are not digitised again. The user may choose the crack of a photo without a trial file by its number
-    in the table of an earlier call. Photos ``held_back`` because of an earlier fault are listed and counted as failed.
+    in the table of an earlier call.
     ``locked`` is True if the caller has locked ``out`` already. The page shows ``sheets`` by the name of their file.
     Raises InputError if ``out`` has other files.
     """
@@ -167,10 +161,10 @@ def digitise_many(
                 progress.advance(done, row.folder)
         finally:
             # If interrupted, list the photos that are finished.
-            batch = Batch(out, [rows[item.name] for item in planned if item.name in rows], held_back)
+            batch = Batch(out, [rows[item.name] for item in planned if item.name in rows])
             files.write_json(out / LISTING, batch.content())
-            write_csv(out / CSV, batch.listed)
-            write_contact_sheet(out / SHEET, out, batch.listed, sheets)
+            write_csv(out / CSV, batch.rows)
+            write_contact_sheet(out / SHEET, out, batch.rows, sheets)
     return batch
 
 
@@ -292,8 +286,7 @@ def _refuse_foreign(out: Path) -> None:
             return
     except (InputError, OSError, KeyError, TypeError):
         pass  # No listing, or another program's.
-    foreign = [name for name in (LISTING, MANIFEST, CSV, SHEET) if (out / name).exists()]
-    if foreign:
+    if foreign := [name for name in (LISTING, MANIFEST, CSV, SHEET) if (out / name).exists()]:
         raise InputError(f"{out}: has {foreign[0]}, which no batch wrote; give --out another folder.")
 
 
@@ -308,7 +301,7 @@ def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
 
 
 def write_contact_sheet(
-    path: Path, folder: Path, rows: Sequence[BatchRow], sheets: Mapping[str, ReadSheet] | None = None
+    path: Path, folder: Path, rows: Sequence[BatchRow], sheets: Mapping[str, ReadSheet] | None
 ) -> None:
     """Write a self-contained page; its pictures link to the run folders. ``sheets`` are in question."""
     from validate.figures.page import page_environment

@@ -64,7 +64,7 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Pa
     ]
     others = other_versions(*(job.folder for job in jobs))
     warned, unused = (
-        [*texts(facts_of_runs(dict(enumerate(map(of_side, sides), start=1)), len(sides)))]
+        texts(facts_of_runs(dict(enumerate(map(of_side, sides), start=1)), len(sides)))
         for of_side in (lambda side: side.fluid_warnings, _unused)
     )
     page = compare_page(sides, [*others, *warned, *unused])

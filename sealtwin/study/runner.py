@@ -348,7 +348,7 @@ def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> Stu
         outcome = Outcome(
             "failed", 0.0, reason=f"{outcome.reason}: repeat the command with fewer --jobs and with --retry."
         )
-    home = run_path(folder, run.key)
+    home = run_path(folder, run)
     if isinstance(outcome, Sealing):
         record_files.write_profile(home, outcome.profile)
         if outcome.fill is not None:

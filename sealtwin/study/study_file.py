@@ -12,9 +12,10 @@ from pydantic import BeforeValidator, Field, model_validator
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.settings import MOST_FAULTS, Settings, read_settings
 from sealtwin.trial.trial_file import (
-    PRINTABLE,
     SETTINGS,
     TABLES,
+    Name,
+    Seed,
     Trial,
     folder_name,
     no_such_setting,
@@ -94,7 +95,7 @@ class Latin(Settings):
 
     count: Annotated[int, Field(ge=2, le=MOST_RUNS)]
     """Number of runs."""
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    seed: Seed = 0
     """Seed of the draws."""
     ranges: Annotated[Named[Range], Field(min_length=1)]
 
@@ -108,7 +109,7 @@ class Latin(Settings):
 class Study(Settings):
     """A study file: a trial, and the settings that vary."""
 
-    name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
+    name: Name
     """Name of the study, and of its folder under reports/."""
     trial: Path
     """Trial file, relative to the study file's folder or absolute."""
@@ -145,10 +146,6 @@ class Study(Settings):
             return tuple(self.latin.ranges), self.latin.count, self.latin.rows()
         rows = present(self.list, "list")
         return rows.columns, len(rows.rows), rows.rows
-
-    @property
-    def runs(self) -> int:
-        return self._design()[1]
 
     @property
     def names(self) -> set[str]:

@@ -138,18 +138,18 @@ class Plan:
     """Stage numbers that the keys contain; empty before the first run is planned."""
 
 
-def profile_path(folder: Path, key: str) -> Path:
+def profile_path(folder: Path, run: ScheduledRun) -> Path:
     """Return the path of a run's profile, its level along the crack."""
-    return run_path(folder, key) / PROFILE
+    return run_path(folder, run) / PROFILE
 
 
-def run_path(folder: Path, key: str) -> Path:
-    return folder / "runs" / key[:16]
+def run_path(folder: Path, run: ScheduledRun) -> Path:
+    return folder / "runs" / run.key[:16]
 
 
 def read_level(folder: Path, run: StudyRun) -> Profile:
     """Read the level of a finished run."""
-    return read_profile(run_path(folder, run.key))
+    return read_profile(run_path(folder, run))
 
 
 def holds_study(folder: Path) -> bool:
@@ -192,13 +192,13 @@ def write_plan(folder: Path, plan: Plan) -> None:
     """Write the plan. Outcomes are separate files, so the plan is never locked or updated for one of them."""
     runs = [_part(ScheduledRun, run) for run in plan.runs]
     content = {"version": 1, "study": plan.study, "started_unix_s": plan.started_unix_s}
-    content |= {"stage_numbers": dict(plan.numbers), "runs": runs}
+    content |= {"stage_numbers": plan.numbers, "runs": runs}
     files.write_text(folder / PLAN, json.dumps(content, ensure_ascii=False, allow_nan=False))
 
 
 def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
     """Return a run with the outcome in its folder. A run that has none yet is returned unchanged."""
-    path = run_path(folder, run.key) / OUTCOME
+    path = run_path(folder, run) / OUTCOME
     if not path.is_file():
         return run
     return replace(run, **vars(read_record(Outcome, path, AGAIN)))
@@ -209,12 +209,12 @@ def write_outcome(folder: Path, run: StudyRun) -> None:
     outcome = _part(Outcome, run)
     if run.figures is not None:
         outcome["figures"] = run.figures.model_dump(exclude_unset=True)
-    files.write_json(run_path(folder, run.key) / OUTCOME, {"version": 1, **outcome})
+    files.write_json(run_path(folder, run) / OUTCOME, {"version": 1, **outcome})
 
 
 def forget_outcome(folder: Path, run: StudyRun) -> StudyRun:
     """Remove the outcome of a run, and return the run as waiting."""
-    (run_path(folder, run.key) / OUTCOME).unlink(missing_ok=True)
+    (run_path(folder, run) / OUTCOME).unlink(missing_ok=True)
     return StudyRun(**_part(ScheduledRun, run))
 
 
@@ -239,8 +239,8 @@ def resume(folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool
 
 def is_intact(folder: Path, run: StudyRun) -> bool:
     """Return True if the run is done and its profile was not changed since."""
-    profile = profile_path(folder, run.key)
-    if run.state != "done" or run.figures is None or not profile.is_file():
+    profile = profile_path(folder, run)
+    if run.figures is None or not profile.is_file():
         return False
     return files.sha256(profile) == run.figures.profile_sha256
 

@@ -1,6 +1,5 @@
 """Map a study: compare all its runs with one sheet of readings, and draw the figures of the paper."""
 
-import zipfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -45,8 +44,7 @@ from validate.figures.chart import (
     hold,
 )
 from validate.figures.map_page import Fill, map_page
-from validate.figures.page import Page as StudyPage
-from validate.figures.page import write_page
+from validate.figures.page import Page, write_page
 from validate.figures.snapshots import FillScene
 from validate.settings import Readings
 
@@ -64,7 +62,7 @@ class Mapped:
 
     content: dict[str, Any]  # The --json object, and map.json
     chart: Chart
-    page: StudyPage
+    page: Page
     folder: Path  # Folder of the page
 
 
@@ -127,12 +125,12 @@ def map_study(
 
 
 def _fill_path(folder: Path, run: StudyRun) -> Path:
-    return run_path(folder, run.key) / FILL
+    return run_path(folder, run) / FILL
 
 
 def read_fill(path: Path) -> Watched:
     """Read a file fill.npz. Speeds and densities are NaN, since no map shows them. Raises InputError if damaged."""
-    from simulate.watchers import GRAIN_MM
+    from simulate.watchers import GRAIN_MM, UNREADABLE
 
     try:
         with opened(path, LARGEST_FILL_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
@@ -152,7 +150,7 @@ def read_fill(path: Path) -> Watched:
         )
         moved = content["moving"] > 0
         return Watched(frames, content["moving"][moved], content["frame_ms"][moved])
-    except (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
+    except UNREADABLE as fault:
         raise InputError(
             f"{path}: damaged ({fault}). Delete it; the map is then without this run's pictures."
         ) from None
@@ -196,7 +194,7 @@ def chart_of(
 
 
 def _excluded(run: StudyRun) -> Excluded:
-    if run.state == "done" and run.figures is not None:
+    if run.figures is not None:
         reason = UNFIT if run.figures.unfit else VOLUME_OFF
         return Excluded(run.number, run.settings, reason, run.figures.volume_ratio)
     return Excluded(run.number, run.settings, Fact("failed", run.reason or NOT_DONE))
@@ -204,8 +202,8 @@ def _excluded(run: StudyRun) -> Excluded:
 
 def finished_run(folder: Path, run: StudyRun) -> Finished:
     """Read a run. Raises InputError if its profile was changed since."""
-    path = profile_path(folder, run.key)
-    if run.figures is None or not is_intact(folder, run):
+    path = profile_path(folder, run)
+    if not is_intact(folder, run):
         raise InputError(
             f"{path}: changed since run {run.number} wrote it. 'sealtwin sweep' with its study computes it again."
         )
@@ -275,7 +273,7 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
         "baselines": [asdict(one) for one in chart.baselines],
         "against_baselines": chart.beside_baselines,
-        "scatter_of_replicates_mm": None if chart.replicates is None else chart.replicates.scatter_mm,
+        "scatter_of_replicates_mm": chart.replicates and chart.replicates.scatter_mm,
         "screening": chart.screening,
         "unused": chart.unused,
         "fluid_warnings": chart.fluid_warnings,

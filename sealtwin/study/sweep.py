@@ -12,11 +12,12 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import HOLDER, content_key, holding, open_folder, refuse_foreign, require_folder
+from sealtwin.core.run_folder import HOLDER, content_key, holding, open_folder, require_own
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import INPUTS, MOST_NUMBERS, StudyOptions, WantedRun, bring_up_to_date, schedule
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
 from sealtwin.study.study_folder import (
+    PLAN,
     STATES,
     Plan,
     StudyFigures,
@@ -29,7 +30,7 @@ from sealtwin.study.study_folder import (
     write_plan,
 )
 from sealtwin.trial.job import DIGITISED, numbers_up_to, require_sample, shown, stage_settings, start_job
-from sealtwin.trial.trial_file import drafted, load_trial, refuse_seeds, replaced, sets_resolution
+from sealtwin.trial.trial_file import SettingValues, drafted, load_trial, refuse_seeds, replaced, sets_resolution
 from validate.metrics.verdict import kept_volume
 from validate.run_facts import DRAFTED_MM
 
@@ -45,7 +46,7 @@ def sweep(
     out: Path | None,
     options: StudyOptions,
     progress: Progress,
-    settings: Mapping[str, Any] | None = None,
+    settings: SettingValues | None = None,
 ) -> dict[str, Any]:
     """Compute all runs of a study that are not done yet, and return the --json object of the command.
 
@@ -68,7 +69,7 @@ def sweep(
     planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]
     require_sample(planned[0].trial, base.parent)
     folder = out or Path("reports", study.folder_name)
-    require_own(folder)
+    require_own(folder, PLAN, "sweep")
     if sets_resolution((*study.names, *given)):
         options = replace(options, drafts=False)
     with holding(folder), progress:
@@ -107,13 +108,6 @@ def brought_up_to_date(
 def status(folder: Path) -> dict[str, Any]:
     """Return the state of a sweep, also while it runs. Raises InputError if ``folder`` has none."""
     return report(folder, read_plan(folder), _holder(folder), table=False)
-
-
-def require_own(folder: Path) -> None:
-    """Raise InputError if a folder has files, but no study."""
-    require_folder(folder)
-    if folder.is_dir() and not holds_study(folder):
-        refuse_foreign(folder, "sweep")
 
 
 def adopt(folder: Path, study: str) -> None:
@@ -182,7 +176,6 @@ def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool =
         )
         files.write_sheet(folder / TABLE, list(rows[0]), cells)
     return {
-        "version": 1,
         "name": plan.study,
         "folder": shown(folder),
         "states": {state: sum(run.state == state for run in runs) for state in STATES},

@@ -78,11 +78,10 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
         )
     from validate.figures.snapshots import FillScene, write_film
 
-    outline, solid = record_files.read_outline(folder), record_files.read_solid(folder)
-    run = record_files.read_simulation(folder)
+    sample, run = record_files.read_sample(folder), record_files.read_simulation(folder)
     with files.understood(folder / "simulation.json"):
         nozzle_mm = float(files.read_json(folder / "simulation.json")["settings"]["nozzle"]["diameter_mm"])
-    scene = FillScene(outline, solid, record_files.read_trajectory(folder), run.radius_mm, nozzle_mm)
+    scene = FillScene(sample.outline, sample.solid, sample.trajectory, run.radius_mm, nozzle_mm)
     frames = read_collection(folder / FRAMES)
     progress.start("Filming", len(frames))
     write_film(path, [t_s for t_s, _ in frames], lambda number: read_frame(frames[number][1]), scene, progress.advance)

@@ -1,7 +1,7 @@
 """A trial in its run folder, and the inputs of each stage."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +14,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, UNNUMBERED, RunFolder, other_numbers
-from sealtwin.trial.trial_file import Trial, load_trial, trial_text
+from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, trial_text
 
 StageName = Literal["digitise", "simulate", "validate"]
 
@@ -39,8 +39,7 @@ LARGEST_SHEET_BYTES = 5_000_000
 
 def numbers_up_to(stage: StageName) -> dict[str, int]:
     """Return the number of a stage and those of the stages before it."""
-    order = list(NUMBERS)
-    return {name: NUMBERS[name] for name in order[: order.index(stage) + 1]}
+    return {name: NUMBERS[name] for name in STAGES[: STAGES.index(stage) + 1]}
 
 
 def own_numbers() -> dict[str, int]:
@@ -114,7 +113,7 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
     return Job(trial, source, folder, sheet, device, progress)
 
 
-def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Mapping[str, Any] | None = None) -> Job:
+def resume_job(folder: RunFolder, device: str, progress: Progress, settings: SettingValues | None = None) -> Job:
     """Set up the trial of a run folder. ``settings`` by dotted name replace those of the trial."""
     trial = load_trial(folder.path / "trial.toml", settings)
     if settings:
@@ -125,7 +124,7 @@ def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Map
 
 def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
     """Return the settings that a stage depends on. Unset ones are omitted, so that a new option changes no key."""
-    dump = trial.model_dump(mode="json", exclude_none=True)
+    dump = trial.content
     tables: dict[StageName, tuple[str, ...]] = {
         "digitise": ("photo", "crack", "mesh", "path"),
         "simulate": ("fluid", "solver", "nozzle", "seed"),

@@ -18,7 +18,16 @@ from sealtwin.core.files import write_bytes, write_text, write_unless_other
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import checked, doubts_of
-from sealtwin.trial.trial_file import Trial, checked_trial, name_of, names_in, seen_from, trial_text, with_settings
+from sealtwin.trial.trial_file import (
+    SettingValues,
+    Trial,
+    checked_trial,
+    name_of,
+    names_in,
+    seen_from,
+    trial_text,
+    with_settings,
+)
 
 TEMPLATES = resources("sealtwin").joinpath("templates")
 TRIAL = TEMPLATES.joinpath("starter_trial.toml").read_text(encoding="utf-8")
@@ -126,13 +135,13 @@ def _shipped(in_wheel: str, in_checkout: str, names: Sequence[str]) -> Path:
     raise InputError(f"{package / in_wheel}: the demo's files are missing; install sealtwin again.")
 
 
-def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: Path | None) -> tuple[str, list[str]]:
+def quick_trial(photo: Path, folder: Path, settings: SettingValues, sheet: Path | None) -> tuple[str, list[str]]:
     """Return the text of a trial file in ``folder``, and its assumptions as "table.key = value".
 
     ``settings`` are the given ones, by dotted name. Raises InputError, naming the photo, if one cannot be used, or a
     file is missing.
     """
-    for file in (photo, *([] if sheet is None else [sheet])):
+    for file in filter(None, (photo, sheet)):
         if not file.is_file():
             raise InputError(f"{file}: no such file.")
     sheets = {} if sheet is None else {"readings.file": sheet}
@@ -151,7 +160,7 @@ def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: P
     return _text(folder, content, given, assumed), sentences
 
 
-def _text(folder: Path, content: Mapping[str, Any], given: Mapping[str, Any], assumed: Mapping[str, Any]) -> str:
+def _text(folder: Path, content: Mapping[str, Any], given: SettingValues, assumed: SettingValues) -> str:
     head = {key: content[key] for key in ("name", "note", "seed", "seeds") if key in content}
     lines = [HEAD.format(file=(folder / "trial.toml").as_posix(), run=(folder / "run").as_posix())]
     lines += [f"{key} = {toml_value(value)}" for key, value in head.items()]
@@ -162,7 +171,7 @@ def _text(folder: Path, content: Mapping[str, Any], given: Mapping[str, Any], as
     return f"{MARK}{_check(text)}\n{text}"
 
 
-def _rows(table: str, settings: Mapping[str, Any]) -> list[str]:
+def _rows(table: str, settings: SettingValues) -> list[str]:
     """Return the lines of one table of a trial file."""
     parts = [(*name.partition(".")[::2], value) for name, value in settings.items()]
     return [f"{key} = {toml_value(value)}" for home, key, value in parts if home == table and key]
@@ -185,7 +194,7 @@ def _check(content: str) -> str:
 
 
 def write_drawn_trial(
-    drawing: Path, folder: Path, crack: GivenDrawing, settings: Mapping[str, Any]
+    drawing: Path, folder: Path, crack: GivenDrawing, settings: SettingValues
 ) -> tuple[Path, list[Fact]]:
     """Write the mesh of a drawn crack, its centreline if it is drawn, and a trial; return the trial file and notes.
 

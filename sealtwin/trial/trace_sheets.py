@@ -4,7 +4,7 @@ import json
 import shlex
 import tomllib
 from codecs import BOM_UTF8
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from sealtwin.core.files import write_bytes
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import Trial, load_trial, seen_from, with_settings
+from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, seen_from, with_settings
 
 NEEDED = ("fluid", "solver")
 """Tables without which a trial cannot run; a new trial has those of the starter."""
@@ -35,7 +35,7 @@ data = "undeclared"  # "measured", "reconstructed" or "synthetic"; "undeclared" 
 """
 
 
-def sheets_in(folder: Path, given: Mapping[str, Any]) -> list[Sheet]:
+def sheets_in(folder: Path, given: SettingValues) -> list[Sheet]:
     """Return the trials with a photo in a folder, and its photos without a trial, sorted by name.
 
     ``given`` has settings by dotted name that replace the trials' own. Raises InputError if there are neither trials
@@ -60,7 +60,7 @@ def sheets_in(folder: Path, given: Mapping[str, Any]) -> list[Sheet]:
     return [unique[name] for name in sorted(unique)]
 
 
-def sheet_of(path: Path, given: Mapping[str, Any]) -> Sheet:
+def sheet_of(path: Path, given: SettingValues) -> Sheet:
     """Return the sheet of a trial file, or of a photo without a trial.
 
     ``given`` has settings by dotted name that replace the trial's own.
@@ -77,7 +77,7 @@ def _traced(path: Path) -> bool:
     return photo is not None and (photo.ends_px is not None or photo.mask is not None)
 
 
-def _opened(path: Path, given: Mapping[str, Any]) -> Opened:
+def _opened(path: Path, given: SettingValues) -> Opened:
     """Return the session of a trial file or of a photo, the function that saves its hints, and facts for the page."""
     # The page may have saved a trial for this photo before.
     if path.suffix.lower() != ".toml" and _traced(path):
@@ -113,7 +113,7 @@ def _opened(path: Path, given: Mapping[str, Any]) -> Opened:
     return Opened(TraceSession(settings, path.parent, hints), save, facts)
 
 
-def _of_photo(path: Path, given: Mapping[str, Any]) -> tuple[PhotoInput, Hints]:
+def _of_photo(path: Path, given: SettingValues) -> tuple[PhotoInput, Hints]:
     """Return settings and hints of a photo without a trial. Raises InputError if ``given`` has an unusable setting."""
     photo = {"photo": {"file": path.name, "data": "undeclared"}}
     content = with_settings(photo, seen_from(path.parent, given))["photo"]
@@ -123,7 +123,7 @@ def _of_photo(path: Path, given: Mapping[str, Any]) -> tuple[PhotoInput, Hints]:
     return settings, Hints.of(settings).model_copy(update=dict.fromkeys(unscaled))
 
 
-def _shape(path: Path, given: Mapping[str, Any]) -> tuple[Shape, list[str]]:
+def _shape(path: Path, given: SettingValues) -> tuple[Shape, list[str]]:
     """Return the crack's shape in ``given``, and the names of its settings whose value is a table.
 
     Raises InputError if a value cannot be used.
@@ -136,7 +136,7 @@ def _shape(path: Path, given: Mapping[str, Any]) -> tuple[Shape, list[str]]:
 class TrialFile:
     """A trial file as it was when the page was opened, or the text of one that does not exist yet."""
 
-    def __init__(self, path: Path, settings: Mapping[str, Any] | None = None, new: str = "") -> None:
+    def __init__(self, path: Path, settings: SettingValues | None = None, new: str = "") -> None:
         """Read a trial file, or take its text from ``new``. ``settings`` by dotted name replace those of the file.
 
         Raises InputError if the file of a new trial exists; it can be traced instead.
@@ -190,7 +190,7 @@ class TrialFile:
         return changed
 
 
-def new_trial(photo: Path, settings: Mapping[str, Any] | None = None) -> TrialFile:
+def new_trial(photo: Path, settings: SettingValues | None = None) -> TrialFile:
     """Return a new trial file in the folder of a photo, with the photo's name. Raises InputError if it exists."""
     import tomlkit
 
@@ -201,7 +201,7 @@ def new_trial(photo: Path, settings: Mapping[str, Any] | None = None) -> TrialFi
 
 
 def with_hints(
-    text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any], keys: Iterable[str]
+    text: str, hints: Hints, shape: Shape, settings: SettingValues, keys: Iterable[str]
 ) -> tuple[str, list[str]]:
     """Return the text of a trial file with hints, shape and settings, and the changed keys.
 
@@ -225,7 +225,7 @@ def with_hints(
     return edited.replace("\n", "\r\n") if windows else edited, changed
 
 
-def _replaced(document: Any, settings: Mapping[str, Any]) -> list[str]:
+def _replaced(document: Any, settings: SettingValues) -> list[str]:
     """Write settings into their tables; return the changed keys."""
     import tomlkit
 

@@ -1,7 +1,6 @@
 """Trial file: the settings of all stages in one TOML file, checked before anything runs."""
 
 import difflib
-import json
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -27,6 +26,10 @@ LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
 """Control characters. The name of a file may have them, but that of a trial may not."""
 
 
+SettingValues = Mapping[str, Any]
+"""Settings of a trial by dotted name."""
+Name = Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
+Seed = Annotated[int, Field(ge=0, lt=2**31)]
 Moment = Annotated[float, Field(ge=0, le=9999)]
 
 
@@ -54,11 +57,11 @@ MOST_APART = 0.03  # Largest difference of the densities in two tables, as a sha
 class Trial(Settings):
     """A crack, how it is sealed, and the readings taken afterwards."""
 
-    name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
+    name: Name
     """Name of the trial in the report, and of its folder under reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
     """Note in the report, with what a reader must know about this trial."""
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    seed: Seed = 0
     """Seed of the small random offsets of the particles at the nozzle."""
     seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS)] | None = None
     """Runs with seeds seed, seed + 1 and so on, 1 to 20. The level is their mean, with the band of one further run."""
@@ -97,7 +100,7 @@ class Trial(Settings):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        face = None if self.photo is None else self.photo.face_mm
+        face = self.photo and self.photo.face_mm
         if face is not None and self.nozzle.diameter_mm >= min(face):
             raise ValueError(
                 f"nozzle.diameter_mm is {self.nozzle.diameter_mm:g}: it must be below the face's smaller side, "
@@ -168,7 +171,7 @@ class Trial(Settings):
         """The tables of the trial file, without settings that are not set."""
         return self.model_dump(mode="json", exclude_none=True)
 
-    def changed(self, settings: Mapping[str, Any], where: Path) -> "Trial":
+    def changed(self, settings: SettingValues, where: Path) -> "Trial":
         """Return the trial with settings by dotted name; None unsets one. Raises InputError, which names ``where``."""
         return checked(Trial, where, with_settings(self.content, settings))
 
@@ -222,7 +225,7 @@ def folder_name(name: str) -> str:
     return plain.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
 
 
-def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
+def load_trial(path: Path, settings: SettingValues | None = None) -> Trial:
     """Read and check a trial file. ``settings`` by dotted name replace those of the file.
 
     Raises InputError as ``read_settings`` does. The message names this call instead of the file if the fault is in
@@ -252,7 +255,7 @@ def checked_trial(path: Path, content: Mapping[str, Any], origin: Callable[[str]
         raise InputError(f"{fault}{offer_of_markers(photo)}") from None
 
 
-def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: Mapping[str, Any]) -> Trial:
+def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: SettingValues) -> Trial:
     """Return a trial of a photo or a mesh without a fluid, from which solid and path can be made.
 
     ``settings`` are by dotted name. Raises InputError as ``load_trial`` does.
@@ -268,7 +271,7 @@ def name_of(file: Path, otherwise: str) -> str:
     return LINE_BREAKING.sub("-", file.stem)[:80].strip() or otherwise
 
 
-def seen_from(folder: Path, settings: Mapping[str, Any], source: Path = Path()) -> dict[str, Any]:
+def seen_from(folder: Path, settings: SettingValues, source: Path = Path()) -> dict[str, Any]:
     """Return settings whose files are relative to ``folder``, the trial's, instead of to ``source``.
 
     Trial and files can then be moved together, and no home folder is named.
@@ -297,7 +300,7 @@ IN_PLACE_OF = {
 """Settings that a given setting removes from the trial: those of other laws of flow, or of another volume."""
 
 
-def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+def with_settings(content: Mapping[str, Any], settings: SettingValues) -> dict[str, Any]:
     """Return a trial's tables with ``settings``, by dotted name, and without the settings that these exclude."""
     changed = dict(content)
     for name, value in settings.items():
@@ -315,7 +318,7 @@ def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> di
     return changed
 
 
-def replaced(trial: Trial, settings: Mapping[str, Any], names: Iterable[str]) -> list[str]:
+def replaced(trial: Trial, settings: SettingValues, names: Iterable[str]) -> list[str]:
     """Return those of ``settings`` that would be removed from a trial if all of ``names`` were given."""
     content = trial.content
     removed = names_in(content) - names_in(with_settings(content, dict.fromkeys(names, 0)))
@@ -333,7 +336,7 @@ def trial_text(trial: Trial) -> str:
 
     document = tomlkit.document()
     document.add(tomlkit.comment("Resolved by sealtwin: every setting of this run, defaults written out."))
-    for key, value in json.loads(trial.model_dump_json(exclude_none=True)).items():
+    for key, value in trial.content.items():
         document.add(key, value)
     return tomlkit.dumps(document)
 

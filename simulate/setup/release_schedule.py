@@ -62,7 +62,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     """
     volume_mm3 = particle_volume(radius_mm)
     flow_mm3_s = trajectory.flow_mm3_s[:-1]
-    asked_mm3 = np.concatenate([[0.0], np.cumsum(flow_mm3_s * np.diff(trajectory.t_s))])
+    asked_mm3 = np.cumulative_sum(trajectory.given_mm3, include_initial=True)
     if not (np.isfinite(asked_mm3).all() and (flow_mm3_s >= 0).all() and asked_mm3[-1] >= volume_mm3):
         raise InputError(
             f"trajectory: its flow gives {asked_mm3[-1]:g} mm3 of sealant; at least {volume_mm3:.3f} mm3 is needed, "
@@ -138,7 +138,7 @@ def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -
     A frame in which the flow begins has little sealant, but at full flow.
     """
     flow_mm3_s, lasts_s = trajectory.flow_mm3_s[:-1], np.diff(trajectory.t_s)
-    volume, weighted = (np.concatenate([[0.0], np.cumsum(flow_mm3_s**power * lasts_s)]) for power in (1, 2))
+    volume, weighted = (np.cumulative_sum(flow_mm3_s**power * lasts_s, include_initial=True) for power in (1, 2))
     given, weight = (
         np.interp(ends_s, trajectory.t_s, so_far) - np.interp(ends_s - frame_s, trajectory.t_s, so_far)
         for so_far in (volume, weighted)

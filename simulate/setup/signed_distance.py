@@ -5,14 +5,13 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels import distance as device_code
 from simulate.kernels import exact_distance
+from simulate.vessel import Mask
 
-Mask = NDArray[np.bool_]
 CM = 0.1  # Centimetres per millimetre: kernels use centimetres
 CLEARANCE = 0.86
 """Clearance of a particle's centre from a wall, divided by its radius. Fluid rests on calibrated walls at this
@@ -86,15 +85,15 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
             f"{BLOCKS_AT_MOST} are allowed. Give a larger radius, or simulate a shorter piece of the crack."
         )
     half_diagonal_mm = np.sqrt(3) / 2 * block_mm
-    number = np.stack(np.meshgrid(*map(np.arange, blocks), indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.indices(tuple(blocks)).reshape(3, -1).T
     middle_mm = low + (number + 0.5) * block_mm
     centre_mm = _at_centres(mesh, low, number, middle_mm, half_diagonal_mm + radius_mm, block_mm)
     near = (centre_mm > -half_diagonal_mm) & (centre_mm < half_diagonal_mm + radius_mm)
     faced = near.copy()
     faced[near] = _at_the_face(solid, middle_mm[near], half_diagonal_mm, block_mm, mesh.device)
     noded = near & ~faced
-    row = np.full(len(number), int(device_code.FAR))
-    row[faced] = int(device_code.FACE)
+    row = np.full(len(number), device_code.FAR)
+    row[faced] = device_code.FACE
     row[noded] = np.arange(noded.sum())
     grid = device_code.Distance()
     grid.corner = wp.vec3(*(low * CM))
@@ -119,7 +118,7 @@ def _at_centres(
     """
     groups = number.max(axis=0) // COARSE + 1
     member = np.ravel_multi_index(tuple((number // COARSE).T), tuple(groups))
-    first = np.stack(np.meshgrid(*map(np.arange, groups), indexing="ij"), axis=-1).reshape(-1, 3) * COARSE
+    first = np.indices(tuple(groups)).reshape(3, -1).T * COARSE
     group_mm = low + (first + 0.5) * block_mm + (COARSE - 1) / 2 * block_mm
     around_mm = exact_distance_mm(mesh, group_mm)[member]
     away_mm = np.linalg.norm(middle_mm - group_mm[member], axis=1)
@@ -146,7 +145,7 @@ def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers) -> Floats:
     """Compute the node distances of the blocks ``noded``, (b, NODES), for a grid that has no nodes yet."""
     blocks = exact_distance.Blocks()
     blocks.number = wp.array(noded, wp.vec3i, device=mesh.device)
-    blocks.distance = wp.empty((len(noded), int(device_code.NODES)), float, mesh.device)
+    blocks.distance = wp.empty((len(noded), device_code.NODES), float, mesh.device)
     for shared in (False, True):
         inputs = [mesh.id, grid, shared, blocks]
         wp.launch(exact_distance.measure_nodes, len(noded), inputs=inputs, device=mesh.device)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg.lapack import dptsv  # pyright: ignore[reportAttributeAccessIssue]
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory
+from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory, unit
 from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.settings import LEVEL, SampleSlope
 from simulate.shear_law import Law, PlaneFlow, flow_between_plates
@@ -185,7 +185,7 @@ def supplied_mm3(
     """
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     moment_s = np.linspace(begin_s, end_s, SAMPLES * len(times_s) + 1)
-    given_mm3 = np.concatenate([[0.0], np.cumsum(trajectory.given_mm3)])
+    given_mm3 = np.cumulative_sum(trajectory.given_mm3, include_initial=True)
     volume_mm3 = np.diff(np.interp(moment_s, trajectory.t_s, given_mm3))
     middle_s = (moment_s[1:] + moment_s[:-1]) / 2
     speed_mm_s = volume_mm3 / np.diff(moment_s) / (np.pi / 4 * nozzle_mm**2)
@@ -212,8 +212,7 @@ def _below(place: Floats) -> Floats:
 def _down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
     """Return gravity's unit vector: along the crack at the faces between cells, (n - 1,), and into the sample."""
     x, y, z = slope.down
-    ahead = np.diff(outline.centreline_mm, axis=0)
-    ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
+    ahead = unit(np.diff(outline.centreline_mm, axis=0))
     middle_mm = (arc_length(outline.centreline_mm)[1:] + arc_length(outline.centreline_mm)[:-1]) / 2
     faces_mm = (sections.s_mm[1:] + sections.s_mm[:-1]) / 2
     return np.interp(faces_mm, middle_mm, ahead @ np.array([x, y])), -z

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from sealtwin.core.records import Floats, Integers, Outline, Solid
+from sealtwin.core.records import Floats, Integers, Outline, Solid, unit
 from simulate.slot.sections import ROUND_CORNERS, Trapezoids, sections_of
 
 FINER = 8  # Cuts in each cell
@@ -26,11 +26,11 @@ TINY = float(np.finfo(np.float32).tiny)
 class Narrows:
     """Length of crack that is equivalent to its narrow places. It is 0 if there are none, infinite if one is closed."""
 
-    holds_mm: float = 0.0
+    holds_mm: float
     """Length of crack on which the yield stress resists as much as at the narrow places."""
-    drags_mm: float = 0.0
+    drags_mm: float
     """Length of crack that drags a liquid as much as the narrow places."""
-    s_mm: float = 0.0
+    s_mm: float
     """Arc length of the cell that adds most drag."""
 
 
@@ -140,8 +140,7 @@ def _cut(outline: Outline, solid: Solid, cells: int) -> _Cuts:
         np.column_stack([np.interp(s_mm, outline.s_mm, line[:, axis]) for axis in (0, 1)])
         for line in (outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm)
     )
-    across_mm = left_mm - right_mm
-    across = across_mm / np.maximum(np.linalg.norm(across_mm, axis=1, keepdims=True), TINY)
+    across = unit(left_mm - right_mm)
     beside_mm = outline.mean_width_mm if solid.tilt == "modelled" else 0.0
     if solid.tilt == "lean":
         beside_mm = solid.depth_mm * np.tan(np.radians(max(solid.wall_angles_deg)))

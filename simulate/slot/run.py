@@ -72,7 +72,7 @@ def pour(inputs: Pour) -> tuple[Run, Profile]:
     settings = {"fluid": fluid.model_dump(exclude_none=True), "solver": solver.model_dump(include=used)}
     s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))
     level_mm = np.interp(s_mm, filled.sections.s_mm, filled.level_mm)
-    level = Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
+    level = Profile(s_mm, level_mm, source="simulation")
     none = np.zeros((0, 3))
     run = Run(
         position_mm=none,

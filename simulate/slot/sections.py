@@ -155,5 +155,5 @@ def _means(s_mm: Floats, known_mm: Floats, values: Floats) -> Floats:
     edges_mm = np.append(s_mm - half_mm, s_mm[-1] + half_mm)
     grid_mm = np.unique(np.concatenate([edges_mm, known_mm.clip(edges_mm[0], edges_mm[-1])]))
     there = np.interp(grid_mm, known_mm, values)
-    sums = np.concatenate([[0.0], np.cumsum((there[1:] + there[:-1]) / 2 * np.diff(grid_mm))])
+    sums = np.cumulative_sum((there[1:] + there[:-1]) / 2 * np.diff(grid_mm), include_initial=True)
     return np.diff(np.interp(edges_mm, grid_mm, sums)) / np.diff(edges_mm)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sealtwin.core.arrays import Pixels
-from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory
+from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory, unit
 from validate.figures.particles import draw_solid_across, plane_at
 from validate.figures.theme import INK, MEASURED, MUTED, ON_GROUND, SIMULATED, draw_band, draw_face, draw_ground, themed
 from validate.metrics.curve_distances import level_difference
@@ -130,8 +130,7 @@ class FirstFigure:
         )
         axes.set_ylim(-shown_mm, shown_mm)
         axes.grid(visible=False)
-        ahead = np.gradient(outline.centreline_mm, axis=0)
-        ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
+        ahead = unit(np.gradient(outline.centreline_mm, axis=0))
         for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
             offset = wall_mm - outline.centreline_mm
             along_mm, away_mm = (offset * ahead).sum(axis=1), (offset[:, ::-1] * ahead * (1, -1)).sum(axis=1)

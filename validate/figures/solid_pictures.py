@@ -13,7 +13,7 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from sealtwin.core.arrays import counted_up
-from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, Trajectory, unit
 from validate.figures.particles import OVER, SECTIONS_AT, ColourScale, Views, add_bar, age_scale
 from validate.figures.theme import (
     ALONG,
@@ -192,12 +192,6 @@ def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
     """Return the outward unit normal of each facet, (f, 3). It is zero for a facet without area."""
     a, b, c = (vertices_mm[faces[:, k]] for k in range(3))
     return unit(np.cross(b - a, c - a))
-
-
-def unit(vectors: Floats) -> Floats:
-    """Return vectors (n, 3) scaled to unit length. A zero vector remains zero."""
-    size = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return vectors / np.where(size > 0, size, 1.0)
 
 
 def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:

@@ -8,7 +8,7 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json, sha256
-from sealtwin.core.plain_files import opened, read_bytes, read_text, require_plain
+from sealtwin.core.plain_files import opened, read_bytes, read_text
 from tests.house_rules import past_the_reader
 
 NO_FILES = {
@@ -24,7 +24,7 @@ def test_what_is_no_file_of_that_size_is_refused_unread(tmp_path, make, words):
     """Each reader would fill the memory, or wait; the last one is a reader of pieces."""
     path = tmp_path / "report.json"
     make(path)
-    for read in (require_plain, read_bytes, read_text, read_json, sha256):
+    for read in (read_bytes, read_text, read_json, sha256):
         with pytest.raises(InputError, match=rf"report\.json: .*{words}"):
             read(path)
     with pytest.raises(InputError, match=words), opened(path):

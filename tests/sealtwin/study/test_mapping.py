@@ -50,11 +50,11 @@ def test_errors_are_those_of_the_ledger(unbroken, tmp_path):
 def test_fills_of_chosen_runs_are_drawn_as_the_sweep_kept_them(done, lost):
     """What it did not keep, as in a launch of several runs, is named."""
     runs = read_plan(done).runs
-    fill = read_fill(run_path(done, runs[0].key) / FILL)
+    fill = read_fill(run_path(done, runs[0]) / FILL)
     assert fill.frames[-1].t_s >= fill.frames[0].t_s > 0
     assert len(fill.frames[-1].position_mm) == present(runs[0].figures, "figures").particles
     for run in runs[:lost]:
-        (run_path(done, run.key) / FILL).unlink()
+        (run_path(done, run) / FILL).unlink()
     progress = Progress()
     mapped = map_study(done, None, None, None, progress, any_volume=True)
     named = ", ".join(str(run.number) for run in runs[:lost])
@@ -84,10 +84,10 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking(done):
     best = mapped_without_fills(done).chart.best.number
     fifth = replace(next(run for run in plan.runs if run.number == best), number=5, key="f" * 64)
     fifth = replace(fifth, settings={"fluid.U": 7.0, "fluid.D_cm": 0.03})
-    shutil.copytree(run_path(done, plan.runs[best - 1].key), run_path(done, fifth.key))
-    profile = record_files.read_profile(run_path(done, fifth.key))
-    record_files.write_profile(run_path(done, fifth.key), replace(profile, level_mm=0 * profile.s_mm - 1.5))
-    changes = {"volume_ratio": 1.051, "profile_sha256": sha256(profile_path(done, fifth.key))}
+    shutil.copytree(run_path(done, plan.runs[best - 1]), run_path(done, fifth))
+    profile = record_files.read_profile(run_path(done, fifth))
+    record_files.write_profile(run_path(done, fifth), replace(profile, level_mm=0 * profile.s_mm - 1.5))
+    changes = {"volume_ratio": 1.051, "profile_sha256": sha256(profile_path(done, fifth))}
     figures = present(fifth.figures, "figures").model_copy(update=changes)
     write_plan(done, replace(plan, runs=[*plan.runs, fifth]))
     write_outcome(done, replace(fifth, figures=figures))
@@ -106,7 +106,7 @@ def test_a_study_that_is_not_there_too_small_or_edited_is_refused(done, tmp_path
     with pytest.raises(InputError, match=r"of 4 finished runs can be ranked; .* at least 4"):
         map_study(done, None, None, None, Progress(), fills=False)
     run = read_plan(done).runs[2]
-    with profile_path(done, run.key).open("a") as changed:
+    with profile_path(done, run).open("a") as changed:
         changed.write("99.0,1.0\n")
     with pytest.raises(InputError, match=f"changed since run {run.number} wrote it"):
         mapped_without_fills(done)

@@ -75,10 +75,10 @@ def test_a_result_that_was_lost_edited_or_half_written_is_computed_again_and_no_
     """And what a killed write has left is removed."""
     out = done
     runs = read_plan(out).runs
-    profile_path(out, runs[0].key).unlink()
-    profile_path(out, runs[3].key).write_text("s_mm,level_mm\n0,0\n")
-    (run_path(out, runs[2].key) / OUTCOME).unlink()
-    (run_path(out, runs[2].key) / ".sealtwin-tmp-4711-0123abcd.csv").write_text("s_mm,le")
+    profile_path(out, runs[0]).unlink()
+    profile_path(out, runs[3]).write_text("s_mm,level_mm\n0,0\n")
+    (run_path(out, runs[2]) / OUTCOME).unlink()
+    (run_path(out, runs[2]) / ".sealtwin-tmp-4711-0123abcd.csv").write_text("s_mm,le")
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
     assert [run.state for run in read_plan(out).runs] == ["waiting", "done", "waiting", "waiting"]
     compute_here(out)
@@ -192,7 +192,7 @@ def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(
     assert bug.figures is None
     expected = results_of(unbroken)
     for run in (first, other):
-        assert profile_path(fresh, run.key).read_bytes() == expected[run.number][0]
+        assert profile_path(fresh, run).read_bytes() == expected[run.number][0]
 
     report = sweep(lab, fresh, HERE, Progress())
     assert report["exit_code"] == 1  # a bug's code, before that of runs that failed
@@ -218,7 +218,7 @@ def test_a_run_with_a_particle_through_a_wall_is_no_number(fresh, monkeypatch):
     assert first.state == "failed"
     assert "2 particles went through a wall" in (first.reason or "")
     assert first.figures is None
-    assert not profile_path(fresh, first.key).exists()
+    assert not profile_path(fresh, first).exists()
 
 
 def test_another_terminal_sees_how_far_it_is(fresh, unbroken):
@@ -228,7 +228,7 @@ def test_another_terminal_sees_how_far_it_is(fresh, unbroken):
     off_by = {number: abs(figures["volume_ratio"] - 1) for number, figures in figures_of.items()}
     done = sorted(read_plan(unbroken).runs, key=lambda run: off_by[run.number])[:2]
     for run in done:
-        shutil.copytree(run_path(unbroken, run.key), run_path(fresh, run.key))
+        shutil.copytree(run_path(unbroken, run), run_path(fresh, run))
     plan = read_json(fresh / "plan.json")
     plan["started_unix_s"] = max(run.finished_unix_s or 0.0 for run in done) - 4.0
     (fresh / "plan.json").write_text(json.dumps(plan))

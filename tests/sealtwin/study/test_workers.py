@@ -49,7 +49,7 @@ def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(
     assert [run.state for run in runs] == ["done", "done", "done", "failed"]
     assert "3 worker processes were killed" in (runs[3].reason or "")
     assert runs[3].figures is None
-    assert not profile_path(out, runs[3].key).exists()
+    assert not profile_path(out, runs[3]).exists()
     monkeypatch.undo()
     assert sweep(lab, out, HERE, Progress())["exit_code"] == 6  # kept as failed, until it is asked for
     assert sweep(lab, out, replace(HERE, retry=True), Progress())["exit_code"] == 0
