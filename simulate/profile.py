@@ -17,9 +17,9 @@ from scipy.spatial import KDTree
 
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
-from sealtwin.core.records import Bed, FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
+from sealtwin.core.records import Bed, Booleans, FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
 from simulate.settings import SampleSlope
-from simulate.vessel import Mask, in_triangle, vessel_of
+from simulate.vessel import in_triangle, vessel_of
 
 PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radius
 GRAVITY_MM_S2 = 9810.0
@@ -81,7 +81,7 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = CELL_MM) -> float:
     return occupied_mm3 / run.dispensed_volume_mm3
 
 
-def settled(run: Bed, depth_mm: Floats) -> Mask:
+def settled(run: Bed, depth_mm: Floats) -> Booleans:
     """Return the mask of particles that are on the sample, (n,), not beyond its edge and not in flight.
 
     ``depth_mm`` is the floor's depth below each particle, (n,). A particle is in flight if it falls, along gravity,
@@ -116,7 +116,7 @@ def half_side_mm(radius_mm: float, particle_volume_mm3: float) -> float:
     return min(radius_mm, float(np.cbrt(particle_volume_mm3)) / 2)
 
 
-def over_cavity(position_mm: Floats, solid: Solid) -> Mask:
+def over_cavity(position_mm: Floats, solid: Solid) -> Booleans:
     """Return the mask of particles below the face, or above it but not over its triangles, (n,)."""
     counted = np.ones(len(position_mm), dtype=bool)
     above = np.flatnonzero(position_mm[:, 2] > 0)
@@ -144,7 +144,7 @@ class _SideView:
         self.column = nearest + self.margin
         self.row = np.floor((z_mm - z_mm.min()) / pixel_mm).astype(int) + self.margin
 
-    def surface(self, stations: int) -> tuple[Mask, Floats]:
+    def surface(self, stations: int) -> tuple[Booleans, Floats]:
         """Return the mask of stations with liquid, and the height of their topmost centres, both (stations,)."""
         columns = max(int(self.column.max()), self.margin + stations) + self.margin + 1
         filled = np.zeros((columns, self.row.max() + self.margin + 1), dtype=bool)
@@ -171,13 +171,13 @@ class _SideView:
         return column, np.bincount(which, self.z_mm[makes_top]) / np.bincount(which)
 
 
-def _closed(pixels: Mask, gap: tuple[int, ...]) -> Mask:
+def _closed(pixels: Booleans, gap: tuple[int, ...]) -> Booleans:
     """Return the pixels with gaps of up to ``gap`` pixels closed, along each axis whose gap is above 1."""
     structure = np.ones([size + 1 if size > 1 else 1 for size in gap])
     return np.asarray(ndimage.binary_closing(pixels, structure), dtype=bool)
 
 
-def _longest_run_top(column: Mask) -> int:
+def _longest_run_top(column: Booleans) -> int:
     """Return the last index of the longest run of ones, of the upper one of two equal runs; -1 if there are no ones."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], column.view(np.int8), [0]])))
     begins, ends = edges[::2], edges[1::2]

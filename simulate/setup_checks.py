@@ -10,6 +10,7 @@ from sealtwin.core.records import Outline, Sample, Solid, Trajectory
 from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.fluid.solver import SLOWEST_SHEAR, Domain, substeps_for
 from simulate.fluid.viscosity import explicit_passes
+from simulate.material_file import Material
 from simulate.settings import (
     LEVEL,
     MOST_SUBSTEPS,
@@ -103,7 +104,7 @@ def check_fit(
             "fluid.curve: its yield stress falls with age, but sleeping particles would not respond to that. Give "
             "solver.sleep = false."
         )
-    calibrated_mm = getattr(fluid.material, "radius_mm", None)
+    calibrated_mm = _calibrated_mm(fluid)
     if calibrated_mm is not None and abs(radius_mm - calibrated_mm) > ROUNDING_MM:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}, but fluid.material was calibrated at {calibrated_mm:g}: with the "
@@ -164,7 +165,7 @@ def resolved(sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> tu
     if not solver.has_particles or solver.preset != "draft" or solver.accurate_radius_mm is not None:
         return fluid, solver
     own_mm, radius_mm = solver.size_mm, RESOLUTIONS["draft"].radius_mm(outline.mean_width_mm, nozzle)
-    radius_mm = getattr(fluid.material, "radius_mm", None) or max(own_mm, radius_mm)
+    radius_mm = _calibrated_mm(fluid) or max(own_mm, radius_mm)
     solver = solver.model_copy(update={"radius_mm": radius_mm, "accurate_radius_mm": own_mm})
     return same_fluid(fluid, nozzle, (own_mm, path), (radius_mm, path)), solver
 
@@ -351,3 +352,8 @@ def check_outlet(
         f"first at s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Give {trim}path.nozzle_height_mm of at "
         f"least {height_mm:g}, or a smaller nozzle.diameter_mm."
     )
+
+
+def _calibrated_mm(fluid: Fluid) -> float | None:
+    """Return the radius at which a fluid's material was calibrated; None if none is known."""
+    return fluid.material.radius_mm if isinstance(fluid.material, Material) else None

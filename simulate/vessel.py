@@ -8,11 +8,10 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from sealtwin.core.records import Floats, Integers, Solid
+from sealtwin.core.records import Booleans, Floats, Integers, Solid
 from simulate.kernels.beds import Lines, Liquid, raise_surface
 from simulate.kernels.status import Span
 
-Mask = NDArray[np.bool_]
 TURN = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
 """Cosine and sine of the angle by which the solid is turned about the z axis."""
 LEVELS = 200  # Levels between which the volume of a liquid is linear
@@ -93,7 +92,9 @@ def _turned(point_mm: Floats) -> Floats:
     return point_mm @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Integers) -> tuple[Integers, Floats, Mask]:
+def _crossings(
+    triangle_mm: Floats, cell_mm: float, low: Integers, shape: Integers
+) -> tuple[Integers, Floats, Booleans]:
     """Return the crossings of the cells' vertical lines with the facets: cell, height, and mask of upward facets."""
     a, b, c = triangle_mm.transpose(1, 0, 2)
     triangle_mm = triangle_mm[np.abs(cross(b - a, c - a)) >= 1e-12]
@@ -139,7 +140,7 @@ def whole_numbers(first: Integers, last: Integers) -> tuple[Integers, Integers]:
     return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count), index
 
 
-def in_triangle(corners: Sequence[Floats] | Floats, point: NDArray[np.floating]) -> Mask:
+def in_triangle(corners: Sequence[Floats] | Floats, point: NDArray[np.floating]) -> Booleans:
     """Return the mask of points in a triangle of the plane, edges included, (n,); empty for one without area."""
     a, b, c = corners
     sign = np.sign(cross(b - a, c - a))

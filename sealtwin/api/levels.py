@@ -122,7 +122,7 @@ def read_readings(
     settings = settings_from(Readings, "read_readings", given, **replaced)
     # The readings stay if the solid is made again: they are of the sample.
     made_of = of_one_crack("read_readings", crack, solid)[:1]
-    limits_mm = crack and crack.length_mm, solid and solid.depth_mm
+    limits_mm = None if crack is None else crack.length_mm, None if solid is None else solid.depth_mm
     try:
         if file is None:
             grid, digest = _sheet_of(readings, names, keywords)

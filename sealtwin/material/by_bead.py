@@ -204,8 +204,8 @@ def material_of_bead(photo: PhotoInput, laid: LaidBead, warn: Callable[[str], No
         "parts_pa": estimate.parts_pa,
         "flow_mm3_s": flow.value,
         "flow_95_mm3_s": flow.interval,
-        "delay_s": delay and delay.value,
-        "delay_95_s": delay and delay.interval,
+        "delay_s": None if delay is None else delay.value,
+        "delay_95_s": None if delay is None else delay.interval,
         "pump_row": row,
     }
     low, high = (end / laid.asked_mm3_s for end in flow.interval)

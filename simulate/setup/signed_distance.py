@@ -7,10 +7,9 @@ import numpy as np
 import warp as wp
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
+from sealtwin.core.records import Booleans, FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels import distance as device_code
 from simulate.kernels import exact_distance
-from simulate.vessel import Mask
 
 CM = 0.1  # Centimetres per millimetre: kernels use centimetres
 CLEARANCE = 0.86
@@ -54,7 +53,7 @@ class Barrier(SolidSurface):
         wp.launch(device_code.sample_distance, count, inputs=[self.grid, points, distance], device=device)
         return distance.numpy() / CM
 
-    def is_inside(self, points_mm: Floats, depth_mm: float) -> Mask:
+    def is_inside(self, points_mm: Floats, depth_mm: float) -> Booleans:
         """Return the mask of points, (n,), that are at least ``depth_mm`` inside the solid.
 
         ``depth_mm`` must exceed the diagonal of a cell. The grid then has the sign, without the rays of ``exact_mm``.
@@ -129,7 +128,7 @@ def _at_centres(
     return centre_mm
 
 
-def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block_mm: float, device: Any) -> Mask:
+def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block_mm: float, device: Any) -> Booleans:
     """Return the mask of blocks, (b,), in which the face is nearest to each position."""
     top = solid.face_label == FaceLabel.TOP
     flat = np.abs(solid.vertices_mm[solid.faces[top]][:, :, 2]).max(initial=0.0) <= RAISED_MM
