@@ -273,7 +273,7 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
         "baselines": [asdict(one) for one in chart.baselines],
         "against_baselines": chart.beside_baselines,
-        "scatter_of_replicates_mm": chart.replicates and chart.replicates.scatter_mm,
+        "scatter_of_replicates_mm": None if chart.replicates is None else chart.replicates.scatter_mm,
         "screening": chart.screening,
         "unused": chart.unused,
         "fluid_warnings": chart.fluid_warnings,
