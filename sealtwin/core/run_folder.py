@@ -216,7 +216,7 @@ def refuse_links(path: Path) -> None:
 
 
 def refuse_foreign(path: Path, maker: str, names: Sequence[str]) -> None:
-    """Raise InputError if a folder has files ``names`` of a user."""
+    """Raise InputError if there are ``names``, files in a folder that ``maker`` did not write."""
     if names:
         raise InputError(f"{path}: has files that no {maker} wrote ({', '.join(names[:3])}); give another --out.")
 
