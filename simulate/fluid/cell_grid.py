@@ -119,10 +119,10 @@ class CellGrid:
             cloud.runs, cloud.position, cloud.status, cloud.cell, cloud.rank = runs, position, status, cell, rank
             cloud.present = self._present
             cloud.place = wp.array(np.arange(points), int, device=device) if place is None else place
-            in_cells = fixed(in_all + 1, device)
-            bind = launcher.bind
-            self._find_cells = bind(in_order_code.find_cells_of, cloud, cells, extent=Extent(self._present, TOGETHER))
-            self._fill = bind(in_order_code.fill_in_order, cloud, cells, extent=in_cells)
+            bind, of_points = partial(launcher.bind, extent=Extent(self._present, TOGETHER)), fixed(1, device)
+            self._find_cells = bind(in_order_code.find_cells_of, cloud, cells)
+            self._count = bind(in_order_code.count_in_order, cloud, cells, extent=of_points)
+            self._fill = bind(in_order_code.fill_in_order, cloud, cells)
         else:
             self._sorting = sorting = device_code.Sorting()
             sorting.cell, sorting.rank = cell, rank
@@ -140,7 +140,8 @@ class CellGrid:
         if self._in_order:
             self._present.fill_(count)
             self._find_cells(count)
-            self._fill(len(self.cells.start) - 1)
+            self._count(1)
+            self._fill(count)
             return
         self._sorting.count.zero_()
         self._count(count)

@@ -1,6 +1,6 @@
 """The sort of ``cells`` for a CPU, as a counting sort that keeps the order of points.
 
-It takes half the time of a sort by keys. The slices of its second launch are ranges of cells, which share nothing.
+It takes half the time of a sort by keys. One thread counts.
 """
 
 import warp as wp
@@ -58,27 +58,30 @@ def find_cells(begin: int, end: int, cells: CellArrays, points: Points): ...
 @wp.func_native(
     cpu_block(
         """
-const wp::vec4* position = points.position.data;
-const int *place = points.place.data, *cell = points.cell.data, count = points.present.data[0];
+const int *cell = points.cell.data, count = points.present.data[0], cells_of_all = (int)cells.start.shape[0] - 1;
 int *rank = points.rank.data, *start = cells.start.data, before = 0;
-for (int c = begin; c < end; ++c) start[c] = 0;
-for (int k = 0; k < count; ++k) {
-    const int c = cell[k];
-    before += c < begin;
-    if (c >= begin && c < end) rank[k] = start[c]++;
-}
-for (int c = begin; c < end; ++c) {
+__builtin_memset(start, 0, cells_of_all * sizeof(int));
+for (int k = 0; k < count; ++k) rank[k] = start[cell[k]]++;
+for (int c = 0; c < cells_of_all; ++c) {
     const int here = start[c];
     start[c] = before;
     before += here;
 }
-if (end + 1 == cells.start.shape[0]) start[end] = before;
+start[cells_of_all] = before;""",
+    )
+)
+def count_in_cells(cells: CellArrays, points: Points): ...
+
+
+@wp.func_native(
+    cpu_block(
+        """
+const wp::vec4* position = points.position.data;
+const int *place = points.place.data, *cell = points.cell.data, *rank = points.rank.data, *start = cells.start.data;
 float *x = cells.x.data, *y = cells.y.data, *z = cells.z.data;
 int* number = cells.number.data;
-for (int k = 0; k < count; ++k) {
-    const int c = cell[k];
-    if (c < begin || c >= end) continue;
-    const int to = start[c] + rank[k];
+for (int k = begin; k < end; ++k) {
+    const int to = start[cell[k]] + rank[k];
     const wp::vec4 here = position[place[k]];
     x[to] = here[0], y[to] = here[1], z[to] = here[2], number[to] = place[k];
 }""",
@@ -98,10 +101,20 @@ def find_cells_of(
 
 
 @run_kernel
+def count_in_order(
+    rows: Span,  # One
+    points: Points,  # out: rank
+    cells: CellArrays,  # out: start
+):
+    """Count the points of all cells. Within a cell they keep their order."""
+    count_in_cells(cells, points)
+
+
+@run_kernel
 def fill_in_order(
     rows: Span,
-    points: Points,  # out: rank
-    cells: CellArrays,  # out
+    points: Points,
+    cells: CellArrays,  # out: x, y, z and number
 ):
-    """Fill a range of cells with the first points. Within a cell they keep their order."""
+    """Write points to their places in the cells."""
     fill_cells(rows.begin, rows.end, cells, points)
