@@ -63,10 +63,11 @@ class CppStep:
 
     def __init__(self, engine: FluidSolver, side_mm: float, depth_mm: float, threads: int) -> None:
         cells, clearance = engine.fluid_cells.cells, engine.barrier.clearance
+        corner, count = (np.array([*values])[np.argsort([*cells.axis])] for values in (cells.corner, cells.count))
         half, (iterations,) = side_mm / 20 - clearance, engine.iterations
         numbers = (
             *_numbers(engine, iterations.carried),
-            *(-half, -half, clearance - depth_mm / 10, half, half, np.inf, *cells.corner),
+            *(-half, -half, clearance - depth_mm / 10, half, half, np.inf, *corner),
         )
         state = engine.state
         volume = state.volume_and_viscosity.numpy()[:, :1]
@@ -82,7 +83,7 @@ class CppStep:
         """Of the implicit solve in the last step."""
         self._tank = _library().make_tank(
             *(state.count, len(wall), wall),
-            *(np.array(numbers, dtype=np.float32), np.array([*cells.count], dtype=np.int32)),
+            *(np.array(numbers, dtype=np.float32), count.astype(np.int32)),
             *(iterations.number, engine.settings.viscosity_solve == "implicit", threads),
         )
         weakref.finalize(self, _library().free_tank, self._tank)

@@ -104,9 +104,11 @@ class CellGrid:
         in_all = runs * int(count.prod())
         self._in_order = device == "cpu" if in_order is None else in_order
         self.cells = cells = device_code.CellArrays()
-        cells.corner = wp.vec3(*low)
+        axis = np.argsort(count, kind="stable")
+        cells.axis = wp.vec3i(*map(int, axis))
+        cells.corner = wp.vec3(*low[axis])
         cells.size = size
-        cells.count = wp.vec3i(*map(int, count))
+        cells.count = wp.vec3i(*map(int, count[axis]))
         cells.points_per_run = points // runs
         # One cell more for points left out, and one end more than cells.
         cells.start = wp.zeros(in_all + 2, int, device)

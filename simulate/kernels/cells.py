@@ -11,11 +11,14 @@ NEARLY_ONE = wp.constant(1.0001)  # Squared distance of lines to search, over a 
 
 @wp.struct
 class CellArrays:
-    """Points sorted by cell, x fastest. Three adjacent cells along x are then one range of points.
+    """Points sorted by cell, along the box's shortest side first: three adjacent cells along it are one range.
+
+    Those of a long crack are then sorted along it, and ranges of them have few neighbours in others.
 
     Each run has its own cells. The walls have one set of cells for all runs.
     """
 
+    axis: wp.vec3i  # From the shortest side of the box to the longest; corner and count are in this order
     corner: wp.vec3
     size: float
     count: wp.vec3i
@@ -60,9 +63,9 @@ def count_in_cells(
     sorting.cell[i] = -1
     if status[i] <= FROZEN:
         x = position[i]
-        a = cell_along(x[0], cells.corner[0], cells.size, cells.count[0])
-        b = cell_along(x[1], cells.corner[1], cells.size, cells.count[1])
-        c = cell_along(x[2], cells.corner[2], cells.size, cells.count[2])
+        a = cell_along(x[cells.axis[0]], cells.corner[0], cells.size, cells.count[0])
+        b = cell_along(x[cells.axis[1]], cells.corner[1], cells.size, cells.count[1])
+        c = cell_along(x[cells.axis[2]], cells.corner[2], cells.size, cells.count[2])
         key = i // cells.points_per_run * cells_per_run(cells) + a + cells.count[0] * (b + cells.count[1] * c)
         sorting.cell[i] = key
         sorting.rank[i] = wp.atomic_add(sorting.count, key, 1)

@@ -14,7 +14,7 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class Points:
-    """The points of all runs. Their cells and ranks are in the order in which points are sorted."""
+    """The points of all runs."""
 
     runs: int
     position: wp.array[wp.vec4]
@@ -32,22 +32,23 @@ class Points:
         """
 const int nx = cells.count[0], ny = cells.count[1], nz = cells.count[2], in_run = nx * ny * nz;
 const int absent = points.runs * in_run;
+const int fast = cells.axis[0], middle = cells.axis[1], slow = cells.axis[2];
 const float size = cells.size, x0 = cells.corner[0], y0 = cells.corner[1], z0 = cells.corner[2];
 // The arrays have no gaps; their pointers stay in registers.
 const wp::vec4* position = points.position.data;
-const int *status = points.status.data, *place = points.place.data;
+const int* status = points.status.data;
 int* cell = points.cell.data;
 const auto along = [size](float x, float corner, int count) {
     const int whole = (int)__builtin_elementwise_floor((x - corner) / size);
     return whole < 0 ? 0 : whole < count ? whole : count - 1;
 };
-for (int k = begin; k < end; ++k) {
-    const int i = place[k];
-    cell[k] = absent;
+for (int i = begin; i < end; ++i) {
+    cell[i] = absent;
     if (status[i] <= FROZEN) {
         const wp::vec4 here = position[i];
         const int base = i / cells.points_per_run * in_run;
-        cell[k] = base + along(here[0], x0, nx) + nx * (along(here[1], y0, ny) + ny * along(here[2], z0, nz));
+        const int line = along(here[middle], y0, ny) + ny * along(here[slow], z0, nz);
+        cell[i] = base + along(here[fast], x0, nx) + nx * line;
     }
 }""",
     )
@@ -58,10 +59,11 @@ def find_cells(begin: int, end: int, cells: CellArrays, points: Points): ...
 @wp.func_native(
     cpu_block(
         """
-const int *cell = points.cell.data, count = points.present.data[0], cells_of_all = (int)cells.start.shape[0] - 1;
+const int *cell = points.cell.data, *place = points.place.data, count = points.present.data[0];
+const int cells_of_all = cells.start.shape[0] - 1;
 int *rank = points.rank.data, *start = cells.start.data, before = 0;
 __builtin_memset(start, 0, cells_of_all * sizeof(int));
-for (int k = 0; k < count; ++k) rank[k] = start[cell[k]]++;
+for (int k = 0; k < count; ++k) rank[place[k]] = start[cell[place[k]]]++;
 for (int c = 0; c < cells_of_all; ++c) {
     const int here = start[c];
     start[c] = before;
@@ -77,13 +79,13 @@ def count_in_cells(cells: CellArrays, points: Points): ...
     cpu_block(
         """
 const wp::vec4* position = points.position.data;
-const int *place = points.place.data, *cell = points.cell.data, *rank = points.rank.data, *start = cells.start.data;
+const int *cell = points.cell.data, *rank = points.rank.data, *start = cells.start.data;
 float *x = cells.x.data, *y = cells.y.data, *z = cells.z.data;
 int* number = cells.number.data;
-for (int k = begin; k < end; ++k) {
-    const int to = start[cell[k]] + rank[k];
-    const wp::vec4 here = position[place[k]];
-    x[to] = here[0], y[to] = here[1], z[to] = here[2], number[to] = place[k];
+for (int i = begin; i < end; ++i) {
+    const int to = start[cell[i]] + rank[i];
+    const wp::vec4 here = position[i];
+    x[to] = here[0], y[to] = here[1], z[to] = here[2], number[to] = i;
 }""",
     )
 )

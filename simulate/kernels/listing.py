@@ -23,15 +23,15 @@ def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.ar
     """
     reach = cells.size
     count = cells.count
-    a = cell_along(here[0], cells.corner[0], reach, count[0])
-    b = cell_along(here[1], cells.corner[1], reach, count[1])
-    c = cell_along(here[2], cells.corner[2], reach, count[2])
+    a = cell_along(here[cells.axis[0]], cells.corner[0], reach, count[0])
+    b = cell_along(here[cells.axis[1]], cells.corner[1], reach, count[1])
+    c = cell_along(here[cells.axis[2]], cells.corner[2], reach, count[2])
     base = run * cells_per_run(cells)
     total = int(0)
     for cc in range(wp.max(c - 1, 0), wp.min(c + 2, count[2])):
-        above = beside(here[2], cells.corner[2], reach, c, cc)
+        above = beside(here[cells.axis[2]], cells.corner[2], reach, c, cc)
         for bb in range(wp.max(b - 1, 0), wp.min(b + 2, count[1])):
-            aside = beside(here[1], cells.corner[1], reach, b, bb)
+            aside = beside(here[cells.axis[1]], cells.corner[1], reach, b, bb)
             if above * above + aside * aside <= NEARLY_ONE:
                 line = base + count[0] * (bb + count[1] * cc)
                 low = cells.start[line + wp.max(a - 1, 0)]

@@ -144,9 +144,9 @@ for (int row = first; row < last; ++row) {
     const int i = particles.mover.data[row];
     const wp::vec4 here = particles.position.data[i];
     int cell[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const int along = (int)__builtin_elementwise_floor((here[axis] - cells.corner[axis]) / cells.size);
-        cell[axis] = along < 0 ? 0 : along < cells.count[axis] ? along : cells.count[axis] - 1;
+    for (int k = 0; k < 3; ++k) {
+        const int along = (int)__builtin_elementwise_floor((here[cells.axis[k]] - cells.corner[k]) / cells.size);
+        cell[k] = along < 0 ? 0 : along < cells.count[k] ? along : cells.count[k] - 1;
     }
     const int base = i / cells.points_per_run * cells.count[0] * cells.count[1] * cells.count[2];
     const int key = base + cell[0] + cells.count[0] * (cell[1] + cells.count[1] * cell[2]);

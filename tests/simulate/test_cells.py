@@ -40,7 +40,9 @@ def test_rows_follow_the_cells_and_leave_out_who_rests():
     engine.find_neighbours()
     cells, row = engine.fluid_cells.cells, in_rows(engine)
     assert sorted(row) == np.flatnonzero(fate == int(status.MOVING)).tolist()
-    index = np.floor((engine.state.position_mm()[row] * CM - [*cells.corner]) / cells.size).astype(int)
+    assert [*cells.count] == sorted(cells.count)
+    along = engine.state.position_mm()[row][:, [*cells.axis]] * CM
+    index = np.floor((along - [*cells.corner]) / cells.size).astype(int)
     assert (np.diff(np.ravel_multi_index(index.T[::-1], [*cells.count][::-1])) >= 0).all()
 
 

@@ -29,7 +29,7 @@ from simulate.setup.rheology import Rheology
 from simulate.slot import run as fast_model
 from simulate.spread_law import flat_stress_pa, stretched_stress_pa
 from tests.evidence import make_evidence, make_run, slope
-from tests.fluids import engine_with, lattice, path, sample_of, slot
+from tests.fluids import engine_with, in_rows, lattice, path, sample_of, slot
 from tests.pictures import evenly_scaled, mortar, with_crack, write_png
 from tests.shapes import outline_between, wandering_crack
 from validate.calibration.emulator import Emulator
@@ -134,7 +134,7 @@ def _kernels(nudge: Nudge) -> dict[str, Any]:
     engine.viscosity.measure_shear(rows)
     engine.viscosity.solve_implicit(rows)
     arrays["speed after the viscosity's solve"] = state.velocity.numpy()
-    arrays["drag of the walls"] = engine.viscosity.system.drag.numpy()[:rows]
+    arrays["drag of the walls"] = engine.viscosity.system.drag.numpy()[:rows][np.argsort(in_rows(engine))]
     engine.pressure.correct(rows)
     arrays["way of one correction"] = state.position_mm() - before_mm
     whole = _filled_slot(nudge)
