@@ -110,9 +110,8 @@ class VolumeControl:
         for first in range(0, runs, at_once):
             batch = min(at_once, runs - first)
             inputs = first * per_run, per_run, half_mm, np.sqrt(2) * half_mm, lines, beds.liquid
-            # Several particles raise the same top, which a CPU does not do atomically.
-            whole = fixed(batch * per_run, device, together=batch * per_run)
-            raise_surfaces = bind(device_code.raise_surface, batch * per_run, *inputs, extent=whole, lanes=1)
+            rows = batch * per_run
+            raise_surfaces = bind(device_code.raise_surface, rows, *inputs, extent=fixed(rows, device), lanes=1)
             self._batches.append((raise_surfaces, by_block(device_code.sum_lines, batch * parts, lines, first, beds)))
 
     def after_frame(self, done: int) -> None:

@@ -62,6 +62,19 @@ class Beds:
     """Particles on the sample that are not in flight, and the tops of the liquid in a batch of runs."""
 
 
+# Several particles raise the same top, and Warp's ``atomic_max`` is not atomic on a CPU.
+@wp.func_native("""
+#ifdef __CUDA_ARCH__
+wp::atomic_max(top_mm, at, z_mm);
+#else
+double* top = top_mm.data + at;
+double before = *top;
+while (before < z_mm && !__atomic_compare_exchange(top, &before, &z_mm, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED));
+#endif
+""")
+def raise_top(top_mm: wp.array[wp.float64], at: int, z_mm: wp.float64): ...
+
+
 @wp.func
 def raise_around(
     k: int,
@@ -100,7 +113,7 @@ def raise_around(
                 else:
                     break
             if below >= 0 and lines.upward[below] == 1:
-                wp.atomic_max(liquid.top_mm, tops + below, here[2] + half_mm)
+                raise_top(liquid.top_mm, tops + below, here[2] + half_mm)
 
 
 @run_kernel
@@ -178,11 +191,11 @@ def find_lying(
         around = wp.float64(2.0) * sizes.radius_mm
         bed_mm = sizes.floor_mm
         for j in range(first + lane, first + particles.per_run, wp.block_dim()):
-            if is_here(particles, j) and not falls(particles, sizes, j):
-                other = place_of(particles, sizes, j)
-                along = other[0] - place[0]
-                across = other[1] - place[1]
-                if along * along + across * across <= around * around:
+            other = place_of(particles, sizes, j)
+            along = other[0] - place[0]
+            across = other[1] - place[1]
+            if along * along + across * across <= around * around:
+                if is_here(particles, j) and not falls(particles, sizes, j):
                     bed_mm = wp.max(bed_mm, other[2])
         highest_mm = most_over_block(bed_mm)
         if lane == 0:

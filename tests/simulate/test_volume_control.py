@@ -5,7 +5,6 @@ import pytest
 import warp as wp
 
 from sealtwin.core.records import Bed, Solid
-from simulate.fluid.launcher import RowLaunch
 from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, ESCAPED, FROZEN, GIVEN_UP, MOVING, SPILLED, WAITING
 from simulate.profile import half_side_mm, settled, volume_ratio
@@ -151,15 +150,6 @@ def spread() -> Injection:
     for array, values in ((state.position, place), (state.velocity, velocity), (state.status, status)):
         array.assign(values)
     return injection
-
-
-def test_one_thread_raises_the_tops():
-    """Several particles raise the same one, and a CPU's ``atomic_max`` is not atomic."""
-    injection = ready(PASTES[:1], threads=4)
-    figures(injection, injection.pour.sample.solid, LEVEL)
-    steps = [step for walk in injection.engine.launcher._walks.values() for step in walk._steps]
-    (raising,) = [step for step in steps if isinstance(step, RowLaunch) and step.command.kernel.key == "raise_surface"]
-    assert raising.extent.together >= raising.extent.count.numpy()[0] > 1
 
 
 def figures(injection: Injection, solid: Solid, slope: SampleSlope) -> list[BedFigures]:
