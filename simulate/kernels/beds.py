@@ -194,9 +194,9 @@ def find_lying(
             other = place_of(particles, sizes, j)
             along = other[0] - place[0]
             across = other[1] - place[1]
-            if along * along + across * across <= around * around:
-                if is_here(particles, j) and not falls(particles, sizes, j):
-                    bed_mm = wp.max(bed_mm, other[2])
+            near = along * along + across * across <= around * around
+            if near and is_here(particles, j) and not falls(particles, sizes, j):
+                bed_mm = wp.max(bed_mm, other[2])
         highest_mm = most_over_block(bed_mm)
         if lane == 0:
             keep_in_bed(particles, sizes, beds, i, place[2] <= highest_mm + sizes.radius_mm)
