@@ -4,8 +4,6 @@ A shaded picture is a parallel projection, computed without a display or GL. Hid
 mplot3d sorts whole triangles, and drew the far dam through the near one.
 """
 
-from typing import Any
-
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
@@ -32,7 +30,6 @@ FACE_COLOURS = np.array([to_rgb(colour) for colour in (GROUND, "#5b87a6", "#3556
 """Colours of the facets of a solid, in the order of ``FaceLabel``."""
 INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)  # Labels of the facets of the cavity
 WIDTH_PX = 900
-BELOW: Any = {"location": "bottom", "aspect": 40, "pad": 0.02}  # Place of a colour bar
 
 LIGHT = np.array([-0.36, 0.48, 0.8])
 """Unit vector to the light. Its components point to the right and up in the picture, and toward the viewer."""
@@ -53,8 +50,10 @@ def draw_solid(solid: Solid) -> Figure:
     block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
     figure = plate(3.6)
+    whole = {"left": 0.01, "right": 0.99, "bottom": 0.01}
     pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity alone, {volume}"))
-    for axes, (picture, title) in zip(figure.subplots(2, 1, height_ratios=(2.1, 1.0)), pictures, strict=True):
+    rows = figure.subplots(2, 1, height_ratios=(2.1, 1.0), gridspec_kw=whole)
+    for axes, (picture, title) in zip(rows, pictures, strict=True):
         axes.imshow(picture)
         axes.set_title(title)
         axes.set_axis_off()
@@ -69,7 +68,7 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
     axes = figure.add_subplot()
     axes.imshow(still)
     axes.set_axis_off()
-    add_bar(figure, age_scale(oldest_s), [axes], location="bottom", shrink=0.5, aspect=40, pad=0.02)
+    add_bar(figure, age_scale(oldest_s), axes, location="bottom", shrink=0.5, aspect=40, pad=0.02)
     return figure
 
 
@@ -79,7 +78,7 @@ def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -
     figure, (position_mm, age_s, scale) = plate(2.7), _settled(run)
     axes = figure.add_subplot()
     Views(outline, solid, run.radius_mm).draw_along(axes, position_mm, age_s, scale)
-    add_bar(figure, scale, [axes], **BELOW)
+    add_bar(figure, scale, axes)
     axes.plot(
         profile.s_mm,
         profile.level_mm,
@@ -98,7 +97,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
     figure, (position_mm, _, _), heights = plate(3.6), _settled(run), ColourScale("z (mm)", HEIGHTS, Normalize())
     axes = figure.add_subplot()
     Views(outline, solid, run.radius_mm).draw_from_above(axes, 14, position_mm, position_mm[:, 2], heights)
-    add_bar(figure, heights, [axes], **BELOW)
+    add_bar(figure, heights, axes)
     path = {"color": MEASURED, "zorder": OVER}
     axes.plot(*trajectory.position_mm[:, :2].T, **path, linewidth=1.2, label="nozzle path from the dot")
     axes.plot(*trajectory.position_mm[0, :2], "o", **path, markersize=5)

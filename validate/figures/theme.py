@@ -88,11 +88,17 @@ def themed() -> Iterator[None]:
 
 
 PLATE_IN = 4.6  # Width of a plate
+LEFT_IN, RIGHT_IN, FOOT_IN, HEAD_IN = 0.55, 0.16, 0.46, 0.3
+"""Margins of a plate. They are fixed, since to measure all labels takes longer than to draw them."""
 
 
 def plate(height_in: float) -> Figure:
     """Return an empty figure whose text is legible on a phone and at half the width of an A4 page."""
-    return wide_figure(height_in, PLATE_IN)
+    figure = Picture(figsize=(PLATE_IN, height_in))
+    figure.subplots_adjust(
+        LEFT_IN / PLATE_IN, FOOT_IN / height_in, 1 - RIGHT_IN / PLATE_IN, 1 - HEAD_IN / height_in, 0.1
+    )
+    return figure
 
 
 class Picture(Figure):
@@ -124,6 +130,7 @@ def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figur
 
     Inside the plot a curve could run through the legend.
     """
+    figure = axes.figure.get_figure(root=True)
     axes.set(xlabel=x, ylabel=y, title=title)
     if legend:
         axes.legend(
@@ -135,9 +142,12 @@ def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figur
             columnspacing=1.5,
             fontsize=8.0,
         )
-        rows = -(-len(axes.get_legend_handles_labels()[1]) // legend)
-        axes.set_title(title, pad=6.0 + LEGEND_ROW_PT * rows)
-    return axes.figure.get_figure(root=True)
+        legend_pt = LEGEND_ROW_PT * -(-len(axes.get_legend_handles_labels()[1]) // legend)
+        axes.set_title(title, pad=6.0 + legend_pt)
+        if figure.get_layout_engine() is None:
+            top = 1 - (HEAD_IN + legend_pt / 72) / figure.get_figheight()
+            figure.subplots_adjust(top=min(top, figure.subplotpars.top))
+    return figure
 
 
 def caliper_label(readings: Profile) -> str:
