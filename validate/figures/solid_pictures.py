@@ -4,6 +4,8 @@ A shaded picture is a parallel projection, computed without a display or GL. Hid
 mplot3d sorts whole triangles, and drew the far dam through the near one.
 """
 
+from itertools import product
+
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
@@ -29,7 +31,7 @@ from validate.figures.theme import (
 FACE_COLOURS = np.array([to_rgb(colour) for colour in (GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
 """Colours of the facets of a solid, in the order of ``FaceLabel``."""
 INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)  # Labels of the facets of the cavity
-WIDTH_PX = 900
+WIDTH_PX = 690  # That of a plate at 150 dpi
 
 LIGHT = np.array([-0.36, 0.48, 0.8])
 """Unit vector to the light. Its components point to the right and up in the picture, and toward the viewer."""
@@ -47,7 +49,10 @@ def draw_solid(solid: Solid) -> Figure:
     cavity = np.isin(solid.face_label, INSIDE)
     dams = ", with the dams at its open ends" if solid.figures.dams else ""
     volume = f"{solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
-    block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
+    view_deg = azimuth_deg - 40, 42
+    # Facets of a closed body that face away are hidden.
+    front = facet_normals(solid.vertices_mm, solid.faces) @ view_axes(*view_deg)[2] > 0
+    block = render(solid.vertices_mm, solid.faces[front], colour[front], *view_deg, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
     figure = plate(3.6)
     whole = {"left": 0.01, "right": 0.99, "bottom": 0.01}
@@ -171,8 +176,9 @@ def render(
     colour = np.zeros((len(faces) + 1, 4), dtype=np.float32)
     colour[:-1, :3] = face_colour * shade[:, None]
     colour[:-1, 3] = 1.0
-    shape = height // SMOOTHING, SMOOTHING, width // SMOOTHING, SMOOTHING
-    mean = colour[owner].reshape(*shape, 4).mean(axis=(1, 3))
+    owner = owner.reshape(height, width)
+    shifts = product(range(SMOOTHING), repeat=2)
+    mean = sum(colour[owner[i::SMOOTHING, j::SMOOTHING]] for i, j in shifts) / SMOOTHING**2
     # The average is over covered samples only, or edges would darken.
     mean[..., :3] /= np.where(mean[..., 3:] > 0, mean[..., 3:], 1.0)
     return np.round(255 * np.clip(mean, 0, 1)).astype(np.uint8)
