@@ -4,8 +4,7 @@ A shaded picture is a parallel projection, computed without a display or GL. Hid
 mplot3d sorts whole triangles, and drew the far dam through the near one.
 """
 
-from itertools import product
-
+import cv2
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
@@ -165,8 +164,8 @@ def render(
     shade = DARKEST + (1 - DARKEST) * np.clip(normal @ (LIGHT @ np.array([right, up, toward])), 0.0, 1.0)
     triangle, owner = place[corner.reshape(faces.shape)], np.full(height * width, -1)
     nearest = np.full(height * width, -np.inf)
-    samples = np.cumsum(np.prod(np.ptp(triangle[..., :2], axis=1) + 1, axis=1))
-    batches = np.searchsorted(samples, np.arange(MOST_AT_ONCE, samples[-1], MOST_AT_ONCE))
+    sizes = np.cumsum(np.prod(np.ptp(triangle[..., :2], axis=1) + 1, axis=1))
+    batches = np.searchsorted(sizes, np.arange(MOST_AT_ONCE, sizes[-1], MOST_AT_ONCE))
     for part in np.split(np.arange(len(faces)), np.unique(batches)):
         facet, sample, nearness = _covered(triangle[part], width, height)
         np.maximum.at(nearest, sample, nearness)
@@ -176,9 +175,8 @@ def render(
     colour = np.zeros((len(faces) + 1, 4), dtype=np.float32)
     colour[:-1, :3] = face_colour * shade[:, None]
     colour[:-1, 3] = 1.0
-    owner = owner.reshape(height, width)
-    shifts = product(range(SMOOTHING), repeat=2)
-    mean = sum(colour[owner[i::SMOOTHING, j::SMOOTHING]] for i, j in shifts) / SMOOTHING**2
+    samples = colour[owner].reshape(height, width, 4)
+    mean = cv2.resize(samples, (width_px, height // SMOOTHING), interpolation=cv2.INTER_AREA)
     # The average is over covered samples only, or edges would darken.
     mean[..., :3] /= np.where(mean[..., 3:] > 0, mean[..., 3:], 1.0)
     return np.round(255 * np.clip(mean, 0, 1)).astype(np.uint8)

@@ -234,7 +234,7 @@ NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 
 
 def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
-    """Return a figure as SVG, and fix its layout. The same figure and name always give the same text.
+    """Return a figure as SVG. The same figure and name always give the same text.
 
     ``name`` must be unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
     """
@@ -244,7 +244,6 @@ def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
     # The ids of clip paths differ between the figures of a page, but not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
         FigureCanvasSVG(figure).print_svg(target, metadata=NO_METADATA)
-    figure.set_layout_engine("none")
     return target.getvalue()
 
 

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, WebPImagePlugin  # noqa: F401  # This registers WebP: PIL itself would load all its formats.
 
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.first_figure import NARROW, WIDE
