@@ -36,7 +36,7 @@ LIGHT = np.array([-0.36, 0.48, 0.8])
 """Unit vector to the light. Its components point to the right and up in the picture, and toward the viewer."""
 DARKEST = 0.55  # Brightness without light; the colour can still be compared with its scale
 SMOOTHING = 2  # Samples along each side of a pixel, averaged for smooth edges
-MOST_AT_ONCE = 1_000_000  # Samples in the bounding boxes of facets that are computed together, in 100 MB
+MOST_AT_ONCE = 200_000  # Samples in the bounding boxes of facets that are computed together, in 20 MB
 FLAT = 1e-9  # Least width of a row, in samples, over which nearness may change
 
 

@@ -49,7 +49,7 @@ ASIDE_DEG, DOWN_DEG = 28.0, 32.0
 """Angle between the first view and a view at right angles to the crack, large enough to show the crack's width, and
 angle by which the view looks down from the horizontal."""
 RIM_MM = 0.35  # Width of the line around the crack's mouth
-STILL_PX = (1200, 600)  # Width and height of the still picture
+STILL_PX = (1000, 500)  # Width and height of the still picture
 MARGIN = 0.08
 """Least margin of the first view, as a share of the picture's width, since the mesh is wider in other views."""
 STEPS = 65_535  # Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm
