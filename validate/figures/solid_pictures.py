@@ -54,10 +54,9 @@ def draw_solid(solid: Solid) -> Figure:
     block = render(solid.vertices_mm, solid.faces[front], colour[front], *view_deg, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
     figure = plate(3.6)
-    whole = {"left": 0.01, "right": 0.99, "bottom": 0.01}
+    figure.subplots_adjust(0.01, 0.01, 0.99)
     pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity alone, {volume}"))
-    rows = figure.subplots(2, 1, height_ratios=(2.1, 1.0), gridspec_kw=whole)
-    for axes, (picture, title) in zip(rows, pictures, strict=True):
+    for axes, (picture, title) in zip(figure.subplots(2, 1, height_ratios=(2.1, 1.0)), pictures, strict=True):
         axes.imshow(picture)
         axes.set_title(title)
         axes.set_axis_off()

@@ -88,16 +88,14 @@ def themed() -> Iterator[None]:
 
 
 PLATE_IN = 4.6  # Width of a plate
-LEFT_IN, RIGHT_IN, FOOT_IN, HEAD_IN = 0.55, 0.16, 0.46, 0.3
-"""Margins of a plate. They are fixed, since to measure all labels takes longer than to draw them."""
+FOOT_IN, HEAD_IN = 0.46, 0.3
+"""Lower and upper margin of a plate. Margins are fixed, since to measure all labels takes longer than to draw them."""
 
 
 def plate(height_in: float) -> Figure:
     """Return an empty figure whose text is legible on a phone and at half the width of an A4 page."""
     figure = Picture(figsize=(PLATE_IN, height_in))
-    figure.subplots_adjust(
-        LEFT_IN / PLATE_IN, FOOT_IN / height_in, 1 - RIGHT_IN / PLATE_IN, 1 - HEAD_IN / height_in, 0.1
-    )
+    figure.subplots_adjust(0.12, FOOT_IN / height_in, 0.965, 1 - HEAD_IN / height_in, 0.1)
     return figure
 
 

@@ -77,11 +77,8 @@ class Turntable:
         width_px = round(STILL_PX[0] * (high_mm - low_mm)[0] / self._across_mm)
         view_deg = self.azimuth_deg, self.elevation_deg
         picture = render(self.vertices_mm, shown, colour, *view_deg, width_px, face_normal=unit(normal))
-        still = np.zeros((*STILL_PX[::-1], 4), np.uint8)
-        height, width = picture.shape[:2]
-        top, left = (STILL_PX[1] - height) // 2, (STILL_PX[0] - width) // 2
-        still[top : top + height, left : left + width] = picture
-        return still
+        room = np.subtract(STILL_PX[::-1], picture.shape[:2])
+        return np.pad(picture, [*zip(room // 2, room - room // 2, strict=True), (0, 0)])
 
     def packed(self) -> str:
         """Return JSON for the page's script, with the mesh in base64, little-endian.
