@@ -28,7 +28,8 @@ def run_program(arguments: list[str], tree: Path = HERE, env: dict[str, str] | N
     ended = subprocess.run(
         [sys.executable, *arguments],
         cwd=tree,
-        env={**os.environ, "PYTHONPATH": str(tree), **(env or {})},
+        # Compiled modules are kept, as any user's are: else each run compiles the tree again.
+        env={**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "", **(env or {})},
         capture_output=True,
         text=True,
         check=False,

@@ -1,6 +1,7 @@
 """One closed body of a mesh, its face, and the rectangular block below it; or a refusal with the place of the fault."""
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import trimesh
@@ -89,7 +90,9 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
         normal = np.cross(b - a, c - a)
         normal *= (np.sign(normal[:, 2]) / np.linalg.norm(normal, axis=1).clip(min=np.finfo(float).tiny))[:, None]
         planes = zip(a, normal, strict=True)
-        place_mm, up = max(planes, key=lambda plane: (np.abs((points_mm - plane[0]) @ plane[1]) < ROUGHEST_MM).sum())
+        place_mm, up = max(
+            planes, key=lambda plane: (np.abs(points_mm @ plane[1] - plane[0] @ plane[1]) < ROUGHEST_MM).sum()
+        )
         reach_mm, away_mm = ROUGHEST_MM, points_mm @ up
         for _ in range(REFINEMENTS):
             near_mm = points_mm[np.abs((points_mm - place_mm) @ up) <= reach_mm]
@@ -179,10 +182,11 @@ def _sides(body: Manifold, below_mm: float, axis: int) -> tuple[float, float, fl
     levels_mm = np.linspace(-below_mm, 0.9 * low_mm[2], LEVELS)
     lines_mm = np.linspace(low_mm[1 - axis], high_mm[1 - axis], LINES + 2)[1:-1]
     met_mm = np.full((2, LEVELS, LINES), np.inf)
-    for level, line in np.ndindex(LEVELS, LINES):
-        begin, end = np.full((2, 3), (lines_mm[line], lines_mm[line], levels_mm[level]))
-        begin[axis], end[axis] = low_mm[axis] - 1, high_mm[axis] + 1
-        if hits := body.ray_cast(begin, end):
+    rays_mm = np.empty((LEVELS, LINES, 2, 3))
+    rays_mm[..., 1 - axis], rays_mm[..., 2] = lines_mm[:, None], levels_mm[:, None, None]
+    rays_mm[..., axis] = low_mm[axis] - 1, high_mm[axis] + 1
+    for level, line in product(range(LEVELS), range(LINES)):
+        if hits := body.ray_cast(*rays_mm[level, line]):
             met_mm[:, level, line] = hits[0].position[axis], -hits[-1].position[axis]
     low, high = map(_side, met_mm)
     return low, -high, float(max(low - low_mm[axis], high_mm[axis] + high))

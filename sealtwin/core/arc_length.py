@@ -4,7 +4,7 @@ import numpy as np
 
 from sealtwin.core.arrays import Floats
 
-STRETCH = 16  # Number of segments of a polyline that are searched together; it changes the speed only
+STRETCH = 8  # Number of segments of a polyline that are searched together; it changes the speed only
 
 
 def arc_length(points_mm: Floats) -> Floats:

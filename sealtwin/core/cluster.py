@@ -1,6 +1,5 @@
 """Independent tasks on worker processes of this machine, or on the workers of a Dask cluster."""
 
-import asyncio
 import ipaddress
 import multiprocessing
 import os
@@ -251,6 +250,8 @@ class ClusterExecutor(Executor):
 def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[Workers]:
     """Yield the executor of a scheduler, and a function that returns how many tasks it takes at once."""
     try:
+        import asyncio
+
         import dask.config
         from distributed import Client
     except ModuleNotFoundError as missing:

@@ -232,6 +232,7 @@ def require_own(path: Path, marker: str, maker: str) -> None:
         refuse_foreign(path, maker, sorted({*foreign} - {LOCK, HOLDER}))
 
 
+@cache
 def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 

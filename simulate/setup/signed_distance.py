@@ -58,10 +58,10 @@ class Barrier(SolidSurface):
 
         ``depth_mm`` must exceed the diagonal of a cell. The grid then has the sign, without the rays of ``exact_mm``.
         """
-        everywhere, nothing = np.full(len(points_mm), EVERYWHERE_MM), np.zeros(len(points_mm))
-        size_mm = _beside_mm(self.mesh, points_mm, everywhere, nothing)
+        nothing = np.zeros(len(points_mm))
+        near = _beside_mm(self.mesh, points_mm, nothing + SLACK * depth_mm, nothing) < depth_mm
         # In a block without nodes, a grid's distance in the solid may round to just above 0.
-        return (size_mm >= depth_mm) & (self.sampled_mm(points_mm) < ROUNDED * depth_mm)
+        return ~near & (self.sampled_mm(points_mm) < ROUNDED * depth_mm)
 
 
 def surface_of(solid: Solid, radius_mm: float, device: str) -> SolidSurface:

@@ -135,7 +135,7 @@ def draw_distribution(profile: Profile, readings: Profile, comparison: Compariso
 def draw_uncertainty(stations: StationErrors) -> Figure:
     """Draw the error at each station above its standard uncertainties."""
     s_mm, error_mm, off = stations.s_mm, stations.error_mm, stations.off
-    upper, lower = plate(3.6).subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    upper, lower = plate(3.6).subplots(2, 1, sharex=True, height_ratios=(3, 2), gridspec_kw={"hspace": 0.65})
     draw_face(upper)
     upper.errorbar(
         s_mm,

@@ -333,7 +333,8 @@ def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
 def draw_fills(fills: Sequence[Fill]) -> Figure:
     """Draw sections along the crack by age, with a row for each run and a column for each moment."""
     rows = [[(fill.scene, frame) for frame in fill.course.frames] for fill in fills]
-    figure, grid = draw_sections(0.8 + 0.95 * len(fills), rows, "age")
+    figure = wide_figure(0.8 + 0.95 * len(fills))
+    grid = draw_sections(figure, rows, "age")
     for panels, fill in zip(grid, fills, strict=True):
         panels[0].set_title(fill.title, fontsize=8.5)
         for axes, frame in zip(panels, fill.course.frames, strict=False):
@@ -349,7 +350,8 @@ def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     """Draw the end of each chosen run, with the level measured from its particles."""
     ends = [(fill.scene, fill.course.frames[-1]) for fill in fills]
     rows = [ends[first : first + 3] for first in range(0, len(ends), 3)]
-    figure, grid = draw_sections(0.5 + 1.3 * len(rows), rows, "age")
+    figure = wide_figure(0.5 + 1.3 * len(rows))
+    grid = draw_sections(figure, rows, "age")
     for axes, fill in zip(grid.flat, fills, strict=False):
         draw_curve(
             axes,

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import Colormap, LogNorm, Normalize
-from matplotlib.figure import FigureBase
+from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
@@ -16,7 +16,7 @@ from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.vtk_files import Frame
-from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, draw_ground, label_axes
+from validate.figures.theme import AGES, AIR, FOOT_IN, GROUND, HEAD_IN, ON_GROUND, SPEEDS, draw_ground, label_axes
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
 """Places of the sections across a crack, as shares of its length: slope, middle and plateau of the paste."""
@@ -69,10 +69,16 @@ def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, sc
     return discs
 
 
-def add_bar(figure: FigureBase, scale: ColourScale, axes: Iterable[Axes], **layout: Any) -> None:
-    """Draw a colour bar for ``axes``. The bar of speeds ends in an arrow, which means all lower values."""
+def add_bar(figure: Figure, scale: ColourScale, axes: Axes | Sequence[Axes], **layout: Any) -> None:
+    """Draw a colour bar for ``axes``, in a plate below their labels.
+
+    The bar of speeds ends in an arrow, which means all lower values.
+    """
+    if figure.get_layout_engine() is None:
+        inch = 1 / (figure.get_figheight() - HEAD_IN - FOOT_IN)
+        layout |= {"location": "bottom", "fraction": 0.1 * inch, "pad": FOOT_IN * inch, "aspect": 40}
     layout.setdefault("extend", "min" if scale is SPEED else "neither")
-    bar = figure.colorbar(ScalarMappable(scale.norm, scale.colours), ax=list(axes), label=scale.label, **layout)
+    bar = figure.colorbar(ScalarMappable(scale.norm, scale.colours), ax=axes, label=scale.label, **layout)
     if isinstance(scale.norm, LogNorm):
         bar.long_axis.set_major_formatter("{x:g}")
 

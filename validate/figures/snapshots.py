@@ -38,6 +38,7 @@ from validate.figures.theme import (
     THIRD,
     as_picture,
     label_axes,
+    plate,
     themed,
     wide_figure,
 )
@@ -116,18 +117,16 @@ def draw_fill(frames: Sequence[Frame], scene: FillScene) -> Figure:
     """Draw a section along the crack for each frame, below each other, with the particles coloured by speed."""
     if len(frames) > MOST_ROWS:
         frames = [frames[round(place)] for place in np.linspace(0, len(frames) - 1, MOST_ROWS)]
-    figure, grid = draw_sections(1.0 + 1.35 * len(frames), [[(scene, frame)] for frame in frames], "speed", 4.5)
+    figure = plate(1.0 + 1.35 * len(frames))
+    grid = draw_sections(figure, [[(scene, frame)] for frame in frames], "speed")
     for axes, frame in zip(grid.flat, frames, strict=True):
         axes.set(title=f"t = {frame.t_s:.2f} s", ylabel="z (mm)")
     grid[-1, 0].set_xlabel("s along the crack (mm)")
     return figure
 
 
-def draw_sections(
-    height_in: float, rows: Sequence[Sequence[tuple[FillScene, Frame]]], by: Shade, width_in: float = 9.0
-) -> tuple[Figure, NDArray[Any]]:
-    """Draw sections along the crack and one colour bar; return the figure and its panels, (rows, columns)."""
-    figure = wide_figure(height_in, width_in)
+def draw_sections(figure: Figure, rows: Sequence[Sequence[tuple[FillScene, Frame]]], by: Shade) -> NDArray[Any]:
+    """Draw sections along the crack and one colour bar; return the panels, (rows, columns)."""
     grid = figure.subplots(len(rows), max(map(len, rows)), squeeze=False, sharex=True, sharey=True)
     scale = SPEED if by == "speed" else ages_of(frame for row in rows for _, frame in row)
     for axes in grid.flat:
@@ -137,7 +136,7 @@ def draw_sections(
             axes.set_axis_on()
             scene.draw_side(axes, frame, _values(frame, by), scale)
     add_bar(figure, scale, figure.axes, location="bottom", aspect=60, pad=0.01, shrink=0.6)
-    return figure, grid
+    return grid
 
 
 def _values(frame: Frame, shade: str) -> Floats:

@@ -4,8 +4,7 @@ A shaded picture is a parallel projection, computed without a display or GL. Hid
 mplot3d sorts whole triangles, and drew the far dam through the near one.
 """
 
-from typing import Any
-
+import cv2
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
@@ -31,14 +30,13 @@ from validate.figures.theme import (
 FACE_COLOURS = np.array([to_rgb(colour) for colour in (GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
 """Colours of the facets of a solid, in the order of ``FaceLabel``."""
 INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)  # Labels of the facets of the cavity
-WIDTH_PX = 900
-BELOW: Any = {"location": "bottom", "aspect": 40, "pad": 0.02}  # Place of a colour bar
+WIDTH_PX = 690  # That of a plate at 150 dpi
 
 LIGHT = np.array([-0.36, 0.48, 0.8])
 """Unit vector to the light. Its components point to the right and up in the picture, and toward the viewer."""
 DARKEST = 0.55  # Brightness without light; the colour can still be compared with its scale
 SMOOTHING = 2  # Samples along each side of a pixel, averaged for smooth edges
-MOST_AT_ONCE = 1_000_000  # Samples in the bounding boxes of facets that are computed together, in 100 MB
+MOST_AT_ONCE = 200_000  # Samples in the bounding boxes of facets that are computed together, in 20 MB
 FLAT = 1e-9  # Least width of a row, in samples, over which nearness may change
 
 
@@ -50,9 +48,13 @@ def draw_solid(solid: Solid) -> Figure:
     cavity = np.isin(solid.face_label, INSIDE)
     dams = ", with the dams at its open ends" if solid.figures.dams else ""
     volume = f"{solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
-    block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
+    view_deg = azimuth_deg - 40, 42
+    # Facets of a closed body that face away are hidden.
+    front = facet_normals(solid.vertices_mm, solid.faces) @ view_axes(*view_deg)[2] > 0
+    block = render(solid.vertices_mm, solid.faces[front], colour[front], *view_deg, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
     figure = plate(3.6)
+    figure.subplots_adjust(0.01, 0.01, 0.99)
     pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity alone, {volume}"))
     for axes, (picture, title) in zip(figure.subplots(2, 1, height_ratios=(2.1, 1.0)), pictures, strict=True):
         axes.imshow(picture)
@@ -69,7 +71,7 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
     axes = figure.add_subplot()
     axes.imshow(still)
     axes.set_axis_off()
-    add_bar(figure, age_scale(oldest_s), [axes], location="bottom", shrink=0.5, aspect=40, pad=0.02)
+    add_bar(figure, age_scale(oldest_s), axes, location="bottom", shrink=0.5, aspect=40, pad=0.02)
     return figure
 
 
@@ -79,7 +81,7 @@ def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -
     figure, (position_mm, age_s, scale) = plate(2.7), _settled(run)
     axes = figure.add_subplot()
     Views(outline, solid, run.radius_mm).draw_along(axes, position_mm, age_s, scale)
-    add_bar(figure, scale, [axes], **BELOW)
+    add_bar(figure, scale, axes)
     axes.plot(
         profile.s_mm,
         profile.level_mm,
@@ -98,7 +100,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
     figure, (position_mm, _, _), heights = plate(3.6), _settled(run), ColourScale("z (mm)", HEIGHTS, Normalize())
     axes = figure.add_subplot()
     Views(outline, solid, run.radius_mm).draw_from_above(axes, 14, position_mm, position_mm[:, 2], heights)
-    add_bar(figure, heights, [axes], **BELOW)
+    add_bar(figure, heights, axes)
     path = {"color": MEASURED, "zorder": OVER}
     axes.plot(*trajectory.position_mm[:, :2].T, **path, linewidth=1.2, label="nozzle path from the dot")
     axes.plot(*trajectory.position_mm[0, :2], "o", **path, markersize=5)
@@ -161,8 +163,8 @@ def render(
     shade = DARKEST + (1 - DARKEST) * np.clip(normal @ (LIGHT @ np.array([right, up, toward])), 0.0, 1.0)
     triangle, owner = place[corner.reshape(faces.shape)], np.full(height * width, -1)
     nearest = np.full(height * width, -np.inf)
-    samples = np.cumsum(np.prod(np.ptp(triangle[..., :2], axis=1) + 1, axis=1))
-    batches = np.searchsorted(samples, np.arange(MOST_AT_ONCE, samples[-1], MOST_AT_ONCE))
+    sizes = np.cumsum(np.prod(np.ptp(triangle[..., :2], axis=1) + 1, axis=1))
+    batches = np.searchsorted(sizes, np.arange(MOST_AT_ONCE, sizes[-1], MOST_AT_ONCE))
     for part in np.split(np.arange(len(faces)), np.unique(batches)):
         facet, sample, nearness = _covered(triangle[part], width, height)
         np.maximum.at(nearest, sample, nearness)
@@ -172,8 +174,8 @@ def render(
     colour = np.zeros((len(faces) + 1, 4), dtype=np.float32)
     colour[:-1, :3] = face_colour * shade[:, None]
     colour[:-1, 3] = 1.0
-    shape = height // SMOOTHING, SMOOTHING, width // SMOOTHING, SMOOTHING
-    mean = colour[owner].reshape(*shape, 4).mean(axis=(1, 3))
+    samples = colour[owner].reshape(height, width, 4)
+    mean = cv2.resize(samples, (width_px, height // SMOOTHING), interpolation=cv2.INTER_AREA)
     # The average is over covered samples only, or edges would darken.
     mean[..., :3] /= np.where(mean[..., 3:] > 0, mean[..., 3:], 1.0)
     return np.round(255 * np.clip(mean, 0, 1)).astype(np.uint8)

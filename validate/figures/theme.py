@@ -88,11 +88,15 @@ def themed() -> Iterator[None]:
 
 
 PLATE_IN = 4.6  # Width of a plate
+FOOT_IN, HEAD_IN = 0.46, 0.3
+"""Lower and upper margin of a plate. Margins are fixed, since to measure all labels takes longer than to draw them."""
 
 
 def plate(height_in: float) -> Figure:
     """Return an empty figure whose text is legible on a phone and at half the width of an A4 page."""
-    return wide_figure(height_in, PLATE_IN)
+    figure = Picture(figsize=(PLATE_IN, height_in))
+    figure.subplots_adjust(0.12, FOOT_IN / height_in, 0.965, 1 - HEAD_IN / height_in, 0.1)
+    return figure
 
 
 class Picture(Figure):
@@ -124,6 +128,7 @@ def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figur
 
     Inside the plot a curve could run through the legend.
     """
+    figure = axes.figure.get_figure(root=True)
     axes.set(xlabel=x, ylabel=y, title=title)
     if legend:
         axes.legend(
@@ -135,9 +140,12 @@ def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figur
             columnspacing=1.5,
             fontsize=8.0,
         )
-        rows = -(-len(axes.get_legend_handles_labels()[1]) // legend)
-        axes.set_title(title, pad=6.0 + LEGEND_ROW_PT * rows)
-    return axes.figure.get_figure(root=True)
+        legend_pt = LEGEND_ROW_PT * -(-len(axes.get_legend_handles_labels()[1]) // legend)
+        axes.set_title(title, pad=6.0 + legend_pt)
+        if figure.get_layout_engine() is None:
+            top = 1 - (HEAD_IN + legend_pt / 72) / figure.get_figheight()
+            figure.subplots_adjust(top=min(top, figure.subplotpars.top))
+    return figure
 
 
 def caliper_label(readings: Profile) -> str:
@@ -224,7 +232,7 @@ NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 
 
 def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
-    """Return a figure as SVG, and fix its layout. The same figure and name always give the same text.
+    """Return a figure as SVG. The same figure and name always give the same text.
 
     ``name`` must be unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
     """
@@ -234,7 +242,6 @@ def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
     # The ids of clip paths differ between the figures of a page, but not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
         FigureCanvasSVG(figure).print_svg(target, metadata=NO_METADATA)
-    figure.set_layout_engine("none")
     return target.getvalue()
 
 

@@ -49,7 +49,7 @@ ASIDE_DEG, DOWN_DEG = 28.0, 32.0
 """Angle between the first view and a view at right angles to the crack, large enough to show the crack's width, and
 angle by which the view looks down from the horizontal."""
 RIM_MM = 0.35  # Width of the line around the crack's mouth
-STILL_PX = (1200, 600)  # Width and height of the still picture
+STILL_PX = (1000, 500)  # Width and height of the still picture
 MARGIN = 0.08
 """Least margin of the first view, as a share of the picture's width, since the mesh is wider in other views."""
 STEPS = 65_535  # Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm
@@ -77,11 +77,8 @@ class Turntable:
         width_px = round(STILL_PX[0] * (high_mm - low_mm)[0] / self._across_mm)
         view_deg = self.azimuth_deg, self.elevation_deg
         picture = render(self.vertices_mm, shown, colour, *view_deg, width_px, face_normal=unit(normal))
-        still = np.zeros((*STILL_PX[::-1], 4), np.uint8)
-        height, width = picture.shape[:2]
-        top, left = (STILL_PX[1] - height) // 2, (STILL_PX[0] - width) // 2
-        still[top : top + height, left : left + width] = picture
-        return still
+        room = np.subtract(STILL_PX[::-1], picture.shape[:2])
+        return np.pad(picture, [*zip(room // 2, room - room // 2, strict=True), (0, 0)])
 
     def packed(self) -> str:
         """Return JSON for the page's script, with the mesh in base64, little-endian.

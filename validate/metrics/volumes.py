@@ -5,6 +5,7 @@ The cavity is cut from the mesh: horizontal areas by level, in bins along the cr
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import cv2
@@ -176,14 +177,18 @@ class CavityByLevel:
         before, share = self._places(level_mm)
         step_mm = np.diff(self.levels_mm)
         lower_mm2, upper_mm2 = self._beside(self.area_mm2, before)
-        layers_mm3 = step_mm * (self.area_mm2[:, 1:] + self.area_mm2[:, :-1]) / 2
-        sums_mm3 = np.concatenate([np.zeros((len(layers_mm3), 1)), np.cumsum(layers_mm3, axis=1)], axis=1)
-        reached_mm3, layer_top_mm3 = self._beside(sums_mm3, before)
+        reached_mm3, layer_top_mm3 = self._beside(self._sums_mm3, before)
         volume_mm3 = reached_mm3 + share * step_mm[before] * (lower_mm2 + share * (upper_mm2 - lower_mm2) / 2)
         above_floor_mm = np.maximum(self.levels_mm[before + 1] - self.floor_mm, BESIDE_MM**2)
         risen = np.clip((level_mm - self.floor_mm) / above_floor_mm, 0.0, 1.0)
         with_floor = (self.floor_mm > self.levels_mm[before]) & (share < 1)
         return np.where(with_floor, risen * layer_top_mm3, volume_mm3)
+
+    @cached_property
+    def _sums_mm3(self) -> Floats:
+        """Volume of each bin below each level, (k, n)."""
+        layers_mm3 = np.diff(self.levels_mm) * (self.area_mm2[:, 1:] + self.area_mm2[:, :-1]) / 2
+        return np.cumulative_sum(layers_mm3, axis=1, include_initial=True)
 
     def _places(self, level_mm: Floats) -> tuple[Integers, Floats]:
         """Return the index of the next lower level, and the share of the layer below ``level_mm``, for each bin."""

@@ -36,7 +36,6 @@ def test_pixels_show_what_the_svg_does(artist):
 
     def figure():
         figure = plate(2.0)
-        figure.set_layout_engine("none")
         axes = figure.add_subplot()
         axes.set(xlim=(0, 1), ylim=(0, 1), title="words", xticks=[0, 1], yticks=[0, 1])
         artist(axes)

@@ -9,13 +9,13 @@ from matplotlib.patches import PathPatch
 from tests.evidence import axes_of
 from validate.figures.particles import SPEED
 from validate.figures.snapshots import Snapshot, draw_fill, draw_health, draw_sections, write_gallery
-from validate.figures.theme import as_picture
+from validate.figures.theme import as_picture, wide_figure
 
 
 def test_the_fill_shows_every_moment_by_speed_or_by_age_on_a_common_scale(scene, frames):
     """One scale for all moments, or they could not be compared."""
     by_speed = draw_fill(frames, scene)
-    by_age, _ = draw_sections(2.0, [[(scene, frame) for frame in frames]], "age")
+    draw_sections(by_age := wide_figure(2.0), [[(scene, frame) for frame in frames]], "age")
     assert axes_of(by_speed)[0].get_title(loc="left") == "t = 0.50 s"
     for figure, label, limits in ((by_speed, "speed (mm/s)", SPEED.norm), (by_age, "age (s)", (0.0, 10.0))):
         *panels, bar = axes_of(figure)
