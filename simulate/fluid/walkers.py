@@ -16,7 +16,7 @@ from simulate.kernels import walk as code
 ALONE, SPARE_S = 20, 0.3
 """After other threads lost their cores to other work, the caller goes on alone for ``ALONE`` times as long as it waited
 for them, less ``SPARE_S``: if waits are rare, they cost less time than the other threads save."""
-FEWEST_ROWS = 64  # With fewer rows another thread saves a tenth of the time and takes two thirds as much for itself
+FEWEST_ROWS = 256  # With fewer rows another thread saves a fifth of the time and takes half as much again for itself
 LOWEST = 19  # Priority of the other threads, as Linux counts: other work goes first, so that the caller keeps its core
 
 
