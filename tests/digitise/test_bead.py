@@ -9,7 +9,7 @@ from digitise.geometry.polyline import resampled
 from digitise.settings import PhotoInput
 from digitise.spread import BeadOutline, measure_bead
 from sealtwin.core.errors import InputError
-from tests.spreads import BEAD_BOARD, BEAD_FACE_MM, BeadPhoto
+from tests.support.spread_photos import BEAD_BOARD, BEAD_FACE_MM, BeadPhoto
 
 BEAD = BeadPhoto(8.0, mm_per_px=0.15)
 

@@ -9,7 +9,7 @@ from skimage.draw import disk, polygon2mask
 from digitise.exports import coco_of, mask_of, mask_png, run_lengths
 from digitise.image.decoding import read_mask
 from sealtwin.core.errors import InputError
-from tests.shapes import arc_slot, straight_slot
+from tests.support.shapes import arc_slot, straight_slot
 
 SIZE_PX = (1500, 1000)
 

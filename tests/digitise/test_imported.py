@@ -22,8 +22,8 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
-from tests.meshes import Mesh, block, box, fine, labelled_mm2, mesh_of, sheet, slotted, turned
-from tests.shapes import OPEN, wandering_crack
+from tests.support.meshes import Mesh, block, box, fine, labelled_mm2, mesh_of, sheet, slotted, turned
+from tests.support.shapes import OPEN, wandering_crack
 
 MINUS_X = np.array([(0, 0, -1), (0, 1, 0), (1, 0, 0)])
 """From upright to a file whose -x points out of the face."""

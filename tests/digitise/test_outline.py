@@ -13,8 +13,8 @@ from fixtures.generate.lighting import Look
 from fixtures.generate.specimen import Recipe, Specimen, make_specimen, mean_width_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline
-from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
-from tests.places import FIXTURE
+from tests.support.paths import FIXTURE
+from tests.support.photos import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 
 
 @pytest.fixture(scope="module")

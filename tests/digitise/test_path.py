@@ -7,8 +7,17 @@ from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.specimen import Recipe, Specimen, make_specimen
 from sealtwin.core.errors import InputError
-from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, wandering, with_crack, write_png
-from tests.places import FIXTURE
+from tests.support.paths import FIXTURE
+from tests.support.photos import (
+    SMALL_FACE,
+    distance_to,
+    evenly_scaled,
+    mortar,
+    photo_of,
+    wandering,
+    with_crack,
+    write_png,
+)
 
 
 @pytest.fixture(scope="module")

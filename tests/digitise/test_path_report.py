@@ -10,7 +10,7 @@ from digitise.trajectory import path_report, plan_trajectory
 from sealtwin.core.facts import Fact, texts
 from sealtwin.core.records import Outline, Sections
 from sealtwin.core.solid_figures import PathFigures
-from tests.shapes import arc_slot, dog_leg, straight_slot, wandering_crack
+from tests.support.shapes import arc_slot, dog_leg, straight_slot, wandering_crack
 
 
 def reported(outline: Outline, cavity: Sections | None = None, **changes: Any) -> tuple[PathFigures, tuple[Fact, ...]]:

@@ -8,8 +8,8 @@ from PIL import Image
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, write_png
-from tests.places import ROOT
+from tests.support.paths import ROOT
+from tests.support.photos import evenly_scaled, mortar, write_png
 
 
 def test_a_photo_is_looked_for_beside_the_trial(tmp_path):

@@ -11,7 +11,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_table
 from simulate.setup.release_schedule import plan_releases
 from simulate.slot.fill import supplied_mm3
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
 
 OUTLINE = straight_slot(40.0, 4.0)
 SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))

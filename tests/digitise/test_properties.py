@@ -19,7 +19,7 @@ from digitise.settings import NozzlePath, PhotoInput, Pixel
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Outline, Trajectory
-from tests.pictures import distance_to, mortar, rms, write_png
+from tests.support.photos import distance_to, mortar, rms, write_png
 
 SIZE_PX = (600, 420)
 MM_PER_PX = 0.1

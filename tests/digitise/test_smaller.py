@@ -7,7 +7,7 @@ import pytest
 
 from digitise.photo import smaller
 from digitise.scale.view import Lens, View
-from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import evenly_scaled, mortar, with_crack, write_png
 
 WIDTH_PX = 40
 

@@ -18,9 +18,9 @@ from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Solid
-from tests.integrals import cavity_volume_mm3
-from tests.meshes import labelled_mm2
-from tests.shapes import (
+from tests.support.meshes import labelled_mm2
+from tests.support.section_volumes import cavity_volume_mm3
+from tests.support.shapes import (
     CLOSED,
     CUT,
     OPEN,

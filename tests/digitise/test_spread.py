@@ -7,7 +7,7 @@ import pytest
 from digitise.settings import PhotoInput
 from digitise.spread import measure_spread
 from sealtwin.core.errors import InputError
-from tests.spreads import BOARD, FACE_MM, Blob
+from tests.support.spread_photos import BOARD, FACE_MM, Blob
 
 BLOB = Blob(48.0, mm_per_px=0.3)
 

@@ -13,7 +13,7 @@ from digitise.trajectory import begun_late, plan_trajectory, smooth_centreline, 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Sections, Trajectory
-from tests.shapes import arc_slot, cut_crack, straight_slot, wandering_crack
+from tests.support.shapes import arc_slot, cut_crack, straight_slot, wandering_crack
 
 PAPER = NozzlePath(volume_ml=4.8)
 

@@ -9,7 +9,7 @@ import manifold3d
 import trimesh
 from ezdxf import units
 
-from tests.meshes import box, mesh_of, slotted
+from tests.support.meshes import box, mesh_of, slotted
 from tests.wrong_inputs.table import WrongInput, answers
 
 RING = ((0.0, 0.0), (40.0, 0.0), (40.0, 3.0), (0.0, 3.0))

@@ -7,7 +7,7 @@ from typing import Any
 
 import cv2
 
-from tests.pictures import mortar, with_crack, write_png
+from tests.support.photos import mortar, with_crack, write_png
 from tests.wrong_inputs.table import WrongInput, answers
 
 ENDS_PX = "[[20.0, 41.0], [140.0, 38.0]]"

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageCms, PngImagePlugin, TiffImagePlugin
 
 from sealtwin.core.records import Floats
-from tests.pictures import mortar, with_crack, write_png
+from tests.support.photos import mortar, with_crack, write_png
 from tests.wrong_inputs.table import WrongInput, answers
 
 SIZE_PX = (420, 260)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from tests.studies import plannable_lab
+from tests.support.tiny_study import plannable_lab
 from tests.wrong_inputs.table import WrongInput, answers
 
 DEVICE = Path(os.devnull)

@@ -10,11 +10,11 @@ from typing import Any
 
 import openpyxl
 
-from tests.lab_folder import DEFAULTS, ENDS
-from tests.labs import sealtwin
-from tests.open_document import write_content
-from tests.pictures import mortar, with_crack, write_png
-from tests.sheet_writers import rewritten
+from tests.support.ingested_lab import sealtwin
+from tests.support.lab_folder import DEFAULTS, ENDS
+from tests.support.ods_writer import write_content
+from tests.support.photos import mortar, with_crack, write_png
+from tests.support.sheet_writers import rewritten
 from tests.wrong_inputs.table import WrongInput
 
 Write = Callable[[Path], object]

@@ -6,7 +6,7 @@ import pytest
 
 from digitise.crack_path.find_path import CrackSearch, LiveWire, RivalCracksError
 from sealtwin.core.errors import InputError
-from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import distance_to, evenly_scaled, mortar, with_crack, write_png
 
 EDGE = [(30, 220), (130, 236), (240, 214), (350, 232), (470, 218)]
 CRACK = [(x, round(70 + 9 * np.sin(x / 27) + 5 * np.sin(x / 9))) for x in range(40, 461, 4)]

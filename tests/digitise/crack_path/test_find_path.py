@@ -6,7 +6,7 @@ import pytest
 
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError, find_path
 from sealtwin.core.errors import InputError
-from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, with_paint, write_png
+from tests.support.photos import distance_to, evenly_scaled, mortar, with_crack, with_paint, write_png
 
 SIZE_PX = (500, 300)
 CRACK = [(40.0, 150.0), (250.0, 120.0), (460.0, 170.0)]

@@ -6,7 +6,7 @@ import pytest
 from digitise.crack_path.find_path import find_path
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
-from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import distance_to, evenly_scaled, mortar, with_crack, write_png
 
 WAVE = [(x, round(150 + 25 * np.sin(x / 40) + 9 * np.sin(x / 11))) for x in range(40, 461, 6)]
 

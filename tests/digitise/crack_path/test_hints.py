@@ -5,7 +5,7 @@ import pytest
 
 from digitise.crack_path.hints import region_px, snap_px
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, write_png
+from tests.support.photos import evenly_scaled, mortar, write_png
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 
 from digitise.crack_path.line_map import cheapest_legs, map_lines
 from digitise.image.raster import DISPLAY_GAMMA
-from tests.pictures import evenly_scaled, mortar, write_png
+from tests.support.photos import evenly_scaled, mortar, write_png
 
 SIZE = 160
 Y, X = np.mgrid[:SIZE, :SIZE] - (SIZE - 1) / 2

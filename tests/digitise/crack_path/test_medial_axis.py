@@ -4,7 +4,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from digitise.crack_path.medial_axis import distance_outside, longest_line, side_lines
-from tests.pictures import distance_to
+from tests.support.photos import distance_to
 
 
 def painted(*strokes, width_px=9, size_px=(300, 200)):

@@ -5,7 +5,7 @@ import pytest
 
 from digitise.crack_path.find_path import LiveWire, find_path
 from sealtwin.core.errors import InputError
-from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import distance_to, evenly_scaled, mortar, with_crack, write_png
 
 ENDS = ((30.0, 150.0), (470.0, 150.0))
 LOW = [(30.0, 150.0), (120, 150), (250, 215), (380, 150), (470, 150)]

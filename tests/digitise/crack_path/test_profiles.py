@@ -6,7 +6,7 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.profiles import width_along
-from tests.pictures import distance_to, evenly_scaled, mortar, write_png
+from tests.support.photos import distance_to, evenly_scaled, mortar, write_png
 
 LINE = np.array([(20.0, 150.0), (160, 130), (300, 170), (480, 140)])
 

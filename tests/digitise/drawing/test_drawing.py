@@ -15,8 +15,8 @@ from digitise.exports import dxf_text
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
-from tests.fluids import path
-from tests.shapes import CLOSED, arc_slot, straight_slot
+from tests.support.shapes import CLOSED, arc_slot, straight_slot
+from tests.support.small_fluids import path
 
 RING = np.array([(0.0, 0.0), (40.0, 0.0), (40.0, 3.0), (0.0, 3.0)])
 DEPTH_MM = 8.0

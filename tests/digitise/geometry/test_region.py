@@ -10,7 +10,7 @@ from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline
-from tests.shapes import CLOSED, straight_slot, with_ring
+from tests.support.shapes import CLOSED, straight_slot, with_ring
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 

@@ -7,8 +7,8 @@ from manifold3d import Manifold, OpType
 
 from digitise.mesh_import.block import FacePlane, cut_block, find_face, parted
 from sealtwin.core.errors import InputError
-from tests.meshes import BLOCK_MM, Mesh, box, mesh_of, modelled, sheet, slotted, turned
-from tests.shapes import wandering_crack
+from tests.support.meshes import BLOCK_MM, Mesh, box, mesh_of, modelled, sheet, slotted, turned
+from tests.support.shapes import wandering_crack
 
 
 def face_of(mesh: Mesh) -> FacePlane:

@@ -7,7 +7,7 @@ from manifold3d import Manifold
 from digitise.mesh_import.block import cut_block
 from digitise.mesh_import.cavity import Cavity, find_cavity, in_mouth, read_path
 from sealtwin.core.errors import InputError
-from tests.meshes import SLOT_MM3, block, box, slotted
+from tests.support.meshes import SLOT_MM3, block, box, slotted
 
 BELOW_MM = 0.05
 

@@ -7,7 +7,7 @@ from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
 from digitise.mesh_import.block import closed_body, one_surface
 from digitise.solid.float_mesh import without_needles
 from sealtwin.core.errors import InputError
-from tests.meshes import SLOT_MM3, Mesh, box, fine, mesh_of, sheet, slotted, soup
+from tests.support.meshes import SLOT_MM3, Mesh, box, fine, mesh_of, sheet, slotted, soup
 
 VOLUME_MM3 = 100.0 * 40.0 * 20.0 - SLOT_MM3
 SAMPLE = fine(slotted())

@@ -13,7 +13,7 @@ from digitise.settings import MeshInput, MeshUnit
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import Triangles
 from sealtwin.core.records import FaceLabel
-from tests.meshes import BLOCK_MM, area_mm2, box, mesh_of, slotted
+from tests.support.meshes import BLOCK_MM, area_mm2, box, mesh_of, slotted
 
 
 def settings(units: str = "mm", up: str = "z") -> MeshInput:

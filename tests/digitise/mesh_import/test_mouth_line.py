@@ -9,8 +9,8 @@ from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from tests.shapes import CLOSED, OPEN
-from tests.slots import oblique, straight, strip, zigzag
+from tests.support.shapes import CLOSED, OPEN
+from tests.support.slot_outlines import oblique, straight, strip, zigzag
 
 FAR_MM = (-1e3, -1e3, 1e3, 1e3)
 FACE_MM = (0.0, 0.0, 200.0, 40.0)

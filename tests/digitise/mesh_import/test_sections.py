@@ -7,8 +7,8 @@ import pytest
 from manifold3d import Manifold, OpType
 
 from digitise.mesh_import.cavity import cavity_sections
-from tests.meshes import box
-from tests.shapes import CLOSED, straight_slot
+from tests.support.meshes import box
+from tests.support.shapes import CLOSED, straight_slot
 
 
 def test_a_section_is_square_to_the_crack_and_as_deep_as_it_is():

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from digitise.robots.programs import gcode_text
 from digitise.robots.robot_path import place_path
 from sealtwin.core.errors import InputError
-from tests.cells import cell, in_cell, placed, random_paths
-from tests.robot_readers import read_gcode
+from tests.support.robot_cells import cell, in_cell, placed, random_paths
+from tests.support.robot_readers import read_gcode
 
 AREA_MM2 = np.pi * 10.0**2
 

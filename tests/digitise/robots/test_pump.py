@@ -10,8 +10,8 @@ from digitise.robots.programs import gcode_text, table_text, urscript_text
 from digitise.robots.robot_path import place_path
 from digitise.robots.spel import spel_text
 from sealtwin.core.errors import InputError
-from tests.cells import cell, trajectory
-from tests.robot_readers import read_gcode
+from tests.support.robot_cells import cell, trajectory
+from tests.support.robot_readers import read_gcode
 
 HEAD = "asked_mm3_s,weighed_g,time_s,delay_s\n"
 GIVES = 0.8  # Of what it is asked for

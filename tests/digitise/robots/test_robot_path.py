@@ -14,9 +14,9 @@ from digitise.robots.programs import LONGEST, comments, points_text, table_text
 from digitise.robots.robot_path import place_path
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_trajectory
-from tests.cells import cell, in_cell, placed, random_paths, trajectory
-from tests.robot_readers import READERS
-from tests.shapes import arc_slot, straight_slot
+from tests.support.robot_cells import cell, in_cell, placed, random_paths, trajectory
+from tests.support.robot_readers import READERS
+from tests.support.shapes import arc_slot, straight_slot
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from digitise.robots.robot_path import place_path
 from digitise.robots.spel import spel_text
 from sealtwin.core.errors import InputError
-from tests.cells import cell, in_cell, placed, random_paths, trajectory
-from tests.robot_readers import read_spel
-from tests.shapes import straight_slot
+from tests.support.robot_cells import cell, in_cell, placed, random_paths, trajectory
+from tests.support.robot_readers import read_spel
+from tests.support.shapes import straight_slot
 
 AREA_MM2 = np.pi * 10.0**2
 ADDED = {"motion": "move", "dispenser": "s", "output_bit": None, "axis_start_mm": 5.0, "axis_gives": "+"}

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from digitise.robots.programs import urscript_text
 from digitise.robots.robot_path import place_path
 from sealtwin.core.errors import InputError
-from tests.cells import cell, in_cell, placed, random_paths, trajectory
-from tests.robot_readers import read_urscript
+from tests.support.robot_cells import cell, in_cell, placed, random_paths, trajectory
+from tests.support.robot_readers import read_urscript
 
 DIGITAL = {"dispenser": "digital", "port": 3, "full_flow_mm3_s": None}
 

@@ -11,8 +11,8 @@ from digitise.photo import load_photo, read_pixels
 from digitise.scale.marker_scale import CUT_GREY, CUT_MM, board_around, board_toml, corners_mm, find_markers, frame_pdf
 from digitise.settings import Dictionary, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
-from tests.pictures import write_png
-from tests.sheets import Page, read_pdf
+from tests.support.photos import write_png
+from tests.support.sheets import Page, read_pdf
 
 FACE_MM = (160.0, 40.0)
 PX_PER_MM = 6.0

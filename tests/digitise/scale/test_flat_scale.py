@@ -6,8 +6,8 @@ import pytest
 from digitise.photo import CLICK_PX, load_photo, scale_by_ruler
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
-from tests.boards import FACE_MM, camera, face_grid_mm
-from tests.pictures import mortar, rms, write_png
+from tests.support.marker_boards import FACE_MM, camera, face_grid_mm
+from tests.support.photos import mortar, rms, write_png
 
 FILE = Path("photo.jpg")
 SIZE_PX = (2000, 1000)

@@ -10,8 +10,8 @@ from digitise.settings import MarkerBoard
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
 from sealtwin.core.errors import InputError
-from tests.boards import face_grid_mm
-from tests.pictures import SMALL_FACE, photo_of
+from tests.support.marker_boards import face_grid_mm
+from tests.support.photos import SMALL_FACE, photo_of
 
 BENT = Recipe(**SMALL_FACE, lens_k1=-0.2, camera_mm=262.0, tilt_deg=4.0)
 GRID_MM = face_grid_mm() * (70 / 160, 1.0)

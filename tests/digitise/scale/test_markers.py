@@ -9,7 +9,7 @@ from digitise.scale.marker_scale import find_markers
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
 from sealtwin.core.errors import InputError
-from tests.pictures import SMALL_FACE, photo_of
+from tests.support.photos import SMALL_FACE, photo_of
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from fixtures.generate.specimen import Recipe, Specimen, make_specimen
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from sealtwin.core.records import Floats
-from tests.pictures import SMALL_FACE, mortar, photo_of, write_png
+from tests.support.photos import SMALL_FACE, mortar, photo_of, write_png
 
 FACE = rectangle((0, 0, 70, 40))
 

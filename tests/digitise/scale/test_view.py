@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from digitise.scale.view import MOST_SPREAD_DEG, Fit, Lens, find_tilt, fit_corners, fit_markers
-from tests.boards import board_around, camera, face_grid_mm, places_mm
-from tests.pictures import rms
+from tests.support.marker_boards import board_around, camera, face_grid_mm, places_mm
+from tests.support.photos import rms
 
 RUNS = 30
 """RMS of as many errors is within 13 % of the truth, and with it every ratio below."""

@@ -10,7 +10,7 @@ from digitise.solid.footprint import lay_out
 from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
-from tests.shapes import OPEN, straight_slot
+from tests.support.shapes import OPEN, straight_slot
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 

@@ -9,7 +9,7 @@ from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_floor
 from sealtwin.core.records import FaceLabel, Outline, Solid
 from tests.digitise.test_solid import TILTS
-from tests.shapes import CUT, OPEN, arc_slot, straight_slot
+from tests.support.shapes import CUT, OPEN, arc_slot, straight_slot
 
 Table = tuple[tuple[float, float], ...]
 SLOPE = np.tan(np.radians(11.0))

@@ -13,8 +13,8 @@ from digitise.solid.footprint import lay_out, sides
 from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline
-from tests.integrals import cavity_volume_mm3
-from tests.shapes import CLOSED, straight_slot
+from tests.support.section_volumes import cavity_volume_mm3
+from tests.support.shapes import CLOSED, straight_slot
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 

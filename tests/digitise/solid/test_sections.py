@@ -8,7 +8,7 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats, Solid
-from tests.shapes import CUT, straight_slot
+from tests.support.shapes import CUT, straight_slot
 
 W = 3.1
 SLOPE = np.tan(np.radians(5.0))

@@ -6,8 +6,8 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_out
 from digitise.solid.wedges import wall_shifts_mm
-from tests.integrals import cavity_volume_mm3
-from tests.shapes import closed_crack, cut_crack, wandering_crack
+from tests.support.section_volumes import cavity_volume_mm3
+from tests.support.shapes import closed_crack, cut_crack, wandering_crack
 
 HILLS = ((0, 6), (20, 16), (40, 10))
 

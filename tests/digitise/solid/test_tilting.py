@@ -10,7 +10,7 @@ from digitise.geometry.mesh_topology import check_mesh
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
-from tests.shapes import CLOSED, CUT, closed_crack, reversed_path, straight_slot
+from tests.support.shapes import CLOSED, CUT, closed_crack, reversed_path, straight_slot
 
 DEPTH_MM = 12.0
 SLOPE = {angle_deg: np.tan(np.radians(angle_deg)) for angle_deg in (0.0, 4.0, 5.0, 6.0, 8.0, 14.0, 20.0)}

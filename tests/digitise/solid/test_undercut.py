@@ -12,7 +12,7 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Solid
-from tests.shapes import CLOSED, CUT, arc_slot, closed_crack, oblique_slot, straight_slot, with_ring
+from tests.support.shapes import CLOSED, CUT, arc_slot, closed_crack, oblique_slot, straight_slot, with_ring
 
 FACE_MM = (-5.0, -5.0, 45.0, 5.0)
 STONE_MM = np.array([(39.0, -0.8), (39.0, 0.8), (41.0, 0.8), (41.0, -0.8)])

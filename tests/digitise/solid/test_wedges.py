@@ -7,7 +7,7 @@ from digitise.settings import CrackShape
 from digitise.solid.footprint import Footprint, lay_out
 from digitise.solid.wedges import MITRE_DEG, carve, wall_shifts_mm
 from sealtwin.core.records import Floats
-from tests.shapes import CLOSED, straight_slot, with_ring
+from tests.support.shapes import CLOSED, straight_slot, with_ring
 
 SLOPE = np.tan(np.radians(11.0))
 

@@ -15,7 +15,7 @@ from digitise.settings import PhotoInput
 from digitise.trace_page import session as page_session
 from digitise.trace_page.session import Hints, OutdatedError, TraceSession
 from sealtwin.core.errors import InputError
-from tests.pictures import edge_of_patch, evenly_scaled, mortar, wandering, with_crack, write_png
+from tests.support.photos import edge_of_patch, evenly_scaled, mortar, wandering, with_crack, write_png
 
 ENDS = ((50.0, 201.0), (450.0, 101.0))
 

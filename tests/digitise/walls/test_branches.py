@@ -11,7 +11,7 @@ from digitise.outline import trace_outline
 from fixtures.generate.fracture import STEP_MM
 from fixtures.generate.recipe import Recipe, SideCrack
 from fixtures.generate.specimen import make_specimen
-from tests.pictures import (
+from tests.support.photos import (
     SMALL_FACE,
     distance_to,
     evenly_scaled,

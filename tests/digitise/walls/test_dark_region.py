@@ -18,7 +18,7 @@ from digitise.walls.centreline_and_walls import WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from fixtures.generate.road import Road, road
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import evenly_scaled, mortar, with_crack, write_png
 
 WIDE_IN_STONES = 7  # A seed of a road on whose crack of 31 px profiles lack walls
 

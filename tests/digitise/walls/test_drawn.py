@@ -6,7 +6,7 @@ from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
 from sealtwin.core.facts import texts
-from tests.pictures import evenly_scaled, how_traced, mortar, with_paint, write_png
+from tests.support.photos import evenly_scaled, how_traced, mortar, with_paint, write_png
 
 
 def painted(photo, rings_mm, holes_mm=()):

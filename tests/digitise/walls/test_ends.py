@@ -11,7 +11,7 @@ from digitise.scale.view import View
 from digitise.walls.ends import PathEnd, judge_end
 from digitise.walls.wall_profile import patch_around
 from sealtwin.core.records import Floats
-from tests.pictures import evenly_scaled, write_png
+from tests.support.photos import evenly_scaled, write_png
 
 RIGHT = np.array([1.0, 0.0])
 

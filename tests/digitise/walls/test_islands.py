@@ -6,7 +6,7 @@ from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import make_specimen
-from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
+from tests.support.photos import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 
 
 @pytest.fixture(scope="module")

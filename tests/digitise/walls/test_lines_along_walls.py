@@ -6,7 +6,7 @@ import pytest
 from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, how_traced, mortar, with_crack, write_png
+from tests.support.photos import evenly_scaled, how_traced, mortar, with_crack, write_png
 
 ENDS = ((60.0, 151.0), (440.0, 151.0))
 

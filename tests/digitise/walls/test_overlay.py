@@ -12,7 +12,7 @@ from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from digitise.walls.overlay import CENTRE, ENDS, LEFT, NOZZLE, RIGHT, draw_cracks, draw_overlay, draw_way
 from fixtures.generate.specimen import Recipe, make_specimen
-from tests.pictures import SMALL_FACE, photo_of
+from tests.support.photos import SMALL_FACE, photo_of
 
 
 @pytest.fixture(scope="module")

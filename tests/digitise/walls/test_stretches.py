@@ -10,7 +10,7 @@ from digitise.outline import trace_outline
 from digitise.walls.centreline_and_walls import TooThinError
 from digitise.walls.doubts import judge_reach, judge_stretches
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, with_crack, with_paint, write_png
+from tests.support.photos import evenly_scaled, mortar, with_crack, with_paint, write_png
 
 MAIN = [(300, 205), (480, 190), (640, 215), (960, 205)]
 ENDS = ((40.0, 200.0), (960.0, 205.0))

@@ -11,7 +11,7 @@ from digitise.settings import MOST_STROKES, MOST_WALL_POINTS
 from digitise.walls.doubts import BY_STROKES
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import of_keys
-from tests.pictures import evenly_scaled, how_traced, mortar, with_crack, write_png
+from tests.support.photos import evenly_scaled, how_traced, mortar, with_crack, write_png
 
 ENDS = ((30.0, 150.0), (470.0, 150.0))
 CORE_PX, BAND_PX = 14, 12

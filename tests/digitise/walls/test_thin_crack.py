@@ -18,7 +18,7 @@ from digitise.solid.build_solid import build_solid
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_outline, write_outline
-from tests.pictures import distance_to, evenly_scaled, how_traced, mortar, with_crack, write_png
+from tests.support.photos import distance_to, evenly_scaled, how_traced, mortar, with_crack, write_png
 
 STEP = [(40, 150), (250, 150), (460, 120)]
 

@@ -13,7 +13,7 @@ from fixtures.generate.specimen import Recipe, Specimen, make_specimen, mean_wid
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_outline, write_outline
 from sealtwin.core.records import Outline
-from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
+from tests.support.photos import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 
 
 @pytest.fixture(scope="module")

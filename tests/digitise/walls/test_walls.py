@@ -4,7 +4,7 @@ import pytest
 from digitise.geometry.polyline import left_normals
 from digitise.image.raster import blurred
 from digitise.walls.wall_profile import BLUR_PX, Patch, Walls, find_walls, sample_step_mm, straighten
-from tests.pictures import evenly_scaled, write_png
+from tests.support.photos import evenly_scaled, write_png
 
 MM_PER_PX = 0.1
 

@@ -11,7 +11,7 @@ from digitise.solid.build_solid import build_solid, with_weighed
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.fit_cavity import weigh
 from sealtwin.core.errors import InputError
-from tests.shapes import CLOSED, straight_slot
+from tests.support.shapes import CLOSED, straight_slot
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 80.0, 3.0, 16.0
 LEVELS_MM = (-12.0, -9.0, -6.0, -3.0, 0.0)

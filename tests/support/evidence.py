@@ -16,7 +16,7 @@ from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.facts import doubt
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid
 from sealtwin.core.run_figures import FastFill, RunHealth
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
 from validate.compare import compare
 from validate.metrics.verdict import flat_levels
 from validate.result import Evidence, SeedRuns

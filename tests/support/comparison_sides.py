@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from sealtwin.core.records import DataKind, Profile
-from tests.charts import S_MM, line, make_readings
+from tests.support.mapped_study import S_MM, line, make_readings
 from validate.comparison import Baseline, Basis, Comparison, CurveDistances, ErrorFigures, FilledVolumes
 from validate.figures.compare_page import Side
 

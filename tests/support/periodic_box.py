@@ -14,8 +14,8 @@ import numpy as np
 from sealtwin.core.records import Floats
 from simulate.settings import particle_volume
 from simulate.setup.signed_distance import CM
-from tests.fluids import lay_down
-from tests.tanks import BEGINS_WITH, GRAVITY_MM_S2, Pit, Tank, spacing_mm
+from tests.support.small_fluids import lay_down
+from tests.support.tanks import BEGINS_WITH, GRAVITY_MM_S2, Pit, Tank, spacing_mm
 
 PIT_DEPTH_MM, HIGH_MM = 4.0, 30.0
 """The box hangs this high over the floor of a pit, far from any wall."""

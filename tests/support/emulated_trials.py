@@ -7,7 +7,7 @@ import numpy as np
 from sealtwin.calibration.search import Twin
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
-from tests.studies import HERE, tiny_lab
+from tests.support.tiny_study import HERE, tiny_lab
 
 TRUTH = {"fluid.viscosity_pa_s": 0.1, "fluid.yield_stress_pa": 2.0}
 FREE = ("fluid.viscosity_pa_s=0.03:0.4", "fluid.yield_stress_pa=0.5:6")

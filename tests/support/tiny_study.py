@@ -15,8 +15,8 @@ from sealtwin.study.study_folder import profile_path, read_plan
 from sealtwin.trial.job import Job, resume_job, start_job
 from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
-from tests.pages import leave_out_pages
-from tests.pictures import mortar, with_crack, write_png
+from tests.support.photos import mortar, with_crack, write_png
+from tests.support.report_stubs import leave_out_pages
 
 HERE = StudyOptions(device="cpu", jobs=0, batch=1, drafts=False)
 """Runs one by one in this process: starting others takes seconds."""

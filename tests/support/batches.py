@@ -11,7 +11,7 @@ from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Run
 from simulate.injection import Injection
 from simulate.settings import Fluid
-from tests.fluids import injected, path, results, slot
+from tests.support.small_fluids import injected, path, results, slot
 
 PASTES = (
     Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2),

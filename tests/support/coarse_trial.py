@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from tests.places import FIXTURE
+from tests.support.paths import FIXTURE
 
 QUICKER = (
     ("radius_mm = 0.4", "radius_mm = 0.75"),

@@ -25,7 +25,7 @@ from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
 
 FRAME_S = 7.23e-3
 """The paper's."""

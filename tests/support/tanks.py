@@ -22,8 +22,8 @@ from simulate.settings import Fluid, Solver, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
 from simulate.setup_checks import rheology_of
 from simulate.volume_control import VolumeControl
-from tests.fluids import engine_with, positions_mm
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
+from tests.support.small_fluids import engine_with, positions_mm
 
 GRAVITY_MM_S2 = 9810.0
 SETTLING_MM2_S, SETTLING_S = 300.0, 0.25

@@ -11,7 +11,7 @@ from digitise.robots.robot_path import RobotPath, place_path
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Floats, Outline, Sections, Trajectory
-from tests.shapes import CUT, random_crack, wandering_crack
+from tests.support.shapes import CUT, random_crack, wandering_crack
 
 CORNERS_MM = ((0.0, 0.0), (160.0, 0.0), (0.0, 40.0))
 SHIFT_MM = (300.0, -60.0, 80.0)

@@ -10,7 +10,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import Ingested
 from sealtwin.trial.trial_file import load_trial
-from tests.programs import sealtwin as sealtwin
+from tests.support.processes import sealtwin as sealtwin
 from validate.readings.read_readings import read_readings
 
 QUIET = Progress()

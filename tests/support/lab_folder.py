@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import openpyxl
 
-from tests.pictures import mortar, with_crack, write_png
-from tests.sheet_writers import Hand, write_sheet
+from tests.support.photos import mortar, with_crack, write_png
+from tests.support.sheet_writers import Hand, write_sheet
 
 S_MM = (1.0, 3.0, 5.0, 7.0, 9.0, 11.0)
 LENGTH_MM = 12.0

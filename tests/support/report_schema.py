@@ -1,6 +1,6 @@
 """The published schema of report.json, validate/schema/report.schema.json, from its records.
 
-python -m tests.report_schema > validate/schema/report.schema.json
+python -m tests.support.report_schema > validate/schema/report.schema.json
 """
 
 import json
