@@ -1,9 +1,9 @@
-"""The filter: two-sided, the same in every direction, and with a width; plain ground shows no line."""
+"""The filter: two-sided, the same in every direction, and with a width; and what lies beyond a sample."""
 
 import numpy as np
 import pytest
 
-from digitise.crack_path.line_map import cheapest_legs, map_lines
+from digitise.crack_path.line_map import cheapest_legs, map_lines, surroundings
 from digitise.image.raster import DISPLAY_GAMMA
 from tests.support.photos import evenly_scaled, mortar, write_png
 
@@ -59,3 +59,31 @@ def test_plain_ground_has_no_clear_way(tmp_path):
     field = map_lines(evenly_scaled(write_png(tmp_path / "photo.png", mortar(seed=0))))
     (way,) = cheapest_legs(field.cost(), np.array([[60, 50], [240, 450]]), field.scale)
     assert np.median(field.clear[tuple(way.T)]) < 2.9
+
+
+def with_box(dark, rows=slice(220, 300), columns=slice(0, 500)):
+    shown = np.full((300, 500), 0.6, dtype=np.float32)
+    shown[rows, columns] *= dark
+    return shown
+
+
+def test_black_cloth_is_beyond_the_sample():
+    around = surroundings(with_box(0.15))
+    assert around[221:].all()
+    assert not around[:215].any()
+
+
+@pytest.mark.parametrize(
+    "shown",
+    [
+        with_box(0.5),
+        with_box(0.15, slice(100, 160), slice(100, 160)),
+        with_box(0.15, slice(290, 300), slice(0, 100)),
+        # A wide crack was taken for the cloth around the sample: clicks in it were "outside the searched area".
+        with_box(0.15, slice(120, 170), slice(0, 500)),
+        with_box(0.15, slice(120, 170), slice(60, 500)),
+    ],
+    ids=["a hard shadow", "a hole inside", "a corner of a hole", "a crack right through", "a crack to one edge"],
+)
+def test_shadows_holes_and_cracks_that_leave_the_photo_are_part_of_it(shown):
+    assert not surroundings(shown).any()

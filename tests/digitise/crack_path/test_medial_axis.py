@@ -40,8 +40,7 @@ def test_of_two_pieces_the_longer_line_counts_not_the_larger_area():
 
 def test_side_lines_run_outward_and_roughness_is_none():
     region = painted(MAIN, BRANCH, [(220, 101), (223, 80)])
-    lines = side_lines(region, longest_line(region), least=18)
-    ((cells, comes_back),) = lines
+    ((cells, comes_back),) = side_lines(region, longest_line(region), least=18)
     outward = cells[:, ::-1].astype(float)
     # It begins at the wall, half of the stroke's width off the way, and ends short of the tip by as much.
     assert distance_to(outward[:1], np.array(MAIN, dtype=float)) == pytest.approx(4.5, abs=3)

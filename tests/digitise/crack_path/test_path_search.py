@@ -36,9 +36,9 @@ def test_a_point_between_leads_the_way(wire, via):
 @pytest.mark.parametrize(
     ("via", "says"),
     [
-        (((380.0, 150.0), (120.0, 150.0)), r"after the via point \(\d+, 150\) the path runs back \d+ px along itself"),
+        (((380.0, 150.0), (120.0, 150.0)), r"via point \(\d+, 150\) the path runs back"),
         (((260.0, 280.0),), r"after the via point \(260, 280\) .* on a branch"),
-        (((250.0, 120.0),), r"via point \(250, 120\) is not on a crack: the nearest one is \d+ px away \(at most 15\)"),
+        (((250.0, 120.0),), r"via point \(250, 120\) is not on a crack"),
         (((250.0, 301.0),), r"via point \(250, 301\) is outside the photo of 500 x 300 px"),
     ],
     ids=["in the wrong order", "on a branch", "beside the crack", "outside the photo"],
@@ -49,20 +49,20 @@ def test_points_that_the_crack_does_not_pass_in_turn_are_refused(wire, via, says
 
 
 UPPER = [(30.0, 60.0), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (470, 55)]
-LOWER = [(30.0, 240.0), (100, 222), (180, 241), (250, 225), (320, 250), (400, 231), (470, 245)]
+LOWER = [(x, 290 - y) for x, y in UPPER]
 
 
-@pytest.fixture(scope="module")
-def two(tmp_path_factory):
-    picture = with_crack(with_crack(mortar(), UPPER), LOWER)
-    return evenly_scaled(write_png(tmp_path_factory.mktemp("two") / "photo.png", picture))
+@pytest.fixture
+def two(tmp_path):
+    return evenly_scaled(write_png(tmp_path / "photo.png", with_crack(with_crack(mortar(), UPPER), LOWER)))
 
 
 def test_a_region_chooses_between_two_cracks(two):
+    """It ends within a width of the crack's tip."""
     path = find_path(two, None, roi_px=((5.0, 175.0), (495.0, 165.0), (495.0, 290.0), (5.0, 290.0)))
-    assert distance_to(path.points_px, np.array(LOWER)).max() < 14  # It ends within a width of the crack's tip
+    assert distance_to(path.points_px, np.array(LOWER)).max() < 14
 
 
 def test_ends_outside_the_region_are_refused(two):
-    with pytest.raises(InputError, match=r"point \(470, 55\) is 115 px outside the searched area"):
+    with pytest.raises(InputError, match=r"\(470, 55\) is 115 px outside the searched area"):
         find_path(two, (UPPER[0], UPPER[-1]), roi_px=((0.0, 170.0), (499.0, 290.0)))
