@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import trimesh
 from manifold3d import Manifold, Mesh64
-from scipy.spatial import KDTree
 
 from digitise.geometry.mesh_topology import check_mesh
 from digitise.geometry.polyline import signed_area
@@ -94,42 +93,6 @@ def test_deep_and_steep_cavities_keep_their_cut_ends():
     flare, funnel = (build_solid(outline, shape(tilt, depth_mm=100.0)) for tilt in ("flare", "funnel"))
     assert flare.cavity_volume_mm3 == pytest.approx(L * (W + spread) * 100, rel=1e-6)
     assert funnel.cavity_volume_mm3 == pytest.approx(SLOT_VOLUMES["funnel"], rel=1e-6)
-
-
-def test_cavities_hold_the_integral_of_their_depth():
-    """Depth from the traced ring by nearest distance on a grid: no offsets, no booleans, no simplified outline."""
-    outline = closed_crack(2, 30.0, rough_mm=0.05)
-    ring = outline.outline_mm
-    spread = SLOPE * DEPTH_MM
-    distance, inside, cell_mm2, _ = distances(ring, spread + 0.2, cell_mm=0.1)
-    depths: dict[Tilt, Floats] = {
-        "vertical": np.where(inside, DEPTH_MM, 0.0),
-        "flare": np.where(inside, DEPTH_MM, np.clip(DEPTH_MM - distance / SLOPE, 0.0, None)),
-        "funnel": np.where(inside, np.clip(distance / SLOPE, None, DEPTH_MM), 0.0),
-        # Below the face the cavity begins where the wall has moved over the place.
-        "undercut": np.where(inside, DEPTH_MM, np.clip(DEPTH_MM - distance / SLOPE, 0.0, None)),
-    }
-    for tilt, depth_mm in depths.items():
-        solid = build_solid(outline, shape(tilt))
-        assert solid.cavity_volume_mm3 == pytest.approx(depth_mm.sum() * cell_mm2, rel=1e-3), tilt
-
-
-def distances(ring: Floats, margin_mm: float, cell_mm: float) -> tuple[Floats, np.ndarray, float, Floats]:
-    """On a grid of cell centres: distance to the ring, whether inside it, a cell's area, and the centres."""
-    low, high = ring.min(axis=0) - margin_mm, ring.max(axis=0) + margin_mm
-    x, y = (np.arange(low[axis], high[axis], cell_mm) + cell_mm / 2 for axis in (0, 1))
-    grid = np.stack(np.meshgrid(x, y), axis=-1)
-    step = np.roll(ring, -1, axis=0) - ring
-    dense = np.vstack(
-        [a + np.linspace(0, 1, int(np.linalg.norm(d) / 0.01) + 2)[:, None] * d for a, d in zip(ring, step, strict=True)]
-    )
-    distance, _ = KDTree(dense).query(grid.reshape(-1, 2))
-    inside = np.zeros(grid.shape[:2], dtype=bool)
-    for (x0, y0), (x1, y1) in zip(ring, np.roll(ring, -1, axis=0), strict=True):
-        rows = np.flatnonzero((y > min(y0, y1)) & (y <= max(y0, y1)))
-        crossing = x0 + (y[rows] - y0) / (y1 - y0) * (x1 - x0) if len(rows) else np.empty(0)
-        inside[rows] ^= x[None, :] > crossing[:, None]
-    return distance, inside.reshape(-1), cell_mm**2, grid.reshape(-1, 2)
 
 
 @pytest.mark.parametrize(

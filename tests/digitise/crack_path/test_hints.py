@@ -18,12 +18,6 @@ def test_two_opposite_corners_are_a_box(tmp_path, corners):
     assert region_px(photo_of_width(tmp_path), corners) == pytest.approx(box_px)
 
 
-def test_a_region_may_reach_beyond_the_photo_and_end_where_it_began(tmp_path):
-    """As a drawing program writes a ring."""
-    ring = ((-900.0, -900.0), (1e6, -900.0), (1e6, 1e6), (-900.0, 1e6), (-900.0, -900.0))
-    assert len(region_px(photo_of_width(tmp_path), ring)) == 5
-
-
 @pytest.mark.parametrize(
     ("corners", "says"),
     [

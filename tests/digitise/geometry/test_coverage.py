@@ -20,10 +20,3 @@ def test_a_pixel_is_centred_on_whole_numbers(way):
     cover = coverage(box, (8, 6))
     assert cover[2] == pytest.approx([0, 0, 0.5, 1, 0.75, 0, 0, 0], abs=1e-6)
     assert cover[1] == pytest.approx(0, abs=1e-6)
-
-
-def test_what_lies_outside_the_picture_does_not_wrap_around():
-    box = np.array([[-50.0, -50], [3.5, -50], [3.5, 50], [-50, 50]])
-    cover = coverage(box, (8, 6))
-    assert cover[:, :4] == pytest.approx(1)
-    assert cover[:, 4:] == pytest.approx(0)

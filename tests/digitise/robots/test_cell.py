@@ -1,14 +1,12 @@
 """A cell file: every fault named by key, value and what is allowed; of no cell is asked what another language needs."""
 
-import tomllib
-
 import pytest
 
 from digitise.robots.cell import LANGUAGES, RobotCell
 from digitise.robots.programs import Urscript
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import read_settings
-from sealtwin.trial.starter_files import CELL, write_example_cell
+from sealtwin.trial.starter_files import CELL
 
 
 def read(tmp_path, *changes: tuple[str, str]) -> RobotCell:
@@ -36,14 +34,6 @@ def test_the_example_is_a_valid_cell_with_every_table_of_it_alive(tmp_path):
     cell = read(tmp_path, *uncommented("plunger", *LANGUAGES))
     assert [kind for kind in LANGUAGES if cell.missing_for(kind) is None] == list(LANGUAGES)
     assert cell.table(Urscript).full_flow_mm3_s == 1000.0
-
-
-def test_the_example_is_written_once(tmp_path):
-    write_example_cell(tmp_path / "new" / "bench.toml")
-    assert tomllib.loads((tmp_path / "new" / "bench.toml").read_text())["name"] == "bench"
-    assert "--cell bench.toml" in (tmp_path / "new" / "bench.toml").read_text()
-    with pytest.raises(InputError, match="not overwritten"):
-        write_example_cell(tmp_path / "new" / "bench.toml")
 
 
 BY_S = 'dispenser = "output"     ', 'dispenser = "s"\naxis_start_mm = 0.0\n#'

@@ -65,10 +65,11 @@ def test_errors_of_touch_grow_outside_the_taught_points():
 @pytest.mark.parametrize(
     ("sample_mm", "robot_mm", "says"),
     [
-        (CORNERS, seen(CORNERS) / 25.4, r"0\.03937 times as far apart as the sample's"),
-        (CORNERS, seen(CORNERS) * 1000, r"1000 times as far apart as the sample's"),
-        (CORNERS, seen(CORNERS * 1.013), r"1\.013 times as far apart as the sample's; both are"),
-        (CORNERS, seen(CORNERS * [1, -1], tip_deg=0.0), r"mirrored: they put the sample's face downward"),
+        (CORNERS, seen(CORNERS) / 25.4, r"0\.03937 times as far apart"),
+        (CORNERS, seen(CORNERS * 1.013), r"1\.013 times as far apart"),
+        (CORNERS, seen(CORNERS * [1, -1], tip_deg=0.0), "mirrored"),
+        # The arm hangs.
+        (CORNERS, seen(CORNERS, tip_deg=0.0) * [1, -1, -1], "whose z points up"),
         (CORNERS, seen(CORNERS[[0, 2, 1]]), r"do not fit .* are 0\.6\d* times"),
         (FOUR, seen(FOUR) + np.outer([0, 0, 0, 6], [1, 0, 0]), r"point 4, .*\[160, 40\], .*4\.04 mm off; 0.5"),
         (np.array([[0, 0], [80, 1], [160, 0]]), seen(np.array([[0, 0], [80, 1], [160, 0]])), r"0\.47 mm of a line"),
@@ -78,17 +79,3 @@ def test_errors_of_touch_grow_outside_the_taught_points():
 def test_points_that_no_rigid_sample_has_are_refused_by_what_is_wrong(sample_mm, robot_mm, says):
     with pytest.raises(InputError, match=r"cell\.toml: .*" + says):
         fitted(np.asarray(sample_mm, dtype=float), robot_mm)
-
-
-def test_what_fits_is_judged_by_the_limit():
-    robot_mm = seen(FOUR, tip_deg=0.0)
-    robot_mm[3, 2] += 1.0
-    assert fitted(FOUR, robot_mm, limit_mm=0.3).residual_mm.max() == pytest.approx(0.25, abs=1e-3)
-    with pytest.raises(InputError, match=r"0\.25 mm off; 0\.2 mm"):
-        fitted(FOUR, robot_mm, limit_mm=0.2)
-
-
-def test_a_hanging_arm_needs_a_frame_whose_z_points_up():
-    robot_mm = Rotation.from_euler("x", 180, degrees=True).apply(seen(CORNERS, tip_deg=0.0))
-    with pytest.raises(InputError, match="whose z points up"):
-        fitted(CORNERS, robot_mm)

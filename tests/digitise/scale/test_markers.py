@@ -8,7 +8,6 @@ from digitise.scale import marker_scale
 from digitise.scale.marker_scale import find_markers
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
-from sealtwin.core.errors import InputError
 from tests.support.photos import SMALL_FACE, photo_of
 
 
@@ -36,13 +35,6 @@ def test_markers_on_white_cards_are_found_on_a_dark_bench(tmp_path):
     dark = make_specimen(1, Recipe(**SMALL_FACE, board=0.05, gap_mm=0.0, mm_per_px=0.2))
     photo = photo_of(dark, tmp_path)
     assert set(find_markers(photo, "4x4_50", set(range(8)))) == set(range(8))
-
-
-def test_a_mirrored_photo_has_no_markers(photo):
-    """No marker's mirror image is a marker."""
-    flipped = replace(photo, image=np.ascontiguousarray(photo.image[:, ::-1]))
-    with pytest.raises(InputError, match=r"photo\.jpg: found 0 of 8 .* mirror"):
-        find_markers(flipped, "4x4_50", set(range(8)))
 
 
 def test_a_small_copy_of_a_marker_is_none_of_the_board(specimen, photo):

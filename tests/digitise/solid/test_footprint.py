@@ -16,8 +16,6 @@ from sealtwin.core.records import Floats, Outline
 from tests.support.section_volumes import cavity_volume_mm3
 from tests.support.shapes import CLOSED, straight_slot
 
-VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
-
 
 def hook(gap_mm: float, before_mm: float) -> Outline:
     """A crack from the origin along x that comes back beside itself, and runs past its own cut end or across it."""

@@ -5,12 +5,11 @@ import pytest
 
 from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.find_path import find_path
-from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import resampled
 from digitise.outline import trace_outline
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
-from digitise.walls.overlay import CENTRE, ENDS, LEFT, NOZZLE, RIGHT, draw_cracks, draw_overlay, draw_way
+from digitise.walls.overlay import CENTRE, ENDS, LEFT, NOZZLE, RIGHT, draw_cracks, draw_overlay
 from fixtures.generate.specimen import Recipe, make_specimen
 from tests.support.photos import SMALL_FACE, photo_of
 
@@ -86,16 +85,3 @@ def test_side_cracks_are_drawn_dashed_where_they_are_left_out_and_islands_with_t
             places = (resampled(points_px, 0.5) + 0.5) * scale - 0.5
             shares.append(share_of_colour(picture, places, colour))
     assert shares == pytest.approx([0.5, 1, 1, 1], abs=0.15)
-
-
-def test_a_way_without_walls_is_drawn_where_it_was_followed(scene):
-    """And nowhere beside it: drawn in the photo's own pixels, on purpose, the line is missed."""
-    photo, outline, _ = scene
-    path = CrackPath(resampled(outline.centreline_px, 5.0), 30.0, "ends")
-    picture = draw_way(photo, path)
-    assert picture.shape == draw_overlay(photo, outline).shape
-    scale = picture.shape[1] / photo.size_px[0]
-    places = (path.points_px + 0.5) * scale - 0.5
-    assert share_of_colour(picture, places[5:-5], CENTRE) > 0.95
-    assert share_of_colour(picture, places[[0, -1]], ENDS) == 1
-    assert share_of_colour(picture, np.add(places[5:-5], [25, 0]), CENTRE) < 0.05

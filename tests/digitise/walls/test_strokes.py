@@ -84,13 +84,6 @@ def test_two_plausible_walls_are_named_until_a_stroke_decides(banded):
     assert decided.width_95_mm is None
 
 
-def test_an_even_crack_has_no_bands(tmp_path):
-    photo = evenly_scaled(write_png(tmp_path / "crack.png", with_crack(mortar(), ENDS, CORE_PX)))
-    outline = trace_outline(photo, find_path(photo, ENDS))
-    assert not outline.bands_mm
-    assert outline.width_95_mm is None
-
-
 OVER_BAND = ((240.0, 163.0), (260.0, 163.0))
 
 

@@ -101,15 +101,6 @@ def test_a_fill_that_no_angle_explains_is_refused(factor):
         weigh(slot(), shaped("flare"), wrong, 0.1, 0.2)
 
 
-def test_walls_that_open_downward_stay_upright_and_are_named():
-    funnel = shaped("funnel")
-    outline, shape, weighed = weigh(slot(), funnel, fill_of(5.0, 3.0), 0.1, 0.2)
-    assert shape.wall_angle_deg == 0
-    assert weighed.steps[1][1] > 0
-    assert any("open downward" in finding.text for finding in weighed.findings)
-    build_solid(outline, shape)
-
-
 @pytest.mark.parametrize(
     ("tilt", "angle_deg"), [("lean", 4.0), ("lean", 25.0), ("vertical", 20.0), ("funnel", 25.0), ("funnel", 35.0)]
 )
@@ -119,12 +110,6 @@ def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg
     _, _, weighed = weigh(slot(), shaped(tilt), fill, None, None)
     assert any(f"open downward by {angle_deg:.1f} degrees each" in finding.text for finding in weighed.findings)
     assert any('"undercut"' in finding.text for finding in weighed.findings)
-
-
-def test_an_undercut_whose_fill_closes_stays_upright_and_says_so():
-    _, shape, weighed = weigh(slot(), shaped("undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
-    assert shape.wall_angle_deg == 0
-    assert any('tilt = "undercut" has none' in finding.text for finding in weighed.findings)
 
 
 def test_what_an_undercut_gains_around_a_tip_is_weighed_too():
