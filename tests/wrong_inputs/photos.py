@@ -14,7 +14,8 @@ from sealtwin.core.records import Floats
 from tests.support.photos import mortar, with_crack, write_png
 from tests.wrong_inputs.table import WrongInput, answers
 
-Make, Draw = Callable[[Path], object], Callable[[], np.ndarray]
+Make = Callable[[Path], object]
+Draw = Callable[[], np.ndarray]
 SIZE_PX = (420, 260)
 CRACK = [(20.0, 60.0), (150.0, 90.0), (260.0, 75.0), (400.0, 110.0)]
 DIGITISE = "digitise {given}/photo.png --depth-mm 10 --mm-per-px 0.1 --out {out}"

@@ -141,7 +141,7 @@ def xlsx(*depths: str, row: str = "", on_load: bool = False) -> Write:
     return write
 
 
-def book(*rows: tuple[object, object], form: str = "General") -> Write:
+def book(*rows: Any, form: str = "General") -> Write:
     """A workbook whose second column has a number format."""
 
     def write(path: Path) -> None:

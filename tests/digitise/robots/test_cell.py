@@ -1,12 +1,23 @@
 """A cell file: every fault named by key, value and what is allowed; of no cell is asked what another language needs."""
 
-import pytest
+from pathlib import Path
 
-from digitise.robots.cell import LANGUAGES, RobotCell
-from digitise.robots.programs import Urscript
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from digitise.robots.cell import LANGUAGES, Pump, PumpTable, RobotCell, RobotFrame, fit_frame, read_pump
+from digitise.robots.programs import Urscript, gcode_text, table_text, urscript_text
+from digitise.robots.robot_path import place_path
+from digitise.robots.spel import spel_text
 from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
 from sealtwin.core.settings import read_settings
 from sealtwin.trial.starter_files import CELL
+from tests.support.robot_cells import cell, trajectory
+from tests.support.robot_readers import read_gcode
 
 
 def read(tmp_path, *changes: tuple[str, str]) -> RobotCell:
@@ -87,3 +98,165 @@ def test_what_a_language_needs_is_told_apart(tmp_path):
     assert on_z.missing_for("gcode") is None
     no_plunger = on_z.model_copy(update={"plunger": None})
     assert (no_plunger.missing_for("spel"), no_plunger.missing_for("gcode")) == ("plunger", "plunger")
+
+
+CORNERS = np.array([[0.0, 0.0], [160.0, 0.0], [0.0, 40.0]])
+FOUR = np.vstack([CORNERS, [[160.0, 40.0]]])
+SHIFT = np.array([312.0, -81.0, 55.0])
+
+
+def seen(sample_mm: Floats, turn_deg: float = 130.0, tip_deg: float = 2.0) -> Floats:
+    """The points as a robot finds them: turned about z, tipped, shifted."""
+    return (
+        Rotation.from_euler("zx", [turn_deg, tip_deg], degrees=True).apply(
+            np.column_stack([sample_mm, np.zeros(len(sample_mm))])
+        )
+        + SHIFT
+    )
+
+
+def fitted(sample_mm: Floats, robot_mm: Floats, limit_mm: float = 0.5) -> RobotFrame:
+    return fit_frame(sample_mm, robot_mm, limit_mm=limit_mm, where="cell.toml")
+
+
+@settings(max_examples=30)
+@given(turn=st.floats(-180, 180), tip=st.floats(-60, 60), seed=st.integers(0, 99))
+def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
+    frame = fitted(CORNERS, seen(CORNERS, turn, tip))
+    # Rounding of coordinates of some hundred millimetres.
+    assert frame.residual_mm.max() < 1e-9
+    assert frame.scale == pytest.approx(1.0, abs=1e-12)
+    assert np.linalg.det(frame.rotation) == pytest.approx(1.0)
+    point = np.random.default_rng(seed).uniform(-50, 200, (5, 2))
+    flat = np.column_stack([point, np.zeros(5)])
+    assert np.abs(frame.to_robot_mm(flat) - seen(point, turn, tip)).max() < 1e-9
+    # Above the face is along its normal: 3 mm of height stay 3 mm.
+    lifted = frame.to_robot_mm(flat + np.array([0, 0, 3.0]))
+    assert lifted - frame.to_robot_mm(flat) == pytest.approx(np.tile(3.0 * frame.normal, (5, 1)))
+
+
+def test_errors_of_touch_grow_outside_the_taught_points():
+    """Square to the face, against a thousand simulated teachings; the leverage formula is exact for a plane."""
+    rng = np.random.default_rng(1)
+    places = np.array([[80.0, 20.0], [80.0, 100.0]])
+    flat = np.column_stack([places, np.zeros(2)])
+    heights_mm = []
+    for _ in range(1000):
+        touched = seen(FOUR, 0.0, 0.0) + rng.normal(0, 0.1, (4, 3))
+        heights_mm.append(fitted(FOUR, touched, limit_mm=9.0).to_robot_mm(flat)[:, 2])
+    spread = np.std(heights_mm, axis=0) / 0.1
+    frame = fitted(FOUR, seen(FOUR))
+    for place, growth in zip(places, spread, strict=True):
+        # 1000 draws know a standard deviation to 2 %; three of them.
+        assert frame.error_growth(place[None]) == pytest.approx(growth, rel=0.07)
+    assert frame.error_growth(places) == pytest.approx(spread.max(), rel=0.07)
+
+
+@pytest.mark.parametrize(
+    ("sample_mm", "robot_mm", "says"),
+    [
+        (CORNERS, seen(CORNERS) / 25.4, r"0\.03937 times as far apart"),
+        (CORNERS, seen(CORNERS * 1.013), r"1\.013 times as far apart"),
+        (CORNERS, seen(CORNERS * [1, -1], tip_deg=0.0), "mirrored"),
+        # The arm hangs.
+        (CORNERS, seen(CORNERS, tip_deg=0.0) * [1, -1, -1], "whose z points up"),
+        (CORNERS, seen(CORNERS[[0, 2, 1]]), r"do not fit .* are 0\.6\d* times"),
+        (FOUR, seen(FOUR) + np.outer([0, 0, 0, 6], [1, 0, 0]), r"point 4, .*\[160, 40\], .*4\.04 mm off; 0.5"),
+        (np.array([[0, 0], [80, 1], [160, 0]]), seen(np.array([[0, 0], [80, 1], [160, 0]])), r"0\.47 mm of a line"),
+        (np.tile([[5.0, 5.0]], (3, 1)), seen(np.tile([[5.0, 5.0]], (3, 1))), r"within 0 mm of a line"),
+    ],
+)
+def test_points_that_no_rigid_sample_has_are_refused_by_what_is_wrong(sample_mm, robot_mm, says):
+    with pytest.raises(InputError, match=r"cell\.toml: .*" + says):
+        fitted(np.asarray(sample_mm, dtype=float), robot_mm)
+
+
+HEAD = "asked_mm3_s,weighed_g,time_s,delay_s\n"
+GIVES = 0.8  # Of what it is asked for
+
+
+def pump(folder: Path, rows: str = "", head: str = HEAD) -> PumpTable:
+    """A pump that gives four fifths, weighed twice at three flows, unless ``rows`` say otherwise."""
+    for asked in () if rows else (10, 100, 1000):
+        for off in (0.99, 1.01):
+            rows += f"{asked},{GIVES * asked * 1.69e-3 * 20 * off:.9g},20,0.4\n"
+    (folder / "pump.csv").write_text(head + rows, encoding="utf-8")
+    return read_pump(Pump(file=Path("pump.csv"), density_kg_m3=1690.0), folder)
+
+
+def test_it_is_asked_for_more_where_it_gives_less(tmp_path):
+    table = pump(tmp_path)
+    assert table.asked_for(np.array([0.0, 8.0, 40.0, 800.0])) == pytest.approx([0, 10, 50, 1000])
+    # Three pairs that are 1 % to either side: s = sqrt(2) %, three degrees of freedom, two of each.
+    assert table.error_95 == pytest.approx(3.182 * 0.01, rel=1e-3)
+
+
+@pytest.mark.parametrize("wanted", [7.9, 801.0])
+def test_a_flow_that_was_not_weighed_is_refused(tmp_path, wanted):
+    with pytest.raises(InputError, match=r"pump\.csv: the path needs .* calibrated only from 8 to 800"):
+        pump(tmp_path).asked_for(np.array([0.0, wanted]))
+
+
+@pytest.mark.parametrize(
+    ("rows", "says"),
+    [
+        ("10,1,20,0\n20,2,20,0\n30,3,20,0\n40,4,20,0\n", "a single weighing shows no scatter"),
+        ("10,1,20,0\n10,1,20,0\n20,1,20,0\n20,1,20,0\n", "at a request of 20 mm³/s the pump gave"),
+        ("10,1,20,0\n10,1,20,0\n20,two,20,0\n20,1,20,0\n", "row 4, column weighed_g: 'two' is not a number"),
+        ("10,0.34,0.33,0\n10,0.34,0.33,0\n20,0.68,0.33,0\n20,0.68,0.33,0\n", "gives 61 times .* time_s in seconds"),
+        ("10,1,20,99\n10,1,20,0\n20,2,20,0\n20,2,20,0\n", "row 2, column delay_s: 99; 0 to 30 is allowed"),
+    ],
+)
+def test_a_fault_is_named_by_row_and_value(tmp_path, rows, says):
+    with pytest.raises(InputError, match=says):
+        pump(tmp_path, rows)
+
+
+@pytest.mark.parametrize(("off", "warned"), [(0.01, False), (0.05, True), (0.25, True)])
+def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, warned):
+    path = place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, off))
+    warnings = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
+    # Two to either side of each of two flows: s = sqrt(2) off, two degrees of freedom, two of each.
+    assert [
+        f"scatter by {np.sqrt(2) * off:.0%}" in one and f"known to {4.303 * off:.0%}" in one for one in warnings
+    ] == ([True] * warned)
+
+
+def test_equal_weighings_show_no_interval(tmp_path):
+    """A scale with a coarse digit. Broken on purpose, the path's flow is known to 0 %, without a word."""
+    table = scattered(tmp_path, 0.0)
+    assert table.error_95 is None
+    assert "show no scatter" in table.warnings[0]
+
+
+def scattered(folder: Path, off: float) -> PumpTable:
+    """A pump that obeys, weighed twice at the path's flow and at three times it, each time ``off`` its mean."""
+    flow = trajectory().flow_mm3_s.max()
+    weighed = [(asked, asked * 1.69e-3 * 20 * (1 + sign * off)) for asked in (flow, 3 * flow) for sign in (-1, 1)]
+    return pump(folder, "".join(f"{asked:.12g},{gram:.12g},20,0\n" for asked, gram in weighed))
+
+
+def test_each_program_asks_for_what_gives_the_paths_flow_and_waits_once(tmp_path):
+    it, table = trajectory(lead_in_mm=5.0), pump(tmp_path)
+    flow = it.flow_mm3_s.max()
+    path = place_path(it, cell(gcode={}), "cell.toml", table)
+    assert path.wanted_mm3 == pytest.approx(it.dispensed_mm3)
+    assert path.trajectory.flow_mm3_s == pytest.approx(it.flow_mm3_s / GIVES)
+    assert path.hold_s == pytest.approx(0.4)
+    rows = np.array([line.split(",") for line in table_text(path).splitlines()[1:]], dtype=float)
+    assert len(rows) == len(it.t_s) + 1
+    waiting = rows[it.giving.start]
+    assert (waiting[5], waiting[6]) == pytest.approx((0.0, flow / GIVES), abs=1e-5)
+    assert rows[it.giving.start + 1, 0] - waiting[0] == pytest.approx(0.4, abs=1e-5)
+    script, program = urscript_text(path), spel_text(path)
+    assert script.count("sleep(0.400)") == 1
+    assert program.count("  Wait 0.400") == 1
+    # Both arms stop before they wait.
+    assert "CP" not in program[: program.index("  On 8")].splitlines()[-1]
+    assert (
+        "r=0.0000000"
+        in script[: script.index("  set_standard_analog_out(0, 0.0", script.index("movep"))].splitlines()[-1]
+    )
+    motions = read_gcode(gcode_text(path))
+    given = sum(motion.given for motion in motions) * np.pi * 10.0**2
+    assert given == pytest.approx((it.dispensed_mm3 + 0.4 * flow) / GIVES, rel=1e-4)

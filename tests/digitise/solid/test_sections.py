@@ -7,8 +7,11 @@ import pytest
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
+from digitise.solid.footprint import lay_out
+from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.records import Floats, Solid
-from tests.support.shapes import CUT, straight_slot
+from tests.support.section_volumes import cavity_volume_mm3
+from tests.support.shapes import CUT, closed_crack, cut_crack, straight_slot, wandering_crack
 
 W = 3.1
 SLOPE = np.tan(np.radians(5.0))
@@ -64,3 +67,25 @@ def test_sections_among_stones_add_up_to_the_cavity(tilt, angle_deg, within):
         shape = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=angle_deg)
         solid = build_solid(outline, shape)
         assert total_mm3(solid) == pytest.approx(solid.cavity_volume_mm3, rel=within)
+
+
+HILLS = ((0, 6), (20, 16), (40, 10))
+
+
+@pytest.mark.parametrize(
+    ("outline", "tilt", "depth_mm"),
+    [
+        (wandering_crack(), "lean", 16.0),
+        (wandering_crack(), "undercut", HILLS),
+        (closed_crack(), "flare", HILLS),
+        (closed_crack(), "undercut", 16.0),
+        (cut_crack(), "funnel", 16.0),
+        (cut_crack(), "vertical", HILLS),
+    ],
+)
+def test_the_mesh_encloses_the_integral_of_the_sections(outline, tilt, depth_mm):
+    """Two ways to one volume, within a thousandth: wedges subtracted from a block, and offsets of the outline."""
+    shape = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=4.0)
+    footprint = lay_out(outline, shape, max(wall_shifts_mm(shape)))
+    integral_mm3 = cavity_volume_mm3(footprint, shape)
+    assert build_solid(outline, shape).cavity_volume_mm3 == pytest.approx(integral_mm3, rel=1e-3)

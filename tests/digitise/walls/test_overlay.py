@@ -5,11 +5,12 @@ import pytest
 
 from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.find_path import find_path
+from digitise.drawing.given_lines import outline_of_line
 from digitise.geometry.polyline import resampled
 from digitise.outline import trace_outline
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
-from digitise.walls.overlay import CENTRE, ENDS, LEFT, NOZZLE, RIGHT, draw_cracks, draw_overlay
+from digitise.walls.overlay import CENTRE, ENDS, LEFT, NOZZLE, RIGHT, draw_cracks, draw_overlay, straight_view
 from fixtures.generate.specimen import Recipe, make_specimen
 from tests.support.photos import SMALL_FACE, photo_of
 
@@ -85,3 +86,29 @@ def test_side_cracks_are_drawn_dashed_where_they_are_left_out_and_islands_with_t
             places = (resampled(points_px, 0.5) + 0.5) * scale - 0.5
             shares.append(share_of_colour(picture, places, colour))
     assert shares == pytest.approx([0.5, 1, 1, 1], abs=0.15)
+
+
+X_MM = np.linspace(0.0, 60.0, 121)
+LINE_MM = np.column_stack([X_MM, 8 * np.sin(X_MM / 15)])
+
+
+def test_a_bent_crack_becomes_a_straight_band_with_its_left_side_up():
+    outline, photo = outline_of_line(LINE_MM, np.array([[0.0, 3.0]]), None, "line")
+    # A white spot 3 mm to the left of the crack's middle at s = 20 mm.
+    at = int(np.argmin(np.abs(outline.s_mm - 20.0)))
+    ahead = outline.centreline_mm[at + 1] - outline.centreline_mm[at]
+    left = np.array([-ahead[1], ahead[0]]) / np.linalg.norm(ahead)
+    column, row = photo.to_px((outline.centreline_mm[at] + 3.0 * left)[None])[0].round().astype(int)
+    image = photo.image.copy()
+    image[row - 2 : row + 3, column - 2 : column + 3] = 255
+    straight = straight_view(replace(photo, image=image), outline)
+    height, width, _ = straight.shape
+    mm_per_px = outline.length_mm / (width - 1)
+    dark = straight[:, :, 0] < 120
+    inside = slice(width // 20, -width // 20)
+    assert dark[:, inside].sum(axis=0) * mm_per_px == pytest.approx(3.0, abs=0.25)
+    middle = np.array([np.flatnonzero(each).mean() for each in dark[:, inside].T])
+    assert (middle - (height - 1) / 2) * mm_per_px == pytest.approx(0.0, abs=0.15)
+    rows, columns = np.nonzero(straight[:, :, 0] > 240)
+    assert columns.mean() * mm_per_px == pytest.approx(20.0, abs=0.3)
+    assert ((height - 1) / 2 - rows.mean()) * mm_per_px == pytest.approx(3.0, abs=0.3)
