@@ -209,6 +209,7 @@ CASES: list[WrongInput] = [
         more=" --ends 14,130 540,363", lacks=("inside photo.roi_px",), code=0),
     digitised("wide crack at the border, clicked at its wall", _wedge, "along a dark region", "border",
         "photo.mask", more=" --ends 2,66 540,363"),
+    digitised("two cracks alike", lit(lambda: np.minimum(_crack(), _crack()[::-1])), "photo.crack", "ends_px"),
     clicked("black crack in coarse ground", _coarse, "too coarse", "overlay.png", code=0),
     digitised("ends on a part of the crack", lit(_crack), "continues beyond the end (10", more=" --ends 100,78 390,107",
         code=0),

@@ -36,6 +36,7 @@ viscosity_pa_s = 5.0
 freeze_after_s = "never"
 [solver]
 model = "slot"
+settle_s = 0.2
 [readings]
 file = "P01.csv"
 data = "synthetic"
@@ -184,9 +185,10 @@ CASES: list[WrongInput] = [
         settings=IN_MM),
     sheet("a factor below the header", "s;depth\nmm;0,1 mm\n1;21.5\n4;24\n", "B2 '0,1 mm'", settings=IN_MM),
     # Units beside the readings.
-    sheet("a row in inches", table("2.15;mm", "0.0945;inch", "1.3;mm", head="s_mm;depth;Einheit"), "C3 'inch'",
-        "as_written", settings=IN_MM),
+    sheet("a row in inches", table("2.15;mm", "0.0945;inch", "1.3;mm", "1.2;mm", head="s_mm;depth;Einheit"),
+        "C3 'inch'", "as_written", settings=IN_MM),
     sheet("a unit above", f"Einheit: Zoll\n{under('s_mm;depth')}", "A1 'Einheit: Zoll'", settings=IN_MM),
+    sheet("a unit below", f"{under('s_mm;depth')}alle Werte in cm\n", "'alle Werte in cm'", settings=IN_MM),
     sheet("a format in cm", book(("s_mm", "depth_mm"), (1, 2.15), (4, 2.4), (7, 1.3), form='0.00" cm"'), "column B",
         "cm in its cells", suffix=".xlsx"),
     sheet("percent in ODS", ods(*SOUND, PERCENT), "column B", "% in its cells", suffix=".ods"),
@@ -213,6 +215,8 @@ CASES: list[WrongInput] = [
     lab("a hidden column", {"P01.ods": ods(*SOUND, columns=COLUMNS)}, "hidden", "as_written = B"),
     # Sisters.
     sheet("a line of NUL bytes", "s_mm,depth_mm\n1,1.5\n\0\0\0\0\n7,1.3\n", "P01.csv", "NUL"),
+    sheet("a quotation mark that does not close", 's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,\n', "line 2",
+        "quotation"),
     sheet("a quotation mark that closes in another row",
         's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,edge"\n10,1.2,\n', "line 4", "quotation"),
     along_the_crack("a depth in inches", ";Einheit\n0;8;mm\n9;0.3;inch\n", "row 3", "unit"),

