@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image, ImageCms, PngImagePlugin, TiffImagePlugin
 
 from sealtwin.core.records import Floats
-from tests.support.photos import mortar, with_crack, write_png
+from tests.support.photos import mortar, wandering, with_crack, write_png
 from tests.wrong_inputs.table import WrongInput, answers
 
 Make = Callable[[Path], object]
@@ -209,7 +209,8 @@ CASES: list[WrongInput] = [
         more=" --ends 14,130 540,363", lacks=("inside photo.roi_px",), code=0),
     digitised("wide crack at the border, clicked at its wall", _wedge, "along a dark region", "border",
         "photo.mask", more=" --ends 2,66 540,363"),
-    digitised("two cracks alike", lit(lambda: np.minimum(_crack(), _crack()[::-1])), "photo.crack", "ends_px"),
+    digitised("two cracks alike", lit(lambda: with_crack(with_crack(mortar(SIZE_PX), wandering([(30, 50), (390, 65)])),
+        wandering([(30, 210), (390, 195)]))), "photo.crack", "ends_px"),
     clicked("black crack in coarse ground", _coarse, "too coarse", "overlay.png", code=0),
     digitised("ends on a part of the crack", lit(_crack), "continues beyond the end (10", more=" --ends 100,78 390,107",
         code=0),
