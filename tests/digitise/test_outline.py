@@ -1,6 +1,5 @@
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
@@ -114,17 +113,6 @@ def test_ends_inside_a_longer_crack_cut_it_straight_across(bent_photo, bent_outl
     assert np.linalg.norm(off_mm, axis=1).max() < 0.4
     assert outline.width_mm == pytest.approx(1.4, abs=0.25)
     assert sum("beyond the end" in doubt.text for doubt in outline.warnings) == 2
-
-
-def test_a_thin_branch_and_a_pore_leave_the_walls_where_they_are(tmp_path):
-    plain = with_crack(mortar(), [(20, 150), (480, 150)])
-    spoilt = with_crack(plain, [(250, 150), (300, 60)], width_px=4)
-    cv2.circle(spoilt, (120, 150 - 16), 4, 0.02, -1)
-    photos = (evenly_scaled(write_png(tmp_path / "photo.png", picture)) for picture in (plain, spoilt))
-    clean, other = (trace_outline(photo, find_path(photo, ((40.0, 150.0), (460.0, 150.0)))) for photo in photos)
-    assert distance_to(other.left_wall_mm, clean.left_wall_mm).max() < 0.6
-    assert rms(distance_to(other.left_wall_mm, clean.left_wall_mm)) < 0.1
-    assert other.mean_width_mm == pytest.approx(clean.mean_width_mm, rel=0.03)
 
 
 def test_a_piece_shorter_than_three_widths_is_refused(tmp_path):

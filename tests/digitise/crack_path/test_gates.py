@@ -65,13 +65,6 @@ def test_a_crack_with_corners_but_no_line_beyond_them_is_not(tmp_path):
     assert path_in(tmp_path, with_crack(mortar(), crack, 8), (crack[0], crack[-1])).warnings == ()
 
 
-def test_a_click_on_a_faint_crack_that_is_moved_to_a_line_beside_it_is_named(tmp_path):
-    joint = with_crack(mortar(), [(-10, 140), (510, 140)], 7)
-    faint = 0.85 * joint + 0.15 * with_crack(joint, [(60, 152), (250, 153), (440, 152)], 2)
-    path = path_in(tmp_path, faint, ((60.0, 152.0), (440.0, 152.0)))
-    assert any("moved" in text or "joint" in text for text in texts(path.warnings))
-
-
 @pytest.mark.parametrize("ahead_px", [0.0, 14.0])
 def test_a_sound_crack_is_taken_without_a_word(tmp_path, ahead_px):
     path = path_in(tmp_path, with_crack(mortar(), WAVE, 7), ((42.0 - ahead_px, WAVE[0][1] + 2.0), WAVE[-1]))

@@ -41,13 +41,6 @@ def test_a_line_is_as_clear_in_every_direction(tmp_path, angle_deg):
     assert turned == pytest.approx(level, rel=0.25)
 
 
-@pytest.mark.parametrize("width_px", [6, 12, 24])
-def test_the_width_of_a_line_is_the_bar_that_fits(tmp_path, width_px):
-    """Bars are a factor of two apart."""
-    field = mapped(tmp_path, 0.5 * (np.abs(across(0)) < width_px / 2))
-    assert width_px / 2 < np.median(on_line(field.width)) < 2 * width_px
-
-
 def with_box(dark, rows=slice(220, 300), columns=slice(0, 500)):
     shown = np.full((300, 500), 0.6, dtype=np.float32)
     shown[rows, columns] *= dark

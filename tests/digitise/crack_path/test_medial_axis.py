@@ -33,11 +33,6 @@ def test_the_longest_line_of_a_fork_leaves_its_shortest_arm_out():
     assert np.ptp(line[:, 0]) == pytest.approx(260, abs=10)
 
 
-def test_of_two_pieces_the_longer_line_counts_not_the_larger_area():
-    region = painted(MAIN, width_px=3) | painted([(60, 170), (100, 170)], width_px=41)
-    assert distance_to(longest_line(region)[:, ::-1].astype(float), np.array(MAIN, dtype=float)).max() < 3
-
-
 def test_side_lines_run_outward_and_roughness_is_none():
     region = painted(MAIN, BRANCH, [(220, 101), (223, 80)])
     ((cells, comes_back),) = side_lines(region, longest_line(region), least=18)

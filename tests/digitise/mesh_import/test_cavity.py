@@ -41,15 +41,12 @@ def test_the_cavity_is_all_of_the_block_that_the_mouth_leads_to(body, volume_mm3
     assert cavity.warnings == ()
 
 
-def second_slot() -> Manifold:
-    return slotted(box((20.0, 5.0, -6.0), (70.0, 9.0, 1.0)))
-
-
 def test_two_cracks_compete_until_a_path_chooses():
+    two = slotted(box((20.0, 5.0, -6.0), (70.0, 9.0, 1.0)))
     with pytest.raises(InputError, match=r"240 mm² .*\(50, 20\) and 200 mm² .*\(45, 7\)"):
-        cavity_in(second_slot())
+        cavity_in(two)
     line_mm = np.column_stack([np.linspace(10, 75, 30), np.full(30, 7.0)])
-    assert cavity_in(second_slot(), line_mm).volume_mm3 == pytest.approx(50 * 4 * 6)
+    assert cavity_in(two, line_mm).volume_mm3 == pytest.approx(50 * 4 * 6)
 
 
 @pytest.mark.parametrize(
@@ -57,19 +54,16 @@ def test_two_cracks_compete_until_a_path_chooses():
     [
         # A crack through the underside holds nothing.
         (slotted(box((40.0, 19.0, -25.0), (45.0, 21.0, -5.0))), "underside"),
-        (block(), "No crack opens in the face"),
         (block() - box((10.0, 5.0, -3.0), (10.9, 5.9, 1.0)), "No crack opens in the face"),
     ],
-    ids=["through", "plain block", "pore"],
+    ids=["through", "pore"],
 )
 def test_what_is_no_crack_is_refused(body, says):
     with pytest.raises(InputError, match=says):
         cavity_in(body)
 
 
-@pytest.mark.parametrize(
-    "text", ["x_mm,y_mm\r\n1,2\r\n3,4.5\r\n", "z_mm,x_mm,y_mm\n0,1,2\n0,3,4.5\n", "\ufeffy_mm,x_mm\n2,1\n4.5,3"]
-)
+@pytest.mark.parametrize("text", ["z_mm,x_mm,y_mm\r\n0,1,2\r\n0,3,4.5\r\n", "\ufeffy_mm,x_mm\n2,1\n4.5,3"])
 def test_x_and_y_are_read_by_their_columns(tmp_path, text):
     (tmp_path / "path.csv").write_text(text, encoding="utf-8")
     assert np.array_equal(read_path(tmp_path / "path.csv"), [[1.0, 2.0], [3.0, 4.5]])
@@ -79,7 +73,6 @@ def test_x_and_y_are_read_by_their_columns(tmp_path, text):
     ("content", "says"),
     [
         (b"", "path.csv, row 1: no column x_mm"),
-        (b"1 2\n3 4\n", "path.csv, row 1: column '1 2'"),
         (b"x_mm,y_mm\n1,2\n1,2\n", "1 different point"),
         (b"x_mm,y_mm\n1,2\n3\n", "row 3: 1 cells"),
         (b"x_inch,y_inch\n1,2\n3,4\n", "row 1: column 'x_inch'"),
@@ -100,11 +93,8 @@ def test_a_path_beside_the_crack_is_refused():
 def test_a_section_is_square_to_the_crack_and_as_deep_as_it_is():
     """A wedge of a floor, from 4 mm deep at one end to 12 mm at the other."""
     length_mm, width_mm = 60.0, 3.0
-    wedge = Manifold.hull_points(
-        np.array(
-            [[x, y, z] for x, depth in ((0.0, 4.0), (length_mm, 12.0)) for y in (-1.5, 1.5) for z in (0.0, -depth)]
-        )
-    )
+    ends = ((0.0, 4.0), (length_mm, 12.0))
+    wedge = Manifold.hull_points(np.array([[x, y, z] for x, depth in ends for y in (-1.5, 1.5) for z in (0.0, -depth)]))
     sections = cavity_sections(wedge, straight_slot(length_mm, width_mm, CLOSED))
     expected_mm = 4.0 + 8.0 * sections.s_mm / length_mm
     # The first and last cut of the floor are 0.01 mm from the ends, and a layer of the cavity is 0.25 mm thick.

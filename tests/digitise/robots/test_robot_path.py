@@ -58,14 +58,6 @@ def test_a_fast_start_and_far_points_are_remarked_on():
     assert "0.1 mm at each becomes an error of 0." in far
 
 
-def test_the_plunger_goes_as_far_as_the_volume_asks():
-    """4.8 ml of a syringe of 20 mm: 15.28 mm; geared 2000 mm³ to a millimetre: 2.4 mm."""
-    assert placed().plunger_mm()[-1] == pytest.approx(4800 / (np.pi * 100))
-    way_mm = placed(plunger={"diameter_mm": np.sqrt(8000.0 / np.pi)}).plunger_mm()
-    assert (way_mm[0], way_mm[-1]) == pytest.approx((0.0, 2.4))
-    assert np.diff(way_mm) == pytest.approx(trajectory().given_mm3 / 2000)
-
-
 @pytest.mark.parametrize(
     ("change", "says"),
     [

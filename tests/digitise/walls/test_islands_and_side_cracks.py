@@ -147,14 +147,3 @@ def test_glints_on_the_floor_are_no_stones(tmp_path):
         outlines.append(trace_outline(photo, find_path(photo, ((70.0, 150.0), (430.0, 150.0)))))
     assert [outline.islands_mm for outline in outlines] == [(), ()]
     assert outlines[1].mean_width_mm == pytest.approx(outlines[0].mean_width_mm, abs=0.01)
-
-
-def test_ground_between_two_strands_is_no_stone(tmp_path):
-    """Wider than the crack: one strand is measured, as the path goes."""
-    picture = with_crack(mortar(), [(20, 150), (150, 150), (200, 110), (300, 110), (350, 150), (480, 150)])
-    picture = with_crack(picture, [(150, 150), (200, 190), (300, 190), (350, 150)])
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
-    path = find_path(photo, ((40.0, 150.0), (460.0, 150.0)), via_px=((250.0, 110.0),))
-    outline = trace_outline(photo, path)
-    assert outline.islands_mm == ()
-    assert outline.centreline_px[:, 1].max() < 160
