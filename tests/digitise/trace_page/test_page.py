@@ -119,15 +119,11 @@ def test_a_question_is_handed_on(page):
 
 def test_what_the_page_never_sends_is_refused(page, saved):
     for name, body in (
-        ("trace", b""),
         ("trace", b"\xff\xfe"),
-        ("trace", b"[]"),
         ("trace", b'{"hints": {}, "revision": 1}'),
         ("trace", b'{"hints": {}, "revision": -1, "until": "path"}'),
         ("trace", b'{"hints": {}, "revision": 1, "until": "all"}'),
-        ("trace", b'{"hints": {}, "revision": 1, "until": "path", "file": "x"}'),
         ("trace", b'{"hints": {"file": "x"}, "revision": 1, "until": "path"}'),
-        ("save", b'{"hints": {}, "shape": {"depth_mm": "16"}}'),
         ("save", b'{"hints": {}, "shape": {"depth_mm": Infinity}}'),
         ("save", b'{"hints": {}, "out": "/tmp"}'),
         ("save", b"[" * 60_000),
@@ -150,8 +146,7 @@ def test_a_save_that_fails_says_why_and_costs_no_click(page, saved):
     for depth_mm, why in ((-1, "crack.toml: depth_mm: too shallow."), (999, "lab/crack.toml: Permission denied")):
         (answer,) = _posted(page, "save", {"hints": {}, "shape": {"depth_mm": depth_mm}})
         assert answer["refused"].startswith(why)
-        assert not page._ended.is_set()
-        assert not saved
+        assert (page._ended.is_set(), saved) == (False, [])
     _posted(page, "save", {"hints": {}, "shape": {"depth_mm": 16}})
     assert len(saved) == 1
 
@@ -204,18 +199,13 @@ def gate():
     return RequestGate(PORT)
 
 
-def _headers(*fields):
-    headers = Message()
-    for name, value in fields:
-        headers[name] = value
-    return headers
-
-
 def _own_post(**changed):
     """The headers of the page's own POST, some of them changed or (None) left out."""
-    fields = {"Host": OWN, "Origin": f"http://{OWN}", "Content-Length": "2"}
-    fields |= {name.replace("_", "-"): value for name, value in changed.items()}
-    return _headers(*((name, value) for name, value in fields.items() if value))
+    headers = Message()
+    for name, value in ({"Host": OWN, "Origin": f"http://{OWN}", "Content_Length": "2"} | changed).items():
+        if value is not None:
+            headers[name.replace("_", "-")] = value
+    return headers
 
 
 @pytest.mark.parametrize(
@@ -225,23 +215,19 @@ def _own_post(**changed):
         ({"Host": f"localhost:{PORT}", "Origin": f"http://localhost:{PORT}"}, None),
         ({"Content_Length": str(LARGEST_BODY_BYTES)}, None),
         # DNS rebinding: a site whose name resolves to 127.0.0.1 still sends its own name.
-        *(({"Host": host}, 421) for host in (None, "", "evil.example", f"evil.example:{PORT}", "127.0.0.1")),
-        ({"Host": f"127.0.0.1:{PORT + 1}"}, 421),
+        *(({"Host": host}, 421) for host in (None, f"evil.example:{PORT}", "127.0.0.1", f"127.0.0.1:{PORT + 1}")),
         # Another site's page cannot post.
-        *(({"Origin": origin}, 403) for origin in (None, "null", "http://evil.example", f"https://{OWN}")),
-        *(({"Origin": f"http://{name}"}, 403) for name in (f"127.0.0.1:{PORT + 1}", f"{OWN}.evil.example")),
+        *(({"Origin": origin}, 403) for origin in (None, "null", f"https://{OWN}", f"http://{OWN}.evil.example")),
         # A large body is refused by its announcement, one of unsure length as such.
-        *(({"Content_Length": length}, 413) for length in (str(LARGEST_BODY_BYTES + 1), "9" * 9, "9" * 30)),
-        *(({"Content_Length": length}, 413) for length in (None, "-1", "+2", "2.0", "0x2", "²")),
+        *(
+            ({"Content_Length": length}, 413)
+            for length in (str(LARGEST_BODY_BYTES + 1), "9" * 30, None, "-1", "²")
+        ),
     ],
 )
 def test_only_the_pages_own_post_gets_in(gate, changed, status):
     refusal = gate.refuses("POST", f"/{gate.token}/trace", _own_post(**changed))
     assert (refusal and refusal[0].value) == status
-
-
-def test_a_get_needs_no_origin(gate):
-    assert gate.refuses("GET", f"/{gate.token}/", _headers(("Host", OWN))) is None
 
 
 @pytest.mark.parametrize(
@@ -251,7 +237,7 @@ def test_a_get_needs_no_origin(gate):
 def test_without_the_token_nobody_gets_in(gate, target):
     """Another session's token, a part of this one, letters that no token has, an address in full: all are no token."""
     written = target.format(other=RequestGate(PORT).token, start=gate.token[:-1], token=gate.token, own=OWN)
-    refusal = gate.refuses("GET", written, _headers(("Host", OWN)))
+    refusal = gate.refuses("GET", written, _own_post())
     assert refusal is not None
     assert refusal[0] == 403
 
@@ -262,16 +248,11 @@ def test_tokens_cannot_be_guessed(gate):
     assert len({RequestGate(PORT).token for _ in range(100)}) == 100
 
 
-class NoSession:
-    def end(self):
-        pass
-
-
 class Echo(TracePage):
     """Says hello, and gives back what it is sent."""
 
     def __init__(self):
-        opened = Opened(NoSession(), dict, {})  # pyright: ignore[reportArgumentType]
+        opened = Opened(Session(), dict, {})  # pyright: ignore[reportArgumentType]
         super().__init__([Sheet("crack.jpg", lambda: opened, lambda: False)])
 
     def get(self, name):
@@ -356,8 +337,7 @@ REFUSED = {
     "no JSON": (400, {"method": "POST", "name": "echo", "body": b"{"}),
     "too large": (413, {"method": "POST", "name": "echo", "body": b" " * (LARGEST_BODY_BYTES + 1)}),
     "another host": (421, {"Host": "evil.example"}),
-    "another origin": (403, {"method": "POST", "name": "echo", "body": b"{}", "Origin": "http://evil.example"}),
-    **{method: (501, {"method": method}) for method in ("PUT", "DELETE", "PATCH", "OPTIONS", "HEAD", "TRACE", "FOO")},
+    **{method: (501, {"method": method}) for method in ("PUT", "OPTIONS", "HEAD", "FOO")},
 }
 
 
@@ -372,9 +352,7 @@ def test_whatever_is_refused_says_so_and_leaks_nothing(server, fault):
     assert _ask(server)[0] == 200
 
 
-@pytest.mark.parametrize(
-    "request_line", ["GET /{token}/", "GET / ", "POST /{token}/echo", "PUT /", "nonsense", "GET /{long}"]
-)
+@pytest.mark.parametrize("request_line", ["GET /{token}/", "GET / ", "PUT /", "nonsense", "GET /{long}"])
 def test_every_answer_carries_the_security_headers(server, request_line):
     """A library's own error page would carry none, and echo what it was sent."""
     line = request_line.format(token=server.gate.token, long="x" * 70_000)
@@ -385,16 +363,9 @@ def test_every_answer_carries_the_security_headers(server, request_line):
     assert "Python" not in head
 
 
-@pytest.mark.parametrize(
-    "sent",
-    [
-        *(b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", b"\x00" * 5000, b"GET\r\n\r\n"),
-        *(b"GET / HTTP/9.9\r\n\r\n", b"\r\n" * 99),
-        # Whoever leaves in the middle of a head, or of a body.
-        *(0.1, 0.5, 1.0),
-    ],
-)
+@pytest.mark.parametrize("sent", [b"\x16\x03\x01\x02\x00", b"\x00" * 5000, b"GET / HTTP/9.9\r\n\r\n", 0.5, 1.0])
 def test_garbage_and_whoever_leaves_do_not_kill_it(server, sent, capfd):
+    """A share is where in a head, or at its end in a body, somebody leaves."""
     head = _head_of_a_post(server, length=50)
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=5) as wire:
         wire.sendall(sent if isinstance(sent, bytes) else head[: int(sent * len(head))].encode() + b'{"x"')
