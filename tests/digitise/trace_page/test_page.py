@@ -219,10 +219,7 @@ def _own_post(**changed):
         # Another site's page cannot post.
         *(({"Origin": origin}, 403) for origin in (None, "null", f"https://{OWN}", f"http://{OWN}.evil.example")),
         # A large body is refused by its announcement, one of unsure length as such.
-        *(
-            ({"Content_Length": length}, 413)
-            for length in (str(LARGEST_BODY_BYTES + 1), "9" * 30, None, "-1", "²")
-        ),
+        *(({"Content_Length": length}, 413) for length in (str(LARGEST_BODY_BYTES + 1), "9" * 30, None, "-1", "²")),
     ],
 )
 def test_only_the_pages_own_post_gets_in(gate, changed, status):

@@ -29,8 +29,8 @@ def straight(*parts):
 
 
 def test_a_narrow_stretch_is_named_with_its_place(photo):
-    (warning,) = judge_stretches(photo, *straight((200, 12.0), (80, 6.0), (220, 12.0)))
-    assert warning.text.startswith("16% of the crack is under 8 px wide")
+    """Narrow tips of 30 px each are nothing to say."""
+    (warning,) = judge_stretches(photo, *straight((30, 5.0), (170, 12.0), (80, 6.0), (190, 12.0), (30, 5.0)))
     assert "20 to 28 mm along the crack, from (200, 49) to (278, 49) px, about 6.0 px wide" in warning.text
 
 
@@ -58,9 +58,9 @@ def test_an_end_before_which_the_crack_closes_is_named_with_its_place(tmp_path):
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
     outline = trace_outline(photo, find_path(photo, ENDS))
     assert outline.centreline_px[0] == pytest.approx(start, abs=8)
-    warning = outline.warnings[0]
-    assert warning.text.startswith("the end (40, 200) px is not reached: no walls were found on the last ")
-    assert f"{outline.centreline_px[0, 0]:.0f}" in warning.text
+    text = outline.warnings[0].text
+    assert text.startswith("the end (40, 200) px is not reached")
+    assert f"{outline.centreline_px[0, 0]:.0f}" in text
 
 
 def test_an_end_that_much_of_the_path_does_not_reach_is_refused(photo):
@@ -76,9 +76,8 @@ def in_a_joint(folder, darkness=1.0):
     """The outline of a crack of 5 px in a grey joint of 38 px; a darkness of 0 is that of the joint."""
     ends = [(-20, 150), (520, 150)]
     picture = np.minimum(mortar(), np.where(with_crack(mortar(), ends, 38) < 0.1, 0.3 * mortar(), 1.0))
-    photo = evenly_scaled(
-        write_png(folder / "joint.png", darkness * with_crack(picture, ends, 5) + (1 - darkness) * picture)
-    )
+    picture = darkness * with_crack(picture, ends, 5) + (1 - darkness) * picture
+    photo = evenly_scaled(write_png(folder / "joint.png", picture))
     return trace_outline(photo, CrackPath(np.array([(40.0, 150.0), (460.0, 150.0)]), 38.0, "ends"))
 
 

@@ -1,7 +1,6 @@
 import cv2
 import numpy as np
 import pytest
-from skimage.draw import polygon2mask
 
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
@@ -14,22 +13,12 @@ from sealtwin.core.facts import of_keys, texts
 from tests.support.photos import evenly_scaled, how_traced, mortar, with_crack, with_paint, write_png
 
 
-def painted(photo, rings_mm, holes_mm=()):
-    drawn = np.zeros(photo.brightness.shape, dtype=bool)
-    for rings, value in ((rings_mm, True), (holes_mm, False)):
-        for ring in rings:
-            drawn[polygon2mask(drawn.shape, photo.to_px(ring)[:, ::-1])] = value
-    return with_paint(photo, drawn)
-
-
-def strokes(folder, *boxes, without=None):
-    """A plain photo on which boxes of rows and columns are painted."""
+def strokes(folder, *boxes, hole=((0, 0), (0, 0))):
+    """A plain photo on which boxes of rows and columns are painted, less a hole."""
     photo = evenly_scaled(write_png(folder / "photo.png", mortar()))
     drawn = np.zeros(photo.brightness.shape, dtype=bool)
-    for rows, columns in boxes:
-        drawn[slice(*rows), slice(*columns)] = True
-    if without is not None:
-        drawn[slice(*without[0]), slice(*without[1])] = False
+    for rows, columns in (*boxes, hole):
+        drawn[slice(*rows), slice(*columns)] = (rows, columns) != hole
     return with_paint(photo, drawn)
 
 
@@ -46,16 +35,12 @@ def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
 @pytest.mark.parametrize(("side_px", "count"), [(2, 0), (5, 1)])
 def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     """0.04 mm² is less than what a solid keeps as an island, 0.25 mm² more. Walls lie on the rim of the paint."""
-    hole = ((148, 148 + side_px), (250, 250 + side_px))
-    photo = strokes(tmp_path, ((135, 165), (30, 470)), without=hole)
+    photo = strokes(tmp_path, ((135, 165), (30, 470)), hole=((148, 148 + side_px), (250, 250 + side_px)))
     outline = trace_outline(photo, find_path(photo, None))
-    assert len(outline.islands_mm) == count
+    assert (len(outline.islands_mm), outline.path_source, outline.ends) == (count, "mask", ("closed", "closed"))
     assert outline.mean_width_mm == pytest.approx(3.0, abs=0.05)
-    inner = slice(20, -20)
-    assert outline.left_wall_px[inner, 1] == pytest.approx(134.5, abs=0.5)
-    assert outline.right_wall_px[inner, 1] == pytest.approx(164.5, abs=0.5)
-    assert outline.path_source == "mask"
-    assert outline.ends == ("closed", "closed")
+    assert outline.left_wall_px[20:-20, 1] == pytest.approx(134.5, abs=0.5)
+    assert outline.right_wall_px[20:-20, 1] == pytest.approx(164.5, abs=0.5)
 
 
 def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
@@ -76,8 +61,7 @@ def crack(folder, width_px=15):
     return photo, find_path(photo, ENDS)
 
 
-@pytest.mark.parametrize("step", [1, -1])
-@pytest.mark.parametrize("aside_px", [6.0, -4.0])
+@pytest.mark.parametrize(("aside_px", "step"), [(6.0, 1), (-4.0, -1)])
 def test_a_wall_is_where_it_was_drawn_whichever_way_and_says_so(tmp_path, step, aside_px):
     photo, path = crack(tmp_path)
     before = trace_outline(photo, path)
@@ -102,8 +86,8 @@ def test_a_wall_is_where_it_was_drawn_whichever_way_and_says_so(tmp_path, step, 
 @pytest.mark.parametrize(
     ("lines", "named"),
     [
-        ([[(200.0, 142.0), (260.0, 10.0)]], "walls_px, line 1, is not on this crack"),
-        ([[(200.0, 142.0), (260.0, 142.0)], [(220.0, 140.0), (240.0, 160.0)]], "walls_px, line 2, crosses the crack"),
+        ([[(200.0, 142.0), (260.0, 10.0)]], "walls_px, line 1, is not on"),
+        ([[(200.0, 142.0), (260.0, 142.0)], [(220.0, 140.0), (240.0, 160.0)]], "walls_px, line 2, crosses"),
     ],
 )
 def test_a_line_off_the_crack_or_across_it_is_refused(tmp_path, lines, named):
@@ -157,9 +141,8 @@ def traced(banded, crack=(), ground=()):
 
 def lower_px(outline, first, last):
     """Mean height of the lower wall from one column to another."""
-    walls = np.concatenate([outline.left_wall_px, outline.right_wall_px])
-    part = walls[(walls[:, 0] > first) & (walls[:, 0] < last) & (walls[:, 1] > 150)]
-    return float(part[:, 1].mean())
+    x, y = np.concatenate([outline.left_wall_px, outline.right_wall_px]).T
+    return float(y[(x > first) & (x < last) & (y > 150)].mean())
 
 
 @pytest.mark.parametrize(
@@ -198,10 +181,10 @@ OVER_BAND = ((240.0, 163.0), (260.0, 163.0))
 @pytest.mark.parametrize(
     ("crack", "ground", "named"),
     [
-        ((((200.0, 150.0), (230.0, 40.0)),), (), r"crack_strokes_px, stroke 1, is not on this crack at \(\d+, \d+\)"),
-        ((OVER_BAND, ((480.0, 150.0), (495.0, 150.0))), (), "crack_strokes_px, stroke 2, is not on this crack"),
-        ((), (((250.0, 120.0), (250.0, 180.0)),), r"ground_strokes_px, stroke 1, crosses the crack at \(250, \d+\)"),
-        ((OVER_BAND,), (((250.0, 163.0),),), r"ground_strokes_px, stroke 1, contradicts a stroke at \(25\d, 16\d\)"),
+        ((OVER_BAND, ((200.0, 150.0), (230.0, 40.0))), (), r"crack_strokes_px, stroke 2, .* at \(\d+, \d+\)"),
+        ((((480.0, 150.0), (495.0, 150.0)),), (), "crack_strokes_px, stroke 1"),
+        ((), (((250.0, 120.0), (250.0, 180.0)),), r"ground_strokes_px, stroke 1, crosses .* at \(250, \d+\)"),
+        ((OVER_BAND,), (((250.0, 163.0),),), r"ground_strokes_px, stroke 1, contradicts .* at \(25\d, 16\d\)"),
         ((), (((250.0, 400.0),),), "ground_strokes_px, stroke 1, leaves the photo of 500 x 300 px"),
     ],
 )
@@ -221,11 +204,9 @@ def test_ground_that_cuts_off_the_darker_part_is_refused(tmp_path):
     light = with_crack(mortar(), STROKED_ENDS, 30)
     light[151:190] = mortar()[151:190] * 0.35
     photo = evenly_scaled(write_png(tmp_path / "crack.png", soft(light, 0.8)))
+    path = CrackPath(np.array([(20.0, 165.0), (480.0, 165.0)]), 55.0, "ends")
     with pytest.raises(InputError, match="ground_strokes_px, stroke 1, has darker ground beyond it"):
-        traced(
-            (photo, CrackPath(np.array([(20.0, 165.0), (480.0, 165.0)]), 55.0, "ends")),
-            ground=(((100.0, 156.0), (400.0, 156.0)),),
-        )
+        traced((photo, path), ground=(((100.0, 156.0), (400.0, 156.0)),))
 
 
 def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):

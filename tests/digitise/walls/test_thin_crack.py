@@ -50,11 +50,8 @@ def test_the_line_is_in_the_middle_and_its_interval_goes_into_files_and_into_the
     assert outline.width_source == "fit"
     assert np.percentile(distance_to(outline.centreline_px, np.array(STEP, dtype=float)), 90) < 0.5
     assert signed_area(outline.outline_mm) == pytest.approx(outline.length_mm * outline.mean_width_mm, rel=0.03)
-    ahead, aside = (
-        outline.centreline_mm[11] - outline.centreline_mm[9],
-        outline.left_wall_mm[10] - outline.centreline_mm[10],
-    )
-    assert ahead[0] * aside[1] - ahead[1] * aside[0] > 0, "the left wall is on the left"
+    # The left wall is on the left.
+    assert outline.left_wall_mm[10, 1] > outline.centreline_mm[10, 1]
     assert any("fitted to its blurred profile" in warning.text for warning in outline.warnings)
     write_outline(tmp_path, outline)
     assert read_outline(tmp_path).width_95_mm == pytest.approx(outline.width_95_mm, abs=1e-4)
@@ -83,16 +80,13 @@ def test_below_two_pixels_there_is_a_path_alone(tmp_path):
 def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
     photo, path = seen(tmp_path, width_px)
     gauged = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [40.0, 0.6]]))
-    assert gauged.width_source == "gauge"
-    assert gauged.width_95_mm is None
+    assert (gauged.width_source, gauged.width_95_mm) == ("gauge", None)
     assert np.interp(20.0, gauged.s_mm, gauged.width_mm) == pytest.approx(0.4, abs=0.03)
-    short = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm / 2, 0.6]]))
-    assert any("its last width, 0.6 mm, is used for the rest" in warning.text for warning in short.warnings)
-    whole = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm - 1.0, 0.6]]))
-    assert not any("its last width" in warning.text for warning in whole.warnings)
+    for to_mm, is_short in ((gauged.length_mm / 2, True), (gauged.length_mm - 1.0, False)):
+        table = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [to_mm, 0.6]]))
+        assert any("last width, 0.6 mm" in warning.text for warning in table.warnings) == is_short
     alone = trace_outline(photo, path, how_traced(path_only=True))
-    assert alone.width_source == "none"
-    assert alone.length_mm == pytest.approx(gauged.length_mm)
+    assert (alone.width_source, alone.length_mm) == ("none", pytest.approx(gauged.length_mm))
 
 
 def test_a_thin_path_along_an_edge_is_no_crack(tmp_path):
@@ -160,13 +154,10 @@ def test_the_mean_width_is_found(width_px, within):
 
 def test_doubt_about_the_darkness_is_in_the_interval_of_a_hairline():
     """In a perfect profile: of the darkness between 0.8 and 1 nothing is known at 1.5 px, nearly all at 8 px."""
-    half_widths = []
-    for width_px in (1.5, 8):
+    for width_px, most in ((1.5, np.inf), (8, 0.03)):
         light, ground = profiles(np.full(60, float(width_px)), 0.9, 1.5, 2, noise=0.005)
-        low_px, high_px = fit_box(light, ground, PLACES_PX, width_px).interval_px
-        half_widths.append((high_px - low_px) / 2 / width_px)
-    assert half_widths[0] > 0.05
-    assert half_widths[1] < 0.03
+        half_width = np.ptp(fit_box(light, ground, PLACES_PX, width_px).interval_px) / 2 / width_px
+        assert 0.05 * (width_px == 1.5) < half_width < most
 
 
 def test_the_tone_curve_is_in_the_interval():
