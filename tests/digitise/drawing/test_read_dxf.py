@@ -49,13 +49,12 @@ def test_a_traced_crack_is_read_back_as_it_was(tmp_path):
     outline = arc_slot()
     (tmp_path / "a.dxf").write_text(dxf_text(outline, None))
     drawing = open_drawing(tmp_path / "a.dxf", None)
-    ((ring_mm,), lines_mm) = drawing.lines("outline")
-    assert lines_mm == []
-    assert np.abs(ring_mm - outline.outline_mm).max() < 1e-9
-    for name, line_mm in (("WALL_LEFT", outline.left_wall_mm), ("CENTRELINE", outline.centreline_mm)):
-        (_, (read_mm,)) = drawing.lines(name)
+    rings_mm, lines_mm = drawing.lines("outline")
+    assert (len(rings_mm), lines_mm, drawing.notes) == (1, [], [])
+    (_, left_mm), (_, centre_mm) = drawing.lines("WALL_LEFT"), drawing.lines("CENTRELINE")
+    pairs = (rings_mm, outline.outline_mm), (left_mm, outline.left_wall_mm), (centre_mm, outline.centreline_mm)
+    for (read_mm,), line_mm in pairs:
         assert np.abs(read_mm - line_mm).max() < 1e-9
-    assert drawing.notes == []
 
 
 def test_the_nozzles_path_is_a_line_in_space(tmp_path):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from digitise.geometry.polyline import rectangle
-from digitise.photo import load_photo
+from digitise.photo import Photo, load_photo
 from digitise.scale.face_scale import edge_line
 from digitise.settings import PhotoInput
 from fixtures.generate.specimen import Recipe, Specimen, make_specimen
@@ -43,16 +43,12 @@ def photo_with(specimen, tmp_path):
 def test_markers_place_the_face_to_a_hundredth_of_a_millimetre(specimen, tmp_path):
     """With corners refined in the gamma of the stored photo, or not at all, this is 0.03 mm and more."""
     photo = photo_of(specimen, tmp_path)
-    miss_mm = photo.to_mm(specimen.to_px(FACE)) - FACE
-    assert np.abs(miss_mm).max() < 0.01
+    assert np.abs(photo.to_mm(specimen.to_px(FACE)) - FACE).max() < 0.01
     assert photo.scale_residual_mm is not None
     assert photo.scale_residual_mm < 0.04
     assert photo.scale_source == "8 4x4_50 markers of 16 mm"
-    # The face runs round from its lower left corner; px, y down.
-    assert photo.face_px is not None
-    (left, low), (right, _), (_, high), _ = photo.face_px
-    assert left < right
-    assert low > high
+    # The face runs round from its lower left corner.
+    assert photo.face_px == pytest.approx(specimen.to_px(FACE), abs=0.1)
 
 
 def test_a_marker_out_of_sight_is_named_and_the_others_used(specimen, photo_with):
@@ -103,20 +99,17 @@ def test_the_edges_of_the_face_give_the_scale_and_the_shadow_around_it_is_no_par
     assert photo.scale_residual_mm is not None
 
 
-def with_corners(corners_px: Floats) -> PhotoInput:
+def by_corners(specimen: Specimen, folder: Path, corners_px: Floats) -> Photo:
+    specimen.write(folder)
     a, b, c, d = ((float(x), float(y)) for x, y in corners_px)
-    return PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(70, 40), face_corners_px=(a, b, c, d))
+    settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(70, 40), face_corners_px=(a, b, c, d))
+    return load_photo(settings, folder)
 
 
 def test_given_corners_give_the_same_scale(specimen, tmp_path):
-    specimen.write(tmp_path)
-    photo = load_photo(with_corners(specimen.to_px(FACE)), tmp_path)
+    photo = by_corners(specimen, tmp_path, specimen.to_px(FACE))
     inner = np.array([[20.0, 10], [50, 30]])
     assert photo.to_mm(specimen.to_px(inner)) == pytest.approx(inner, abs=1e-3)
-
-
-def second_at(x_px: float):
-    return lambda corners_px: np.where([[0, 0], [1, 0], [0, 0], [0, 0]], x_px, corners_px)
 
 
 @pytest.mark.parametrize(
@@ -126,18 +119,15 @@ def second_at(x_px: float):
         (lambda corners_px: corners_px[::-1], r"photo\.jpg: face_corners_px = \(\("),
         # That start elsewhere squeeze the crack: lengths of this face come out wrong by three, and no figure tells.
         (lambda corners_px: np.roll(corners_px, 1, axis=0), r"photo\.jpg: face_corners_px = .* 1\.75 times as wide"),
-        (lambda corners_px: np.roll(corners_px, 3, axis=0), r"photo\.jpg: face_corners_px = .* 1\.75 times as wide"),
-        (second_at(9e5), r"photo\.jpg: face_corners_px = .* photo of \d+ x \d+ px"),
-        (second_at(-5000.0), r"photo\.jpg: face_corners_px = .* photo of \d+ x \d+ px"),
+        (lambda corners_px: corners_px + np.array([[0], [9e5], [0], [0]]), r"face_corners_px = .* \d+ x \d+ px"),
         # On four neighbouring pixels.
         (lambda _: np.array([[100.0, 102], [103, 102], [103, 100], [100, 100]]), r"is \d+ mm wide; 0\.001 to 2"),
     ],
-    ids=["mirrored", "from another corner", "from the last", "far right", "far left", "centimetres a pixel"],
+    ids=["mirrored", "from another corner", "far off", "centimetres a pixel"],
 )
 def test_corners_that_no_face_has_are_refused(specimen, tmp_path, corners, says):
-    specimen.write(tmp_path)
     with pytest.raises(InputError, match=says):
-        load_photo(with_corners(corners(specimen.to_px(FACE))), tmp_path)
+        by_corners(specimen, tmp_path, corners(specimen.to_px(FACE)))
 
 
 def test_a_photo_without_a_face_is_refused(tmp_path):

@@ -19,16 +19,9 @@ RIGHT = np.array([1.0, 0.0])
 def photo_of_dark(dark: np.ndarray, face_mm=None) -> Photo:
     """A photo at 1 mm/px, y up from its lower left pixel, black where ``dark``."""
     brightness = np.where(dark, 0.02, 0.4).astype(np.float32)
-    return Photo(
-        file=Path(__file__),
-        image=np.zeros((*dark.shape, 3), dtype=np.uint8),
-        brightness=brightness,
-        view=View(np.array([[1.0, 0, 0], [0, -1, dark.shape[0] - 1], [0, 0, 1]])),
-        face_mm=face_mm,
-        mm_per_px=1.0,
-        scale_source="test",
-        scale_residual_mm=None,
-    )
+    image, view = np.zeros((*dark.shape, 3), np.uint8), View(np.array([[1.0, 0, 0], [0, -1, 99], [0, 0, 1]]))
+    scale = {"view": view, "face_mm": face_mm, "mm_per_px": 1.0, "scale_source": "test", "scale_residual_mm": None}
+    return Photo(file=Path(__file__), image=image, brightness=brightness, **scale)
 
 
 def judged(dark: np.ndarray, end_px: tuple[float, float], face_mm=None, ahead: Floats = RIGHT) -> PathEnd:
