@@ -197,14 +197,6 @@ def test_an_arc_has_its_radius_and_turns_by_a_step_of_it():
     assert warnings == ()
 
 
-def test_the_doses_of_a_varying_section_and_the_speeds_of_a_ramp_are_told():
-    """4800 mm³ over 1800 of section: (10 + 10.5 / 2) and (10 + 69.5 / 2) of it a millimetre."""
-    report, _ = reported(straight_slot(80.0), TAPERING, flow="cross_section", ramp_mm=10.0, reverse=True)
-    assert report.sealant_mm3_per_mm == pytest.approx((4800 / 1800 * 15.25, 4800 / 1800 * 44.75))
-    assert report.speed_mm_s == pytest.approx((4 / (2 * np.sqrt(10)), 4.0))
-    assert (report.starts_at_s_mm, report.ends_at_s_mm) == pytest.approx((70.0, 10.0))
-
-
 def test_a_sharp_turn_and_a_path_beside_the_crack_are_remarked_on():
     _, (turn,) = reported(dog_leg(40.0), smoothing_mm=0.0, spacing_mm=5.0)
     assert "40 degrees at s = 40.0 mm" in turn.text

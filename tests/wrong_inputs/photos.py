@@ -148,7 +148,6 @@ SCANS: dict[str, Callable[[], dict[str, Any]]] = {
     "photo.png": lambda: {"dpi": (254, 127)},
 }
 HEIC_DAMAGES: tuple[tuple[str, Callable[[bytes], bytes], str], ...] = (
-    ("cut in the middle", lambda content: content[: len(content) // 2], "damaged or cut short"),
     ("without a primary item", lambda content: content.replace(b"pitm", b"free"), "damaged or cut short"),
     ("that states another size than its picture's", lambda content: _of_size(content, 90), "damaged or cut short"),
     ("that states 3,600 million pixels", lambda content: _of_size(content, 60_000), "50 million pixels"),
@@ -180,7 +179,6 @@ CASES: list[WrongInput] = [
     clicked("photo of which nobody says where it comes from", lit(_crack), "photo: undeclared", "photo.data",
         code=0),
     masked("mask mirrored", lambda: _paint()[::-1], "photo.mask", "0%", "mirrored"),
-    masked("mask shifted", lambda: np.roll(_paint(), 45, 0), "photo.mask", "shifted"),
     masked("mask three times as wide as the crack", lambda: _paint(41), "photo.mask", "4.2 mm", "1.5 mm",
         "dark band", "ends_px", code=0),
     masked("a warning with --quiet", lambda: np.roll(_paint(), 8, 0), "note: photo.mask", "8 px away",

@@ -102,15 +102,6 @@ def test_without_markers_and_ends_the_shadow_around_the_sample_is_not_taken_for_
     assert any("searched for only inside" in warning.text for warning in outline.warnings)
 
 
-def test_a_crack_is_not_followed_along_a_straight_edge(tmp_path):
-    """The same with an edge that was sawn: 14 px of shadow, whose two rims are no cracks either."""
-    picture = mortar()
-    picture[200:] *= 2.7
-    picture = with_crack(with_crack(picture, [(60, 10), (200, 200)]), [(200, 200), (480, 200)])
-    path = find_path(evenly_scaled(write_png(tmp_path / "photo.png", picture)), None, crack=1)
-    assert distance_to(path.points_px, np.array([(60.0, 10.0), (200.0, 200.0)])).max() < 7
-
-
 def strokes(*lines, width_px=14):
     mask = np.zeros(SIZE_PX[::-1], dtype=np.uint8)
     for line in lines:

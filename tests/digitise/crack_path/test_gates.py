@@ -59,12 +59,6 @@ def test_a_way_round_by_two_joints_is_doubted(tmp_path):
     assert "as straight as a joint" in doubt.text
 
 
-def test_a_crack_with_corners_but_no_line_beyond_them_is_not(tmp_path):
-    x = np.arange(40, 460, 20.0)
-    crack = np.column_stack([x, 150 + np.random.default_rng(1).normal(0, 12, len(x))]).tolist()
-    assert path_in(tmp_path, with_crack(mortar(), crack, 8), (crack[0], crack[-1])).warnings == ()
-
-
 @pytest.mark.parametrize("ahead_px", [0.0, 14.0])
 def test_a_sound_crack_is_taken_without_a_word(tmp_path, ahead_px):
     path = path_in(tmp_path, with_crack(mortar(), WAVE, 7), ((42.0 - ahead_px, WAVE[0][1] + 2.0), WAVE[-1]))

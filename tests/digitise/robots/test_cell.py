@@ -55,6 +55,8 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
 @pytest.mark.parametrize(
     ("table", "old", "new", "named"),
     [
+        (None, "frame_limit_mm", "frame_limit", ["frame_limit: no such key", "did you mean 'frame_limit_mm'"]),
+        (None, "low_mm = [150.0, -150.0, 50.0]", "low_mm = [150.0, -150.0]", ["reach.low_mm: 2 given, 3 needed"]),
         (None, "robot_mm = [250.0, 80.0, 55.0]", "robot_mm = [250.0, 80.0, 5e9]", ["taught.1.robot_mm.2", "10000"]),
         (None, '["spel", "csv"]', '["gcode"]', ['formats has "gcode", but there is no [gcode] table']),
         (None, '["spel", "csv"]', '["krl"]', ["formats.0 = 'krl'", "urscript"]),

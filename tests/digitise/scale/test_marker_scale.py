@@ -2,10 +2,8 @@ import io
 import json
 import re
 import tomllib
-from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pypdf
 import pytest
@@ -161,16 +159,6 @@ def test_markers_on_white_cards_are_found_on_a_dark_bench(tmp_path):
     dark = make_specimen(1, Recipe(**SMALL_FACE, board=0.05, gap_mm=0.0, mm_per_px=0.2))
     photo = photo_of(dark, tmp_path)
     assert set(find_markers(photo, "4x4_50", set(range(8)))) == set(range(8))
-
-
-def test_a_small_copy_of_a_marker_is_none_of_the_board(specimen, photo):
-    """As grain may look like one now and then: half the size, and the same number."""
-    image = photo.image.copy()
-    x, y = np.rint(specimen.to_px(np.array([[-14.0, -14.0]]))[0]).astype(int)
-    copy = image[y - 100 : y + 100, x - 100 : x + 100]
-    image[y - 300 : y - 220, x + 150 : x + 230] = cv2.resize(copy, (80, 80), interpolation=cv2.INTER_AREA)
-    corners_px = find_markers(replace(photo, image=image), "4x4_50", set(range(8)))
-    assert corners_px[0].mean(axis=0) == pytest.approx([x, y], abs=2)
 
 
 FACE_MM = (160.0, 40.0)

@@ -143,16 +143,6 @@ def test_the_floor_is_labelled_as_such(tilt):
     assert np.ptp(floor[step][:, :, 2]) == pytest.approx(4.0, abs=1e-6)
 
 
-def test_a_waver_of_the_trace_does_not_ripple_the_floor():
-    """0.02 mm from station to station turns the raw normals by 10 degrees; the floor's level lines stay straight."""
-    s_mm = np.arange(0.0, L + 0.05, 0.1)
-    noisy = np.column_stack([s_mm, 0.02 * np.random.default_rng(0).standard_normal(len(s_mm))])
-    floor = lay_floor(noisy, CrackShape(depth_mm=((0.0, 2.0), (90.0, 42.0))), 4.0, (0.0, -9.0, L, 9.0))
-    assert floor is not None
-    across = np.array([(40.0, y) for y in np.linspace(-1.5, 1.5, 31)])
-    assert np.ptp(floor.depth_at_mm(across)) < 0.05
-
-
 @pytest.mark.parametrize(
     ("to_mm", "to_depth_mm", "keys"),
     [(80.0, 20.0, ["solid.long-table"]), (20.0, 12.0, ["solid.short-table"]), (39.0, 12.0, [])],

@@ -11,7 +11,7 @@ from digitise.geometry.mesh_topology import check_mesh
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import Footprint, lay_out
-from digitise.solid.wedges import MITRE_DEG, carve, wall_shifts_mm
+from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
 from tests.support.shapes import (
@@ -32,17 +32,6 @@ def cavity_mm3(ring: Floats, shape: CrackShape) -> float:
     footprint: Footprint = lay_out(with_ring(straight_slot(8.0, 4.0, CLOSED), ring), shape, max(wall_shifts_mm(shape)))
     block_mm3 = footprint.block.area() * (shape.deepest_mm + shape.floor_thickness_mm)
     return block_mm3 - carve(footprint, shape, ()).volume()
-
-
-def test_a_flare_over_a_square_has_rounded_corners():
-    """Prism, a slanted slab on each side, and a whole cone shared among the corners, which facets slightly exceed."""
-    spread = 16.0 * SLOPE
-    cone = np.pi * spread**2 * 16.0 / 3
-    most = np.tan(np.radians(MITRE_DEG / 2)) / np.radians(MITRE_DEG / 2)
-    straight = 9.0 * 16.0 + 12.0 * spread * 16.0 / 2
-    ring = np.array([(-1.5, -1.5), (1.5, -1.5), (1.5, 1.5), (-1.5, 1.5)])
-    volume = cavity_mm3(ring, CrackShape(depth_mm=16.0, tilt="flare"))
-    assert straight + cone < volume < straight + most * cone * (1 + 1e-6)
 
 
 def test_a_nose_between_two_branches_keeps_its_distance():

@@ -214,13 +214,11 @@ def _clouds(width, height):
     return np.repeat(grey[..., None], 3, axis=2)
 
 
-def _assembled(pyramid, level):
+def _assembled(pyramid, level) -> np.ndarray:
     rows = []
-    for row in count():
-        tiles = [*takewhile(bool, (pyramid.tile(level, column, row) for column in count()))]
-        if not tiles:
-            return np.vstack(rows)
+    while tiles := [*takewhile(bool, (pyramid.tile(level, column, len(rows)) for column in count()))]:
         rows.append(np.hstack([np.array(Image.open(io.BytesIO(tile))) for tile in tiles]))
+    return np.vstack(rows)
 
 
 def test_the_tiles_of_the_first_level_are_the_photo():

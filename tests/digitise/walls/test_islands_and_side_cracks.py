@@ -115,16 +115,3 @@ def test_stones_in_the_crack_are_islands(tmp_path):
         exact = min(truth.islands_mm, key=lambda stone: np.linalg.norm(stone.mean(axis=0) - ring.mean(axis=0)))
         assert rms(distance_to(ring, np.vstack([exact, exact[:1]]))) < 0.05
     assert any(warning.text.startswith("3 islands are in the crack, 13.") for warning in outline.warnings)
-
-
-def test_glints_on_the_floor_are_no_stones(tmp_path):
-    """0.12 mm² is less than a stone; the walls stay where they are without it, to a fifth of a pixel."""
-    plain = with_crack(mortar(), [(-20, 150), (520, 150)], width_px=30)
-    spoilt = plain.copy()
-    spoilt[144:151, 250:257] = 0.4
-    outlines = []
-    for name, picture in (("plain.png", plain), ("spoilt.png", spoilt)):
-        photo = evenly_scaled(write_png(tmp_path / name, picture), mm_per_px=0.05)
-        outlines.append(trace_outline(photo, find_path(photo, ((70.0, 150.0), (430.0, 150.0)))))
-    assert [outline.islands_mm for outline in outlines] == [(), ()]
-    assert outlines[1].mean_width_mm == pytest.approx(outlines[0].mean_width_mm, abs=0.01)

@@ -167,11 +167,3 @@ def test_the_tone_curve_is_in_the_interval():
     low_px, high_px = fit_box(light, ground, PLACES_PX, 3).interval_px
     assert low_px < widths_px[0] < widths_px[1] - 0.1
     assert widths_px[1] < high_px
-
-
-def test_a_dirty_edge_widens_the_interval_down_to_the_crack_without_it():
-    light, ground = profiles(np.full(60, 4.0), 0.9, 1.0, 4)
-    dirty = 1 - 0.4 * np.exp(-np.maximum(np.abs(PLACES_PX) - 2.0, 0.0) / 3.5)
-    fit = fit_box(light * dirty, ground, PLACES_PX, 4.0)
-    assert fit.mean_px > 4.2
-    assert fit.interval_px[0] < 4.0 < fit.interval_px[1]

@@ -51,18 +51,6 @@ def test_steps_without_error_give_angle_and_depth(tilt, floor_mm, mouth_mm):
     assert low_mm3 < true_mm3 < high_mm3
 
 
-def test_one_weighing_at_the_brim_gives_the_angle_where_width_and_depth_are_known():
-    """The volume changes by L D^2 / cos^2 with the angle, so that 0.06 ml more are 0.17 degrees more."""
-    brim = {"levels_mm": (0.0,), "mass_sd_g": 0.06, "flush_sd_mm": 1e-3}
-    shape = shaped("flare")
-    _, _, weighed = weigh(slot(), shape, fill_of(3.0, 5.0, **brim), 1e-4, 1e-4)
-    _, _, more = weigh(slot(), shape, fill_of(3.0, 5.0, **brim, off_g=[0.06]), 1e-4, 1e-4)
-    slope_deg = np.degrees(60.0 / (LENGTH_MM * DEPTH_MM**2)) * np.cos(np.radians(3.6)) ** 2
-    assert slope_deg == pytest.approx(0.17, abs=0.005)
-    assert more.wall_angle_deg - weighed.wall_angle_deg == pytest.approx(slope_deg, rel=0.05)
-    assert weighed.steps[1][1] == pytest.approx(slope_deg, rel=0.1)
-
-
 def test_a_step_of_each_unknown_takes_the_others_with_it():
     """Root times its transpose is the covariance: the volume of the cavity is known better than its parts."""
     _, _, weighed = weigh(slot(), shaped("flare"), fill_of(3.0, 5.0), 0.2, 1.0)
