@@ -13,7 +13,17 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_outline, write_outline
 from sealtwin.core.records import Outline
 from tests.support.paths import FIXTURE
-from tests.support.photos import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
+from tests.support.photos import (
+    SMALL_FACE,
+    distance_to,
+    evenly_scaled,
+    mortar,
+    photo_of,
+    photo_of_light,
+    rms,
+    with_crack,
+    write_png,
+)
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +125,7 @@ def test_ends_inside_a_longer_crack_cut_it_straight_across(bent_photo, bent_outl
 
 def test_a_piece_shorter_than_three_widths_is_refused(tmp_path):
     picture = with_crack(mortar(), [(20, 150), (480, 140)], width_px=30)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     path = find_path(photo, ((230.0, 145.0), (290.0, 144.0)))
     with pytest.raises(InputError, match="at least 3 times as long as wide"):
         trace_outline(photo, path)
@@ -171,7 +181,7 @@ def test_line_and_walls_keep_their_way_at_the_edge_of_the_face(tmp_path):
 def test_no_wall_is_drawn_outside_the_photo(tmp_path):
     """A crack turns up along the right border, which cuts its right wall off. All of it up to its turn is there."""
     picture = with_crack(mortar(), [(20, 150), (494, 160), (494, 10)])
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     outline = trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 100.0))))
     assert outline.outline_px.min() >= 0
     assert np.all(outline.outline_px <= (499, 299))

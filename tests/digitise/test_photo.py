@@ -11,7 +11,7 @@ from digitise.scale.view import Lens, View
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from tests.support.paths import FIXTURE
-from tests.support.photos import evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import mortar, photo_of_light, with_crack, write_png
 
 
 def test_a_photo_is_looked_for_beside_the_trial(tmp_path):
@@ -24,13 +24,13 @@ def test_a_photo_is_looked_for_beside_the_trial(tmp_path):
 
 def test_a_black_photo_is_refused_as_black(tmp_path):
     with pytest.raises(InputError, match=r"photo\.png: the photo is black"):
-        evenly_scaled(write_png(tmp_path / "photo.png", np.full((200, 300), 0.001)))
+        photo_of_light(tmp_path, np.full((200, 300), 0.001))
 
 
 def test_brightness_is_proportional_to_light(tmp_path):
     """Half the light is 186 of 255 in the file, and half the brightness here."""
     steps = np.repeat([[1.0, 0.5, 0.1]], 100, axis=0).repeat(100, axis=1)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", steps))
+    photo = photo_of_light(tmp_path, steps)
     assert photo.brightness[50, [50, 150, 250]] == pytest.approx([1.0, 0.5, 0.1], abs=0.005)
 
 
@@ -73,7 +73,7 @@ def test_markers_beside_a_typed_scale_are_named_if_they_contradict_it(mm_per_px,
 
 def test_a_length_is_in_px_alone_until_there_is_a_scale(tmp_path):
     """A millimetre of a photo without a scale would be taken for one of the sample's."""
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
+    photo = photo_of_light(tmp_path, mortar())
     assert photo.length(94.0) == "9.4 mm (94 px)"
     assert replace(photo, unit="px").length(94.0) == "94 px"
 
@@ -83,7 +83,7 @@ def test_a_smaller_copy_shows_every_point_where_the_photo_does(tmp_path):
     picture = with_crack(mortar((1001, 603)), [(60, 430), (360, 330), (600, 350), (940, 210)], width_px=40)
     tilted = np.array([[0.1, 0.001, 3.0], [0.002, -0.11, 60.0], [1e-5, 2e-5, 1.0]])
     photo = replace(
-        evenly_scaled(write_png(tmp_path / "crack.png", picture)),
+        photo_of_light(tmp_path, picture),
         view=View(tilted, Lens(np.array([500.0, 301.0]), -1.2e-7)),
         markers_px=(np.array([[10.5, 20.0]]),),
     )

@@ -67,6 +67,11 @@ def evenly_scaled(path: Path, mm_per_px: float = 0.1) -> Photo:
     return load_photo(PhotoInput(file=path, data="synthetic", mm_per_px=mm_per_px), path.parent)
 
 
+def photo_of_light(folder: Path, brightness: Floats, mm_per_px: float = 0.1) -> Photo:
+    """The photo of a brightness that is linear in light, 0 to 1."""
+    return evenly_scaled(write_png(folder / "photo.png", brightness), mm_per_px)
+
+
 def with_paint(photo: Photo, drawn: NDArray[np.bool_]) -> Photo:
     """The photo with a mask, and a faint crack under its paint: a mask over plain ground is refused."""
     return replace(photo, drawn=drawn, brightness=np.where(drawn, 0.8 * photo.brightness, photo.brightness))

@@ -132,22 +132,6 @@ def random_crack(
     return _between(centre, half_left, half_right, ends, None)
 
 
-def mirrored(outline: Outline) -> Outline:
-    """The mirror image in x = 0: what was left of the path is right of it."""
-
-    def flip(points_mm: Floats) -> Floats:
-        return points_mm * [-1.0, 1.0]
-
-    face = outline.face_mm
-    return outline_between(
-        flip(outline.centreline_mm),
-        flip(outline.right_wall_mm),
-        flip(outline.left_wall_mm),
-        outline.ends,
-        face and (-face[2], face[1], -face[0], face[3]),
-    )
-
-
 def reversed_path(outline: Outline) -> Outline:
     """The same crack, walked from its other end."""
     return outline_between(

@@ -26,9 +26,3 @@ def strip(line_mm: Floats, width_mm: float) -> CrossSection:
 def straight(length_mm: float, width_mm: float) -> CrossSection:
     """A strip along x from the origin."""
     return strip(np.array([[0.0, 0.0], [length_mm, 0.0]]), width_mm)
-
-
-def oblique(angle_deg: float, width_mm: float) -> CrossSection:
-    """A strip at an angle to the long sides of a face of 200 x 40 mm, from side to side."""
-    across = straight(400.0, width_mm).translate((-200.0, 0.0)).rotate(angle_deg).translate((100.0, 20.0))
-    return across ^ CrossSection.square((200.0, 40.0))

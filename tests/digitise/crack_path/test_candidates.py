@@ -6,7 +6,7 @@ import pytest
 
 from digitise.crack_path.find_path import CrackSearch, LiveWire, RivalCracksError
 from sealtwin.core.errors import InputError
-from tests.support.photos import distance_to, evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import distance_to, mortar, photo_of_light, with_crack
 
 EDGE = [(30, 220), (130, 236), (240, 214), (350, 232), (470, 218)]
 CRACK = [(x, round(70 + 9 * np.sin(x / 27) + 5 * np.sin(x / 9))) for x in range(40, 461, 4)]
@@ -16,7 +16,7 @@ SHORT_STEPS = [(40 + 23 * ((n + 1) // 2), 40 + 23 * (n // 2)) for n in range(19)
 
 
 def search_of(folder, picture):
-    return CrackSearch.of(evenly_scaled(write_png(folder / "photo.png", picture)))
+    return CrackSearch.of(photo_of_light(folder, picture))
 
 
 def with_patch(picture):
@@ -66,7 +66,7 @@ def test_a_point_deep_in_a_dark_region_at_the_border_is_crack(tmp_path):
     """A wide black wedge that runs along the photo's border, taken for the board around the sample without clicks."""
     picture = mortar()
     cv2.fillPoly(picture, [np.array([(0, 110), (0, 190), (120, 170), (460, 150), (460, 140), (120, 130)])], [0.01])
-    wire = LiveWire(evenly_scaled(write_png(tmp_path / "photo.png", picture)))
+    wire = LiveWire(photo_of_light(tmp_path, picture))
     assert wire.field.around.any()
     path = wire.path(((12.0, 150.0), (440.0, 146.0)))
     assert distance_to(path.points_px, np.array([(0.0, 150.0), (460.0, 146.0)])).max() < 20

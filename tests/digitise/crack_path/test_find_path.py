@@ -19,6 +19,7 @@ from tests.support.photos import (
     evenly_scaled,
     mortar,
     photo_of,
+    photo_of_light,
     wandering,
     with_crack,
     with_paint,
@@ -34,7 +35,7 @@ def photo_of_lines(folder, *lines, size_px=SIZE_PX, width_px=14):
     picture = mortar(size_px)
     for points in lines:
         picture = with_crack(picture, points, width_px)
-    return evenly_scaled(write_png(folder / "photo.png", picture))
+    return photo_of_light(folder, picture)
 
 
 @pytest.fixture(scope="module")

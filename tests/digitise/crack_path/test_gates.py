@@ -6,14 +6,14 @@ import pytest
 from digitise.crack_path.find_path import find_path
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
-from tests.support.photos import distance_to, evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import distance_to, mortar, photo_of_light, with_crack
 
 WAVE = [(x, round(150 + 25 * np.sin(x / 40) + 9 * np.sin(x / 11))) for x in range(40, 461, 6)]
 ENDS = (WAVE[0], WAVE[-1])
 
 
 def path_in(folder, picture, ends_px=ENDS):
-    return find_path(evenly_scaled(write_png(folder / "photo.png", picture)), ends_px)
+    return find_path(photo_of_light(folder, picture), ends_px)
 
 
 def broken(gap_px):

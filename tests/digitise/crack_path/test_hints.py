@@ -5,11 +5,11 @@ import pytest
 
 from digitise.crack_path.hints import region_px, snap_px
 from sealtwin.core.errors import InputError
-from tests.support.photos import evenly_scaled, mortar, write_png
+from tests.support.photos import mortar, photo_of_light
 
 
 def photo_of_width(folder, width_px=500):
-    return evenly_scaled(write_png(folder / "photo.png", mortar((width_px, 300))))
+    return photo_of_light(folder, mortar((width_px, 300)))
 
 
 @pytest.mark.parametrize("corners", [((10.0, 20.0), (400.0, 200.0)), ((400.0, 20.0), (10.0, 200.0))])

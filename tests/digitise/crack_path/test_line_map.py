@@ -5,7 +5,7 @@ import pytest
 
 from digitise.crack_path.line_map import map_lines, surroundings
 from digitise.image.raster import DISPLAY_GAMMA
-from tests.support.photos import evenly_scaled, write_png
+from tests.support.photos import photo_of_light
 
 SIZE = 160
 Y, X = np.mgrid[:SIZE, :SIZE] - (SIZE - 1) / 2
@@ -15,7 +15,7 @@ def mapped(folder, dark):
     """The map of a photo in which this share of the displayed brightness is missing, with a little noise."""
     noise = 0.02 * np.random.default_rng(0).standard_normal((SIZE, SIZE))
     shown = 0.6 * (1 + noise) * (1 - dark)
-    return map_lines(evenly_scaled(write_png(folder / "photo.png", shown.astype(np.float32) ** DISPLAY_GAMMA)))
+    return map_lines(photo_of_light(folder, shown.astype(np.float32) ** DISPLAY_GAMMA))
 
 
 def across(angle_deg):

@@ -6,7 +6,7 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.profiles import width_along
-from tests.support.photos import distance_to, evenly_scaled, mortar, write_png
+from tests.support.photos import distance_to, mortar, photo_of_light
 
 LINE = np.array([(20.0, 150.0), (160, 130), (300, 170), (480, 140)])
 
@@ -22,7 +22,7 @@ def cracked(folder, width_px, times=1.0):
         away[part] = distance_to(np.column_stack([x.ravel()[part], y.ravel()[part]]).astype(float), LINE * times)
     cover = np.clip(width_px / 2 + 0.5 - away.reshape(picture.shape), 0, 1)
     picture *= 1 - 0.93 * cv2.GaussianBlur(cover, (0, 0), 1.0)
-    return evenly_scaled(write_png(folder / "photo.png", picture))
+    return photo_of_light(folder, picture)
 
 
 @pytest.mark.parametrize("width_px", [6, 9, 14, 30, 60])

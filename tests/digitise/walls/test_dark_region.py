@@ -18,7 +18,7 @@ from digitise.walls.centreline_and_walls import WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from fixtures.generate.road import Road, road
 from sealtwin.core.errors import InputError
-from tests.support.photos import evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import mortar, photo_of_light, with_crack
 
 WIDE_IN_STONES = 7  # A seed of a road on whose crack of 31 px profiles lack walls
 
@@ -65,7 +65,7 @@ def dark_line(folder: Path, width_px: int = 24, shadow: float = 1.0) -> tuple[Ph
     """A photo of a straight crack, with a shadow on the ground above it, and its path."""
     picture = mortar()
     picture[:150] *= shadow
-    photo = evenly_scaled(write_png(folder / "photo.png", with_crack(picture, [(-30, 150), (530, 150)], width_px)))
+    photo = photo_of_light(folder, with_crack(picture, [(-30, 150), (530, 150)], width_px))
     return photo, CrackPath(np.array([(20.0, 150.0), (480.0, 150.0)]), float(width_px), "ends")
 
 

@@ -10,7 +10,7 @@ from digitise.outline import trace_outline
 from digitise.walls.centreline_and_walls import TooThinError
 from digitise.walls.doubts import judge_reach, judge_stretches
 from sealtwin.core.errors import InputError
-from tests.support.photos import evenly_scaled, mortar, with_crack, with_paint, write_png
+from tests.support.photos import evenly_scaled, mortar, photo_of_light, with_crack, with_paint, write_png
 
 MAIN = [(300, 205), (480, 190), (640, 215), (960, 205)]
 ENDS = ((40.0, 200.0), (960.0, 205.0))
@@ -38,7 +38,7 @@ def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
     """As on a photo of a lab: half of it 11 px wide, half 3; the mean, 7 px, was taken."""
     picture = with_crack(mortar((1000, 400)), [(40, 200), (300, 210), (500, 195)], 11)
     picture = np.minimum(picture, with_crack(mortar((1000, 400)), [(500, 195), (700, 210), (960, 205)], 3))
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     with pytest.raises(InputError, match="under 6 px wide, so that its width and volume are uncertain"):
         trace_outline(photo, find_path(photo, ENDS))
 
@@ -55,7 +55,7 @@ def test_an_end_before_which_the_crack_closes_is_named_with_its_place(tmp_path):
     faint = with_crack(picture, [(40, 200), start], 1)
     picture = np.minimum(with_crack(picture, [start, *MAIN], 12), (2 * picture + faint) / 3)
     cv2.circle(picture, (41, 200), 6, 0.02, -1)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     outline = trace_outline(photo, find_path(photo, ENDS))
     assert outline.centreline_px[0] == pytest.approx(start, abs=8)
     text = outline.warnings[0].text
@@ -77,7 +77,7 @@ def in_a_joint(folder, darkness=1.0):
     ends = [(-20, 150), (520, 150)]
     picture = np.minimum(mortar(), np.where(with_crack(mortar(), ends, 38) < 0.1, 0.3 * mortar(), 1.0))
     picture = darkness * with_crack(picture, ends, 5) + (1 - darkness) * picture
-    photo = evenly_scaled(write_png(folder / "joint.png", picture))
+    photo = photo_of_light(folder, picture)
     return trace_outline(photo, CrackPath(np.array([(40.0, 150.0), (460.0, 150.0)]), 38.0, "ends"))
 
 
@@ -111,7 +111,7 @@ def test_a_painted_crack_lighter_than_the_ground_is_as_wide_as_its_paint(tmp_pat
     picture[153:157] *= 0.3
     drawn = np.zeros(picture.shape, dtype=bool)
     drawn[148:153, 40:460] = True
-    photo = with_paint(evenly_scaled(write_png(tmp_path / "light.png", picture)), drawn)
+    photo = with_paint(photo_of_light(tmp_path, picture), drawn)
     outline = trace_outline(photo, CrackPath(np.array([(42.0, 150.0), (458.0, 150.0)]), 5.0, "mask"))
     assert outline.mean_width_mm == pytest.approx(0.5, abs=0.1)
     assert any("that of the paint" in warning.text for warning in outline.warnings)

@@ -10,12 +10,12 @@ from digitise.settings import MOST_STROKES, MOST_WALL_POINTS
 from digitise.walls.doubts import BY_STROKES
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import of_keys, texts
-from tests.support.photos import evenly_scaled, how_traced, mortar, with_crack, with_paint, write_png
+from tests.support.photos import how_traced, mortar, photo_of_light, with_crack, with_paint
 
 
 def strokes(folder, *boxes, hole=((0, 0), (0, 0))):
     """A plain photo on which boxes of rows and columns are painted, less a hole."""
-    photo = evenly_scaled(write_png(folder / "photo.png", mortar()))
+    photo = photo_of_light(folder, mortar())
     drawn = np.zeros(photo.brightness.shape, dtype=bool)
     for rows, columns in (*boxes, hole):
         drawn[slice(*rows), slice(*columns)] = (rows, columns) != hole
@@ -57,7 +57,7 @@ ENDS = ((60.0, 151.0), (440.0, 151.0))
 
 def crack(folder, width_px=15):
     picture = with_crack(mortar(), [(50, 150), (450, 150)], width_px=width_px)
-    photo = evenly_scaled(write_png(folder / "crack.png", picture))
+    photo = photo_of_light(folder, picture)
     return photo, find_path(photo, ENDS)
 
 
@@ -114,7 +114,7 @@ LOWER_PX = {"ground": 157.0, "crack": 169.0}
 def banded_photo(folder, share):
     light = with_crack(mortar(), STROKED_ENDS, CORE_PX)
     light[157:169, 150:350] *= share
-    photo = evenly_scaled(write_png(folder / "crack.png", soft(light, 0.8)))
+    photo = photo_of_light(folder, soft(light, 0.8))
     return photo, find_path(photo, STROKED_ENDS)
 
 
@@ -203,7 +203,7 @@ def test_ground_that_cuts_off_the_darker_part_is_refused(tmp_path):
     """Between its walls are a crack and a stain wider than it: the line down the middle is in the stain."""
     light = with_crack(mortar(), STROKED_ENDS, 30)
     light[151:190] = mortar()[151:190] * 0.35
-    photo = evenly_scaled(write_png(tmp_path / "crack.png", soft(light, 0.8)))
+    photo = photo_of_light(tmp_path, soft(light, 0.8))
     path = CrackPath(np.array([(20.0, 165.0), (480.0, 165.0)]), 55.0, "ends")
     with pytest.raises(InputError, match="ground_strokes_px, stroke 1, has darker ground beyond it"):
         traced((photo, path), ground=(((100.0, 156.0), (400.0, 156.0)),))
@@ -215,7 +215,7 @@ def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):
     stones = cv2.GaussianBlur(rng.standard_normal((300, 500)), (0, 0), 5)
     light = 0.35 * np.exp(0.25 * stones / stones.std())
     light[140:160] = 0.21 * np.exp(0.25 * stones[140:160] / stones.std())
-    photo = evenly_scaled(write_png(tmp_path / "faint.png", soft(light, 1.0)))
+    photo = photo_of_light(tmp_path, soft(light, 1.0))
     path = CrackPath(np.array([(20.0, 150.0), (480.0, 150.0)]), 20.0, "ends")
     with pytest.raises(InputError, match="crack_strokes_px and ground_strokes_px"):
         trace_outline(photo, path)

@@ -11,7 +11,7 @@ from digitise.scale.view import View
 from digitise.walls.ends import PathEnd, judge_end
 from digitise.walls.wall_profile import patch_around
 from sealtwin.core.records import Floats
-from tests.support.photos import evenly_scaled, write_png
+from tests.support.photos import photo_of_light
 
 RIGHT = np.array([1.0, 0.0])
 
@@ -80,7 +80,7 @@ def test_dark_grain_before_a_blunt_end_is_no_crack_that_goes_on(tmp_path):
     cv2.line(picture, (inner[0], 100), (inner[1], 100), 0.02, 2 * half_px)
     for x in inner:
         cv2.circle(picture, (x, 100), half_px, 0.02, -1)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     outline = trace_outline(photo, find_path(photo, ((122.0, 100.0), (468.0, 100.0))))
     assert outline.ends == ("closed", "closed")
     assert outline.centreline_px[[0, -1], 0] == pytest.approx([120, 470], abs=3)

@@ -10,17 +10,7 @@ from digitise.geometry.polyline import crossings, signed_area
 from digitise.outline import trace_outline
 from fixtures.generate.recipe import Recipe, SideCrack
 from fixtures.generate.specimen import make_specimen
-from tests.support.photos import (
-    SMALL_FACE,
-    distance_to,
-    evenly_scaled,
-    how_traced,
-    mortar,
-    photo_of,
-    rms,
-    with_crack,
-    write_png,
-)
+from tests.support.photos import SMALL_FACE, distance_to, how_traced, mortar, photo_of, photo_of_light, rms, with_crack
 
 FORK = SideCrack(at=0.35, side="left", angle_deg=35, length_mm=14, width_mm=1.8)
 BRANCH = SideCrack(at=0.65, side="right", angle_deg=70, length_mm=12, width_mm=1.4)
@@ -78,7 +68,7 @@ def test_side_cracks_left_out_are_named(scene, dropped):
 def test_ground_closed_in_by_a_side_crack_stands_as_an_island(tmp_path):
     main, loop = [(-20, 200), (520, 200)], [(150, 200), (200, 110), (300, 110), (350, 200)]
     picture = with_crack(with_crack(mortar(), main, width_px=24), loop, width_px=14)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     path = find_path(photo, ((60.0, 200.0), (440.0, 200.0)))
     outline = trace_outline(photo, path, how_traced(branches="keep"))
     (island,) = outline.islands_mm
@@ -95,7 +85,7 @@ def test_hairs_pores_and_broken_edges_are_no_side_cracks_to_measure(tmp_path):
     picture = with_crack(picture, [(380, 200), (420, 100)], width_px=5)
     for centre in ((120, 217), (306, 120)):
         cv2.circle(picture, centre, 11, 0.02, -1)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     outline = trace_outline(photo, find_path(photo, ((40.0, 200.0), (460.0, 200.0))), how_traced(branches="keep"))
     (narrow,) = [warning for warning in outline.warnings if "narrow" in warning.text]
     assert narrow.text.startswith("1 side crack (11 mm) is left out: under 8 px wide")

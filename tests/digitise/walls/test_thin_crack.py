@@ -21,13 +21,13 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_outline, write_outline
 from sealtwin.core.records import Floats
-from tests.support.photos import distance_to, evenly_scaled, how_traced, mortar, with_crack, write_png
+from tests.support.photos import distance_to, evenly_scaled, how_traced, mortar, photo_of_light, with_crack
 
 STEP = [(40, 150), (250, 150), (460, 120)]
 
 
 def seen(tmp_path: Path, width_px: int) -> tuple[Photo, CrackPath]:
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", with_crack(mortar(), STEP, width_px)))
+    photo = photo_of_light(tmp_path, with_crack(mortar(), STEP, width_px))
     return photo, find_path(photo, ((40.0, 151.0), (460.0, 119.0)))
 
 
@@ -93,7 +93,7 @@ def test_a_thin_path_along_an_edge_is_no_crack(tmp_path):
     """A wall of something wide, to which a path was given: bright ground on its one side alone."""
     picture = mortar()
     picture[150:] *= 0.1
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     with pytest.raises(InputError, match="far brighter than the other"):
         trace_outline(photo, CrackPath(np.array([[40.0, 150.0], [460.0, 150.0]]), 4.0, "ends"))
 
@@ -107,7 +107,7 @@ def _between_unlike_sides(folder: Path) -> tuple[Photo, CrackPath]:
     """A crack between a brick and pale mortar."""
     picture = mortar()
     picture[150:] *= 0.4
-    photo = evenly_scaled(write_png(folder / "photo.png", with_crack(picture, [(40, 150), (460, 150)], 5)))
+    photo = photo_of_light(folder, with_crack(picture, [(40, 150), (460, 150)], 5))
     return photo, find_path(photo, ((40.0, 150.0), (460.0, 150.0)))
 
 

@@ -4,7 +4,7 @@ import pytest
 from digitise.geometry.polyline import left_normals
 from digitise.image.raster import blurred
 from digitise.walls.wall_profile import BLUR_PX, Patch, Walls, find_walls, sample_step_mm, straighten
-from tests.support.photos import evenly_scaled, write_png
+from tests.support.photos import photo_of_light
 
 MM_PER_PX = 0.1
 
@@ -16,7 +16,7 @@ def walls_of(tmp_path):
     def find(
         brightness: np.ndarray, mask: np.ndarray | None = None, width_px: float = 20, edge_fraction: float = 0.5
     ) -> Walls:
-        photo = evenly_scaled(write_png(tmp_path / "strip.png", brightness), MM_PER_PX)
+        photo = photo_of_light(tmp_path, brightness, MM_PER_PX)
         line_mm = photo.to_mm(np.column_stack([np.arange(20, 280, 2.5), np.full(104, 60.0)]))
         mask = np.full(brightness.shape, 255, dtype=np.uint8) if mask is None else mask
         patch = Patch((0, 0), blurred(photo.brightness, BLUR_PX), mask, None, MM_PER_PX)
