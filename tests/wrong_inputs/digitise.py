@@ -154,9 +154,8 @@ SIDE_ARM = box((60.0, 22.0, -10.0), (62.0, 32.0, 1.0))
 OF_A_LIBRARY = ("charset_normalizer", "unmatched data", "codec")
 # fmt: off
 MESHES = [
-    imported("a pocket in place of a crack",
-        mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(POCKET), process=False))), "m.stl", "long",
-        lacks=("px", "--ends", "photo", "mask", "walls not found")),
+    imported("a pocket in place of a crack", mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(POCKET), process=False))),
+        "m.stl", "long", lacks=("px", "--ends", "photo", "mask", "walls not found")),
     imported("binary STL that is cut short", mesh(lambda shape: as_stl(shape)[:-60]), "m.stl", "28 triangles",
         "1340 bytes", lacks=OF_A_LIBRARY),
     *(

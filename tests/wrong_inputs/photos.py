@@ -176,8 +176,7 @@ CASES: list[WrongInput] = [
             photo=name)
         for name, stated in SCANS.items()
     ),
-    clicked("photo of which nobody says where it comes from", lit(_crack), "photo: undeclared", "photo.data",
-        code=0),
+    clicked("photo of which nobody says where it comes from", lit(_crack), "photo: undeclared", "photo.data", code=0),
     masked("mask mirrored", lambda: _paint()[::-1], "photo.mask", "0%", "mirrored"),
     masked("mask three times as wide as the crack", lambda: _paint(41), "photo.mask", "4.2 mm", "1.5 mm",
         "dark band", "ends_px", code=0),

@@ -179,8 +179,7 @@ CASES: list[WrongInput] = [
     # A number beside a unit.
     sheet("a decimal before the unit", under("s_mm;Tiefe (0,1 mm)"), "'Tiefe (0,1 mm)'", "as_written"),
     sheet("a factor of places", under("Pos (0,1 mm);depth_mm"), "'Pos (0,1 mm)'", "as_written"),
-    sheet("tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "column B", "settings, mm",
-        settings=IN_MM),
+    sheet("tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "column B", "settings, mm", settings=IN_MM),
     sheet("a factor below the header", "s;depth\nmm;0,1 mm\n1;21.5\n4;24\n", "B2 '0,1 mm'", settings=IN_MM),
     # Units beside the readings.
     sheet("a row in inches", table("2.15;mm", "0.0945;inch", "1.3;mm", "1.2;mm", head="s_mm;depth;Einheit"),
@@ -194,8 +193,7 @@ CASES: list[WrongInput] = [
     sheet("a text in an attribute", ods(*SOUND, NOBODY), "B5", "'kaputt'", suffix=".ods"),
     sheet("zeros of formulas in ODS", ods(*[number("0", "", FORMULA)] * 3), "formula", "B2", "B4", suffix=".ods"),
     sheet("a zero that is left to the next program",
-        xlsx("<f>1+1</f><v>2</v>", "<f>1-1</f><v>0</v>", "<v>1.5</v>", on_load=True), "formula", "B3",
-        suffix=".xlsx"),
+        xlsx("<f>1+1</f><v>2</v>", "<f>1-1</f><v>0</v>", "<v>1.5</v>", on_load=True), "formula", "B3", suffix=".xlsx"),
     # What is no sheet.
     sheet("a page in HTML", "<!DOCTYPE html>\n<table><tr><td>1</td></tr></table>\n", "'<!DOCTYPE html'", suffix=".xls"),
     sheet("columns by blanks", "s_mm   depth_mm\n1   2.15\n4   2.4\n7   1.3\n", "letters", "'1   2.15'"),
