@@ -36,9 +36,9 @@ INGEST = "ingest {given}/folder --out {out} --dry-run --quiet"
 ingested = answers(INGEST)
 
 
-def _folder(place: Path, lab: str = LAB, samples: Sequence[int] = (3,), **texts: str) -> None:
+def _folder(path: Path, lab: str = LAB, samples: Sequence[int] = (3,), **texts: str) -> None:
     """Write photos, N3 and N4, lab.toml, and texts by their names, with __ for the point."""
-    folder = place / "folder"
+    folder = path / "folder"
     folder.mkdir()
     for number in samples:
         image = with_crack(mortar((160, 80), seed=number), [(20, 41), (60, 38), (140, 38)], 14)
@@ -54,10 +54,10 @@ def _asked(text: str, **others: Any) -> WrongInput:
 
 
 def _files(lab: str = LAB, samples: Sequence[int] = (3,), **texts: str) -> Callable[[Path], None]:
-    return lambda place: _folder(place, lab, samples, **texts)
+    return lambda path: _folder(path, lab, samples, **texts)
 
 
-def _beside_markers(place: Path) -> None:
+def _beside_markers(path: Path) -> None:
     """Draw four markers of 40 px around a crack: 0.4 mm/px if they are 16 mm wide."""
     brightness = with_crack(mortar((420, 260)), [(100, 130), (320, 132)], 14)
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
@@ -65,7 +65,7 @@ def _beside_markers(place: Path) -> None:
         brightness[y - 12 : y + 52, x - 12 : x + 52] = 0.9
         marker = cv2.aruco.generateImageMarker(dictionary, number, 36)
         brightness[y : y + 40, x : x + 40] = cv2.resize(marker, (40, 40), interpolation=cv2.INTER_NEAREST) / 255 * 0.9
-    write_png(place / "photo.png", brightness)
+    write_png(path / "photo.png", brightness)
 
 
 OFFERED = ("[photo.markers]", "4 markers of 4x4_50", "sealtwin markers --face-mm", "--toml")
@@ -106,8 +106,8 @@ CASES: list[WrongInput] = [
         "0.5 mm/px", "20.0 mm wide", "16 mm", "photo.mm_per_px", "photo.markers", more=" 0.5", code=0),
     answers("quick {given}/photo.png --depth-mm 16 --out {out}")("no scale, but markers in the photo",
         _beside_markers, *OFFERED),
-    ingested("no scale, but markers in the photo", lambda at: (_folder(at, LAB.replace("mm_per_px = 0.1", ""), ()),
-        _beside_markers(at), (at / "photo.png").rename(at / "folder" / "N3.png")), "photo.mm_per_px is missing",
+    ingested("no scale, but markers in the photo", lambda path: (_folder(path, LAB.replace("mm_per_px = 0.1", ""), ()),
+        _beside_markers(path), (path / "photo.png").rename(path / "folder" / "N3.png")), "photo.mm_per_px is missing",
         *OFFERED, code=NONE_SOUND),
 ]
 # fmt: on

@@ -193,7 +193,7 @@ CASES: list[WrongInput] = [
     masked("mask of classes", _classes, "brightness 120 of 255", "class numbers"),
     masked("mask of 16 bits", lambda: np.uint16(257) * _paint(), "mask.png", "8 bits per channel", "PNG"),
     answers(MASKED)("mask cut short",
-        lambda at: (_masked(_paint, at), (at / "mask.png").write_bytes((at / "mask.png").read_bytes()[:300])),
+        lambda path: (_masked(_paint, path), (path / "mask.png").write_bytes((path / "mask.png").read_bytes()[:300])),
         "mask.png", "damaged"),
     masked("mask exchanged", lambda: 255 - _paint(), "exchanged"),
     masked("mask half transparent", lambda: np.dstack([*[_paint()] * 3, np.full_like(_paint(), 100)]), "100 of 255"),

@@ -71,9 +71,9 @@ def film_of(**records: dict[str, Any]) -> Callable[[Path], None]:
 
 def lab_of(catalogue: Content = CATALOGUE, **others: Content) -> Callable[[Path], None]:
     """Return a maker of a lab of one sample; ``others`` are record and run in place of its own."""
-    given = {"record": RECORD, **others}
-    places = {"record": "P1/record.json", "run": "P1/run/run.json"}
-    return folder_of({"catalogue.json": catalogue} | {places[name]: content for name, content in given.items()})
+    files = {"record": "P1/record.json", "run": "P1/run/run.json"}
+    contents = {files[name]: content for name, content in ({"record": RECORD} | others).items()}
+    return folder_of({"catalogue.json": catalogue} | contents)
 
 
 filmed = answers("film {given} --out {out}.gif")

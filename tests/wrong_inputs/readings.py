@@ -100,7 +100,7 @@ def lab(name: str, files: Mapping[str, str | Write], *names: str, settings: str 
 
 def table(*cells: str, head: str = "s_mm;depth_mm") -> str:
     """Rows at s = 1, 4, 7 and so on."""
-    return "\n".join([head, *(f"{1 + 3 * at};{cell}" for at, cell in enumerate(cells))]) + "\n"
+    return "\n".join([head, *(f"{1 + 3 * row};{cell}" for row, cell in enumerate(cells))]) + "\n"
 
 
 def under(head: str) -> str:
@@ -114,9 +114,9 @@ def ods(*cells: str, columns: str = "") -> Write:
         for name in ("s_mm", "depth_mm")
     )
     rows = "".join(
-        f'<table:table-row><table:table-cell office:value-type="float" office:value="{1 + 3 * at}"/>{cell}'
+        f'<table:table-row><table:table-cell office:value-type="float" office:value="{1 + 3 * row}"/>{cell}'
         "</table:table-row>"
-        for at, cell in enumerate(cells)
+        for row, cell in enumerate(cells)
     )
     content = f'<table:table table:name="a">{columns}<table:table-row>{texts}</table:table-row>{rows}</table:table>'
     return lambda path: write_content(path, content)
@@ -133,7 +133,7 @@ SOUND = (number("2.15"), number("2.4"), number("1.3"))
 def xlsx(*depths: str, row: str = "", on_load: bool = False) -> Write:
     """Depths, as XML within a cell each; ``row`` are attributes of the last row."""
     head = "".join(f'<c t="inlineStr"><is><t>{name}</t></is></c>' for name in ("s_mm", "depth_mm"))
-    cells = [f"<c><v>{1 + 3 * at}</v></c><c>{depth}</c>" for at, depth in enumerate(depths)]
+    cells = [f"<c><v>{1 + 3 * row}</v></c><c>{depth}</c>" for row, depth in enumerate(depths)]
     rows = [f"<row>{each}</row>" for each in (head, *cells[:-1])] + [f"<row {row}>{cells[-1]}</row>"]
 
     def write(path: Path) -> None:

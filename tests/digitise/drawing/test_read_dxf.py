@@ -171,8 +171,8 @@ def test_any_damage_gives_lines_or_a_sentence(tmp_path):
     sound, chance = (tmp_path / "a.dxf").read_bytes(), np.random.default_rng(0)
     for _ in range(30):
         content = bytearray(sound)
-        for at in chance.integers(0, len(content), 20):
-            content[at] = chance.integers(256)
+        for index in chance.integers(0, len(content), 20):
+            content[index] = chance.integers(256)
         (tmp_path / "a.dxf").write_bytes(content[: chance.integers(1, len(content))])
         with suppress(InputError):
             _crack(tmp_path / "a.dxf")

@@ -160,7 +160,7 @@ def test_triangles_without_height_leave_with_an_edge_that_is_turned():
 def joined(*meshes: Mesh) -> Mesh:
     """Side by side in one file, as they are."""
     offsets = np.cumsum([0, *(len(mesh[0]) for mesh in meshes)])
-    faces = [mesh[1] + at for mesh, at in zip(meshes, offsets[:-1], strict=True)]
+    faces = [mesh[1] + offset for mesh, offset in zip(meshes, offsets[:-1], strict=True)]
     return np.concatenate([mesh[0] for mesh in meshes]), np.concatenate(faces)
 
 

@@ -230,5 +230,5 @@ def test_each_program_asks_for_what_gives_the_paths_flow_and_waits_once(tmp_path
     begun = script.index("  set_standard_analog_out(0, 0.0", script.index("movep"))
     assert "r=0.0000000" in script[:begun].splitlines()[-1]
     motions = read_gcode(gcode_text(path))
-    given = sum(motion.given for motion in motions) * np.pi * 10.0**2
-    assert given == pytest.approx((it.dispensed_mm3 + 0.4 * flow) / GIVES, rel=1e-4)
+    volume_mm3 = sum(motion.given for motion in motions) * np.pi * 10.0**2
+    assert volume_mm3 == pytest.approx((it.dispensed_mm3 + 0.4 * flow) / GIVES, rel=1e-4)

@@ -121,8 +121,8 @@ def test_a_digital_output_is_on_over_the_crack_only():
     text = urscript_text(placed(it, urscript=DIGITAL))
     script = read_urscript(text)
     assert script.outputs == {("set_standard_digital_out", 3)}
-    given = np.array([motion.given for motion in script.motions[2:-1]])
-    assert (given > 0).tolist() == (it.flow_mm3_s[:-1] > 0).tolist()
+    levels = np.array([motion.given for motion in script.motions[2:-1]])
+    assert (levels > 0).tolist() == (it.flow_mm3_s[:-1] > 0).tolist()
     assert f"dispenser to {it.flow_mm3_s.max():.4f} mm3/s" in text
 
 

@@ -153,7 +153,7 @@ def test_an_island_tilts_like_the_wall_on_its_side_of_the_walk():
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     stone = np.column_stack([np.cos(turn), -np.sin(turn)])
     places = {5.0: np.array([12.0, 3.0]), 14.0: np.array([28.0, -3.0])}
-    outline = replace(straight_slot(40.0, 12.0, CUT), islands_mm=tuple(stone + at for at in places.values()))
+    outline = replace(straight_slot(40.0, 12.0, CUT), islands_mm=tuple(stone + centre for centre in places.values()))
     angle_deg, middle, area = wall_angles_deg(build(outline, (5.0, 14.0), "funnel", DEPTH_MM))
     for expected_deg, centre_mm in places.items():
         stone_wall = (np.linalg.norm(middle[:, :2] - centre_mm, axis=1) < 2.2) & (area > 1e-3)

@@ -170,10 +170,10 @@ def test_a_folder_is_gone_through_and_what_is_done_is_marked():
     with TracePage([_sheet(name, done, bad=("b.jpg",)) for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg")]) as page:
         opening = _opening(page)
         assert opening["here"] == "c.jpg"
-        assert [one["name"] for one in opening["photos"] if one["here"]] == ["c.jpg"]
-        assert [one["name"] for one in opening["photos"] if not one["done"]] == ["b.jpg", "c.jpg", "d.jpg"]
+        assert [photo["name"] for photo in opening["photos"] if photo["here"]] == ["c.jpg"]
+        assert [photo["name"] for photo in opening["photos"] if not photo["done"]] == ["b.jpg", "c.jpg", "d.jpg"]
         (answer,) = _posted(page, "save", {"hints": {}})
-        assert [one["done"] for one in answer["photos"]] == [True, False, True, False]
+        assert [photo["done"] for photo in answer["photos"]] == [True, False, True, False]
         assert not page._ended.is_set()
         assert "not a readable photo" in _posted(page, "turn", {"photo": 1})[0]["refused"]
         assert _opening(page)["here"] == "c.jpg", "it stays where it is"

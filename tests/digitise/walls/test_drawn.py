@@ -226,7 +226,7 @@ def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "named"),
+    ("strokes", "named"),
     [
         ({"crack_strokes_px": [[(1.0, 1.0)]] * (MOST_STROKES + 1)}, "crack_strokes_px"),
         ({"ground_strokes_px": [[(1.0, 1.0)] * (MOST_WALL_POINTS + 1)]}, "ground_strokes_px"),
@@ -235,6 +235,6 @@ def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):
         ({"crack_strokes_px": [[(1.0, 1.0)]], "mask": "mask.png"}, "mask cannot be combined with"),
     ],
 )
-def test_strokes_are_bounded(given, named):
+def test_strokes_are_bounded(strokes, named):
     with pytest.raises(InputError, match=named):
-        how_traced(**given)
+        how_traced(**strokes)

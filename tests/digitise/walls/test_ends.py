@@ -48,7 +48,7 @@ ASLANT = np.array([np.cos(0.1), np.sin(0.1)])
 
 
 @pytest.mark.parametrize(
-    ("dark", "x_px", "given", "kind", "end_x_px"),
+    ("dark", "x_px", "options", "kind", "end_x_px"),
     [
         (band(), 90.0, {}, "cut", 90),
         (band(), 112.0, {}, "closed", 120),
@@ -64,8 +64,8 @@ ASLANT = np.array([np.cos(0.1), np.sin(0.1)])
     ],
     ids=["goes on", "tip", "aslant", "pore beyond", "edge of the face", "on the face", "border", "shadow", "oblique"],
 )
-def test_an_end_is_open_closed_or_cut_where_it_is(dark, x_px, given, kind, end_x_px):
-    end = judged(dark, (x_px, 50.0), **given)
+def test_an_end_is_open_closed_or_cut_where_it_is(dark, x_px, options, kind, end_x_px):
+    end = judged(dark, (x_px, 50.0), **options)
     assert end.kind == kind
     if end_x_px is not None:
         assert end.place_px == pytest.approx([end_x_px, 50], abs=1.0 if kind == "closed" else 1e-4)

@@ -91,10 +91,10 @@ LINE_MM = np.column_stack([X_MM, 8 * np.sin(X_MM / 15)])
 def test_a_bent_crack_becomes_a_straight_band_with_its_left_side_up():
     outline, photo = outline_of_line(LINE_MM, np.array([[0.0, 3.0]]), None, "line")
     # A white spot 3 mm to the left of the crack's middle at s = 20 mm.
-    at = int(np.argmin(np.abs(outline.s_mm - 20.0)))
-    ahead = outline.centreline_mm[at + 1] - outline.centreline_mm[at]
+    station = int(np.argmin(np.abs(outline.s_mm - 20.0)))
+    ahead = outline.centreline_mm[station + 1] - outline.centreline_mm[station]
     left = np.array([-ahead[1], ahead[0]]) / np.linalg.norm(ahead)
-    column, row = photo.to_px((outline.centreline_mm[at] + 3.0 * left)[None])[0].round().astype(int)
+    column, row = photo.to_px((outline.centreline_mm[station] + 3.0 * left)[None])[0].round().astype(int)
     image = photo.image.copy()
     image[row - 2 : row + 3, column - 2 : column + 3] = 255
     straight = straight_view(replace(photo, image=image), outline)

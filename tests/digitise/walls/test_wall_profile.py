@@ -92,8 +92,8 @@ def test_what_is_dark_beside_a_wall_is_no_crack_and_what_is_lit_inside_is(
     walls_of, rows, columns, times, level, stations, within_px
 ):
     brightness = band(51.0, 69.0)
-    shown, place = brightness.copy(), (slice(*rows), slice(*columns))
-    shown[place] = times * shown[place] + level
+    shown, box = brightness.copy(), (slice(*rows), slice(*columns))
+    shown[box] = times * shown[box] + level
     if level != LIT:
         shown[52:68] = brightness[52:68]
     walls = walls_of(shown)

@@ -102,7 +102,8 @@ def test_what_an_undercut_gains_around_a_tip_is_weighed_too():
     slope, outline = 1.0 / DEPTH_MM, straight_slot(LENGTH_MM, WIDTH_MM, CLOSED)
     depth_mm = np.linspace(0.0, DEPTH_MM, 16_001)
     area_mm2 = LENGTH_MM * WIDTH_MM + 2 * (LENGTH_MM + WIDTH_MM) * slope * depth_mm + np.pi * (slope * depth_mm) ** 2
-    below_mm3 = [np.trapezoid(area_mm2[at:], depth_mm[at:]) for at in np.searchsorted(depth_mm, -np.array(LEVELS_MM))]
+    starts = np.searchsorted(depth_mm, -np.array(LEVELS_MM))
+    below_mm3 = [np.trapezoid(area_mm2[start:], depth_mm[start:]) for start in starts]
     mass_g = tuple(1e-3 * np.array(below_mm3))
     fill = WeighedFill(mass_g=mass_g, level_mm=LEVELS_MM, density_kg_m3=1000.0, surface_tension_n_m=0.0)
     _, _, weighed = weigh(outline, shaped("undercut"), fill, 0.01, 0.01)
