@@ -60,10 +60,7 @@ def bent_outline(bent_photo) -> Outline:
 def check(outline: Outline, truth: Specimen, width_error: float, length_error_mm: float) -> None:
     """Centreline within 0.1 mm and walls within 0.15 mm of the truth, RMS."""
     assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.10
-    for wall_mm, exact_mm in (
-        (outline.left_wall_mm, truth.left_wall_mm),
-        (outline.right_wall_mm, truth.right_wall_mm),
-    ):
+    for wall_mm, exact_mm in ((outline.left_wall_mm, truth.left_wall_mm), (outline.right_wall_mm, truth.right_wall_mm)):
         on_face = np.all((wall_mm >= 0) & (wall_mm <= truth.recipe.face_mm), axis=1)
         assert rms(distance_to(wall_mm[on_face], exact_mm)) <= 0.15
     assert outline.mean_width_mm == pytest.approx(mean_width_mm(truth.centreline_mm, truth.width_mm), rel=width_error)

@@ -24,11 +24,7 @@ def _walls_mm(beyond_mm: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(
     ("face_mm", "ends"),
-    [
-        (None, ("cut", "cut")),
-        ((0.0, 0.0, 100.0, 40.0), ("open", "cut")),
-        ((-20.0, 0.0, 80.0, 40.0), ("cut", "open")),
-    ],
+    [(None, ("cut", "cut")), ((0.0, 0.0, 100.0, 40.0), ("open", "cut")), ((-20.0, 0.0, 80.0, 40.0), ("cut", "open"))],
 )
 def test_a_line_with_a_width_is_a_crack_of_that_length_width_and_volume(face_mm, ends):
     """An oblique open end loses on one side what it gains on the other."""

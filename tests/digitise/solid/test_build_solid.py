@@ -85,10 +85,7 @@ def test_a_slot_holds_what_its_section_says(crack, within, tilt):
     assert solid_of(crack, tilt).cavity_volume_mm3 == pytest.approx(SLOT_VOLUMES[tilt], rel=within)
 
 
-@pytest.mark.parametrize(
-    ("crack", "tilt"),
-    [("open", "undercut"), ("cut", "flare"), ("closed", "funnel")],
-)
+@pytest.mark.parametrize(("crack", "tilt"), [("open", "undercut"), ("cut", "flare"), ("closed", "funnel")])
 def test_the_file_is_the_solid(tmp_path, crack, tilt):
     """Sound in memory, and again from a float32 STL, which knows vertices only by their coordinates.
 

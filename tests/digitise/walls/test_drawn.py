@@ -147,10 +147,7 @@ def lower_px(outline, first, last):
 
 @pytest.mark.parametrize(
     ("photo", "kind", "other", "line"),
-    [
-        ("pale", "crack", "ground", ((235.0, 162.0), (265.0, 164.0))),
-        ("banded", "ground", "crack", ((250.0, 163.0),)),
-    ],
+    [("pale", "crack", "ground", ((235.0, 162.0), (265.0, 164.0))), ("banded", "ground", "crack", ((250.0, 163.0),))],
 )
 def test_the_lower_wall_goes_where_one_stroke_or_dot_says(request, photo, kind, other, line):
     """By the lightness under it, also beside it; 100 px away nothing moves."""
