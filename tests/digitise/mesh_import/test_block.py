@@ -1,4 +1,4 @@
-"""The face of a sample in its mesh, and the block with four sides under it."""
+"""A mesh of others as one closed solid, its face, and the block with four sides under it."""
 
 import numpy as np
 import pytest

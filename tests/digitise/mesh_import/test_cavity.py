@@ -1,4 +1,4 @@
-"""The crack in a block, what is none, and the path that somebody brings along."""
+"""The crack in a block, what is none, the path that somebody brings along, and sections of the cavity."""
 
 from dataclasses import replace
 

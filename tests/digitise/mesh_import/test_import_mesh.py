@@ -1,4 +1,4 @@
-"""Units and axes of a file, never mirrored and never guessed; parts of a block by their planes."""
+"""A mesh of others comes in as the crack that it is, whatever its units, axes and damage."""
 
 from dataclasses import replace
 from pathlib import Path

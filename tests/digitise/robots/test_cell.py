@@ -1,4 +1,4 @@
-"""A cell file: every fault named by key, value and what is allowed; of no cell is asked what another language needs."""
+"""A cell file, the robot's frame and its pump: known turns and flows, and faults named by key, row and value."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""G-code, read back by a reader of the language."""
+"""G-code and URScript, read back by readers of the languages."""
 
 import numpy as np
 import pytest

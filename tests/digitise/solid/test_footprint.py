@@ -1,4 +1,4 @@
-"""The crack from above: run out past its flat ends, and which wall each piece of its outline is."""
+"""The crack from above, run out past its flat ends, and floors that rise and fall along it."""
 
 import numpy as np
 import pytest

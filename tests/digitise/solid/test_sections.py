@@ -1,4 +1,4 @@
-"""Sections along the crack: closed forms of its slots, and together its cavity."""
+"""Sections along the crack and across its depth: closed forms, and together the cavity."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Wedges: fans, mitres and tips against cones and pyramids."""
+"""Walls that tilt: closed forms, an angle for each wall, and the room that an undercut needs."""
 
 import itertools
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The trace page's own names: files, tiles, questions, and how it ends."""
+"""The trace page: its files, questions and end, the gate before it, and its server."""
 
 import http.client
 import json

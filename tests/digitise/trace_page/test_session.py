@@ -1,4 +1,4 @@
-"""What the trace page is told: the pipeline's own numbers, in their order, for the newest question only."""
+"""Answers of the trace page: the pipeline's numbers in their order, hints beside a trial, and tiles of a photo."""
 
 import io
 import json

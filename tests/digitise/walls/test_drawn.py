@@ -1,3 +1,5 @@
+"""Walls by paint, and by lines and strokes that are drawn by hand."""
+
 import cv2
 import numpy as np
 import pytest

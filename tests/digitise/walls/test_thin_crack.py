@@ -1,4 +1,4 @@
-"""A crack too thin for walls gets a path always, a fitted width from 2 px on, or the width that a gauge gives."""
+"""A crack too thin for walls gets a path always, a fitted width from 2 px on, or the width of a gauge."""
 
 from dataclasses import replace
 from pathlib import Path
