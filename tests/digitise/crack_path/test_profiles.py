@@ -15,11 +15,8 @@ def cracked(folder, width_px, times=1.0):
     """A crack exactly so wide: what is nearer to the line than half of it."""
     picture = mortar(size_px=(round(500 * times), round(300 * times)))
     y, x = np.mgrid[: picture.shape[0], : picture.shape[1]]
-    low, high = np.floor((LINE * times).min(axis=0) - width_px), np.ceil((LINE * times).max(axis=0) + width_px)
-    near = np.flatnonzero(((y > low[1]) & (y < high[1])).ravel())
-    away = np.full(picture.size, np.inf)
-    for part in np.array_split(near, max(1, len(near) // 100_000)):
-        away[part] = distance_to(np.column_stack([x.ravel()[part], y.ravel()[part]]).astype(float), LINE * times)
+    points = np.column_stack([x.ravel(), y.ravel()]).astype(float)
+    away = np.concatenate([distance_to(part, LINE * times) for part in np.array_split(points, len(points) // 100_000)])
     cover = np.clip(width_px / 2 + 0.5 - away.reshape(picture.shape), 0, 1)
     picture *= 1 - 0.93 * cv2.GaussianBlur(cover, (0, 0), 1.0)
     return photo_of_light(folder, picture)

@@ -39,14 +39,11 @@ def test_the_nozzle_comes_from_above_and_leaves_upward_giving_nothing():
     path = placed()
     motions = read_gcode(gcode_text(path))
     for over, tip in ((motions[1], motions[2]), (motions[-1], motions[-2])):
-        lift = np.array(over.place) - tip.place
         # 50 mm above the face, 47 above the tip, square to the face.
-        assert lift == pytest.approx(47.0 * path.frame.normal, abs=2e-4)
-        assert over.given == 0
-        assert over.speed == 20.0
+        assert np.array(over.place) - tip.place == pytest.approx(47.0 * path.frame.normal, abs=2e-4)
+        assert (over.given, over.speed) == (0, 20.0)
     # Up before across.
-    assert motions[0].place[:2] == (0, 0)
-    assert motions[0].place[2] == motions[1].place[2]
+    assert motions[0].place == (0, 0, motions[1].place[2])
 
 
 def test_what_the_cell_asks_for_stands_before_the_first_move():

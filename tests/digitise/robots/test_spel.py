@@ -48,8 +48,7 @@ def test_a_curve_passes_every_waypoint_over_the_crack_at_one_speed_with_the_outp
     on_curve = [motion for motion in program.motions if motion.how == "CVMove"]
     assert np.abs(np.array([m.place for m in on_curve]) - in_cell(crack)[1:]).max() < 6e-4
     assert {motion.speed for motion in on_curve} == {4.0}
-    before = [motion.how for motion in program.motions[:3]]
-    assert before == ["Move", "Move", "Move CP"]
+    assert [motion.how for motion in program.motions[:3]] == ["Move", "Move", "Move CP"]
     # On as the curve begins, off as it ends: the leads are dry.
     assert program.switches == [(3, "On 8"), (3 + len(on_curve), "Off 8")]
     ends = program.motions[-2:]
@@ -77,9 +76,8 @@ def test_a_six_axis_arm_gets_all_its_angles_and_the_flags_of_its_cell():
     table = {"vw_deg": (90.0, 180.0), "u_deg": 30.0, "hand": "left", "local": 3, "tool": 2, "first_point": 100}
     text = spel_text(placed(spel=table))
     program = read_spel(text)
-    assert program.curve == (6, 101, 100 + len(trajectory().t_s))
+    assert (program.curve, program.flags) == ((6, 101, 100 + len(trajectory().t_s)), {"/L", "/3"})
     assert {point[3:] for point in program.points.values()} == {(30.0, 90.0, 180.0)}
-    assert program.flags == {"/L", "/3"}
     assert min(program.points) == 100
     assert "  Tool 2\n" in text
 
