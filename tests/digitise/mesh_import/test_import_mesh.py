@@ -11,14 +11,7 @@ from scipy.spatial import KDTree
 
 from digitise.geometry.mesh_topology import check_mesh
 from digitise.geometry.polyline import resampled
-from digitise.mesh_import.import_mesh import (
-    UPRIGHT_DEG,
-    ImportedSample,
-    import_sample,
-    label_imported,
-    upright,
-    upright_mm,
-)
+from digitise.mesh_import.import_mesh import UPRIGHT_DEG, import_sample, label_imported, upright, upright_mm
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_out
@@ -68,13 +61,7 @@ def test_a_size_that_no_sample_has_is_refused_with_the_units_that_would_fit(long
         upright_mm(corners_of((longest, longest / 4, longest / 8)), settings(units))
 
 
-BELOW_MM = 0.05
-
-
-WALL_MM2, FLOOR_MM2 = 2 * (60 + 4) * 10.0, 60 * 4.0
-
-
-OUTSIDE_MM2 = 4000 + 2 * (100 + 40) * 20
+WALL_MM2, FLOOR_MM2, OUTSIDE_MM2 = 2 * (60 + 4) * 10.0, 60 * 4.0, 4000 + 2 * (100 + 40) * 20
 OPEN_SLOT, DAM = slotted(box((-1.0, 18.0, -10.0), (30.0, 22.0, 1.0))), box((-4.0, 14.0, -20.0), (0.0, 26.0, 5.0))
 
 
@@ -92,7 +79,7 @@ OPEN_SLOT, DAM = slotted(box((-1.0, 18.0, -10.0), (30.0, 22.0, 1.0))), box((-4.0
 )
 def test_each_part_has_its_area(body, expected_mm2):
     vertices, faces = mesh_of(body)
-    label = label_imported(vertices, faces, (0.0, 0.0, *BLOCK_MM[:2]), BELOW_MM)
+    label = label_imported(vertices, faces, (0.0, 0.0, *BLOCK_MM[:2]), 0.05)
     areas_mm2 = {name: area_mm2(vertices, faces[label == FaceLabel[name]]) for name in expected_mm2}
     assert areas_mm2 == pytest.approx(expected_mm2)
 
@@ -103,7 +90,7 @@ MINUS_X = np.array([(0, 0, -1), (0, 1, 0), (1, 0, 0)])
 """From upright to a file whose -x points out of the face."""
 
 
-def brought(folder: Path, mesh: Mesh, name: str = "scan.stl", **settings: Any) -> ImportedSample:
+def brought(folder: Path, mesh: Mesh, name: str = "scan.stl", **settings: Any):
     trimesh.Trimesh(*mesh, process=False).export(folder / name)
     table = MeshInput.model_validate({"file": Path(name), "data": "synthetic", "units": "mm", **settings})
     return import_sample(table, folder)
