@@ -29,7 +29,7 @@ from simulate.pour import Pour
 from simulate.run import fill
 from simulate.settings import Fluid, Solver
 from simulate.slot.run import pour
-from tests.shapes import CUT, random_crack
+from tests.support.shapes import CUT, random_crack
 
 NOTEBOOK = Path(__file__).with_suffix(".json")
 SEED = 20261127

@@ -45,7 +45,7 @@ from sealtwin.core.records import Floats, Outline, Sample, Solid, Trajectory
 from simulate import pour as pours
 from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
 from validate.calibration.emulator import Emulator
 from validate.calibration.posterior import Free, Posterior, ReadLevels, marginals_of, reach_of, smooth_errors_mm2
 from validate.uncertainty.computed import require_different

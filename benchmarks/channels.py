@@ -16,8 +16,8 @@ from benchmarks.table import Row
 from sealtwin.core.records import Floats
 from simulate.loose_fluid import substep_s
 from simulate.settings import Fluid
-from tests.endless import Endless, stirred_mm
-from tests.fluids import sealant
+from tests.support.periodic_box import Endless, stirred_mm
+from tests.support.small_fluids import sealant
 
 DENSITY_KG_M3 = 1000.0
 """A viscosity in mm2/s is then one in mPa s, a stress over the density in mm2/s2 one in mPa."""

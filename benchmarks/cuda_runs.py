@@ -38,7 +38,7 @@ from simulate.device import choose_device, describe_device
 from simulate.injection import ComputeOptions, prepare
 from simulate.profile import measure_profile
 from simulate.run import follow
-from tests.places import FIXTURE
+from tests.support.paths import FIXTURE
 from validate.metrics.curve_distances import error_bins
 
 ALIKE = {"fluid.U": 30.0, "fluid.D_cm": 0.3}

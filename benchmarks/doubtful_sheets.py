@@ -15,8 +15,8 @@ from openpyxl.styles import Font
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats, Outline, Profile, Solid
-from tests.shapes import straight_slot
-from tests.sheet_writers import Hand, write_sheet
+from tests.support.shapes import straight_slot
+from tests.support.sheet_writers import Hand, write_sheet
 from validate.readings.screens import Filling
 
 Random = np.random.Generator

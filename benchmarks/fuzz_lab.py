@@ -14,10 +14,10 @@ from benchmarks.fuzz_process import in_a_process
 from sealtwin.material import material_text
 from sealtwin.material.by_rheometer import FlowCurve, material_of_table
 from sealtwin.trial.starter_files import CELL
-from tests.lab_folder import DEFAULTS
-from tests.pictures import mortar, with_crack, write_png
-from tests.spreads import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
-from tests.studies import TRIAL, plannable_lab
+from tests.support.lab_folder import DEFAULTS
+from tests.support.photos import mortar, with_crack, write_png
+from tests.support.spread_photos import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
+from tests.support.tiny_study import TRIAL, plannable_lab
 
 PLAN = "plan planned.toml --knots 3 --verify 1 --seeds 1 --device cpu --quiet"
 HEIC = Path(__file__).parents[1] / "fixtures" / "heic" / "crack.heic"

@@ -32,7 +32,7 @@ from sealtwin.core.records import Floats, Profile
 from sealtwin.lab.files import PAIRING
 from sealtwin.lab.ingest import Ingested, ingest
 from sealtwin.trial.trial_file import load_trial
-from tests.lab_folder import DEFAULTS, ENDS, HANDS, make_lab_folder
+from tests.support.lab_folder import DEFAULTS, ENDS, HANDS, make_lab_folder
 from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared

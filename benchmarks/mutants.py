@@ -24,7 +24,7 @@ from coverage import CoverageData
 from typer import Option
 
 from benchmarks.table import Row, run_benchmark
-from tests.places import ROOT
+from tests.support.paths import ROOT
 
 STAGES = ("digitise", "simulate", "validate", "sealtwin")
 OPERATORS = (

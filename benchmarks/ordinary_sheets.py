@@ -12,7 +12,7 @@ import numpy as np
 import openpyxl
 
 from sealtwin.core.records import Floats
-from tests.open_document import write_ods
+from tests.support.ods_writer import write_ods
 
 S_MM = (1.0, 3.0, 5.0, 7.0, 9.0, 11.0)
 Rows = list[list[Any]]

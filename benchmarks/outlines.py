@@ -12,7 +12,7 @@ from digitise.geometry.polyline import left_normals
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
-from tests.shapes import outline_between, to_px
+from tests.support.shapes import outline_between, to_px
 
 Kind = Literal["plain", "pinched", "self-touching", "tapered", "branches", "islands"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

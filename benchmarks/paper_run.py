@@ -19,7 +19,7 @@ from simulate.pour import Pour
 from simulate.profile import volume_ratio
 from simulate.run import fill
 from simulate.settings import Fluid, Nozzle, Solver
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
 
 LIKE_THE_PAPER = Fluid(U=30.0, D_cm=0.3, freeze_after_s=2.58)
 NARROW_MM = 1.0

@@ -33,7 +33,7 @@ from benchmarks.pbf_tank import (
     time_paste,
 )
 from benchmarks.table import Row, one_of, run_benchmark
-from tests.fluids import engine_with
+from tests.support.small_fluids import engine_with
 
 FEW, MANY = 2_000, 50_000
 GROWTH = 1.05

@@ -15,8 +15,8 @@ from simulate.fluid.solver import FluidSolver, substeps_for
 from simulate.hollow import solid_of
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import rheology_of
-from tests.fluids import engine_with, lattice
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
+from tests.support.small_fluids import engine_with, lattice
 
 RADIUS_MM = 0.4
 STEP_S = 1e-3

@@ -28,8 +28,8 @@ from benchmarks.against import HERE, ONE_CORE, processor
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from simulate.loose_fluid import substep_s
-from tests.fluids import sealant
-from tests.tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm
+from tests.support.small_fluids import sealant
+from tests.support.tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm
 
 RADIUS_MM, LENGTH_MM, WIDTH_MM, HEIGHT_MM = 0.4, 12.0, 3.2, 16.0
 PIT = Pit(50.0, WIDTH_MM, 24.0)

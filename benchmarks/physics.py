@@ -25,9 +25,9 @@ from simulate.remarks import THIN
 from simulate.settings import particle_volume
 from simulate.setup.rheology import added_viscosity
 from simulate.setup.signed_distance import CLEARANCE, CM
-from tests.endless import Endless, stirred_mm
-from tests.fluids import FRAME_S, sealant
-from tests.tanks import GRAVITY_MM_S2, Pit, Tank, cube_mm, raised, settled_mm
+from tests.support.periodic_box import Endless, stirred_mm
+from tests.support.small_fluids import FRAME_S, sealant
+from tests.support.tanks import GRAVITY_MM_S2, Pit, Tank, cube_mm, raised, settled_mm
 
 RADIUS_MM, STEP_S = 0.4, FRAME_S / 4
 COLUMN, COLUMN_MM = Pit(6.0, 3.1, 24.0), 16.0

@@ -31,7 +31,7 @@ from sealtwin.plan.search import Goal, Knots, limits_of, search, target_of
 from sealtwin.plan.verify import Misfit, Verifier, misfit
 from sealtwin.trial.trial_file import FluidOfFile, Trial
 from simulate.settings import Nozzle, Solver
-from tests.shapes import CUT, outline_between
+from tests.support.shapes import CUT, outline_between
 
 LENGTH_MM, WIDTH_MM, FLOW_MAX_MM3_S = 80.0, 3.1, 680.0
 DEPTH_MM, YIELD_PA, VISCOSITY_PA_S, DENSITY_KG_M3 = 16.0, 5.0, 1.0, 1690.0

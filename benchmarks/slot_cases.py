@@ -31,7 +31,7 @@ from simulate.settings import Fluid, Nozzle, Solver, particle_volume
 from simulate.slot.fill import CELLS, STEPS, Filled, HerschelBulkley, fill
 from simulate.slot.fitness import Fitness, fitness_of
 from simulate.slot.run import paste_of
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
 
 FOLDER = Path(__file__).parent / "slot"
 KEPT = KeptRuns(FOLDER, "python -m benchmarks.slot_cases", ("solids", "simulate"))

@@ -16,7 +16,7 @@ import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from tests.places import ROOT
+from tests.support.paths import ROOT
 
 PACKAGES = ("digitise", "simulate", "validate", "sealtwin")
 PICTURES = (".png", ".jpg", ".svg", ".gif", ".ico")

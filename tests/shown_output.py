@@ -31,7 +31,7 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
-from tests.places import FIXTURE, ROOT
+from tests.support.paths import FIXTURE, ROOT
 
 PAGES = tuple(
     path.relative_to(ROOT).as_posix()

@@ -18,8 +18,8 @@ from sealtwin.core.record_files import write_solid
 from sealtwin.core.records import Floats
 from sealtwin.trial.trial_file import load_trial
 from simulate.profile import measure_profile
-from tests.places import FIXTURE
 from tests.simulate.test_profile import run_of
+from tests.support.paths import FIXTURE
 
 LOW_MM, HIGH_MM = -12.0, -4.0
 """Level of the sealant in the lower left half of the crack, and in the upper right one."""

@@ -8,8 +8,8 @@ from types import ModuleType
 import pytest
 
 from sealtwin.core.settings_text import described
-from tests.places import ROOT
-from tests.programs import commands
+from tests.support.paths import ROOT
+from tests.support.processes import commands
 
 
 @pytest.fixture(scope="module")

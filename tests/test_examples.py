@@ -9,7 +9,7 @@ import warnings
 import pytest
 from matplotlib import pyplot
 
-from tests.places import ROOT
+from tests.support.paths import ROOT
 
 EXAMPLES = {path.stem.removeprefix("plot_"): path for path in sorted((ROOT / "examples").glob("plot_*.py"))}
 QUICK = ("in_a_notebook", "lines_and_fast_model", "readings_only", "robot_program")

@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from tests.places import ROOT
+from tests.support.paths import ROOT
 
 PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
 MODULES = "crypt curses fcntl grp posix pty pwd readline resource syslog termios tty"

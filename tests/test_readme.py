@@ -12,8 +12,8 @@ from typer.exceptions import TyperException
 
 from benchmarks.headline import PAGE, RESULTS, page, with_table
 from tests import shown_output
-from tests.places import ROOT
-from tests.programs import commands
+from tests.support.paths import ROOT
+from tests.support.processes import commands
 
 PAGES = {page: (ROOT / page).read_text(encoding="utf-8") for page in shown_output.PAGES}
 README = PAGES["README.md"]

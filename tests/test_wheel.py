@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from sealtwin.trial.starter_files import DEMO, MEASURED
-from tests.places import FIXTURE, ROOT
+from tests.support.paths import FIXTURE, ROOT
 
 pytestmark = pytest.mark.slow
 PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
@@ -81,7 +81,8 @@ def test_the_source_archive_holds_what_the_tests_and_the_reproduction_need(built
     with tarfile.open(built[0]) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {
-        "constraints.txt", "Makefile", "tests/places.py", "benchmarks/paper_trial.py", "fixtures/paper-trial/photo.jpg",
+        "constraints.txt", "Makefile", "tests/support/paths.py",
+        "benchmarks/paper_trial.py", "fixtures/paper-trial/photo.jpg",
         "fixtures/generate/specimen.py", "reports/reproduction/reproduce.py", "docs/decisions/layout.md",
     }  # fmt: skip
     assert wanted <= names

@@ -1,7 +1,7 @@
 """Record of a trial's result: the keys of run.json and report.json, and of the answer of a command.
 
 Report page, PDF, terminal and studies read these records. The docstring of a figure is its description in the published
-schema of report.json, which ``python -m tests.report_schema`` prints.
+schema of report.json, which ``python -m tests.support.report_schema`` prints.
 """
 
 import platform

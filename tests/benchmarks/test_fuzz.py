@@ -12,7 +12,7 @@ import typer
 from benchmarks import fuzz_endings, fuzz_process
 from benchmarks.fuzz_lab import MINE
 from benchmarks.fuzz_mutations import flipped, rekeyed, repainted, reworded
-from tests.studies import tiny_lab
+from tests.support.tiny_study import tiny_lab
 
 BUSY_S = 0.6  # Processor time of the command that computes, in its own process
 app = typer.Typer()

@@ -19,7 +19,7 @@ from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_out
 from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
-from tests.shapes import CLOSED, CUT, straight_slot
+from tests.support.shapes import CLOSED, CUT, straight_slot
 
 
 def test_the_judge_sees_a_hole_a_moved_corner_and_a_missing_island():

@@ -7,7 +7,7 @@ from math import inf, nan
 import pytest
 
 from benchmarks.table import Row, finish
-from tests.places import ROOT
+from tests.support.paths import ROOT
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from digitise.photo import Photo
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
 from sealtwin.core.records import Floats, Outline
-from tests.pictures import photo_of
+from tests.support.photos import photo_of
 
 CLOSED = Recipe(face_mm=(70, 40), length_mm=45, ends="closed", mm_per_px=0.15)
 

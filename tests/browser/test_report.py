@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.report_speed import LOOK
-from tests.evidence import make_evidence
+from tests.support.evidence import make_evidence
 from validate.report.write_report import write_report
 from validate.settings import Gate
 

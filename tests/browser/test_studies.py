@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from sealtwin.core.facts import Fact
-from tests.charts import make_chart
-from tests.sides import side
+from tests.support.comparison_sides import side
+from tests.support.mapped_study import make_chart
 from validate.figures.chart import Excluded
 from validate.figures.compare_page import compare_page
 from validate.figures.map_page import map_page

@@ -8,7 +8,7 @@ import pytest
 
 from digitise.scale.marker_scale import board_around
 from sealtwin.trial.trial_file import load_trial
-from tests.places import FIXTURE
+from tests.support.paths import FIXTURE
 
 pytestmark = pytest.mark.browser
 SAID = {

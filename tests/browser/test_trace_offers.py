@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.pictures import edge_of_patch, mortar, with_crack, write_png
+from tests.support.photos import edge_of_patch, mortar, with_crack, write_png
 
 pytestmark = pytest.mark.browser
 

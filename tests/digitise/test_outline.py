@@ -1,20 +1,29 @@
-from pathlib import Path
-
-import cv2
 import numpy as np
 import pytest
 
+from benchmarks.tracing_cases import clean_case
+from benchmarks.tracing_wide import trace_wide
 from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import crossings, signed_area
 from digitise.outline import trace_outline
 from digitise.photo import Photo, load_photo
-from digitise.settings import PhotoInput
 from fixtures.generate.lighting import Look
 from fixtures.generate.specimen import Recipe, Specimen, make_specimen, mean_width_mm
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline
-from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
-from tests.places import FIXTURE
+from sealtwin.core.record_files import read_outline, write_outline
+from sealtwin.core.records import Outline
+from tests.support.paths import FIXTURE
+from tests.support.photos import (
+    SMALL_FACE,
+    distance_to,
+    evenly_scaled,
+    mortar,
+    photo_of,
+    photo_of_light,
+    rms,
+    with_crack,
+    write_png,
+)
 
 
 @pytest.fixture(scope="module")
@@ -48,31 +57,21 @@ def bent_outline(bent_photo) -> Outline:
     return trace_outline(bent_photo, find_path(bent_photo, BENT_ENDS))
 
 
-def on_face(wall_mm: Floats, face_mm: tuple[float, float]) -> Floats:
-    return wall_mm[np.all((wall_mm >= 0) & (wall_mm <= face_mm), axis=1)]
-
-
-def wall_rms_mm(outline: Outline, truth: Specimen) -> float:
-    left, right = (
-        distance_to(on_face(traced, truth.recipe.face_mm), exact)
-        for traced, exact in ((outline.left_wall_mm, truth.left_wall_mm), (outline.right_wall_mm, truth.right_wall_mm))
-    )
-    return max(rms(left), rms(right))
-
-
-def width_error(outline: Outline, truth: Specimen) -> float:
-    return outline.mean_width_mm / mean_width_mm(truth.centreline_mm, truth.width_mm) - 1
+def check(outline: Outline, truth: Specimen, width_error: float, length_error_mm: float) -> None:
+    """Centreline within 0.1 mm and walls within 0.15 mm of the truth, RMS."""
+    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.10
+    for wall_mm, exact_mm in ((outline.left_wall_mm, truth.left_wall_mm), (outline.right_wall_mm, truth.right_wall_mm)):
+        on_face = np.all((wall_mm >= 0) & (wall_mm <= truth.recipe.face_mm), axis=1)
+        assert rms(distance_to(wall_mm[on_face], exact_mm)) <= 0.15
+    assert outline.mean_width_mm == pytest.approx(mean_width_mm(truth.centreline_mm, truth.width_mm), rel=width_error)
+    assert outline.length_mm == pytest.approx(truth.recipe.length_mm, abs=length_error_mm)
+    assert outline.ends == (truth.recipe.ends, truth.recipe.ends)
 
 
 def test_the_fixture_is_traced_as_the_issue_asks(paper, paper_outline):
     """Limits of issue 2. Measured: centreline 0.04, walls 0.03 mm, width 0.8 %, length 0.5 mm."""
-    outline = paper_outline
-    assert rms(distance_to(outline.centreline_mm, paper.centreline_mm)) <= 0.10
-    assert wall_rms_mm(outline, paper) <= 0.15
-    assert abs(width_error(outline, paper)) <= 0.02
-    assert outline.length_mm == pytest.approx(80, abs=2)
-    assert outline.ends == ("open", "open")
-    assert outline.path_source == "ends"
+    check(paper_outline, paper, width_error=0.02, length_error_mm=2)
+    assert paper_outline.path_source == "ends"
 
 
 @pytest.mark.parametrize(
@@ -88,93 +87,112 @@ def test_other_cracks_are_traced_as_well(tmp_path, seed, recipe):
     truth = make_specimen(seed, recipe)
     photo = photo_of(truth, tmp_path)
     outline = trace_outline(photo, find_path(photo, truth.ends_px))
-    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.10
-    assert wall_rms_mm(outline, truth) <= 0.15
-    assert abs(width_error(outline, truth)) <= (0.03 if recipe.ends == "open" else 0.02)
-    assert outline.length_mm == pytest.approx(recipe.length_mm, abs=2 if recipe.ends == "open" else 0.5)
-    assert outline.ends == (recipe.ends, recipe.ends)
+    check(outline, truth, *((0.03, 2) if recipe.ends == "open" else (0.02, 0.5)))
     assert (outline.islands_mm, outline.branches_mm) == ((), ())
 
 
-def test_the_left_wall_is_left_of_travel_with_y_up(paper_outline, bent_outline):
-    along = np.gradient(paper_outline.centreline_mm, axis=0)
-    across = paper_outline.left_wall_mm - paper_outline.right_wall_mm
-    assert np.all(along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0] > 0)
-    assert np.all(bent_outline.left_wall_px[:, 1] < bent_outline.right_wall_px[:, 1])  # px, y down
-    assert np.all(bent_outline.left_wall_mm[:, 1] > bent_outline.right_wall_mm[:, 1])
-
-
 def test_the_ring_is_simple_and_stations_are_a_quarter_of_a_millimetre_apart(paper_photo, paper_outline):
+    """Counter-clockwise, with y up, and the left wall left of travel."""
     outline = paper_outline
-    assert signed_area(outline.outline_mm) == pytest.approx(80 * 3.1, rel=0.02)  # counter-clockwise
+    assert signed_area(outline.outline_mm) == pytest.approx(80 * 3.1, rel=0.02)
     assert not crossings(outline.outline_mm, closed=True)
     steps = np.diff(outline.centreline_mm, axis=0)
     assert np.linalg.norm(steps, axis=1) == pytest.approx(0.25, abs=0.01)
     heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     assert np.degrees(np.abs(np.diff(heading))).max() < 10
-    assert len(outline.left_wall_mm) == len(outline.right_wall_mm) == len(outline.centreline_mm)
+    across = (outline.left_wall_mm - outline.right_wall_mm)[:-1]
+    assert np.all(steps[:, 0] * across[:, 1] - steps[:, 1] * across[:, 0] > 0)
     for name in ("centreline", "left_wall", "right_wall", "outline"):
-        there = paper_photo.to_mm(getattr(outline, f"{name}_px"))
-        assert there == pytest.approx(getattr(outline, f"{name}_mm"), abs=1e-6)
-
-
-def traced_between(folder: Path, picture: Floats, ends: Floats) -> Outline:
-    photo = evenly_scaled(write_png(folder / "photo.png", picture))
-    return trace_outline(photo, find_path(photo, (tuple(ends[0]), tuple(ends[-1]))))
+        seen_mm = paper_photo.to_mm(getattr(outline, f"{name}_px"))
+        assert seen_mm == pytest.approx(getattr(outline, f"{name}_mm"), abs=1e-6)
 
 
 def test_ends_inside_a_longer_crack_cut_it_straight_across(bent_photo, bent_outline):
     outline = bent_outline
     assert outline.ends == ("cut", "cut")
-    for station, inner, end_px in ((0, 3, BENT_ENDS[0]), (-1, -4, BENT_ENDS[1])):
+    for station, inner in ((0, 3), (-1, -4)):
         along = outline.centreline_mm[inner] - outline.centreline_mm[station]
         across = outline.left_wall_mm[station] - outline.right_wall_mm[station]
-        cosine = along @ across / np.linalg.norm(along) / np.linalg.norm(across)
-        assert abs(cosine) < 0.1
-        place_mm = bent_photo.to_mm(np.array([end_px]))[0]
-        assert np.linalg.norm(outline.centreline_mm[station] - place_mm) < 0.4
+        assert abs(along @ across) < 0.1 * np.linalg.norm(along) * np.linalg.norm(across)
+    off_mm = outline.centreline_mm[[0, -1]] - bent_photo.to_mm(np.array(BENT_ENDS))
+    assert np.linalg.norm(off_mm, axis=1).max() < 0.4
     assert outline.width_mm == pytest.approx(1.4, abs=0.25)
-
-
-def test_a_thin_branch_and_a_pore_leave_the_walls_where_they_are(tmp_path):
-    main = [(20, 150), (480, 150)]
-    plain = with_crack(mortar(), main)
-    spoilt = with_crack(plain, [(250, 150), (300, 60)], width_px=4)
-    cv2.circle(spoilt, (120, 150 - 16), 4, 0.02, -1)
-    ends = np.array([(40.0, 150.0), (460.0, 150.0)])
-    clean, other = (traced_between(tmp_path, picture, ends) for picture in (plain, spoilt))
-    assert distance_to(other.left_wall_mm, clean.left_wall_mm).max() < 0.6
-    assert rms(distance_to(other.left_wall_mm, clean.left_wall_mm)) < 0.1
-    assert other.mean_width_mm == pytest.approx(clean.mean_width_mm, rel=0.03)
+    assert sum("beyond the end" in doubt.text for doubt in outline.warnings) == 2
 
 
 def test_a_piece_shorter_than_three_widths_is_refused(tmp_path):
     picture = with_crack(mortar(), [(20, 150), (480, 140)], width_px=30)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     path = find_path(photo, ((230.0, 145.0), (290.0, 144.0)))
     with pytest.raises(InputError, match="at least 3 times as long as wide"):
         trace_outline(photo, path)
 
 
-def test_doubts_travel_with_the_outline(bent_outline):
-    assert not any("found automatically" in doubt.text for doubt in bent_outline.warnings)
-    assert sum("beyond the end" in doubt.text for doubt in bent_outline.warnings) == len(BENT_ENDS)
-
-
-def test_the_photo_s_warnings_travel_with_the_outline(tmp_path):
-    path = write_png(tmp_path / "photo.png", with_crack(mortar(), [(20, 150), (480, 140)]))
-    photo = load_photo(PhotoInput(file=path, data="synthetic", mm_per_px=0.1, scale_is="assumed"), tmp_path)
-    outline = trace_outline(photo, find_path(photo, ((40.0, 150.0), (460.0, 140.0))))
-    assert outline.scale_source == "given: 0.1 mm/px (assumed)"
-    assert any("assumed" in warning.text for warning in outline.warnings)
-
-
 def test_a_mean_width_that_is_given_scales_all_widths(paper, paper_photo, paper_outline):
-    given = paper.photo_input().model_copy(update={"mean_width_mm": 4.0})
-    moved = trace_outline(paper_photo, find_path(paper_photo, paper.ends_px), given)
+    settings = paper.photo_input().model_copy(update={"mean_width_mm": 4.0})
+    moved = trace_outline(paper_photo, find_path(paper_photo, paper.ends_px), settings)
     assert moved.mean_width_mm == pytest.approx(4.0)
     assert (moved.width_source, moved.width_95_mm) == ("gauge", None)
     assert moved.width_mm / moved.mean_width_mm == pytest.approx(paper_outline.width_mm / paper_outline.mean_width_mm)
     assert (moved.centreline_mm == paper_outline.centreline_mm).all()
     more_mm2 = signed_area(moved.outline_mm) - signed_area(paper_outline.outline_mm)
     assert more_mm2 == pytest.approx((4.0 - paper_outline.mean_width_mm) * paper_outline.length_mm, rel=0.02)
+
+
+def test_walls_and_widths_are_whole_up_to_oblique_ends(tmp_path):
+    """0.15 mm, ends included. Measured: 0.02 to 0.06; with rays square to the centreline alone 0.12 to 0.19.
+
+    The opening of an oblique end is twice as wide as the crack; it must not pass for its width, nor from a file.
+    """
+    truth = make_specimen(2, Recipe(**SMALL_FACE, mirrored=True))
+    photo = photo_of(truth, tmp_path)
+    outline = trace_outline(photo, find_path(photo, truth.ends_px))
+    for wall, exact in ((outline.left_wall_mm, truth.left_wall_mm), (outline.right_wall_mm, truth.right_wall_mm)):
+        assert rms(distance_to(wall, exact)) <= 0.15
+        # And all of the true wall is there: none ends inside the face.
+        assert rms(distance_to(exact, wall)) <= 0.15
+        assert wall.min() >= 0
+        assert np.all(wall <= truth.recipe.face_mm)
+        assert wall[[0, -1], 1] == pytest.approx(sorted([0, 40], reverse=bool(wall[0, 1] > 20)), abs=1e-6)
+    assert np.linalg.norm(outline.left_wall_mm[0] - outline.right_wall_mm[0]) > 1.1 * outline.width_mm[0]
+    assert truth.width_mm.min() - 0.2 < outline.width_mm.min()
+    assert outline.width_mm.max() < truth.width_mm.max() + 0.2
+    assert outline.mean_width_mm == pytest.approx(mean_width_mm(truth.centreline_mm, truth.width_mm), rel=0.02)
+    write_outline(tmp_path, outline)
+    assert read_outline(tmp_path).mean_width_mm == pytest.approx(outline.mean_width_mm, abs=1e-4)
+
+
+def test_line_and_walls_keep_their_way_at_the_edge_of_the_face(tmp_path):
+    """5.6 mm wide, at 40 degrees to the edge: the last 8 mm have one wall.
+
+    Half of the expected width beside the wall that is seen: 0.04 mm. To the middle of the opening: 0.19 mm.
+    """
+    case = clean_case(5)
+    truth = make_specimen(case.seed, case.recipe)
+    photo = photo_of(truth, tmp_path)
+    outline = trace_outline(photo, find_path(photo, case.ends_px(truth)))
+    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.08
+    check(outline, truth, width_error=0.02, length_error_mm=2)
+
+
+def test_no_wall_is_drawn_outside_the_photo(tmp_path):
+    """A crack turns up along the right border, which cuts its right wall off. All of it up to its turn is there."""
+    picture = with_crack(mortar(), [(20, 150), (494, 160), (494, 10)])
+    photo = photo_of_light(tmp_path, picture)
+    outline = trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 100.0))))
+    assert outline.outline_px.min() >= 0
+    assert np.all(outline.outline_px <= (499, 299))
+    assert outline.ends[1] == "cut"
+    assert any("left out at the edge of the photo" in warning.text for warning in outline.warnings)
+    assert outline.outline_px[:, 0].max() > 480
+    with pytest.raises(InputError, match=r"outside the photo on \d\d% of the path \(at most 20%\)"):
+        trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 20.0))))
+
+
+@pytest.mark.slow
+def test_a_crack_that_grows_twice_as_wide_is_followed_to_its_blunt_end(tmp_path):
+    """45 px, then 105, which the finer map's background swallows: the path hugged a wall, the width was 5.7 % off."""
+    figures = trace_wide(950171, drawn=True, folder=tmp_path)
+    assert abs(figures.width_error_percent) < 1.5
+    assert abs(figures.area_error_percent) < 1.5
+    assert figures.rank == 1

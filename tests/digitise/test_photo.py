@@ -1,3 +1,4 @@
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -5,11 +6,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from digitise.photo import load_photo
+from digitise.photo import load_photo, smaller
+from digitise.scale.view import Lens, View
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, write_png
-from tests.places import ROOT
+from tests.support.paths import FIXTURE
+from tests.support.photos import mortar, photo_of_light, with_crack, write_png
 
 
 def test_a_photo_is_looked_for_beside_the_trial(tmp_path):
@@ -20,73 +22,77 @@ def test_a_photo_is_looked_for_beside_the_trial(tmp_path):
         load_photo(settings, tmp_path / "elsewhere")
 
 
-@pytest.mark.parametrize("level", [0.0, 0.001])
-def test_a_black_photo_is_refused_as_black(tmp_path, level):
-    path = write_png(tmp_path / "photo.png", np.full((200, 300), level))
+def test_a_black_photo_is_refused_as_black(tmp_path):
     with pytest.raises(InputError, match=r"photo\.png: the photo is black"):
-        evenly_scaled(path)
+        photo_of_light(tmp_path, np.full((200, 300), 0.001))
 
 
 def test_brightness_is_proportional_to_light(tmp_path):
     """Half the light is 186 of 255 in the file, and half the brightness here."""
     steps = np.repeat([[1.0, 0.5, 0.1]], 100, axis=0).repeat(100, axis=1)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", steps))
+    photo = photo_of_light(tmp_path, steps)
     assert photo.brightness[50, [50, 150, 250]] == pytest.approx([1.0, 0.5, 0.1], abs=0.005)
 
 
-def painted(tmp_path, size_px=(500, 300), **changes):
-    """The mask of a photo of 500 x 300 px, with a crack of 200 x 10 px painted into a picture of ``size_px``."""
-    write_png(tmp_path / "photo.png", mortar())
-    mask = np.zeros(size_px[::-1], dtype=np.uint8)
-    mask[150:160, 100:300] = 255
-    picture = Image.fromarray(mask)
-    if changes.get("see_through"):
-        picture = Image.merge("LA", [Image.new("L", picture.size, changes["colour"]), picture])
-    if changes.get("upside_down"):
-        picture = picture.point(lambda grey: 255 - grey)
-    if changes.get("empty"):
-        picture = Image.new("L", size_px)
-    exif = Image.Exif()
-    if changes.get("sideways"):
-        picture, exif[0x0112] = picture.transpose(Image.Transpose.ROTATE_90), 6
-    picture.save(tmp_path / "mask.png", exif=exif)
-    settings = PhotoInput(file=Path("photo.png"), data="synthetic", mm_per_px=0.1, mask=Path("mask.png"))
-    drawn = load_photo(settings, tmp_path).drawn
-    assert drawn is not None
-    rows, columns = np.nonzero(drawn)
-    return rows.min(), rows.max() + 1, columns.min(), columns.max() + 1, len(rows)
+PAINT = np.zeros((300, 500), dtype=np.uint8)
+PAINT[150:160, 100:300] = 255
+WHITE = Image.fromarray(PAINT)
+OPAQUE = Image.merge("LA", [Image.new("L", WHITE.size, 255), WHITE])
+SIDEWAYS = WHITE.transpose(Image.Transpose.ROTATE_90)
 
 
 @pytest.mark.parametrize(
-    "changes",
-    [{}, {"see_through": True, "colour": 0}, {"see_through": True, "colour": 255}, {"sideways": True}],
-    ids=["white on black", "opaque black", "opaque white", "turned by its EXIF"],
-)
-def test_a_painted_mask_says_where_the_crack_is(tmp_path, changes):
-    assert painted(tmp_path, **changes) == (150, 160, 100, 300, 2000)
-
-
-@pytest.mark.parametrize(
-    ("changes", "refused"),
+    ("mask", "refusal"),
     [
-        ({"size_px": (400, 300)}, r"mask is 400 x 300 px, the photo 500 x 300"),
-        ({"empty": True}, "mask paints nothing"),
-        ({"upside_down": True}, "paints 99% of the photo"),
+        (WHITE, None),
+        (OPAQUE, None),
+        (SIDEWAYS, None),
+        (WHITE.crop((0, 0, 400, 300)), "mask is 400 x 300 px, the photo 500 x 300"),
+        (Image.new("L", WHITE.size), "paints nothing"),
+        (WHITE.point(lambda grey: 255 - grey), "99% of the photo"),
     ],
+    ids=["white on black", "opaque white", "turned by its EXIF", "of another size", "empty", "upside down"],
 )
-def test_a_mask_that_cannot_be_the_crack_is_refused(tmp_path, changes, refused):
-    with pytest.raises(InputError, match=refused):
-        painted(tmp_path, **changes)
+def test_a_painted_mask_says_where_the_crack_is_or_is_refused(tmp_path, mask, refusal):
+    write_png(tmp_path / "photo.png", mortar())
+    exif = Image.Exif()
+    exif[0x0112] = 6 if mask is SIDEWAYS else 1
+    mask.save(tmp_path / "mask.png", exif=exif)
+    settings = PhotoInput(file=Path("photo.png"), data="synthetic", mm_per_px=0.1, mask=Path("mask.png"))
+    with pytest.raises(InputError, match=refusal) if refusal else nullcontext():
+        drawn = load_photo(settings, tmp_path).drawn
+        assert drawn is not None
+        assert np.array_equal(drawn, PAINT > 0)
 
 
 @pytest.mark.parametrize(("mm_per_px", "warned"), [(0.1, False), (0.104, True)])
 def test_markers_beside_a_typed_scale_are_named_if_they_contradict_it(mm_per_px, warned):
-    photo = PhotoInput(file=ROOT / "fixtures" / "paper-trial" / "photo.jpg", data="synthetic", mm_per_px=mm_per_px)
-    assert any("markers of 4x4_50" in warning.text for warning in load_photo(photo, ROOT).warnings) is warned
+    photo = load_photo(PhotoInput(file=FIXTURE / "photo.jpg", data="synthetic", mm_per_px=mm_per_px), FIXTURE)
+    assert any("markers of 4x4_50" in warning.text for warning in photo.warnings) is warned
 
 
 def test_a_length_is_in_px_alone_until_there_is_a_scale(tmp_path):
     """A millimetre of a photo without a scale would be taken for one of the sample's."""
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
+    photo = photo_of_light(tmp_path, mortar())
     assert photo.length(94.0) == "9.4 mm (94 px)"
     assert replace(photo, unit="px").length(94.0) == "94 px"
+
+
+def test_a_smaller_copy_shows_every_point_where_the_photo_does(tmp_path):
+    """Through tilt and lens, to a ten-thousandth of a pixel: the same mapping, in other pixels."""
+    picture = with_crack(mortar((1001, 603)), [(60, 430), (360, 330), (600, 350), (940, 210)], width_px=40)
+    tilted = np.array([[0.1, 0.001, 3.0], [0.002, -0.11, 60.0], [1e-5, 2e-5, 1.0]])
+    photo = replace(
+        photo_of_light(tmp_path, picture),
+        view=View(tilted, Lens(np.array([500.0, 301.0]), -1.2e-7)),
+        markers_px=(np.array([[10.5, 20.0]]),),
+    )
+    copy = smaller(photo, 4)
+    points_px = np.array([[0.0, 0.0], [123.4, 456.7], [1000.0, 602.0]])
+    in_copy_px = (points_px + 0.5) / 4 - 0.5
+    assert np.allclose(copy.to_mm(in_copy_px), photo.to_mm(points_px), atol=1e-5)
+    assert np.allclose(copy.to_px(photo.to_mm(points_px)), in_copy_px, atol=1e-4)
+    assert np.allclose(copy.markers_px[0], (photo.markers_px[0] + 0.5) / 4 - 0.5)
+    assert (copy.mm_per_px, copy.brightness.shape) == (4 * photo.mm_per_px, (603 // 4, 1001 // 4))
+    block = photo.brightness[100:104, 896:900]
+    assert copy.brightness[25, 224] == pytest.approx(block.mean(), rel=1e-5)

@@ -1,7 +1,6 @@
 """Bounds of what reaches the robot's files and the printer."""
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,6 +21,7 @@ MARKER: dict[str, Any] = {"id": 0, "x_mm": 0.0, "y_mm": 0.0}
         (PhotoInput, PHOTO, "face_mm", ([160.0, 0.0], [160.0, -40.0], [160.0, 1e9])),
         (CrackShape, {}, "depth_mm", (0.001, 501.0)),
         *((CrackShape, CRACK, key, (1e-9, 1e9)) for key in ("floor_thickness_mm", "margin_mm")),
+        (CrackShape, CRACK, "wall_angle_deg", (-4.84, [-4.0, 5.0])),
         (CrackShape, CRACK, "dam_height_mm", (-1.0, 1e9)),
         (NozzlePath, {}, "volume_ml", (1e-9, 0.0, 1001.0, 1e300)),
         (NozzlePath, {}, "speed_mm_s", (1e-9, 1e300)),
@@ -37,17 +37,16 @@ MARKER: dict[str, Any] = {"id": 0, "x_mm": 0.0, "y_mm": 0.0}
 def test_a_number_that_no_bench_has_is_refused_by_its_key(table: type[BaseModel], base, key, values):
     """Each of these once reached trajectory.csv or crack.stl, or ended in a traceback."""
     for value in values:
-        with pytest.raises(ValidationError) as fault:
+        with pytest.raises(ValidationError, match=key):
             table.model_validate_json(json.dumps(base | {key: value}))
-        assert key in str(fault.value)
 
 
 @pytest.mark.parametrize("key", ["ends_px", "via_px", "roi_px", "ruler_px", "face_corners_px"])
-@pytest.mark.parametrize("value", [1e308, -1e12, 2e6])
-def test_a_place_that_no_photo_has_is_refused_by_its_key(key, value):
+def test_a_pixel_that_no_photo_has_is_refused_by_its_key(key):
     """Beyond 2^27 px OpenCV's integers overflow: a region of everything became a region of nothing."""
-    with pytest.raises(ValidationError, match=key):
-        PhotoInput.model_validate_json(json.dumps(PHOTO | {"mm_per_px": 0.1, key: [[0.0, 0.0], [value, 0.0]]}))
+    for value in (-1e12, 2e6):
+        with pytest.raises(ValidationError, match=key):
+            PhotoInput.model_validate_json(json.dumps(PHOTO | {"mm_per_px": 0.1, key: [[0.0, 0.0], [value, 0.0]]}))
 
 
 def test_what_a_bench_does_have_is_taken():
@@ -58,7 +57,6 @@ def test_what_a_bench_does_have_is_taken():
 
 def test_a_share_of_the_cavity_beside_a_volume_is_refused():
     """One of the two would be ignored."""
-    assert NozzlePath(fill=0.8).fill == 0.8
     with pytest.raises(InputError, match=r"fill = 0\.8 with volume_ml = 4\.8"):
         NozzlePath(volume_ml=4.8, fill=0.8)
 
@@ -66,9 +64,7 @@ def test_a_share_of_the_cavity_beside_a_volume_is_refused():
 @pytest.mark.parametrize("beside", [{"path_only": True}, {"branches": "keep"}])
 def test_only_a_main_crack_between_walls_is_given_a_mean_width(beside):
     with pytest.raises(ValidationError, match="cannot be combined with"):
-        PhotoInput.model_validate(
-            {**PHOTO, "file": Path("photo.jpg"), "mm_per_px": 0.1, "mean_width_mm": 3.0, **beside}
-        )
+        PhotoInput.model_validate_json(json.dumps({**PHOTO, "mm_per_px": 0.1, "mean_width_mm": 3.0, **beside}))
 
 
 def test_a_marker_lies_in_one_place():

@@ -19,9 +19,9 @@ from matplotlib import pyplot
 import sealtwin as st
 from sealtwin.core.errors import InputError
 from sealtwin.trial.trial_file import load_trial
-from tests.evidence import axes_of
-from tests.pages import leave_out_figures, leave_out_pages
-from tests.studies import tiny_lab
+from tests.support.evidence import axes_of
+from tests.support.report_stubs import leave_out_figures, leave_out_pages
+from tests.support.tiny_study import tiny_lab
 from validate.report.write_report import REPORT
 
 ENDS_PX = [[40, 101], [160, 98]]

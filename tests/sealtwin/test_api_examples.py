@@ -13,8 +13,8 @@ from ezdxf import units
 import sealtwin as st
 from digitise.drawing.read_dxf import sample_obj
 from sealtwin.api import studies
-from tests.programs import commands
-from tests.studies import plannable_lab
+from tests.support.processes import commands
+from tests.support.tiny_study import plannable_lab
 
 FUNCTIONS = {
     name: inspect.getdoc(getattr(st, name)) or "" for name in st.__all__ if inspect.isfunction(getattr(st, name))

@@ -10,7 +10,7 @@ import pytest
 from matplotlib import pyplot
 
 import sealtwin as st
-from tests.pages import leave_out_figures
+from tests.support.report_stubs import leave_out_figures
 
 LINE_MM = [(0.0, 20.0), (30.0, 22.0), (60.0, 18.0), (80.0, 20.0)]
 PASTE = st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=6.0)

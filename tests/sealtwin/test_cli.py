@@ -16,10 +16,10 @@ import pytest
 import typer
 
 from sealtwin.cli.answer import Command, ending
-from tests.pictures import mortar, wandering, with_crack, write_png
-from tests.places import FIXTURE
-from tests.programs import refusal, sealtwin, start_interruptible
-from tests.studies import tiny_lab
+from tests.support.paths import FIXTURE
+from tests.support.photos import mortar, wandering, with_crack, write_png
+from tests.support.processes import refusal, sealtwin, start_interruptible
+from tests.support.tiny_study import tiny_lab
 
 
 @pytest.fixture

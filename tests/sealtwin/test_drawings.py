@@ -5,8 +5,8 @@ import shutil
 
 import pytest
 
-from tests.programs import refusal, sealtwin
-from tests.studies import TRIAL, tiny_lab
+from tests.support.processes import refusal, sealtwin
+from tests.support.tiny_study import TRIAL, tiny_lab
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ import trimesh
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from tests.coarse import make_coarse
-from tests.meshes import mesh_of, slotted
-from tests.programs import refusal, sealtwin
-from tests.shapes import wandering_crack
+from tests.support.coarse_trial import make_coarse
+from tests.support.meshes import mesh_of, slotted
+from tests.support.processes import refusal, sealtwin
+from tests.support.shapes import wandering_crack
 
 
 def write(path: Path, inches: bool = False) -> Path:

@@ -5,8 +5,8 @@ import tomllib
 
 import pytest
 
-from tests.programs import sealtwin
-from tests.sheets import read_pdf
+from tests.support.processes import sealtwin
+from tests.support.sheets import read_pdf
 
 
 def _markers(*arguments):

@@ -9,8 +9,8 @@ import pytest
 
 from sealtwin.cli.options import read_number
 from tests.house_rules import PACKAGES
-from tests.places import ROOT
-from tests.programs import commands, sealtwin
+from tests.support.paths import ROOT
+from tests.support.processes import commands, sealtwin
 
 COMMANDS = commands()
 ALL_OPTIONS = {"--help", "--version"} | {

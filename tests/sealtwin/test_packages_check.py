@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 
-from tests.places import ROOT
+from tests.support.paths import ROOT
 
 PACKAGES = ("digitise", "simulate", "validate")
 NOT_TO_BE_RUN = "raise SystemExit('the foreign package was imported')\n"

@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.trial.starter_files import QUICK
-from tests.pages import leave_out_pages
-from tests.studies import READINGS, tiny_lab
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import READINGS, tiny_lab
 
 GIVEN = {"--depth-mm": ["8"], "--mm-per-px": ["0,4"], "--ends": ["40,101", "160,98"], "--device": ["cpu"]}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from digitise.geometry.polyline import signed_area
-from tests.shapes import OPEN, straight_slot
+from tests.support.shapes import OPEN, straight_slot
 
 
 def test_widths_add_up_to_the_area_where_oblique_ends_bulge():

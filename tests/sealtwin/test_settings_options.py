@@ -9,10 +9,10 @@ import pytest
 import typer
 
 from sealtwin.cli.options import settings_of
-from tests.pages import leave_out_pages
-from tests.places import FIXTURE
-from tests.programs import commands, sealtwin
-from tests.studies import tiny_lab
+from tests.support.paths import FIXTURE
+from tests.support.processes import commands, sealtwin
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import tiny_lab
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ import pytest
 
 from sealtwin.core.errors import present
 from sealtwin.trial.trial_file import load_trial
-from tests.places import FIXTURE
-from tests.programs import refusal, sealtwin
+from tests.support.paths import FIXTURE
+from tests.support.processes import refusal, sealtwin
 
 ENDS = [[719.3, 658.4], [1402.7, 258.9]]
 

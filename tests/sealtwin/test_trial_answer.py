@@ -11,7 +11,7 @@ from sealtwin.core.errors import present
 from sealtwin.core.facts import doubt, texts
 from sealtwin.core.records import Profile
 from sealtwin.core.solid_figures import WeighedCavity
-from tests.evidence import FAST_FILL, SEEDS, make_evidence, slope
+from tests.support.evidence import FAST_FILL, SEEDS, make_evidence, slope
 from tests.validate.test_assess import LIFTED, NO_PASSES, SHEET, spread
 from validate.compare import assess
 from validate.comparison import Baseline, Comparison

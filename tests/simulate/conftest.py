@@ -1,6 +1,6 @@
 import pytest
 
-from tests.fluids import enclosed
+from tests.support.small_fluids import enclosed
 
 
 @pytest.fixture(autouse=True)

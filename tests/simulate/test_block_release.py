@@ -9,7 +9,7 @@ from sealtwin.core.errors import InputError, NumericalError
 from simulate.block import BlockRelease, FluidBlock
 from simulate.block_release import release
 from simulate.settings import SampleSlope, Solver, particle_volume
-from tests.fluids import sealant
+from tests.support.small_fluids import sealant
 
 PASTE = {"consistency_pa_s_n": 6.2, "flow_index": 0.5, "density_kg_m3": 1175.0}
 

@@ -11,8 +11,8 @@ from simulate.fluid.pressure import Iterations, iterations_of
 from simulate.loose_fluid import substep_s
 from simulate.settings import Fluid
 from simulate.setup.rheology import Rheology, viscous_weight
-from tests.fluids import engine_with, lay_down, prepared, slot
-from tests.tanks import Pit, Tank, cube_mm, settled_mm
+from tests.support.small_fluids import engine_with, lay_down, prepared, slot
+from tests.support.tanks import Pit, Tank, cube_mm, settled_mm
 
 RADIUS_MM = 0.4
 STEP_S = substep_s(RADIUS_MM)

@@ -11,7 +11,7 @@ from simulate.fluid.walk import fixed
 from simulate.kernels import neighbours, status
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
-from tests.fluids import check, engine_with, in_rows, lattice, listed_fluid, listed_walls, slot
+from tests.support.small_fluids import check, engine_with, in_rows, lattice, listed_fluid, listed_walls, slot
 
 SUPPORT_CM = 0.16
 

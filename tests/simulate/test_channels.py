@@ -9,8 +9,8 @@ from sealtwin.core.records import Floats
 from simulate.injection import Injection
 from simulate.loose_fluid import filled_box_mm
 from simulate.setup.rheology import added_viscosity
-from tests.fluids import FRAME_S, injected, path, results, sealant, slot
-from tests.tanks import Pit, Tank, raised
+from tests.support.small_fluids import FRAME_S, injected, path, results, sealant, slot
+from tests.support.tanks import Pit, Tank, raised
 
 
 @pytest.mark.parametrize(

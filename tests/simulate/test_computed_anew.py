@@ -16,8 +16,8 @@ from simulate.pour import Pour
 from simulate.run import fill, fill_each
 from simulate.settings import Fluid, SampleSlope, Solver
 from simulate.watchers import Checkpoint, FrameFiles, HealthLog, KeptFill, Moments
-from tests.fluids import path, pour, sample_of, sealant, slot
-from tests.narration import Narration
+from tests.support.messages import Narration
+from tests.support.small_fluids import path, pour, sample_of, sealant, slot
 
 STIFF = sealant(viscosity_pa_s=4.2, yield_stress_pa=12.0, density_kg_m3=1690.0)
 THIN = STIFF.model_copy(update={"viscosity_pa_s": 2.0})

@@ -6,8 +6,7 @@ import warp as wp
 
 from simulate.device import choose_device
 from simulate.kernels.beds import PARTS
-from tests.fluids import results
-from tests.launches import (
+from tests.support.batches import (
     PASTES,
     check_going_on,
     check_the_others,
@@ -17,6 +16,7 @@ from tests.launches import (
     spoil_a_place,
     together,
 )
+from tests.support.small_fluids import results
 
 DEVICE = "cuda:0"
 

@@ -17,8 +17,8 @@ from simulate.kernels import run_module
 from simulate.kernels.lanes import WARP
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.setup.rheology import Rheology
-from tests.fluids import enclosed, engine_with, slot
-from tests.places import ROOT
+from tests.support.paths import ROOT
+from tests.support.small_fluids import enclosed, engine_with, slot
 
 
 def test_auto_takes_a_gpu_where_there_is_one_and_the_cpu_elsewhere():

@@ -12,8 +12,8 @@ from sealtwin.core.records import FaceLabel, Solid
 from simulate.hollow import solid_of
 from simulate.kernels.distance import BLOCK
 from simulate.setup.signed_distance import CLEARANCE, CM, build_barrier
-from tests.fluids import engine_with, lattice, slot
-from tests.shapes import straight_slot, wandering_crack
+from tests.support.shapes import straight_slot, wandering_crack
+from tests.support.small_fluids import engine_with, lattice, slot
 
 RADIUS_MM = 0.4
 

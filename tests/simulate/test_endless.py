@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Floats
-from tests.endless import Endless, stirred_mm
+from tests.support.periodic_box import Endless, stirred_mm
 
 pytestmark = pytest.mark.slow  # tests/simulate/test_viscosity has a quick one of its branches
 SIDE_MM, RADIUS_MM, STEP_S = np.array([6.0, 6.0, 6.0]), 0.4, 1.8e-3

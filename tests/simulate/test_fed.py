@@ -9,7 +9,7 @@ from simulate.hollow import Box, Hollow
 from simulate.loose_fluid import LooseFluid
 from simulate.settings import Solver, particle_volume
 from simulate.setup_checks import solved_as
-from tests.fluids import sealant
+from tests.support.small_fluids import sealant
 
 FLOW_MM3_S, RADIUS_MM = 2000.0, 1.0
 

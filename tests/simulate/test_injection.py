@@ -9,8 +9,7 @@ import pytest
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Run
 from simulate.injection import SAMPLE_EVERY
-from tests.fluids import path, pour, results, slot
-from tests.launches import (
+from tests.support.batches import (
     PASTES,
     check_going_on,
     check_the_others,
@@ -20,6 +19,7 @@ from tests.launches import (
     spoil_a_place,
     together,
 )
+from tests.support.small_fluids import path, pour, results, slot
 
 
 @pytest.fixture(params=["in order", "renumbered"])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.places import ROOT
+from tests.support.paths import ROOT
 
 CACHES = ("WARP_CACHE_PATH", "XDG_CACHE_HOME")
 SELFTEST = """

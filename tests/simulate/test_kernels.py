@@ -3,7 +3,7 @@ import pytest
 
 from sealtwin.core.records import Floats
 from simulate.settings import particle_volume
-from tests.fluids import corrected, engine_with, lattice, lay_down, positions_mm, prepared, slot
+from tests.support.small_fluids import corrected, engine_with, lattice, lay_down, positions_mm, prepared, slot
 
 SUPPORT = 0.16
 MASS = 1.1 * particle_volume(0.04)

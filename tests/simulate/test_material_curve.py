@@ -14,8 +14,8 @@ from simulate.fluid.viscosity import explicit_passes
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup_checks import check_fit, rheology_of, solved_as
-from tests.endless import Endless, stirred_mm
-from tests.fluids import FRAME_S, engine_with, in_rows, lattice, path, pour, prepared, slot
+from tests.support.periodic_box import Endless, stirred_mm
+from tests.support.small_fluids import FRAME_S, engine_with, in_rows, lattice, path, pour, prepared, slot
 
 SUPPORT_CM = 0.16
 CURING = "age_s,viscosity_pa_s,yield_stress_pa\n0,0.05,0\n10,5,20\n"

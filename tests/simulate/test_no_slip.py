@@ -7,7 +7,7 @@ import pytest
 from simulate.settings import Fluid
 from simulate.setup.rheology import no_slip_weight
 from simulate.setup_checks import effective_d_cm, rheology_of
-from tests.fluids import FRAME_S, path, pour, slot
+from tests.support.small_fluids import FRAME_S, path, pour, slot
 
 SUPPORT_CM = 0.16
 

@@ -10,8 +10,8 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Outline
 from simulate.settings import LEVEL, SampleSlope
-from tests.fluids import path, pour, sealant
-from tests.shapes import OPEN, closed_crack, straight_slot
+from tests.support.shapes import OPEN, closed_crack, straight_slot
+from tests.support.small_fluids import path, pour, sealant
 
 WATERY = {"U": 0.1, "D_cm": 1e-3}
 THE_PAPERS = {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.58}

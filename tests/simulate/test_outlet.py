@@ -9,8 +9,8 @@ from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid
 from simulate.hollow import solid_of
-from tests.fluids import path, pour
-from tests.shapes import OPEN, straight_slot
+from tests.support.shapes import OPEN, straight_slot
+from tests.support.small_fluids import path, pour
 
 RADIUS_MM = 0.7
 

@@ -12,8 +12,8 @@ from simulate.kernels import pair_sums, pair_sums_cpu
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import WEIGHTS
 from simulate.kernels.status import Particles
-from tests.fluids import engine_with, lattice, listed_fluid, listed_walls, positions_mm, slot
-from tests.kernels import sum_kernel
+from tests.support.device_loops import sum_kernel
+from tests.support.small_fluids import engine_with, lattice, listed_fluid, listed_walls, positions_mm, slot
 
 SUPPORT = 0.16
 ROWS, SLOTS, POINTS = 40, 64, 300

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.physics import CASES, pressure_at
 from simulate.settings import particle_volume
-from tests.tanks import Pit, Tank
+from tests.support.tanks import Pit, Tank
 
 SLOW = ("hydrostatic", "energy", "sloshing", "shear_wave", "slot_current", "channel", "bingham", "herschel")
 

@@ -13,7 +13,7 @@ from sealtwin.core.records import Floats, Outline, Run, Sections, Solid
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import SolidFigures
 from simulate.profile import half_side_mm, measure_profile, volume_ratio
-from tests.shapes import CUT, arc_slot, level_floor, outline_between
+from tests.support.shapes import CUT, arc_slot, level_floor, outline_between
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 40.0, 3.1, 10.0
 BIAS_MM = 0.1

@@ -12,9 +12,9 @@ from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, FROZEN, MOVING
 from simulate.settings import Fluid, particle_volume
 from simulate.setup.release_schedule import course_of, pack_disc, plan_releases
-from tests.fluids import injected, slot
-from tests.fluids import path as short_path
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
+from tests.support.small_fluids import injected, slot
+from tests.support.small_fluids import path as short_path
 
 
 def straight_path(flow_mm3_s, speed_mm_s: float = 4.0) -> Trajectory:

@@ -6,7 +6,7 @@ import pytest
 from sealtwin.core.errors import NumericalError
 from simulate.injection import Injection
 from simulate.watchers import take_frame
-from tests.launches import PASTES, finish, ready
+from tests.support.batches import PASTES, finish, ready
 
 ALIKE_MM = 5e-5
 """Apart after a frame, where sums in another order round otherwise: by 4e-6."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simulate.fluid.solver import FluidSolver
-from tests.fluids import engine_with, lattice, listed_fluid, positions_mm, slot
+from tests.support.small_fluids import engine_with, lattice, listed_fluid, positions_mm, slot
 
 
 def with_entries(entries: int, spacing_mm: float, monkeypatch: pytest.MonkeyPatch, **solver: Any) -> FluidSolver:

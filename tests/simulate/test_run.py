@@ -24,8 +24,8 @@ from simulate.setup import signed_distance
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import enclose
 from simulate.setup_checks import check_fit, domain_of, sized
-from tests.fluids import LIKE_THE_PAPER, injected, path, pour, sample_of, sealant, slot
-from tests.shapes import oblique_slot, straight_slot
+from tests.support.shapes import oblique_slot, straight_slot
+from tests.support.small_fluids import LIKE_THE_PAPER, injected, path, pour, sample_of, sealant, slot
 
 LOWER = np.array([0, 0, 2.0])
 

@@ -15,7 +15,7 @@ from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import NEVER
 from simulate.setup_checks import check_fit, resolved, rheology_of
-from tests.fluids import injected, path, sample_of, sealant, slot
+from tests.support.small_fluids import injected, path, sample_of, sealant, slot
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,8 @@ from simulate.settings import Fluid, Solver
 from simulate.setup.rheology import Rheology, paste_on_device, viscous_weight
 from simulate.shear_law import FLOW_BETWEEN_PLATES, Law
 from simulate.slot.run import paste_of
-from tests.fluids import path, sample_of, slot
-from tests.kernels import weigh
+from tests.support.device_loops import weigh
+from tests.support.small_fluids import path, sample_of, slot
 
 SUPPORT_CM, STEP_S = 0.16, 2e-3
 

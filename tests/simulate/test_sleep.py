@@ -6,7 +6,7 @@ import pytest
 from simulate.fluid.solver import AGAIN_S, PATIENCE_S, RESTLESS_S, WAKING_CM_S
 from simulate.kernels.status import ASLEEP, MOVING, RESTS
 from simulate.setup.rheology import Rheology
-from tests.fluids import FRAME_S, engine_with, slot
+from tests.support.small_fluids import FRAME_S, engine_with, slot
 
 PASTE = Rheology(30.0, 0.3, yield_cm2_s2=71.0)
 

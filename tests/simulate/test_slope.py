@@ -12,8 +12,8 @@ from sealtwin.core.records import Run
 from simulate.profile import measure_profile, settled
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup_checks import check_fit
-from tests.fluids import FRAME_S, engine_with, path, positions_mm, pour, slot
-from tests.tanks import Pit, Tank, settled_mm
+from tests.support.small_fluids import FRAME_S, engine_with, path, positions_mm, pour, slot
+from tests.support.tanks import Pit, Tank, settled_mm
 
 FALLS_BACK = SampleSlope(gradient_deg=10.0)
 STEEP = SampleSlope(gradient_deg=-30.0, crossfall_deg=20.0)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simulate.fluid.solver import FluidSolver, substeps_for
 from simulate.settings import Fluid, Solver, particle_volume
 from simulate.setup_checks import rheology_of
-from tests.fluids import FRAME_S, check, corrected, engine_with, lattice, positions_mm, slot
+from tests.support.small_fluids import FRAME_S, check, corrected, engine_with, lattice, positions_mm, slot
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 4.0, 3.1, 24.0
 COLUMN = 540

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simulate.spread_law import GRAVITY_M_S2, STRETCH, flat_stress_pa, heap_height_mm, stretched_stress_pa
-from tests.spreads import spread_radius_mm
+from tests.support.spread_photos import spread_radius_mm
 
 DENSITY = 1690.0
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simulate.vessel import Vessel
-from tests.fluids import slot
+from tests.support.small_fluids import slot
 
 
 @pytest.mark.parametrize("cell_mm", [0.25, 0.67])

@@ -16,9 +16,9 @@ from simulate.settings import Fluid
 from simulate.setup.rheology import Rheology, kinematic_viscosity, viscous_weight
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import rheology_of
-from tests.endless import Endless, stirred_mm
-from tests.fluids import FRAME_S, engine_with, lattice, prepared, sealant, slot
-from tests.launches import SPOILED, ready
+from tests.support.batches import SPOILED, ready
+from tests.support.periodic_box import Endless, stirred_mm
+from tests.support.small_fluids import FRAME_S, engine_with, lattice, prepared, sealant, slot
 
 SUPPORT_CM = 0.16
 STEP_S = FRAME_S / 4

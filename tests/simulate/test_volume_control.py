@@ -20,8 +20,8 @@ from simulate.volume_control import (
     BedFigures,
     VolumeControl,
 )
-from tests.fluids import path, pour, slot
-from tests.launches import PASTES, finish, ready
+from tests.support.batches import PASTES, finish, ready
+from tests.support.small_fluids import path, pour, slot
 
 THIN = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never")
 FLOOR_CM = -1.6

@@ -11,7 +11,7 @@ from simulate.fluid.launcher import Launcher
 from simulate.fluid.walk import Extent, fixed
 from simulate.fluid.walkers import FEWEST_ROWS, Walkers
 from simulate.kernels import walk as code
-from tests.kernels import count_down, count_row
+from tests.support.device_loops import count_down, count_row
 
 ROWS = 1003
 

@@ -14,9 +14,9 @@ from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import FaceLabel, Outline, Solid
 from simulate.setup.signed_distance import CM, MARGIN_MM, build_barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, place_walls, source_wall_mass
-from tests.fluids import slot
-from tests.meshes import scanned
-from tests.shapes import straight_slot
+from tests.support.meshes import scanned
+from tests.support.shapes import straight_slot
+from tests.support.small_fluids import slot
 
 RADIUS_MM = 0.4
 

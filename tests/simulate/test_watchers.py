@@ -17,7 +17,7 @@ from simulate.kernels import status
 from simulate.run import follow
 from simulate.settings import Fluid
 from simulate.watchers import COLUMNS, Checkpoint, HealthLog, Moments, take_frame
-from tests.fluids import injected, path, results, slot
+from tests.support.small_fluids import injected, path, results, slot
 
 FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
 CARRYING = Fluid(viscosity_pa_s=0.5, freeze_after_s=0.2)
@@ -274,7 +274,7 @@ def test_resident_memory_does_not_grow_over_a_run(replays):
     """
     code = (
         "import ctypes, gc; from pathlib import Path\n"
-        "from tests.launches import *\n"
+        "from tests.support.batches import *\n"
         "def resident():\n"
         "    gc.collect()\n"
         # What set-up left free would else take in what a leak keeps.

@@ -25,13 +25,13 @@ import pytest
 import trimesh
 
 from sealtwin.trial.starter_files import CELL
-from tests.lab_folder import make_lab_folder
-from tests.meshes import mesh_of, modelled, slotted
-from tests.pictures import mortar, with_crack, write_png
-from tests.places import FIXTURE, ROOT
-from tests.shapes import wandering_crack
 from tests.shown_output import FACTS, NOTE
-from tests.studies import tiny_lab
+from tests.support.lab_folder import make_lab_folder
+from tests.support.meshes import mesh_of, modelled, slotted
+from tests.support.paths import FIXTURE, ROOT
+from tests.support.photos import mortar, with_crack, write_png
+from tests.support.shapes import wandering_crack
+from tests.support.tiny_study import tiny_lab
 
 BEFORE = os.environ.get("SEALTWIN_BEFORE", "")
 pytestmark = [

@@ -28,10 +28,10 @@ from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import Rheology
 from simulate.slot import run as fast_model
 from simulate.spread_law import flat_stress_pa, stretched_stress_pa
-from tests.evidence import make_evidence, make_run, slope
-from tests.fluids import engine_with, in_rows, lattice, path, sample_of, slot
-from tests.pictures import evenly_scaled, mortar, with_crack, write_png
-from tests.shapes import outline_between, wandering_crack
+from tests.support.evidence import make_evidence, make_run, slope
+from tests.support.photos import evenly_scaled, mortar, with_crack, write_png
+from tests.support.shapes import outline_between, wandering_crack
+from tests.support.small_fluids import engine_with, in_rows, lattice, path, sample_of, slot
 from validate.calibration.emulator import Emulator
 from validate.calibration.posterior import ReadLevels, reach_of
 from validate.calibration.summary import predicted_by_runs

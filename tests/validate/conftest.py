@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.vtk_files import Frame, ParticleState
-from tests.evidence import RADIUS_MM, make_evidence
+from tests.support.evidence import RADIUS_MM, make_evidence
 from validate.figures.snapshots import PANELS, FillScene
 
 

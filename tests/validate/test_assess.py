@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.files import as_json
-from tests.evidence import axes_of, heights, make_evidence, slope
+from tests.support.evidence import axes_of, heights, make_evidence, slope
 from validate.compare import assess
 from validate.figures.levels import draw_uncertainty
 from validate.report.chapters import uncertainty_tables

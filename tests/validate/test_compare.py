@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 from sealtwin.study.runner import MOST_NUMBERS, _compared
-from tests.levels import PROSE, STATIONS, compared, curves, measured, outline, profile, solid
+from tests.support.levels import PROSE, STATIONS, compared, curves, measured, outline, profile, solid
 from validate.compare import compare
 from validate.metrics.curve_distances import Difference
 from validate.settings import Gate

@@ -10,8 +10,8 @@ import pytest
 from pypdf import PdfReader
 
 from sealtwin.core.errors import InputError
-from tests.evidence import make_evidence
-from tests.pages import leave_out_figures
+from tests.support.evidence import make_evidence
+from tests.support.report_stubs import leave_out_figures
 from validate.report.write_report import REPORT, write_report
 from validate.result import ReportData
 from validate.settings import Gate

@@ -7,7 +7,7 @@ import pytest
 from sealtwin.core.facts import doubt, of_keys, texts
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import WeighedCavity
-from tests.evidence import SEEDS, make_evidence
+from tests.support.evidence import SEEDS, make_evidence
 from validate.report.report_facts import cautions, headline, uncertainty_facts
 from validate.run_facts import facts_of_runs, names_of, run_warnings
 from validate.settings import Gate

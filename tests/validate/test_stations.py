@@ -7,7 +7,7 @@ import pytest
 
 from sealtwin.core.doubts import QuantityMean
 from sealtwin.core.errors import present
-from tests.evidence import make_evidence
+from tests.support.evidence import make_evidence
 from validate.compare import compare, worst_at_a_station
 from validate.intervals import StationError, StationErrors
 from validate.report.first_page import first_page

@@ -7,7 +7,7 @@ from typing import Any
 
 import cv2
 
-from tests.pictures import mortar, with_crack, write_png
+from tests.support.photos import mortar, with_crack, write_png
 from tests.wrong_inputs.table import WrongInput, answers
 
 ENDS_PX = "[[20.0, 41.0], [140.0, 38.0]]"
@@ -31,15 +31,14 @@ model = "slot"
 """Of all samples: a depth that a note of one must not leave standing, and the fast model, which is checked soon."""
 NONE_SOUND, SOME_FAILED = 3, 6
 INGEST = "ingest {given}/folder --out {out} --dry-run --quiet"
-WITH_NOTE = "ingest {given}/folder --out {given}/lab --dry-run --quiet"
 
 
-noted, ingested = answers(WITH_NOTE), answers(INGEST)
+ingested = answers(INGEST)
 
 
-def _folder(place: Path, lab: str = LAB, samples: Sequence[int] = (3,), **texts: str) -> None:
+def _folder(path: Path, lab: str = LAB, samples: Sequence[int] = (3,), **texts: str) -> None:
     """Write photos, N3 and N4, lab.toml, and texts by their names, with __ for the point."""
-    folder = place / "folder"
+    folder = path / "folder"
     folder.mkdir()
     for number in samples:
         image = with_crack(mortar((160, 80), seed=number), [(20, 41), (60, 38), (140, 38)], 14)
@@ -49,40 +48,16 @@ def _folder(place: Path, lab: str = LAB, samples: Sequence[int] = (3,), **texts:
         (folder / name.replace("__", ".")).write_text(text, encoding="utf-8")
 
 
-def _with_row(text: str, settings: str) -> Callable[[Path], None]:
-    def make(place: Path) -> None:
-        _folder(place, N3__txt=text)
-        (place / "lab").mkdir()
-        rows = f'file,role,sample,settings\nN3.txt,note,N3,"{settings}"\n'
-        (place / "lab" / "pairing.csv").write_text(rows, encoding="utf-8")
-
-    return make
-
-
 def _asked(text: str, **others: Any) -> WrongInput:
     row = ingested(f"the text {text!r} is asked about", _files(N3__txt=text), "N3.txt: is not read", **others)
     return replace(row, code=NONE_SOUND)
 
 
 def _files(lab: str = LAB, samples: Sequence[int] = (3,), **texts: str) -> Callable[[Path], None]:
-    return lambda place: _folder(place, lab, samples, **texts)
+    return lambda path: _folder(path, lab, samples, **texts)
 
 
-def _named(name: str) -> Callable[[Path], None]:
-    def make(place: Path) -> None:
-        _folder(place)
-        (place / "folder" / "N3.png").rename(place / "folder" / name)
-
-    return make
-
-
-def _blurred(place: Path) -> None:
-    """A photo without a crack: its trial is refused, with a picture that a dry run forgets."""
-    _folder(place)
-    write_png(place / "folder" / "N3.png", mortar((160, 80)))
-
-
-def _beside_markers(place: Path) -> None:
+def _beside_markers(path: Path) -> None:
     """Draw four markers of 40 px around a crack: 0.4 mm/px if they are 16 mm wide."""
     brightness = with_crack(mortar((420, 260)), [(100, 130), (320, 132)], 14)
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
@@ -90,7 +65,7 @@ def _beside_markers(place: Path) -> None:
         brightness[y - 12 : y + 52, x - 12 : x + 52] = 0.9
         marker = cv2.aruco.generateImageMarker(dictionary, number, 36)
         brightness[y : y + 40, x : x + 40] = cv2.resize(marker, (40, 40), interpolation=cv2.INTER_NEAREST) / 255 * 0.9
-    write_png(place / "photo.png", brightness)
+    write_png(path / "photo.png", brightness)
 
 
 OFFERED = ("[photo.markers]", "4 markers of 4x4_50", "sealtwin markers --face-mm", "--toml")
@@ -105,18 +80,13 @@ NOT_SAID = LAB.replace("0.1", "0.5").partition("[path]")[0] + '[solver]\nmodel =
 
 # fmt: off
 CASES: list[WrongInput] = [
-    _asked("depth = 9 mm"),
     _asked("Tiefe ca. 9-11 mm. Wetter gut"),
     _asked("Probe N3\ncrack.depth_mm = 9.0"),
     ingested("a text of keys", _files(N3__txt="crack.depth_mm = 9.0"), "1 of 1 sample is sound", code=0),
     ingested("a sheet of words and values", _files(N3_notes__csv="Tiefe;9 mm\nBediener;M\n"),
         "N3_notes.csv: is not read", code=NONE_SOUND),
-    noted("a number of a text that the user says is a setting", _with_row("am Rand 9 mm", "crack.depth_mm = 9.5"),
-        "1 of 1 sample is sound", code=0, lacks=("Write its settings",)),
-    ingested("a text of no sample says a setting", _files(README__txt="Nozzle 1.1 mm"), "README.txt", code=SOME_FAILED),
     ingested("a title above a sheet says another depth than lab.toml",
-        _files(OF_SHEET, N3__csv=f"Risstiefe;9 mm\n{SHEET}"), "A1 'Risstiefe 9 mm'",
-        code=NONE_SOUND),
+        _files(OF_SHEET, N3__csv=f"Risstiefe;9 mm\n{SHEET}"), "A1 'Risstiefe 9 mm'", code=NONE_SOUND),
     ingested("a title above a sheet says a date, on which no run depends",
         _files(OF_SHEET, N3__csv=f"Datum 3.5.2026\n{SHEET}"), "1 of 1 sample is sound", code=0,
         lacks=("not read: 'Datum",)),
@@ -130,15 +100,14 @@ CASES: list[WrongInput] = [
         "N3.csv", "column D", code=NONE_SOUND),
     ingested("a key of a note without its table", _files(N3__toml="depth_mm = 9.0"), "N3.toml",
         "depth_mm", code=NONE_SOUND),
-    ingested("a depth in a photo's name", _named("N3 9mm.png"), "N3 9mm", code=0),
     ingested("path and nozzle that nobody said", _files(NOT_SAID), 'path.volume_ml = "cavity"', "path.trim_mm = 10.0",
         "path.speed_mm_s = 4.0", "nozzle.diameter_mm = 2.4", code=0),
     typed("a typed scale that markers in the photo contradict", _beside_markers, "4 markers of 4x4_50",
         "0.5 mm/px", "20.0 mm wide", "16 mm", "photo.mm_per_px", "photo.markers", more=" 0.5", code=0),
-    *(answers(f"{command} {{given}}/photo.png --depth-mm 16 --out {{out}}")("no scale, but markers in the photo",
-        _beside_markers, *OFFERED) for command in ("quick", "digitise")),
-    ingested("no scale, but markers in the photo", lambda at: (_folder(at, LAB.replace("mm_per_px = 0.1", ""), ()),
-        _beside_markers(at), (at / "photo.png").rename(at / "folder" / "N3.png")), "photo.mm_per_px is missing",
+    answers("quick {given}/photo.png --depth-mm 16 --out {out}")("no scale, but markers in the photo",
+        _beside_markers, *OFFERED),
+    ingested("no scale, but markers in the photo", lambda path: (_folder(path, LAB.replace("mm_per_px = 0.1", ""), ()),
+        _beside_markers(path), (path / "photo.png").rename(path / "folder" / "N3.png")), "photo.mm_per_px is missing",
         *OFFERED, code=NONE_SOUND),
 ]
 # fmt: on

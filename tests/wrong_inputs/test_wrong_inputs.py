@@ -4,7 +4,7 @@ import shlex
 
 import pytest
 
-from tests.labs import sealtwin
+from tests.support.ingested_lab import sealtwin
 from tests.wrong_inputs import digitise, lab, material, photos, processes, readings
 from tests.wrong_inputs.table import REFUSED, WrongInput
 

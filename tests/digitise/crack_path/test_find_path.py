@@ -1,15 +1,106 @@
-"""The path of a crack: in paint, and in photos that have several cracks, of which a few are offered."""
+"""The path of a crack: between clicks, in paint, and in photos that have several cracks, of which a few are offered."""
+
+from contextlib import nullcontext
 
 import cv2
 import numpy as np
 import pytest
 
-from digitise.crack_path.find_path import CrackSearch, RivalCracksError, find_path
+from digitise.crack_path.find_path import CrackSearch, LiveWire, RivalCracksError, find_path
+from digitise.outline import trace_outline
+from digitise.photo import load_photo
+from digitise.settings import PhotoInput
+from fixtures.generate.specimen import Recipe, make_specimen
 from sealtwin.core.errors import InputError
-from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, with_paint, write_png
+from tests.support.paths import FIXTURE
+from tests.support.photos import (
+    SMALL_FACE,
+    distance_to,
+    evenly_scaled,
+    mortar,
+    photo_of,
+    photo_of_light,
+    wandering,
+    with_crack,
+    with_paint,
+    write_png,
+)
 
 SIZE_PX = (500, 300)
 CRACK = [(40.0, 150.0), (250.0, 120.0), (460.0, 170.0)]
+SCRATCH = [(50.0, 270.0), (200.0, 270.0)]
+
+
+def photo_of_lines(folder, *lines, size_px=SIZE_PX, width_px=14):
+    picture = mortar(size_px)
+    for points in lines:
+        picture = with_crack(picture, points, width_px)
+    return photo_of_light(folder, picture)
+
+
+@pytest.fixture(scope="module")
+def specimen():
+    return make_specimen(1, Recipe(**SMALL_FACE))
+
+
+@pytest.fixture(scope="module")
+def photo(specimen, tmp_path_factory):
+    return photo_of(specimen, tmp_path_factory.mktemp("photo"))
+
+
+def test_the_path_runs_in_the_crack_from_the_first_end_to_the_second(specimen, photo):
+    path = find_path(photo, specimen.ends_px)
+    assert distance_to(photo.to_mm(path.points_px), specimen.centreline_mm).max() < 0.9
+    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(specimen.ends_px), axis=1).max() < 15
+    assert (path.source, path.width_px) == ("ends", pytest.approx(31, rel=0.15))
+
+
+@pytest.mark.parametrize(
+    ("off_px", "says"), [((0, 55), r"5\.\d mm outside the face"), ((-100, -60), "not on a crack: .* away")]
+)
+def test_an_end_off_the_crack_is_refused_with_its_distance(specimen, photo, off_px, says):
+    (x, y), other = specimen.ends_px
+    with pytest.raises(InputError, match=says):
+        find_path(photo, ((x + off_px[0], y + off_px[1]), other))
+
+
+TURN = np.linspace(0, 2 * np.pi * (1 - 4 / 360), 100)
+RIM = np.column_stack([250 + 30 * np.cos(TURN), 150 + 30 * np.sin(TURN)]).astype(int).tolist()
+GAP = [[(20, 150), (170, 150)], [(330, 150), (480, 150)]]
+ALIKE = [wandering([(30, 60), (470, 80)]), wandering([(30, 240), (470, 220)])]
+
+
+@pytest.mark.parametrize(
+    ("lines", "ends_px", "says"),
+    [
+        ([], ((-5.0, 100.0), (400.0, 100.0)), r"end \(-5, 100\) is outside the photo of 500 x 300 px"),
+        ([], ((5.0, 100.0), (400.0, 300.0)), r"end \(400, 300\) is outside the photo"),
+        ([], ((100.0, 100.0), (100.0, 100.0)), "0 px apart"),
+        ([], ((100.0, 100.0), (111.0, 100.0)), r"11 px apart; .* 15 px"),
+        ([], ((50.0, 60.0), (450.0, 250.0)), "no crack between the ends"),
+        ([], None, "no crack found"),
+        # The rim of a stain comes back to where it begins: "only 9 px apart" would name ends that nobody gave.
+        ([RIM], None, "no crack found: .*; give ends_px"),
+        (GAP, ((30.0, 150.0), (470.0, 150.0)), "plain ground"),
+        # Two of like strength are the user's choice.
+        (ALIKE, None, r"\d cracks compete"),
+    ],
+)
+def test_a_photo_without_one_crack_and_ends_that_none_can_have_are_refused(tmp_path, lines, ends_px, says):
+    with pytest.raises(InputError, match=says):
+        find_path(photo_of_lines(tmp_path, *lines, width_px=6 if lines == [RIM] else 14), ends_px)
+
+
+def test_without_markers_and_ends_the_shadow_around_the_sample_is_not_taken_for_a_crack():
+    """Its edge is the longest dark line in the photo; a nozzle would drive along it. Within one width of the ends."""
+    photo = load_photo(PhotoInput(file=FIXTURE / "photo.jpg", data="synthetic", mm_per_px=0.1), FIXTURE)
+    path, truth_px = find_path(photo, None), np.asarray(make_specimen(1).truth()["centreline_px"])
+    assert distance_to(path.points_px, truth_px).max() < 31
+    assert np.linalg.norm(path.points_px[[0, -1]] - truth_px[[0, -1]], axis=1).max() < 31
+    outline = trace_outline(photo, path)
+    assert outline.mean_width_mm == pytest.approx(3.1, rel=0.02)
+    assert outline.length_mm == pytest.approx(80, abs=2)
+    assert any("searched for only inside" in warning.text for warning in outline.warnings)
 
 
 def strokes(*lines, width_px=14):
@@ -22,80 +113,49 @@ def strokes(*lines, width_px=14):
 @pytest.fixture
 def plain(tmp_path):
     """A photo in which nothing could be found."""
-    return evenly_scaled(write_png(tmp_path / "photo.png", mortar(SIZE_PX)))
+    return photo_of_lines(tmp_path)
 
 
 def test_the_path_is_the_middle_of_the_paint(plain):
-    """Within two cells of the skeleton of a stroke that is drawn on whole pixels."""
+    """Within two cells of the skeleton of a stroke that is drawn on whole pixels, and a width of its ends."""
     path = find_path(with_paint(plain, strokes(CRACK)), None)
-    assert path.source == "mask"
+    assert (path.source, path.warnings, path.width_px) == ("mask", (), pytest.approx(14, abs=2))
     assert path.points_px[0, 0] < path.points_px[-1, 0]
     assert distance_to(path.points_px, np.array(CRACK)).max() < 2.5
-    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(CRACK)[[0, -1]], axis=1).max() < 14  # a width
-    assert path.width_px == pytest.approx(14, abs=2)
-    assert path.warnings == ()
-
-
-def test_side_cracks_of_the_paint_and_places_that_the_brush_missed_turn_no_path(plain):
-    missed = strokes(CRACK, width_px=20)
-    missed[118:124, 248:254] = False
-    for drawn in (missed, strokes(CRACK) | strokes([(250, 120), (300, 30)], width_px=6)):
-        path = find_path(with_paint(plain, drawn), None)
-        assert distance_to(path.points_px, np.array(CRACK)).max() < 4
-
-
-def test_of_several_pieces_the_largest_is_taken_or_that_of_the_ends_and_it_is_said(plain):
-    scratch = [(50.0, 270.0), (200.0, 270.0)]
-    photo = with_paint(plain, strokes(CRACK) | strokes(scratch, width_px=5))
-    largest = find_path(photo, None)
-    assert distance_to(largest.points_px, np.array(CRACK)).max() < 4
-    assert "the mask has 2 pieces; " in largest.warnings[0].text
-    other = find_path(photo, ((55.0, 270.0), (190.0, 271.0)))
-    assert distance_to(other.points_px, np.array(scratch)).max() < 3
-    assert other.warnings
+    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(CRACK)[[0, -1]], axis=1).max() < 14
 
 
 @pytest.mark.parametrize(
-    ("ends_px", "says"),
+    ("ends_px", "line", "refusal"),
     [
-        (((60.0, 200.0), (450.0, 168.0)), r"end \(60, 200\) is not on the crack that the mask paints"),
-        (((45.0, 150.0), (180.0, 270.0)), "different pieces of the mask"),
+        (None, CRACK, None),
+        (((55.0, 270.0), (190.0, 271.0)), SCRATCH, None),
+        (((60.0, 200.0), (450.0, 168.0)), None, r"end \(60, 200\) is not on the crack"),
+        (((45.0, 150.0), (180.0, 270.0)), None, "different pieces of the mask"),
     ],
 )
-def test_ends_off_the_paint_are_refused(plain, ends_px, says):
-    drawn = strokes(CRACK) | strokes([(50, 270), (200, 270)], width_px=5)
-    with pytest.raises(InputError, match=says):
-        find_path(with_paint(plain, drawn), ends_px)
-
-
-def photo_of_lines(folder, lines, size_px=(1000, 700)):
-    """Each line is its places and its width."""
-    picture = mortar(size_px)
-    for points, width_px in lines:
-        picture = with_crack(picture, points, width_px)
-    return evenly_scaled(write_png(folder / "photo.png", picture))
-
-
-def wave(y, bend=20):
-    return [(x, round(y + bend * np.sin(x / 90 + y))) for x in range(40, 961, 20)]
+def test_of_several_pieces_the_largest_is_taken_or_that_of_both_ends_and_it_is_said(plain, ends_px, line, refusal):
+    photo = with_paint(plain, strokes(CRACK) | strokes(SCRATCH, width_px=5))
+    with pytest.raises(InputError, match=refusal) if refusal else nullcontext():
+        path = find_path(photo, ends_px)
+        assert distance_to(path.points_px, np.array(line)).max() < 4
+        assert "2 pieces" in path.warnings[0].text
 
 
 @pytest.mark.slow
 def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
     """On the fine map it is two lines 70 px apart, and one of them was taken."""
-    photo = photo_of_lines(tmp_path, [(wave(350), 70)])
+    wave = [(x, round(350 + 20 * np.sin(x / 90 + 350))) for x in range(40, 961, 20)]
+    photo = photo_of_lines(tmp_path, wave, size_px=(1000, 700), width_px=70)
     (only,) = CrackSearch.of(photo).cracks
     assert only.width_px == pytest.approx(70, rel=0.2)
     inner = only.line_px[(only.line_px[:, 0] > 100) & (only.line_px[:, 0] < 900)]
-    assert distance_to(inner, np.array(wave(350), dtype=float)).max() < 15
+    assert distance_to(inner, np.array(wave, dtype=float)).max() < 15
     assert find_path(photo, None).width_px == pytest.approx(70, rel=0.1)
 
 
 def test_a_number_takes_the_crack_of_that_rank(tmp_path):
-    upper = [(30, 60), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (470, 55)]
-    lower = [(30, 240), (100, 222), (180, 241), (250, 225), (320, 250), (400, 231), (470, 245)]
-    photo = photo_of_lines(tmp_path, [(upper, 14), (lower, 14)], size_px=(500, 300))
-    search = CrackSearch.of(photo)
+    search = CrackSearch.of(photo_of_lines(tmp_path, UPPER, LOWER))
     with pytest.raises(RivalCracksError, match="2 cracks compete"):
         search.path()
     assert search.cracks[0].score >= search.cracks[1].score
@@ -105,3 +165,55 @@ def test_a_number_takes_the_crack_of_that_rank(tmp_path):
         assert distance_to(path.points_px, crack.line_px).max() < 9
     with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 .*: 1\. .*; 2\. "):
         search.path(3)
+
+
+ENDS = ((30.0, 150.0), (470.0, 150.0))
+LOW = [(30.0, 150.0), (120, 150), (250, 215), (380, 150), (470, 150)]
+HIGH = [(120.0, 150.0), (250, 45), (380, 150)]
+"""A crack that parts and meets again: the lower arm is shorter."""
+BRANCH = [(250.0, 215.0), (260, 285)]
+
+
+@pytest.fixture(scope="module")
+def forked(tmp_path_factory):
+    picture = with_crack(with_crack(with_crack(mortar(), LOW), HIGH, width_px=10), BRANCH, width_px=8)
+    return evenly_scaled(write_png(tmp_path_factory.mktemp("forked") / "photo.png", picture))
+
+
+@pytest.fixture(scope="module")
+def wire(forked):
+    return LiveWire(forked)
+
+
+@pytest.mark.parametrize("via", [(250.0, 45.0), (244.0, 52.0)], ids=["on it", "9 px beside"])
+def test_a_point_between_leads_the_way(wire, via):
+    path = wire.path(ENDS, (via,))
+    assert path.source == "via"
+    assert distance_to(path.points_px, np.array([LOW[0], *HIGH, LOW[-1]])).max() < 7
+    assert distance_to(np.array([HIGH[1]]), path.points_px)[0] < 9
+
+
+@pytest.mark.parametrize(
+    ("via", "says"),
+    [
+        (((380.0, 150.0), (120.0, 150.0)), r"via point \(\d+, 150\) the path runs back"),
+        (((260.0, 280.0),), r"after the via point \(260, 280\) .* on a branch"),
+        (((250.0, 120.0),), r"via point \(250, 120\) is not on a crack"),
+        (((250.0, 301.0),), r"via point \(250, 301\) is outside the photo of 500 x 300 px"),
+    ],
+    ids=["in the wrong order", "on a branch", "beside the crack", "outside the photo"],
+)
+def test_points_that_the_crack_does_not_pass_in_turn_are_refused(wire, via, says):
+    with pytest.raises(InputError, match=says):
+        wire.path(ENDS, via)
+
+
+UPPER = [(30.0, 60.0), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (470, 55)]
+LOWER = [(x, 290 - y) for x, y in UPPER]
+
+
+def test_a_region_chooses_between_two_cracks(tmp_path):
+    """It ends within a width of the crack's tip."""
+    photo = photo_of_lines(tmp_path, UPPER, LOWER)
+    path = find_path(photo, None, roi_px=((5.0, 175.0), (495.0, 165.0), (495.0, 290.0), (5.0, 290.0)))
+    assert distance_to(path.points_px, np.array(LOWER)).max() < 14

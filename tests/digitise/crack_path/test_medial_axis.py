@@ -4,7 +4,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from digitise.crack_path.medial_axis import distance_outside, longest_line, side_lines
-from tests.pictures import distance_to
+from tests.support.photos import distance_to
 
 
 def painted(*strokes, width_px=9, size_px=(300, 200)):
@@ -33,15 +33,9 @@ def test_the_longest_line_of_a_fork_leaves_its_shortest_arm_out():
     assert np.ptp(line[:, 0]) == pytest.approx(260, abs=10)
 
 
-def test_of_two_pieces_the_longer_line_counts_not_the_larger_area():
-    region = painted(MAIN, width_px=3) | painted([(60, 170), (100, 170)], width_px=41)
-    assert distance_to(longest_line(region)[:, ::-1].astype(float), np.array(MAIN, dtype=float)).max() < 3
-
-
 def test_side_lines_run_outward_and_roughness_is_none():
     region = painted(MAIN, BRANCH, [(220, 101), (223, 80)])
-    lines = side_lines(region, longest_line(region), least=18)
-    ((cells, comes_back),) = lines
+    ((cells, comes_back),) = side_lines(region, longest_line(region), least=18)
     outward = cells[:, ::-1].astype(float)
     # It begins at the wall, half of the stroke's width off the way, and ends short of the tip by as much.
     assert distance_to(outward[:1], np.array(MAIN, dtype=float)) == pytest.approx(4.5, abs=3)

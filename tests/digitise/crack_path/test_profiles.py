@@ -6,7 +6,7 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.profiles import width_along
-from tests.pictures import distance_to, evenly_scaled, mortar, write_png
+from tests.support.photos import distance_to, mortar, photo_of_light
 
 LINE = np.array([(20.0, 150.0), (160, 130), (300, 170), (480, 140)])
 
@@ -15,14 +15,11 @@ def cracked(folder, width_px, times=1.0):
     """A crack exactly so wide: what is nearer to the line than half of it."""
     picture = mortar(size_px=(round(500 * times), round(300 * times)))
     y, x = np.mgrid[: picture.shape[0], : picture.shape[1]]
-    low, high = np.floor((LINE * times).min(axis=0) - width_px), np.ceil((LINE * times).max(axis=0) + width_px)
-    near = np.flatnonzero(((y > low[1]) & (y < high[1])).ravel())
-    away = np.full(picture.size, np.inf)
-    for part in np.array_split(near, max(1, len(near) // 100_000)):
-        away[part] = distance_to(np.column_stack([x.ravel()[part], y.ravel()[part]]).astype(float), LINE * times)
+    points = np.column_stack([x.ravel(), y.ravel()]).astype(float)
+    away = np.concatenate([distance_to(part, LINE * times) for part in np.array_split(points, len(points) // 100_000)])
     cover = np.clip(width_px / 2 + 0.5 - away.reshape(picture.shape), 0, 1)
     picture *= 1 - 0.93 * cv2.GaussianBlur(cover, (0, 0), 1.0)
-    return evenly_scaled(write_png(folder / "photo.png", picture))
+    return photo_of_light(folder, picture)
 
 
 @pytest.mark.parametrize("width_px", [6, 9, 14, 30, 60])

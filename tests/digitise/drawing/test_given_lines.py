@@ -24,12 +24,7 @@ def _walls_mm(beyond_mm: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(
     ("face_mm", "ends"),
-    [
-        (None, ("cut", "cut")),
-        ((0.0, 0.0, 80.0, 40.0), ("open", "open")),
-        ((0.0, 0.0, 100.0, 40.0), ("open", "cut")),
-        ((-20.0, 0.0, 80.0, 40.0), ("cut", "open")),
-    ],
+    [(None, ("cut", "cut")), ((0.0, 0.0, 100.0, 40.0), ("open", "cut")), ((-20.0, 0.0, 80.0, 40.0), ("cut", "open"))],
 )
 def test_a_line_with_a_width_is_a_crack_of_that_length_width_and_volume(face_mm, ends):
     """An oblique open end loses on one side what it gains on the other."""
@@ -43,8 +38,7 @@ def test_a_line_with_a_width_is_a_crack_of_that_length_width_and_volume(face_mm,
     assert dark_mm2 == pytest.approx(signed_area(outline.outline_mm), rel=1e-3)
 
 
-@pytest.mark.parametrize("face_mm", [None, (0.0, 0.0, 80.0, 40.0)])
-@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(("face_mm", "turned"), [(None, True), ((0.0, 0.0, 80.0, 40.0), False)])
 def test_two_walls_are_the_crack_between_them_whichever_way_the_second_runs(face_mm, turned):
     # Walls that go on beyond the face end at its edge.
     left_mm, right_mm = _walls_mm(0.0 if face_mm is None else 3.0)
@@ -60,15 +54,14 @@ def test_two_walls_are_the_crack_between_them_whichever_way_the_second_runs(face
 @pytest.mark.parametrize(
     ("points_mm", "face_mm", "words"),
     [
-        ([(0, 0), (5, 0)], None, ["5 mm long", "3 mm wide"]),
-        ([(0, 0), (40, 0), (40, 1), (0, 1)], None, ["comes within 1 mm of itself, at s = "]),
-        ([(0, 0), (40, 0)], (0.0, 10.0, 100.0, 40.0), ["outside the face", "100 x 30 mm"]),
+        ([(0, 0), (5, 0)], None, "5 mm long .* 3 mm wide"),
+        ([(0, 0), (40, 0), (40, 1), (0, 1)], None, "within 1 mm of itself, at s = "),
+        ([(0, 0), (40, 0)], (0.0, 10.0, 100.0, 40.0), "outside the face, 100 x 30 mm"),
     ],
 )
 def test_a_line_that_bounds_no_crack_is_refused(points_mm, face_mm, words):
-    with pytest.raises(InputError) as refusal:
+    with pytest.raises(InputError, match=words):
         outline_of_line(np.array(points_mm, dtype=float), WIDTH_MM, face_mm, "line")
-    assert all(word in str(refusal.value) for word in words)
 
 
 def test_exchanged_walls_and_those_beside_the_face_are_refused():

@@ -1,11 +1,15 @@
-"""Crossing triangles, against counts by hand and a plain double loop."""
+"""Damage that a mesh can have: crossing triangles, against counts by hand and a plain double loop, and others."""
 
 import numpy as np
 import pytest
+import trimesh
 
-from digitise.geometry.mesh_topology import intersecting_faces
+from digitise.geometry.mesh_topology import check_mesh, intersecting_faces, mesh_volume_mm3
 
 FLAT = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]
+CUBE = trimesh.creation.box((10.0, 10.0, 10.0))
+RING = trimesh.creation.torus(10.0, 3.0, major_sections=24, minor_sections=12)
+V, F = np.array(CUBE.vertices), np.array(CUBE.faces, dtype=np.int64)
 
 
 def crossings(*triangles) -> int:
@@ -20,37 +24,68 @@ def crossings(*triangles) -> int:
         ([[1, 1, 0.1], [1, 1, 1], [2, 2, 5]], 0),
         ([[1, 1, 0], [1, 1, 1], [2, 2, 5]], 0),
         ([[1, 1, -5e-6], [1, 1, 1], [2, 2, 5]], 0),
-        ([[9, 9, -1], [9, 9, 1], [8, 8, 5]], 0),
         ([[3, 3, -1], [3, 3, 1], [4, 4, 5]], 0),
         ([[1, -1, -1], [1, -1, 1], [1, 9, 0]], 1),
         ([[1, 1, -1], [1, 1, 1], [1, 1, 3]], 1),
     ],
-    ids=["through", "above", "touching", "within a contact", "far", "beside, boxes overlap", "edges cross", "needle"],
+    ids=["through", "above", "touching", "within a contact", "beside, boxes overlap", "edges cross", "needle"],
 )
 def test_pairs_of_triangles(other, expected):
     assert crossings(FLAT, other) == expected
 
 
-def test_triangles_that_share_a_vertex_may_still_cross():
+@pytest.mark.parametrize(("third_mm", "expected"), [((3.0, 1.0, -2.0), 1), ((3.0, 1.0, 1.0), 0)])
+def test_triangles_that_share_a_vertex_may_still_cross(third_mm, expected):
     """A fold: the third edge of one passes through the other."""
-    faces = np.array([[0, 1, 2], [0, 3, 4]])
-    assert len(intersecting_faces(np.array([*FLAT, [3.0, 1.0, -2.0], [0.5, 2.0, 2.0]]), faces)) == 1
-    assert len(intersecting_faces(np.array([*FLAT, [3.0, 1.0, 1.0], [0.5, 2.0, 2.0]]), faces)) == 0
+    vertices = np.array([*FLAT, third_mm, [0.5, 2.0, 2.0]])
+    assert len(intersecting_faces(vertices, np.array([[0, 1, 2], [0, 3, 4]]))) == expected
 
 
-def test_the_sweep_misses_no_pair_in_one_part_or_in_many(monkeypatch):
+@pytest.mark.parametrize("few", [5, None], ids=["in many parts", "in one part"])
+def test_the_sweep_misses_no_pair(monkeypatch, few):
     """Thirty random triangles: as many crossings as when each pair is tried alone.
 
     A scan of millions of faces is swept in parts, so that its memory is bounded.
     """
     rng = np.random.default_rng(1)
     triangles = rng.uniform(0, 4, (30, 1, 3)) + rng.uniform(-2, 2, (30, 3, 3))
-    alone = sum(crossings(triangles[i], triangles[j]) for i in range(30) for j in range(i))
-    assert 20 < alone < 1000
-    corners, faces = triangles.reshape(-1, 3), np.arange(90).reshape(-1, 3)
-    whole = intersecting_faces(corners, faces)
-    assert len(whole) == alone
-    monkeypatch.setattr("digitise.geometry.mesh_topology.FEW", 5)
-    parts = intersecting_faces(corners, faces)
-    assert len(parts) == alone
-    assert sorted(parts.tolist()) == sorted(whole.tolist())
+    expected = {(j, i) for i in range(30) for j in range(i) if crossings(triangles[i], triangles[j])}
+    assert 20 < len(expected) < 1000
+    if few is not None:
+        monkeypatch.setattr("digitise.geometry.mesh_topology.FEW", few)
+    pairs = intersecting_faces(triangles.reshape(-1, 3), np.arange(90).reshape(-1, 3))
+    assert len(pairs) == len(expected)
+    assert {(min(pair), max(pair)) for pair in pairs.tolist()} == expected
+
+
+def test_a_cube_is_sound_and_keeps_its_volume_far_from_the_origin():
+    assert check_mesh(V, F, expected_euler=2) == []
+    assert mesh_volume_mm3(V + 1e6, F) == pytest.approx(1000.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "euler", "says"),
+    [
+        (V, F[1:], None, ["open edges: 3, the first near", "5.00"]),
+        (V, np.vstack([F[:4], F[4:5, ::-1], F[5:]]), None, ["opposite sides: 3"]),
+        (np.vstack([V, [20.0, 0, 0]]), np.vstack([F, [*F[0][:2], 8], [*F[0][1::-1], 8]]), None, ["more faces: 1", "("]),
+        (np.vstack([V, V + np.array([5.0, 4.0, 3.0])]), np.vstack([F, F + 8]), None, ["crosses itself"]),
+        (np.array(RING.vertices), np.array(RING.faces, dtype=np.int64), 2, ["Euler number 0, not 2"]),
+    ],
+    ids=["hole", "turned face", "fin", "overlap", "ring for a ball"],
+)
+def test_a_fault_is_told_in_one_sentence(vertices, faces, euler, says):
+    (fault,) = check_mesh(vertices, faces, expected_euler=euler)
+    assert all(words in fault for words in says)
+
+
+def test_a_tiny_edge_and_vertices_that_a_file_would_merge_are_told():
+    """The cut of a corner, 1e-6 mm long at z = 105 mm, where float32 steps by 8e-6 mm."""
+    corner = V.argmax(axis=0)[0]
+    face = next(face for face in F if corner in face)
+    # That face gets the new vertex, and slivers close the gaps on both sides of it.
+    a, b, c = np.roll(face, -list(face).index(corner))
+    mended = np.vstack([F[(face != F).any(axis=1)], [8, b, c], [a, b, 8], [a, 8, c]])
+    faults = check_mesh(np.vstack([V, V[corner] - [0, 0, 1e-6]]) + np.array([0.0, 0.0, 100.0]), mended)
+    assert any("1e-06 mm" in fault for fault in faults)
+    assert any("1 vertices that coincide" in fault for fault in faults)

@@ -10,26 +10,21 @@ from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline
-from tests.shapes import CLOSED, straight_slot, with_ring
+from tests.support.shapes import CLOSED, straight_slot, with_ring
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 
 
 def test_specks_are_dropped_and_islands_filled_and_both_are_named():
+    """A thread is filled; a neck of 0.004 mm parts a crack from its other half, or from a speck."""
     thread = ring_of([(0, 0), (9, 0), (9, 1.0), (9.004, 1.0), (9.004, 0), (20, 0), (20, 3), (0, 3)])
-    kept = lay_out(thread, VERTICAL, 0.0)
-    assert kept.crack.area() == pytest.approx(60.0, rel=1e-3)
-    necked = ring_of([(0, 0), (10, 0), (10, 1.498), (10.5, 1.498), (10.5, 0), (20, 0), (20, 3), (10.5, 3)])
-    neck = [(10.5, 1.502), (10.0, 1.502), (10.0, 3.0), (0.0, 3.0)]
-    necked = with_ring(necked, np.vstack([necked.outline_mm, neck]))
-    apart = lay_out(necked, VERTICAL, 0.0)
-    assert apart.crack.num_contour() == 2
-    assert any("in 2 pieces" in warning.text for warning in apart.warnings)
-    speck = ring_of([(0, 0), (10, 0), (10, 1.498), (10.5, 1.498), (10.5, 1.4), (10.7, 1.4), (10.7, 1.6), (10.5, 1.6)])
-    speck = with_ring(speck, np.vstack([speck.outline_mm, [(10.5, 1.502), (10.0, 1.502), (10.0, 3.0), (0.0, 3.0)]]))
-    dropped = lay_out(speck, VERTICAL, 0.0)
-    assert dropped.crack.num_contour() == 1
-    assert any("piece of 0.040 mm² near (10.6, 1.5) mm dropped" in warning.text for warning in dropped.warnings)
+    assert lay_out(thread, VERTICAL, 0.0).crack.area() == pytest.approx(60.0, rel=1e-3)
+    start, end = [(0, 0), (10, 0), (10, 1.498), (10.5, 1.498)], [(10.5, 1.502), (10.0, 1.502), (10.0, 3.0), (0.0, 3.0)]
+    half, speck = [(10.5, 0), (20, 0), (20, 3), (10.5, 3)], [(10.5, 1.4), (10.7, 1.4), (10.7, 1.6), (10.5, 1.6)]
+    for part, pieces, words in ((half, 2, "in 2 pieces"), (speck, 1, "0.040 mm² near (10.6, 1.5) mm dropped")):
+        footprint = lay_out(ring_of([*start, *part, *end]), VERTICAL, 0.0)
+        assert footprint.crack.num_contour() == pieces
+        assert any(words in warning.text for warning in footprint.warnings)
 
 
 def stone(x_mm: float, y_mm: float, radius_mm: float, sides: int = 24) -> Floats:
@@ -43,11 +38,11 @@ def with_islands(*islands_mm: Floats) -> Outline:
 
 
 def test_islands_stand_in_the_crack_whichever_way_they_run():
-    one, other = stone(5.0, 0.0, 0.5), stone(12.0, 0.4, 0.8)[::-1]
-    footprint = lay_out(with_islands(one, other), VERTICAL, 0.0)
-    assert footprint.crack.area() == pytest.approx(60.0 - signed_area(one[::-1]) - signed_area(other), rel=1e-4)
-    assert footprint.crack.num_contour() == 3
-    assert footprint.warnings == ()
+    stones_mm = stone(5.0, 0.0, 0.5), stone(12.0, 0.4, 0.8)[::-1]
+    footprint = lay_out(with_islands(*stones_mm), VERTICAL, 0.0)
+    area_mm2 = 60.0 - sum(abs(signed_area(stone_mm)) for stone_mm in stones_mm)
+    assert footprint.crack.area() == pytest.approx(area_mm2, rel=1e-4)
+    assert (footprint.crack.num_contour(), footprint.warnings) == (3, ())
 
 
 def test_a_small_island_is_filled_and_its_place_named():
@@ -55,7 +50,7 @@ def test_a_small_island_is_filled_and_its_place_named():
     assert footprint.crack.num_contour() == 2
     (filled,) = footprint.warnings
     assert filled.key == "solid.island-filled"
-    assert filled.text == "Island of 0.090 mm² near (5.0, 0.2) mm filled (smaller than 0.1 mm²)."
+    assert "0.090 mm² near (5.0, 0.2) mm" in filled.text
 
 
 def test_islands_that_fill_the_crack_are_refused():

@@ -1,14 +1,16 @@
-"""The face of a sample in its mesh, and the block with four sides under it."""
+"""A mesh of others as one closed solid, its face, and the block with four sides under it."""
 
 import numpy as np
 import pytest
 import trimesh
-from manifold3d import Manifold, OpType
+from manifold3d import Manifold
 
-from digitise.mesh_import.block import FacePlane, cut_block, find_face, parted
+from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
+from digitise.mesh_import.block import FacePlane, closed_body, cut_block, find_face, one_surface, parted
+from digitise.solid.float_mesh import without_needles
 from sealtwin.core.errors import InputError
-from tests.meshes import BLOCK_MM, Mesh, box, mesh_of, modelled, sheet, slotted, turned
-from tests.shapes import wandering_crack
+from tests.support.meshes import BLOCK_MM, SLOT_MM3, Mesh, box, fine, mesh_of, modelled, sheet, slotted, soup, turned
+from tests.support.shapes import wandering_crack
 
 
 def face_of(mesh: Mesh) -> FacePlane:
@@ -25,13 +27,7 @@ def test_a_level_face_is_left_exactly_where_it_is():
     assert plane.to_level[2, 3] == pytest.approx(-64.0, abs=1e-6)
 
 
-def test_a_face_that_is_level_but_for_rounding_is_not_turned():
-    """By 2e-7 radians, 0.02 µm over its width: float32 leaves as much, and exact sides would be lost for it."""
-    mesh = turned(mesh_of(slotted()), 0, 1e-5)
-    assert np.array_equal(face_of(mesh).to_level[:3, :3], np.eye(3))
-
-
-@pytest.mark.parametrize(("about", "by_deg"), [(0, 7.0), (1, -20.0), (0, 0.01)])
+@pytest.mark.parametrize(("about", "by_deg"), [(1, -20.0), (0, 0.01)])
 def test_a_tilted_face_is_brought_level(about, by_deg):
     mesh = turned(mesh_of(slotted()), about, by_deg)
     plane = face_of(mesh)
@@ -43,24 +39,14 @@ def test_a_tilted_face_is_brought_level(about, by_deg):
     assert np.ptp(level[:, :2], axis=0) == pytest.approx([100.0, 40.0])
 
 
-def test_a_rough_face_is_known_by_its_middle():
-    """The grain of this very sheet leans by 0.02 degrees itself, 0.014 mm over its width."""
-    plane = face_of(turned(sheet(rough_mm=0.1, from_mm=30.0), 0, 3.0))
-    assert plane.tilt_deg == pytest.approx(3.0, abs=0.04)
-    assert plane.roughness_mm == pytest.approx(0.1, rel=0.2)
-    middle = np.array([50.0, 5.0])
-    assert plane.height_mm(middle[None])[0] == pytest.approx(5.0 * np.sin(np.radians(3.0)), abs=0.03)
+BALL = trimesh.creation.icosphere(4, 50.0)
+EDGEWISE = turned(sheet(rough_mm=0.0, from_mm=200.0), 0, 90.0)
 
 
-def test_a_ball_has_no_face():
-    ball = trimesh.creation.icosphere(4, 50.0)
-    with pytest.raises(InputError, match=r"face .*: \d+% "):
-        face_of((np.array(ball.vertices), np.array(ball.faces, dtype=np.int64)))
-
-
-def test_a_sheet_on_edge_has_no_face():
-    with pytest.raises(InputError, match="no plane face on its upper side: 0%"):
-        face_of(turned(sheet(rough_mm=0.0, from_mm=200.0), 0, 90.0))
+@pytest.mark.parametrize("mesh", [(np.array(BALL.vertices), np.array(BALL.faces)), EDGEWISE], ids=["ball", "edgewise"])
+def test_what_has_no_plane_upper_side_has_no_face(mesh):
+    with pytest.raises(InputError, match=r"face .*: \d+%"):
+        face_of(mesh)
 
 
 BELOW_MM = 0.05
@@ -79,11 +65,11 @@ def oblique_slot(width_mm: float, angle_deg: float) -> Manifold:
         # A crack may leave through a fifth of a side.
         slotted(box((-1.0, 16.0, -10.0), (30.0, 24.0, 1.0))),
         # Its walls recede from the side slowly: lines beside its opening are less than 1 mm behind it.
-        *(oblique_slot(4.0, angle_deg) for angle_deg in (20.0, 45.0, 70.0)),
+        oblique_slot(4.0, 20.0),
         # In a slot of 0.6 mm at 52 degrees no line is 1 mm behind the side, and the side is plane.
         oblique_slot(0.6, 52.0),
     ],
-    ids=["slot", "side crack", "20 degrees", "45 degrees", "70 degrees", "thin"],
+    ids=["slot", "side crack", "oblique", "thin"],
 )
 def test_a_block_is_cut_exactly_at_its_sides_whatever_crack_leaves_by_them(body):
     block = cut_block(body.translate((12.5, -4.5, 0.0)), BELOW_MM)
@@ -100,18 +86,6 @@ def test_dams_at_its_sides_are_no_part_of_it(top_mm):
     assert block.size_mm == BLOCK_MM[:2]
     assert block.trimmed_mm == 4.0
     assert block.body.volume() == pytest.approx(slotted().volume(), rel=1e-12)
-
-
-def test_rough_sides_are_cut_to_where_material_stands_all_along():
-    rng = np.random.default_rng(0)
-    teeth = [box((x, 39.0, -30.0), (x + 1.0, 41.0, 1.0)) for x in range(100)]
-    rough = slotted() - Manifold.batch_boolean(
-        [tooth.translate((0.0, depth, 0.0)) for tooth, depth in zip(teeth, rng.uniform(0.5, 1.0, 100), strict=True)],
-        OpType.Add,
-    )
-    block = cut_block(rough, BELOW_MM)
-    assert block.size_mm[0] == 100.0
-    assert block.size_mm[1] == pytest.approx(39.5 - 0.01, abs=0.02)
 
 
 @pytest.mark.parametrize(
@@ -136,3 +110,93 @@ def test_a_cut_that_loses_volume_is_refused():
 
     with pytest.raises(InputError, match="cannot be cut without loss"):
         parted(Lossy(), slotted())  # pyright: ignore[reportArgumentType]
+
+
+VOLUME_MM3 = 100.0 * 40.0 * 20.0 - SLOT_MM3
+SAMPLE = fine(slotted())
+TURN = (np.random.default_rng(0).random(9322) < 0.3)[:, None]
+
+
+@pytest.mark.parametrize(
+    ("damage", "notes"),
+    [
+        (lambda v, f: (v, f), 0),
+        # STL has no other way to write a mesh: that is no damage.
+        (lambda v, f: soup((v, f)), 0),
+        (lambda v, f: (v, f[:, ::-1]), 1),
+        # Whichever way they look.
+        (lambda v, f: (v, np.concatenate([f, f[:20], f[30:50, ::-1]])), 0),
+        (lambda v, f: (v, np.concatenate([f, f[:5, [0, 1, 1]]])), 0),
+    ],
+    ids=["sound", "soup", "inside out", "repeated", "without area"],
+)
+def test_a_solid_is_one_surface(damage, notes):
+    vertices, faces, sentences = one_surface(*damage(*SAMPLE))
+    assert check_mesh(vertices, faces, expected_euler=2) == []
+    assert mesh_volume_mm3(vertices, faces) == pytest.approx(VOLUME_MM3, rel=1e-9)
+    assert len(faces) == 9322
+    assert len(sentences) == notes
+
+
+def test_a_mesh_of_specks_is_refused():
+    with pytest.raises(InputError, match="Check its units"):
+        one_surface(np.array([[0.0, 0, 0], [1e-9, 0, 0], [0, 1e-9, 0]]), np.array([[0, 1, 2]]))
+
+
+def test_triangles_without_height_leave_with_an_edge_that_is_turned():
+    """Manifold removes them on reading, and may move others: it read 226 mm³ too little of a solid of 127,039 mm³."""
+    vertices, faces = SAMPLE
+    a, b, c = faces[0]
+    vertices = np.vstack([vertices, vertices[a] + np.array([[0.25], [0.5]]) * (vertices[b] - vertices[a])])
+    near, far = len(SAMPLE[0]), len(SAMPLE[0]) + 1
+    split = [(a, near, c), (near, far, c), (far, b, c), (a, b, far), (a, far, near)]
+    mended = without_needles(vertices, np.vstack([faces[1:], split]))
+    edges = np.diff(vertices[mended], axis=1)
+    assert np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).min() > 0.1
+    assert check_mesh(vertices, mended, expected_euler=2) == []
+    assert mesh_volume_mm3(vertices, mended) == pytest.approx(VOLUME_MM3, rel=1e-12)
+
+
+def joined(*meshes: Mesh) -> Mesh:
+    """Side by side in one file, as they are."""
+    offsets = np.cumsum([0, *(len(mesh[0]) for mesh in meshes)])
+    faces = [mesh[1] + offset for mesh, offset in zip(meshes, offsets[:-1], strict=True)]
+    return np.concatenate([mesh[0] for mesh in meshes]), np.concatenate(faces)
+
+
+ONE = mesh_of(slotted())
+CRUMB = mesh_of(box((120.0, 0.0, -2.0), (121.0, 1.0, -1.0)))
+PORE = mesh_of(slotted(box((5.0, 5.0, -15.0), (10.0, 10.0, -12.0))))
+
+
+@pytest.mark.parametrize(
+    "mesh", [joined(ONE, CRUMB), PORE, (PORE[0], PORE[1][:, ::-1])], ids=["crumb", "pore", "turned"]
+)
+def test_crumbs_and_pores_are_left_out_and_told(mesh):
+    """No sealant gets into a pore."""
+    vertices, faces, _ = one_surface(*mesh)
+    body, (note,) = closed_body(vertices, faces)
+    assert body.volume() == pytest.approx(VOLUME_MM3)
+    assert note.text.startswith("1 loose crumbs or closed pores")
+
+
+FOLD = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
+
+
+@pytest.mark.parametrize(
+    ("mesh", "says"),
+    [
+        (sheet(), r"open edges: 350, the first near \("),
+        (soup(SAMPLE, noise_mm=1e-5), "not watertight"),
+        ((SAMPLE[0], np.where(TURN, SAMPLE[1][:, ::-1], SAMPLE[1])), r"opposite sides: \d+, the first"),
+        # Bodies that overlap would count twice where they do.
+        (joined(ONE, mesh_of(box((90.0, 10.0, -15.0), (110.0, 20.0, -10.0)))), "2 separate bodies: 100 x 40 x 20 mm"),
+        (joined(ONE, mesh_of(box((120, 0, -15), (130, 10, -5)))), r"10 x 10 mm around \(125, 5, -10\)"),
+        ((FOLD, np.array([[0, 1, 2], [0, 2, 3], [0, 2, 1], [0, 3, 2]])), "not watertight"),
+    ],
+    ids=["sheet", "noisy soup", "turned at random", "overlap", "apart", "fold"],
+)
+def test_what_is_no_solid_is_refused_by_its_place(mesh, says):
+    vertices, faces, _ = one_surface(*mesh)
+    with pytest.raises(InputError, match=says):
+        closed_body(vertices, faces)

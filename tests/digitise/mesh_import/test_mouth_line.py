@@ -9,11 +9,10 @@ from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from tests.shapes import CLOSED, OPEN
-from tests.slots import oblique, straight, strip, zigzag
+from tests.support.shapes import CLOSED
+from tests.support.slot_outlines import straight, strip, zigzag
 
 FAR_MM = (-1e3, -1e3, 1e3, 1e3)
-FACE_MM = (0.0, 0.0, 200.0, 40.0)
 
 
 def length_mm(line: MouthLine) -> float:
@@ -25,25 +24,6 @@ def swept_mm2(line: MouthLine) -> float:
     across_mm, ahead_mm = line.left_mm - line.right_mm, np.diff(line.centreline_mm, axis=0)
     across_mm = (across_mm[1:] + across_mm[:-1]) / 2
     return float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
-
-
-def test_a_zigzag_is_as_long_as_its_legs():
-    """Smoothing rounds a bend of 150 degrees by 0.2 widths: three bends of 3 mm are 1.8 of 100 mm."""
-    mouth = strip(zigzag(150.0), 3.0)
-    line = line_of_mouth(mouth, FAR_MM)
-    assert length_mm(line) == pytest.approx(100.0 - 1.8, abs=0.6)
-    assert swept_mm2(line) == pytest.approx(mouth.area(), rel=0.005)
-    assert line.ends == CLOSED
-    assert line.side_lines_mm == ()
-
-
-@pytest.mark.parametrize(("angle_deg", "width_mm"), [(90.0, 3.0), (45.0, 6.2), (20.0, 6.2)])
-def test_an_oblique_slot_is_as_long_as_its_axis_from_edge_to_edge(angle_deg, width_mm):
-    """Walls are straight, so the middle is exact but for steps of a twentieth of the width."""
-    line = line_of_mouth(oblique(angle_deg, width_mm), FACE_MM)
-    assert line.ends == OPEN
-    assert length_mm(line) == pytest.approx(40.0 / np.sin(np.radians(angle_deg)), abs=0.01)
-    assert sorted(line.centreline_mm[[0, -1], 1]) == pytest.approx([0.0, 40.0], abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -97,8 +77,8 @@ def test_what_has_no_line_is_refused_in_words_of_a_mesh(mouth, between_mm, says)
     assert not any(word in str(refusal.value) for word in ("photo", "ends_px", "px"))
 
 
-@pytest.mark.parametrize("front", [0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4])
-@pytest.mark.parametrize("bend_mm", [0.0, 1.0, -2.0])
+@pytest.mark.parametrize("front", [0.02, 0.1, 0.2, 0.4])
+@pytest.mark.parametrize("bend_mm", [0.0, -2.0])
 def test_a_taper_begins_in_the_middle_of_its_front(front, bend_mm):
     """Fronts from a fiftieth of the mean width on, turned by some angle."""
     x_mm = np.linspace(0.0, 60.0, 121)

@@ -14,28 +14,23 @@ from digitise.robots.programs import LONGEST, comments, points_text, table_text
 from digitise.robots.robot_path import place_path
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_trajectory
-from tests.cells import cell, in_cell, placed, random_paths, trajectory
-from tests.robot_readers import READERS
-from tests.shapes import arc_slot, straight_slot
+from tests.support.robot_cells import cell, in_cell, placed, random_paths, trajectory
+from tests.support.robot_readers import READERS
+from tests.support.shapes import arc_slot, straight_slot
 
 
 @pytest.mark.parametrize(
     ("planned", "changes", "says"),
     [
-        ({"nozzle_height_mm": 50.0}, {}, r"safe_height_mm is 50, .* 50 mm above the face"),
-        ({"speed_mm_s": 201.0}, {}, r"the path runs at 201 mm/s, .*; motion.largest_speed_mm_s allows 200"),
         (
             {},
             {"motion": {"largest_speed_mm_s": 5.0}},
             r"approach_speed_mm_s is 20; motion.largest_speed_mm_s allows 5\.",
         ),
-        ({"ramp_mm": 3.0, "speed_mm_s": 120.0}, {}, r"needs 2\d{3} mm/s²; motion.acceleration_mm_s2 allows 2000"),
+        ({"ramp_mm": 3.0, "speed_mm_s": 120.0}, {}, r"2\d{3} mm/s²; motion.acceleration_mm_s2 allows 2000"),
         ({}, {"reach": {"low_mm": (400.0, -800.0, -800.0)}}, r"the path leads \d+\.\d mm out of the reach box, to \("),
-        (
-            {"speed_mm_s": 250.0, "nozzle_height_mm": 50.0},
-            {},
-            r"safe_height_mm is 50(.|\n)*cell.toml: the path runs at 250",
-        ),
+        # All faults are named at once.
+        ({"speed_mm_s": 250.0, "nozzle_height_mm": 50.0}, {}, r"safe_height_mm is 50(.|\n)*cell.toml: .* 250 mm/s"),
     ],
 )
 def test_what_a_cell_does_not_allow_is_refused_by_name(planned, changes, says):
@@ -63,20 +58,11 @@ def test_a_fast_start_and_far_points_are_remarked_on():
     assert "0.1 mm at each becomes an error of 0." in far
 
 
-def test_the_plunger_goes_as_far_as_the_volume_asks():
-    """4.8 ml of a syringe of 20 mm: 15.28 mm; geared 2000 mm³ to a millimetre: 2.4 mm."""
-    assert placed().plunger_mm()[-1] == pytest.approx(4800 / (np.pi * 100))
-    way_mm = placed(plunger={"diameter_mm": np.sqrt(8000.0 / np.pi)}).plunger_mm()
-    assert (way_mm[0], way_mm[-1]) == pytest.approx((0.0, 2.4))
-    assert np.diff(way_mm) == pytest.approx(trajectory().given_mm3 / 2000)
-
-
 @pytest.mark.parametrize(
     ("change", "says"),
     [
         (lambda it: replace(it, t_s=it.t_s[::-1]), "increasing t_s"),
         (lambda it: replace(it, position_mm=it.position_mm * np.nan), "finite numbers"),
-        (lambda it: replace(it, **{name: getattr(it, name)[:1] for name in vars(it)}), "two or more rows"),
         (lambda it: replace(it, flow_mm3_s=-it.flow_mm3_s), "of 0 or more"),
         (lambda it: replace(it, flow_mm3_s=0 * it.flow_mm3_s), "above 0 in at least one"),
         (lambda it: replace(it, speed_mm_s=2 * it.speed_mm_s), "speed_mm_s "),

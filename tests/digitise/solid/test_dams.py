@@ -1,7 +1,5 @@
 """Dams where the crack leaves the block, and nowhere else; labels of faces by the planes that they lie in."""
 
-import dataclasses
-
 import pytest
 
 from digitise.settings import CrackShape
@@ -9,10 +7,7 @@ from digitise.solid.dams import dams
 from digitise.solid.footprint import lay_out
 from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
-from sealtwin.core.errors import InputError
-from tests.shapes import OPEN, straight_slot
-
-VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
+from tests.support.shapes import OPEN, straight_slot
 
 
 @pytest.mark.parametrize("tilt", ["lean", "flare", "undercut"])
@@ -23,12 +18,3 @@ def test_dams_cover_what_the_tilt_opens(tilt):
     first, _ = dams(footprint, [Slicer(footprint, shape).cavity(depth_mm) for depth_mm in (0.0, 16.0)])
     assert first.box_mm[3] == pytest.approx(1.55 + 3.11 + 4.0, abs=0.01)
     assert first.box_mm[1] == pytest.approx(-1.55 - 4.0 - (0.0 if tilt == "lean" else 3.11), abs=0.01)
-
-
-def test_a_crack_out_of_a_corner_is_refused():
-    """A dam covers one side; a cavity that leaves by two would leak round the corner."""
-    slot = straight_slot(80.0, 3.1, OPEN)
-    cornered = dataclasses.replace(slot, face_mm=(0.0, -1.0, 80.0, 20.0))
-    footprint = lay_out(cornered, VERTICAL, 0.0)
-    with pytest.raises(InputError, match=r"within 0\.5 mm of the block's side"):
-        dams(footprint, [Slicer(footprint, VERTICAL).cavity(0.0)])

@@ -1,14 +1,29 @@
-"""The trace page's own names: files, tiles, questions, and how it ends."""
+"""The trace page: its files, questions and end, the gate before it, and its server."""
 
+import http.client
 import json
 import re
+import socket
+import threading
+import time
+from contextlib import closing
+from email.message import Message
 from importlib.resources import files
 
 import numpy as np
 import pytest
 
 from digitise.settings import MOST_VIA
-from digitise.trace_page.page import MEDIA_TYPES, Opened, Sheet, TracePage
+from digitise.trace_page import page as trace_page
+from digitise.trace_page.page import (
+    LARGEST_BODY_BYTES,
+    MEDIA_TYPES,
+    SECURITY_HEADERS,
+    Opened,
+    RequestGate,
+    Sheet,
+    TracePage,
+)
 from digitise.trace_page.session import Pyramid
 from sealtwin.core.errors import InputError
 
@@ -70,6 +85,8 @@ def test_the_page_and_all_that_it_names_are_there(page):
     for name in named:
         assert page.get(name) is not None, name
     assert {entry.name for entry in ASSETS.iterdir()} - named == {"page.html"}
+    # A via point more would be refused as nothing that this page sends.
+    assert f"const MOST_VIA = {MOST_VIA};" in (ASSETS / "tools.js").read_text(encoding="utf-8")
 
 
 def test_nothing_is_fetched_from_elsewhere_or_run_inline():
@@ -80,11 +97,6 @@ def test_nothing_is_fetched_from_elsewhere_or_run_inline():
         assert entry.name[entry.name.rfind(".") :] in MEDIA_TYPES
     page = (ASSETS / "page.html").read_text(encoding="utf-8")
     assert not re.search(r"\son\w+=|\sstyle=|<style|<script(?![^>]*\ssrc=)", page)
-
-
-def test_the_page_knows_how_many_via_points_there_may_be():
-    """A click more would be refused as nothing that this page sends."""
-    assert f"const MOST_VIA = {MOST_VIA};" in (ASSETS / "tools.js").read_text(encoding="utf-8")
 
 
 def test_no_other_file_and_no_tile_outside_the_photo_is_served(page):
@@ -104,15 +116,11 @@ def test_a_question_is_handed_on(page):
 
 def test_what_the_page_never_sends_is_refused(page, saved):
     for name, body in (
-        ("trace", b""),
         ("trace", b"\xff\xfe"),
-        ("trace", b"[]"),
         ("trace", b'{"hints": {}, "revision": 1}'),
         ("trace", b'{"hints": {}, "revision": -1, "until": "path"}'),
         ("trace", b'{"hints": {}, "revision": 1, "until": "all"}'),
-        ("trace", b'{"hints": {}, "revision": 1, "until": "path", "file": "x"}'),
         ("trace", b'{"hints": {"file": "x"}, "revision": 1, "until": "path"}'),
-        ("save", b'{"hints": {}, "shape": {"depth_mm": "16"}}'),
         ("save", b'{"hints": {}, "shape": {"depth_mm": Infinity}}'),
         ("save", b'{"hints": {}, "out": "/tmp"}'),
         ("save", b"[" * 60_000),
@@ -135,8 +143,7 @@ def test_a_save_that_fails_says_why_and_costs_no_click(page, saved):
     for depth_mm, why in ((-1, "crack.toml: depth_mm: too shallow."), (999, "lab/crack.toml: Permission denied")):
         (answer,) = _posted(page, "save", {"hints": {}, "shape": {"depth_mm": depth_mm}})
         assert answer["refused"].startswith(why)
-        assert not page._ended.is_set()
-        assert not saved
+        assert (page._ended.is_set(), saved) == (False, [])
     _posted(page, "save", {"hints": {}, "shape": {"depth_mm": 16}})
     assert len(saved) == 1
 
@@ -160,10 +167,10 @@ def test_a_folder_is_gone_through_and_what_is_done_is_marked():
     with TracePage([_sheet(name, done, bad=("b.jpg",)) for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg")]) as page:
         opening = _opening(page)
         assert opening["here"] == "c.jpg"
-        assert [one["name"] for one in opening["photos"] if one["here"]] == ["c.jpg"]
-        assert [one["name"] for one in opening["photos"] if not one["done"]] == ["b.jpg", "c.jpg", "d.jpg"]
+        assert [photo["name"] for photo in opening["photos"] if photo["here"]] == ["c.jpg"]
+        assert [photo["name"] for photo in opening["photos"] if not photo["done"]] == ["b.jpg", "c.jpg", "d.jpg"]
         (answer,) = _posted(page, "save", {"hints": {}})
-        assert [one["done"] for one in answer["photos"]] == [True, False, True, False]
+        assert [photo["done"] for photo in answer["photos"]] == [True, False, True, False]
         assert not page._ended.is_set()
         assert "not a readable photo" in _posted(page, "turn", {"photo": 1})[0]["refused"]
         assert _opening(page)["here"] == "c.jpg", "it stays where it is"
@@ -173,8 +180,220 @@ def test_a_folder_is_gone_through_and_what_is_done_is_marked():
         _posted(page, "quit", {})
         page.wait()
         assert page.saved == [{"file": "c.jpg"}]
-
-
-def test_a_folder_of_bad_photos_is_refused():
     with pytest.raises(InputError, match=r"b\.jpg"):
         TracePage([_sheet(name, [], bad=("a.jpg", "b.jpg")) for name in ("a.jpg", "b.jpg")])
+
+
+PORT = 8123
+OWN = f"127.0.0.1:{PORT}"
+
+
+@pytest.fixture
+def gate():
+    return RequestGate(PORT)
+
+
+def _own_post(**changed):
+    """The headers of the page's own POST, some of them changed or (None) left out."""
+    headers = Message()
+    for name, value in ({"Host": OWN, "Origin": f"http://{OWN}", "Content_Length": "2"} | changed).items():
+        if value is not None:
+            headers[name.replace("_", "-")] = value
+    return headers
+
+
+@pytest.mark.parametrize(
+    ("changed", "status"),
+    [
+        ({}, None),
+        ({"Host": f"localhost:{PORT}", "Origin": f"http://localhost:{PORT}"}, None),
+        ({"Content_Length": str(LARGEST_BODY_BYTES)}, None),
+        # DNS rebinding: a site whose name resolves to 127.0.0.1 still sends its own name.
+        *(({"Host": host}, 421) for host in (None, f"evil.example:{PORT}", "127.0.0.1", f"127.0.0.1:{PORT + 1}")),
+        # Another site's page cannot post.
+        *(({"Origin": origin}, 403) for origin in (None, "null", f"https://{OWN}", f"http://{OWN}.evil.example")),
+        # A large body is refused by its announcement, one of unsure length as such.
+        *(({"Content_Length": length}, 413) for length in (str(LARGEST_BODY_BYTES + 1), "9" * 30, None, "-1", "²")),
+    ],
+)
+def test_only_the_pages_own_post_gets_in(gate, changed, status):
+    refusal = gate.refuses("POST", f"/{gate.token}/trace", _own_post(**changed))
+    assert (refusal and refusal[0].value) == status
+
+
+@pytest.mark.parametrize(
+    "target",
+    ["/", "/trace", "//trace", "/{other}/trace", "/{start}/trace", "/{token}x/", "/é/", "http://{own}/{token}/"],
+)
+def test_without_the_token_nobody_gets_in(gate, target):
+    """Another session's token, a part of this one, letters that no token has, an address in full: all are no token."""
+    written = target.format(other=RequestGate(PORT).token, start=gate.token[:-1], token=gate.token, own=OWN)
+    refusal = gate.refuses("GET", written, _own_post())
+    assert refusal is not None
+    assert refusal[0] == 403
+
+
+def test_tokens_cannot_be_guessed():
+    """32 random bytes, 43 letters: nobody tries 2^256 of them."""
+    tokens = {RequestGate(PORT).token for _ in range(100)}
+    assert (len(tokens), {*map(len, tokens)}) == (100, {43})
+
+
+class Echo(TracePage):
+    """Says hello, and gives back what it is sent."""
+
+    def __init__(self):
+        opened = Opened(Session(), dict, {})  # pyright: ignore[reportArgumentType]
+        super().__init__([Sheet("crack.jpg", lambda: opened, lambda: False)])
+
+    def get(self, name):
+        return (b"hello", "text/plain") if name == "" else None
+
+    def post(self, name, body):
+        if name == "bug":
+            raise RuntimeError("a bug")
+        if name != "echo":
+            return None
+        sent = json.loads(body)
+        return ({"line": number, "sent": sent} for number in (1, 2))
+
+
+@pytest.fixture
+def server():
+    with Echo() as running:
+        yield running
+
+
+def _ask(server, method="GET", name="", body=None, **headers):
+    """Status, headers, body."""
+    sent = {"Origin": f"http://127.0.0.1:{server.server_port}", "Content-Type": "application/json"} if body else {}
+    with closing(http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=5)) as connection:
+        connection.request(method, f"/{server.gate.token}/{name}", body, sent | headers)
+        answer = connection.getresponse()
+        return answer.status, dict(answer.getheaders()), answer.read()
+
+
+def _wire(server):
+    return socket.create_connection(("127.0.0.1", server.server_port), timeout=5)
+
+
+def _head_of_a_post(server, length) -> bytes:
+    host = f"127.0.0.1:{server.server_port}"
+    lines = f"POST /{server.gate.token}/echo HTTP/1.1", f"Host: {host}", f"Origin: http://{host}"
+    return "\r\n".join([*lines, "Content-Type: application/json", f"Content-Length: {length}", "", ""]).encode()
+
+
+def test_it_listens_on_this_machine_only_and_answers_there(server):
+    assert server.server_address[0] == "127.0.0.1"
+    assert server.url == f"http://127.0.0.1:{server.server_port}/{server.gate.token}/"
+    status, headers, body = _ask(server)
+    assert (status, headers["Content-Type"], body) == (200, "text/plain", b"hello")
+    status, _, body = _ask(server, "POST", "echo", b'{"x": 1}')
+    assert status == 200
+    assert [json.loads(line) for line in body.splitlines()] == [{"line": n, "sent": {"x": 1}} for n in (1, 2)]
+
+
+def test_lines_leave_as_soon_as_they_are_there(server):
+    """The path is seen while the walls are still measured: the first line must not wait for the second."""
+    go_on = threading.Event()
+
+    def slow(name, body):
+        yield {"path": 1}
+        go_on.wait(5)
+        yield {"walls": 2}
+
+    server.post = slow
+    with _wire(server) as wire:
+        wire.sendall(_head_of_a_post(server, length=2) + b"{}")
+        lines = wire.makefile("rb")
+        assert any(line == b'{"path": 1}\n' for line in lines)
+        go_on.set()
+        assert any(line == b'{"walls": 2}\n' for line in lines)
+
+
+REFUSED = {
+    "nothing of that name": (404, {"name": "missing"}),
+    "nothing to post to": (404, {"method": "POST", "name": "missing", "body": b"{}"}),
+    "no JSON": (400, {"method": "POST", "name": "echo", "body": b"{"}),
+    "too large": (413, {"method": "POST", "name": "echo", "body": b" " * (LARGEST_BODY_BYTES + 1)}),
+    "another host": (421, {"Host": "evil.example"}),
+    **{method: (501, {"method": method}) for method in ("PUT", "OPTIONS", "HEAD", "FOO")},
+}
+
+
+@pytest.mark.parametrize("fault", REFUSED)
+def test_whatever_is_refused_says_so_and_leaks_nothing(server, fault):
+    status, request = REFUSED[fault]
+    answered, headers, body = _ask(server, **request)
+    assert answered == status
+    assert headers["Connection"] == "close"
+    assert b"hello" not in body
+    assert server.gate.token.encode() not in body
+    assert _ask(server)[0] == 200
+
+
+@pytest.mark.parametrize("request_line", ["GET /{token}/", "GET / ", "PUT /", "nonsense", "GET /{long}"])
+def test_every_answer_carries_the_security_headers(server, request_line):
+    """A library's own error page would carry none, and echo what it was sent."""
+    line = request_line.format(token=server.gate.token, long="x" * 70_000)
+    raw = f"{line} HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\nConnection: close\r\n\r\n"
+    with _wire(server) as wire:
+        wire.sendall(raw.encode())
+        head = wire.makefile("rb").read().partition(b"\r\n\r\n")[0].decode()
+    for name, value in SECURITY_HEADERS.items():
+        assert f"{name}: {value}" in head, head
+    assert "Python" not in head
+
+
+@pytest.mark.parametrize("sent", [b"\x16\x03\x01\x02\x00", b"\x00" * 5000, b"GET / HTTP/9.9\r\n\r\n", 0.5, 1.0])
+def test_garbage_and_whoever_leaves_do_not_kill_it(server, sent, capfd):
+    """A share is where in a head, or at its end in a body, somebody leaves."""
+    head = _head_of_a_post(server, length=50)
+    with _wire(server) as wire:
+        wire.sendall(sent if isinstance(sent, bytes) else head[: int(sent * len(head))] + b'{"x"')
+    assert _ask(server)[0] == 200
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_silent_client_is_dropped_and_holds_nobody_up(server, monkeypatch, capfd):
+    monkeypatch.setattr(trace_page._Visit, "timeout", 0.3)
+    with _wire(server) as wire:
+        wire.sendall(_head_of_a_post(server, length=50) + b" ")
+        began = time.monotonic()
+        assert _ask(server)[0] == 200
+        assert wire.recv(100) == b""
+        # 0.3 s of its own, and a machine that is busy elsewhere.
+        assert time.monotonic() - began < 3
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_it_ends_at_once_but_not_in_the_middle_of_an_answer():
+    """Ten seconds of an idle browser's patience are not waited for; a computation in native code is."""
+    server = Echo()
+    threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
+    working, done = threading.Event(), threading.Event()
+
+    def slow(name, body):
+        working.set()
+        time.sleep(0.3)
+        done.set()
+        yield {"late": True}
+
+    server.post = slow
+    with _wire(server) as idle, _wire(server) as busy:
+        idle.sendall(f"GET /{server.gate.token}/ HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n".encode())
+        assert idle.recv(100).startswith(b"HTTP/1.1 200")
+        busy.sendall(_head_of_a_post(server, length=2) + b"{}")
+        assert working.wait(5)
+        began = time.monotonic()
+        server.shutdown()
+        server.server_close()
+        assert done.is_set()
+        assert time.monotonic() - began < 5, "half of an idle connection's patience"
+
+
+def test_a_bug_keeps_its_traceback_and_the_server_goes_on(server, capfd):
+    with pytest.raises((http.client.HTTPException, ConnectionError)):
+        _ask(server, "POST", "bug", b"{}")
+    assert _ask(server)[0] == 200
+    assert "RuntimeError: a bug" in capfd.readouterr().err

@@ -18,7 +18,7 @@ from digitise.walls.centreline_and_walls import WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from fixtures.generate.road import Road, road
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+from tests.support.photos import mortar, photo_of_light, with_crack
 
 WIDE_IN_STONES = 7  # A seed of a road on whose crack of 31 px profiles lack walls
 
@@ -54,11 +54,9 @@ def test_a_crack_among_stones_as_wide_as_it_is_traced_by_its_region(stony, photo
     assert any("too coarse to follow the walls" in warning.text for warning in outline.warnings)
 
 
-@pytest.mark.parametrize("aside_px", [-150.0, 150.0])
-def test_bare_ground_beside_it_has_no_region(stony, photo, aside_px):
+def test_bare_ground_beside_it_has_no_region(stony, photo):
     first, last = stony.ends_px
-    across = unit(last - first)[::-1] * (-1, 1)
-    bare_px = stony.line_px[::20] + np.asarray(aside_px * across)
+    bare_px = stony.line_px[::20] + 150.0 * unit(last - first)[::-1] * (-1, 1)
     with pytest.raises(InputError, match=r"does not stand out as a crack|px are needed"):
         trace_dark_region(photo, CrackPath(bare_px, 30.0, "ends"), 0.5, unhidden(photo))
 
@@ -67,14 +65,11 @@ def dark_line(folder: Path, width_px: int = 24, shadow: float = 1.0) -> tuple[Ph
     """A photo of a straight crack, with a shadow on the ground above it, and its path."""
     picture = mortar()
     picture[:150] *= shadow
-    photo = evenly_scaled(write_png(folder / "photo.png", with_crack(picture, [(-30, 150), (530, 150)], width_px)))
+    photo = photo_of_light(folder, with_crack(picture, [(-30, 150), (530, 150)], width_px))
     return photo, CrackPath(np.array([(20.0, 150.0), (480.0, 150.0)]), float(width_px), "ends")
 
 
-@pytest.mark.parametrize(
-    ("width_px", "shadow"),
-    [(12, 1.0), (90, 1.0), (24, 0.18), (90, 0.35)],
-)
+@pytest.mark.parametrize(("width_px", "shadow"), [(12, 1.0), (24, 0.18), (90, 0.35)])
 def test_its_width_is_that_of_followed_walls(tmp_path, width_px, shadow):
     """Also of a crack that is measured in a smaller copy, and beside a shadow's edge."""
     photo, path = dark_line(tmp_path, width_px, shadow)

@@ -1,30 +1,26 @@
+"""Walls by paint, and by lines and strokes that are drawn by hand."""
+
+import cv2
 import numpy as np
 import pytest
-from skimage.draw import polygon2mask
 
 from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
-from sealtwin.core.facts import texts
-from tests.pictures import evenly_scaled, how_traced, mortar, with_paint, write_png
+from digitise.settings import MOST_STROKES, MOST_WALL_POINTS
+from digitise.walls.doubts import BY_STROKES
+from sealtwin.core.errors import InputError
+from sealtwin.core.facts import of_keys, texts
+from tests.support.photos import how_traced, mortar, photo_of_light, with_crack, with_paint
 
 
-def painted(photo, rings_mm, holes_mm=()):
+def strokes(folder, *boxes, hole=((0, 0), (0, 0))):
+    """A plain photo on which boxes of rows and columns are painted, less a hole."""
+    photo = photo_of_light(folder, mortar())
     drawn = np.zeros(photo.brightness.shape, dtype=bool)
-    for rings, value in ((rings_mm, True), (holes_mm, False)):
-        for ring in rings:
-            drawn[polygon2mask(drawn.shape, photo.to_px(ring)[:, ::-1])] = value
-    return with_paint(photo, drawn)
-
-
-def strokes(folder, *boxes, without=None):
-    """A plain photo on which boxes of rows and columns are painted."""
-    photo = evenly_scaled(write_png(folder / "photo.png", mortar()))
-    drawn = np.zeros(photo.brightness.shape, dtype=bool)
-    for rows, columns in boxes:
-        drawn[slice(*rows), slice(*columns)] = True
-    if without is not None:
-        drawn[slice(*without[0]), slice(*without[1])] = False
+    for rows, columns in (*boxes, hole):
+        drawn[slice(*rows), slice(*columns)] = (rows, columns) != hole
     return with_paint(photo, drawn)
 
 
@@ -41,16 +37,12 @@ def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
 @pytest.mark.parametrize(("side_px", "count"), [(2, 0), (5, 1)])
 def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     """0.04 mm² is less than what a solid keeps as an island, 0.25 mm² more. Walls lie on the rim of the paint."""
-    hole = ((148, 148 + side_px), (250, 250 + side_px))
-    photo = strokes(tmp_path, ((135, 165), (30, 470)), without=hole)
+    photo = strokes(tmp_path, ((135, 165), (30, 470)), hole=((148, 148 + side_px), (250, 250 + side_px)))
     outline = trace_outline(photo, find_path(photo, None))
-    assert len(outline.islands_mm) == count
+    assert (len(outline.islands_mm), outline.path_source, outline.ends) == (count, "mask", ("closed", "closed"))
     assert outline.mean_width_mm == pytest.approx(3.0, abs=0.05)
-    inner = slice(20, -20)
-    assert outline.left_wall_px[inner, 1] == pytest.approx(134.5, abs=0.5)
-    assert outline.right_wall_px[inner, 1] == pytest.approx(164.5, abs=0.5)
-    assert outline.path_source == "mask"
-    assert outline.ends == ("closed", "closed")
+    assert outline.left_wall_px[20:-20, 1] == pytest.approx(134.5, abs=0.5)
+    assert outline.right_wall_px[20:-20, 1] == pytest.approx(164.5, abs=0.5)
 
 
 def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
@@ -60,3 +52,188 @@ def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
     traced = trace_outline(both, find_path(both, ends), how_traced(edge_fraction=0.7))
     exact = trace_outline(alone, find_path(alone, ends))
     assert np.array_equal(traced.outline_mm, exact.outline_mm)
+
+
+ENDS = ((60.0, 151.0), (440.0, 151.0))
+
+
+def crack(folder, width_px=15):
+    picture = with_crack(mortar(), [(50, 150), (450, 150)], width_px=width_px)
+    photo = photo_of_light(folder, picture)
+    return photo, find_path(photo, ENDS)
+
+
+@pytest.mark.parametrize(("aside_px", "step"), [(6.0, 1), (-4.0, -1)])
+def test_a_wall_is_where_it_was_drawn_whichever_way_and_says_so(tmp_path, step, aside_px):
+    photo, path = crack(tmp_path)
+    before = trace_outline(photo, path)
+    wall = before.left_wall_px
+    part = wall[(wall[:, 0] > 200) & (wall[:, 0] < 260)][::8]
+    outward = np.sign(part[0, 1] - 150.0)
+    line = part + np.array([0.0, aside_px * outward]) * np.sin(np.linspace(0, np.pi, len(part)))[:, None]
+    after = trace_outline(photo, path, how_traced(walls_px=[line[::step]]))
+    moved = (np.interp(wall[:, 0], *after.left_wall_px.T) - wall[:, 1]) * outward
+    drawn = np.interp(wall[:, 0], *line.T, left=np.nan, right=np.nan) - wall[:, 1]
+    between = (wall[:, 0] > 206) & (wall[:, 0] < line[-1, 0])
+    # A sharp corner is rounded, as walls are smoothed along the crack.
+    assert moved[between] == pytest.approx(drawn[between] * outward, abs=1.5)
+    assert np.abs(moved[(wall[:, 0] < 190) | (wall[:, 0] > 270)]).max() < 0.35
+    s_mm = after.s_mm[np.argmin(np.abs(after.left_wall_px[:, 0] - 230))]
+    left, right = {each.side: each for each in after.walls if each.s_from_mm <= s_mm <= each.s_to_mm}.values()
+    assert (left.method, right.method) == ("drawn", "edge")
+    assert any("drawn by hand" in warning.text for warning in after.warnings)
+    assert not any("drawn by hand" in warning.text for warning in before.warnings)
+
+
+@pytest.mark.parametrize(
+    ("lines", "named"),
+    [
+        ([[(200.0, 142.0), (260.0, 10.0)]], "walls_px, line 1, is not on"),
+        ([[(200.0, 142.0), (260.0, 142.0)], [(220.0, 140.0), (240.0, 160.0)]], "walls_px, line 2, crosses"),
+    ],
+)
+def test_a_line_off_the_crack_or_across_it_is_refused(tmp_path, lines, named):
+    with pytest.raises(InputError, match=named):
+        trace_outline(*crack(tmp_path), how_traced(walls_px=lines))
+
+
+def test_walls_are_drawn_where_there_are_walls_only(tmp_path):
+    photo, path = crack(tmp_path)
+    line = [(200.0, 140.0), (260.0, 140.0)]
+    for beside in ({"path_only": True}, {"width_mm": np.array([[0.0, 1.0], [40.0, 1.0]])}):
+        with pytest.raises(InputError, match="walls_px cannot be combined with"):
+            trace_outline(photo, path, how_traced(walls_px=[line], **beside))
+    with pytest.raises(InputError, match="too thin"):
+        trace_outline(*crack(tmp_path, width_px=4), how_traced(walls_px=[[(200.0, 147.0), (210.0, 147.0)]]))
+
+
+STROKED_ENDS = ((30.0, 150.0), (470.0, 150.0))
+CORE_PX, BAND_PX = 14, 12
+LOWER_PX = {"ground": 157.0, "crack": 169.0}
+"""The lower wall if the band below the core is ground, and if it is crack."""
+
+
+def banded_photo(folder, share):
+    light = with_crack(mortar(), STROKED_ENDS, CORE_PX)
+    light[157:169, 150:350] *= share
+    photo = photo_of_light(folder, soft(light, 0.8))
+    return photo, find_path(photo, STROKED_ENDS)
+
+
+def soft(light, sigma_px):
+    return np.asarray(cv2.GaussianBlur(light, (0, 0), sigma_px), dtype=float)
+
+
+@pytest.fixture(scope="module")
+def banded(tmp_path_factory):
+    """A crack of 14 px along y = 150 and, from x = 150 to 350, a band of 12 px below it, which its walls include."""
+    return banded_photo(tmp_path_factory.mktemp("banded"), 0.35)
+
+
+@pytest.fixture(scope="module")
+def pale(tmp_path_factory):
+    """The same with a band that its walls leave out."""
+    return banded_photo(tmp_path_factory.mktemp("pale"), 0.45)
+
+
+def traced(banded, crack=(), ground=()):
+    photo, path = banded
+    return trace_outline(photo, path, how_traced(crack_strokes_px=crack or None, ground_strokes_px=ground or None))
+
+
+def lower_px(outline, first, last):
+    """Mean height of the lower wall from one column to another."""
+    x, y = np.concatenate([outline.left_wall_px, outline.right_wall_px]).T
+    return float(y[(x > first) & (x < last) & (y > 150)].mean())
+
+
+@pytest.mark.parametrize(
+    ("photo", "kind", "other", "line"),
+    [("pale", "crack", "ground", ((235.0, 162.0), (265.0, 164.0))), ("banded", "ground", "crack", ((250.0, 163.0),))],
+)
+def test_the_lower_wall_goes_where_one_stroke_or_dot_says(request, photo, kind, other, line):
+    """By the lightness under it, also beside it; 100 px away nothing moves."""
+    crack = request.getfixturevalue(photo)
+    before, after = traced(crack), traced(crack, **{kind: (line,)})
+    assert lower_px(before, 235, 265) == pytest.approx(LOWER_PX[other], abs=1.5)
+    assert lower_px(after, 235, 265) == pytest.approx(LOWER_PX[kind], abs=1.5)
+    assert lower_px(after, 40, 110) == pytest.approx(lower_px(before, 40, 110), abs=0.05)
+    assert any("strokes drawn by hand" in warning.text for warning in after.warnings)
+
+
+def test_two_plausible_walls_are_named_until_a_stroke_decides(banded):
+    outline = traced(banded)
+    low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
+    share = 200 / 440
+    assert low_mm < 0.1 * (CORE_PX + 1)  # at the middle of a blurred edge
+    assert high_mm > 0.1 * (CORE_PX + 0.9 * share * BAND_PX)
+    assert len(outline.bands_mm) == 1
+    assert [warning.key for warning in of_keys(outline.warnings, BY_STROKES)] == [f"{BY_STROKES}.band"]
+    decided = traced(banded, crack=(((170.0, 163.0), (330.0, 163.0)),))
+    assert not decided.bands_mm
+    assert decided.width_95_mm is None
+
+
+OVER_BAND = ((240.0, 163.0), (260.0, 163.0))
+
+
+@pytest.mark.parametrize(
+    ("crack", "ground", "named"),
+    [
+        ((OVER_BAND, ((200.0, 150.0), (230.0, 40.0))), (), r"crack_strokes_px, stroke 2, .* at \(\d+, \d+\)"),
+        ((((480.0, 150.0), (495.0, 150.0)),), (), "crack_strokes_px, stroke 1"),
+        ((), (((250.0, 120.0), (250.0, 180.0)),), r"ground_strokes_px, stroke 1, crosses .* at \(250, \d+\)"),
+        ((OVER_BAND,), (((250.0, 163.0),),), r"ground_strokes_px, stroke 1, contradicts .* at \(25\d, 16\d\)"),
+        ((), (((250.0, 400.0),),), "ground_strokes_px, stroke 1, leaves the photo of 500 x 300 px"),
+    ],
+)
+def test_strokes_that_contradict_the_crack_or_each_other_are_named(banded, crack, ground, named):
+    with pytest.raises(InputError, match=named):
+        traced(banded, crack, ground)
+
+
+def test_ground_far_from_the_crack_changes_nothing_and_says_so(banded):
+    before, after = traced(banded), traced(banded, ground=(((100.0, 20.0), (200.0, 20.0)),))
+    assert np.array_equal(after.left_wall_px, before.left_wall_px)
+    assert any("ground_strokes_px, stroke 1, is not beside this crack" in warning.text for warning in after.warnings)
+
+
+def test_ground_that_cuts_off_the_darker_part_is_refused(tmp_path):
+    """Between its walls are a crack and a stain wider than it: the line down the middle is in the stain."""
+    light = with_crack(mortar(), STROKED_ENDS, 30)
+    light[151:190] = mortar()[151:190] * 0.35
+    photo = photo_of_light(tmp_path, soft(light, 0.8))
+    path = CrackPath(np.array([(20.0, 165.0), (480.0, 165.0)]), 55.0, "ends")
+    with pytest.raises(InputError, match="ground_strokes_px, stroke 1, has darker ground beyond it"):
+        traced((photo, path), ground=(((100.0, 156.0), (400.0, 156.0)),))
+
+
+def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):
+    """Faint and among stones as wide as it is: refused, as it does not stand out; a person sees it."""
+    rng = np.random.default_rng(4)
+    stones = cv2.GaussianBlur(rng.standard_normal((300, 500)), (0, 0), 5)
+    light = 0.35 * np.exp(0.25 * stones / stones.std())
+    light[140:160] = 0.21 * np.exp(0.25 * stones[140:160] / stones.std())
+    photo = photo_of_light(tmp_path, soft(light, 1.0))
+    path = CrackPath(np.array([(20.0, 150.0), (480.0, 150.0)]), 20.0, "ends")
+    with pytest.raises(InputError, match="crack_strokes_px and ground_strokes_px"):
+        trace_outline(photo, path)
+    crack = [[(x, 144.0), (x + 40, 156.0)] for x in (60.0, 220.0, 400.0)]
+    ground = [[(x, y), (x + 60, y)] for x in (60.0, 220.0, 380.0) for y in (134.0, 166.0)]
+    outline = trace_outline(photo, path, how_traced(crack_strokes_px=crack, ground_strokes_px=ground))
+    assert outline.mean_width_mm == pytest.approx(2.0, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("strokes", "named"),
+    [
+        ({"crack_strokes_px": [[(1.0, 1.0)]] * (MOST_STROKES + 1)}, "crack_strokes_px"),
+        ({"ground_strokes_px": [[(1.0, 1.0)] * (MOST_WALL_POINTS + 1)]}, "ground_strokes_px"),
+        ({"ground_strokes_px": [[]]}, "ground_strokes_px"),
+        ({"crack_strokes_px": [[(1e9, 0.0)]]}, "crack_strokes_px"),
+        ({"crack_strokes_px": [[(1.0, 1.0)]], "mask": "mask.png"}, "mask cannot be combined with"),
+    ],
+)
+def test_strokes_are_bounded(strokes, named):
+    with pytest.raises(InputError, match=named):
+        how_traced(**strokes)

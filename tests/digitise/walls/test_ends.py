@@ -11,7 +11,7 @@ from digitise.scale.view import View
 from digitise.walls.ends import PathEnd, judge_end
 from digitise.walls.wall_profile import patch_around
 from sealtwin.core.records import Floats
-from tests.pictures import evenly_scaled, write_png
+from tests.support.photos import photo_of_light
 
 RIGHT = np.array([1.0, 0.0])
 
@@ -19,16 +19,9 @@ RIGHT = np.array([1.0, 0.0])
 def photo_of_dark(dark: np.ndarray, face_mm=None) -> Photo:
     """A photo at 1 mm/px, y up from its lower left pixel, black where ``dark``."""
     brightness = np.where(dark, 0.02, 0.4).astype(np.float32)
-    return Photo(
-        file=Path(__file__),
-        image=np.zeros((*dark.shape, 3), dtype=np.uint8),
-        brightness=brightness,
-        view=View(np.array([[1.0, 0, 0], [0, -1, dark.shape[0] - 1], [0, 0, 1]])),
-        face_mm=face_mm,
-        mm_per_px=1.0,
-        scale_source="test",
-        scale_residual_mm=None,
-    )
+    image, view = np.zeros((*dark.shape, 3), np.uint8), View(np.array([[1.0, 0, 0], [0, -1, 99], [0, 0, 1]]))
+    scale = {"view": view, "face_mm": face_mm, "mm_per_px": 1.0, "scale_source": "test", "scale_residual_mm": None}
+    return Photo(file=Path(__file__), image=image, brightness=brightness, **scale)
 
 
 def judged(dark: np.ndarray, end_px: tuple[float, float], face_mm=None, ahead: Floats = RIGHT) -> PathEnd:
@@ -55,7 +48,7 @@ ASLANT = np.array([np.cos(0.1), np.sin(0.1)])
 
 
 @pytest.mark.parametrize(
-    ("dark", "x_px", "given", "kind", "end_x_px"),
+    ("dark", "x_px", "options", "kind", "end_x_px"),
     [
         (band(), 90.0, {}, "cut", 90),
         (band(), 112.0, {}, "closed", 120),
@@ -71,8 +64,8 @@ ASLANT = np.array([np.cos(0.1), np.sin(0.1)])
     ],
     ids=["goes on", "tip", "aslant", "pore beyond", "edge of the face", "on the face", "border", "shadow", "oblique"],
 )
-def test_an_end_is_open_closed_or_cut_where_it_is(dark, x_px, given, kind, end_x_px):
-    end = judged(dark, (x_px, 50.0), **given)
+def test_an_end_is_open_closed_or_cut_where_it_is(dark, x_px, options, kind, end_x_px):
+    end = judged(dark, (x_px, 50.0), **options)
     assert end.kind == kind
     if end_x_px is not None:
         assert end.place_px == pytest.approx([end_x_px, 50], abs=1.0 if kind == "closed" else 1e-4)
@@ -87,7 +80,7 @@ def test_dark_grain_before_a_blunt_end_is_no_crack_that_goes_on(tmp_path):
     cv2.line(picture, (inner[0], 100), (inner[1], 100), 0.02, 2 * half_px)
     for x in inner:
         cv2.circle(picture, (x, 100), half_px, 0.02, -1)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     outline = trace_outline(photo, find_path(photo, ((122.0, 100.0), (468.0, 100.0))))
     assert outline.ends == ("closed", "closed")
     assert outline.centreline_px[[0, -1], 0] == pytest.approx([120, 470], abs=3)

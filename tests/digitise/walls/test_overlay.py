@@ -5,14 +5,14 @@ import pytest
 
 from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.find_path import find_path
-from digitise.crack_path.hints import CrackPath
+from digitise.drawing.given_lines import outline_of_line
 from digitise.geometry.polyline import resampled
 from digitise.outline import trace_outline
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
-from digitise.walls.overlay import CENTRE, ENDS, LEFT, NOZZLE, RIGHT, draw_cracks, draw_overlay, draw_way
+from digitise.walls.overlay import CENTRE, ENDS, LEFT, NOZZLE, RIGHT, draw_cracks, draw_overlay, straight_view
 from fixtures.generate.specimen import Recipe, make_specimen
-from tests.pictures import SMALL_FACE, photo_of
+from tests.support.photos import SMALL_FACE, photo_of
 
 
 @pytest.fixture(scope="module")
@@ -23,24 +23,26 @@ def scene(tmp_path_factory):
     return photo, outline, draw_overlay(photo, outline)
 
 
-def share_of_colour(picture, places, colour) -> float:
-    """How many places of the picture have about that colour."""
-    x, y = np.rint(places).astype(int).T
-    return float(np.mean(np.abs(picture[y, x].astype(float) - colour).max(axis=1) < 90))
+def pixels(picture, photo, points_px) -> np.ndarray:
+    """The picture's colours, (n, 3), where it shows points of the photo."""
+    scale = picture.shape[1] / photo.size_px[0]
+    x, y = np.rint((points_px + 0.5) * scale - 0.5).astype(int).T
+    return picture[y, x]
+
+
+def share_of_colour(picture, photo, points_px, colour) -> float:
+    """How many of the points have about that colour."""
+    return float(np.mean(np.abs(pixels(picture, photo, points_px).astype(float) - colour).max(axis=1) < 90))
 
 
 def test_walls_centreline_and_both_ends_are_drawn_where_they_are(scene):
     """Drawn one photo pixel aside on purpose, the lines are missed."""
     photo, outline, picture = scene
-    scale = picture.shape[1] / photo.size_px[0]
     inner = slice(40, -40)  # clear of labels and of what lies outside the face
-    for points_px, colour in (
-        (outline.left_wall_px, LEFT),
-        (outline.right_wall_px, RIGHT),
-        (outline.centreline_px, CENTRE),
-    ):
-        assert share_of_colour(picture, (points_px[inner] + 0.5) * scale - 0.5, colour) > 0.9
-    assert share_of_colour(picture, (outline.centreline_px[[0, -1]] + 0.5) * scale - 0.5, ENDS) == 1
+    lines = ((outline.left_wall_px, LEFT), (outline.right_wall_px, RIGHT), (outline.centreline_px, CENTRE))
+    for points_px, colour in lines:
+        assert share_of_colour(picture, photo, points_px[inner], colour) > 0.9
+    assert share_of_colour(picture, photo, outline.centreline_px[[0, -1]], ENDS) == 1
 
 
 def test_a_choice_among_cracks_shows_each_with_its_number(scene):
@@ -48,10 +50,9 @@ def test_a_choice_among_cracks_shows_each_with_its_number(scene):
     crack = FoundCrack(outline.centreline_px, 31.0, 1.0, unlike=0.0, doubt="")
     picture = draw_cracks(photo, (crack,))
     scale = picture.shape[1] / photo.size_px[0]
-    ring, middle = ((points_px + 0.5) * scale - 0.5 for points_px in (crack.outline_px, crack.middle_px))
-    clear = np.linalg.norm(ring - middle, axis=1) > 60
-    assert share_of_colour(picture, ring[clear], ENDS) > 0.9
-    x, y = np.rint(middle).astype(int)
+    clear = np.linalg.norm(crack.outline_px - crack.middle_px, axis=1) > 60 / scale
+    assert share_of_colour(picture, photo, crack.outline_px[clear], ENDS) > 0.9
+    x, y = np.rint((crack.middle_px + 0.5) * scale - 0.5).astype(int)
     disc = picture[y - 12 : y + 12, x - 12 : x + 12].reshape(-1, 3)
     assert np.mean(disc.max(axis=1) < 60) > 0.3
     assert np.mean(disc.min(axis=1) > 200) > 0.05
@@ -60,17 +61,14 @@ def test_a_choice_among_cracks_shows_each_with_its_number(scene):
 def test_the_nozzles_path_lies_on_the_crack_where_it_gives(scene):
     """Beads on the path alone, and none where it is trimmed; between them the centreline is still seen."""
     photo, outline, bare = scene
-    path = NozzlePath(volume_ml=1.0, trim_mm=15.0)
-    trajectory = plan_trajectory(outline, path, cavity_volume_mm3=1e3)
+    trajectory = plan_trajectory(outline, NozzlePath(volume_ml=1.0, trim_mm=15.0), cavity_volume_mm3=1e3)
     picture = draw_overlay(photo, outline, trajectory)
-    scale = picture.shape[1] / photo.size_px[0]
-    nozzle = (photo.to_px(trajectory.position_mm[trajectory.giving, :2]) + 0.5) * scale - 0.5
-    assert share_of_colour(picture, nozzle[[0, -1]], NOZZLE) == 1
-    assert 0.2 < share_of_colour(picture, resampled(nozzle, 1.0), NOZZLE) < 0.6
-    off = np.linalg.norm(outline.centreline_mm - outline.centreline_mm[0], axis=1)
-    trimmed = (outline.centreline_px[(off > 6) & (off < 13)] + 0.5) * scale - 0.5
-    x, y = np.rint(trimmed).astype(int).T
-    assert np.array_equal(picture[y, x], bare[y, x])
+    nozzle_px = photo.to_px(trajectory.position_mm[trajectory.giving, :2])
+    assert share_of_colour(picture, photo, nozzle_px[[0, -1]], NOZZLE) == 1
+    assert 0.2 < share_of_colour(picture, photo, resampled(nozzle_px, 1.0), NOZZLE) < 0.6
+    off_mm = np.linalg.norm(outline.centreline_mm - outline.centreline_mm[0], axis=1)
+    trimmed_px = outline.centreline_px[(off_mm > 6) & (off_mm < 13)]
+    assert np.array_equal(pixels(picture, photo, trimmed_px), pixels(bare, photo, trimmed_px))
 
 
 def test_side_cracks_are_drawn_dashed_where_they_are_left_out_and_islands_with_their_rim(scene):
@@ -81,21 +79,32 @@ def test_side_cracks_are_drawn_dashed_where_they_are_left_out_and_islands_with_t
     shares = []
     for seen in (spoilt, replace(spoilt, branches_kept=True)):
         picture = draw_overlay(photo, seen)
-        scale = picture.shape[1] / photo.size_px[0]
         for points_px, colour in ((line_px, CENTRE), (ring_px, ENDS)):
-            places = (resampled(points_px, 0.5) + 0.5) * scale - 0.5
-            shares.append(share_of_colour(picture, places, colour))
+            shares.append(share_of_colour(picture, photo, resampled(points_px, 0.5), colour))
     assert shares == pytest.approx([0.5, 1, 1, 1], abs=0.15)
 
 
-def test_a_way_without_walls_is_drawn_where_it_was_followed(scene):
-    """And nowhere beside it: drawn in the photo's own pixels, on purpose, the line is missed."""
-    photo, outline, _ = scene
-    path = CrackPath(resampled(outline.centreline_px, 5.0), 30.0, "ends")
-    picture = draw_way(photo, path)
-    assert picture.shape == draw_overlay(photo, outline).shape
-    scale = picture.shape[1] / photo.size_px[0]
-    places = (path.points_px + 0.5) * scale - 0.5
-    assert share_of_colour(picture, places[5:-5], CENTRE) > 0.95
-    assert share_of_colour(picture, places[[0, -1]], ENDS) == 1
-    assert share_of_colour(picture, np.add(places[5:-5], [25, 0]), CENTRE) < 0.05
+X_MM = np.linspace(0.0, 60.0, 121)
+LINE_MM = np.column_stack([X_MM, 8 * np.sin(X_MM / 15)])
+
+
+def test_a_bent_crack_becomes_a_straight_band_with_its_left_side_up():
+    outline, photo = outline_of_line(LINE_MM, np.array([[0.0, 3.0]]), None, "line")
+    # A white spot 3 mm to the left of the crack's middle at s = 20 mm.
+    station = int(np.argmin(np.abs(outline.s_mm - 20.0)))
+    ahead = outline.centreline_mm[station + 1] - outline.centreline_mm[station]
+    left = np.array([-ahead[1], ahead[0]]) / np.linalg.norm(ahead)
+    column, row = photo.to_px((outline.centreline_mm[station] + 3.0 * left)[None])[0].round().astype(int)
+    image = photo.image.copy()
+    image[row - 2 : row + 3, column - 2 : column + 3] = 255
+    straight = straight_view(replace(photo, image=image), outline)
+    height, width, _ = straight.shape
+    mm_per_px = outline.length_mm / (width - 1)
+    dark = straight[:, :, 0] < 120
+    inside = slice(width // 20, -width // 20)
+    assert dark[:, inside].sum(axis=0) * mm_per_px == pytest.approx(3.0, abs=0.25)
+    middle = np.array([np.flatnonzero(each).mean() for each in dark[:, inside].T])
+    assert (middle - (height - 1) / 2) * mm_per_px == pytest.approx(0.0, abs=0.15)
+    rows, columns = np.nonzero(straight[:, :, 0] > 240)
+    assert columns.mean() * mm_per_px == pytest.approx(20.0, abs=0.3)
+    assert ((height - 1) / 2 - rows.mean()) * mm_per_px == pytest.approx(3.0, abs=0.3)

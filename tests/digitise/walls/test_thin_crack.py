@@ -1,4 +1,4 @@
-"""A crack too thin for walls gets a path always, a fitted width from 2 px on, or the width that a gauge gives."""
+"""A crack too thin for walls gets a path always, a fitted width from 2 px on, or the width of a gauge."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 from benchmarks.tracing_thin import MM_PER_PX, thin_crack, trace_thin_photo
 from digitise.crack_path.find_path import find_path
@@ -15,16 +16,18 @@ from digitise.outline import trace_outline
 from digitise.photo import Photo
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
+from digitise.walls.thin_crack import BoxFit, fit_box
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_outline, write_outline
-from tests.pictures import distance_to, evenly_scaled, how_traced, mortar, with_crack, write_png
+from sealtwin.core.records import Floats
+from tests.support.photos import distance_to, evenly_scaled, how_traced, mortar, photo_of_light, with_crack
 
 STEP = [(40, 150), (250, 150), (460, 120)]
 
 
 def seen(tmp_path: Path, width_px: int) -> tuple[Photo, CrackPath]:
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", with_crack(mortar(), STEP, width_px)))
+    photo = photo_of_light(tmp_path, with_crack(mortar(), STEP, width_px))
     return photo, find_path(photo, ((40.0, 151.0), (460.0, 119.0)))
 
 
@@ -47,11 +50,8 @@ def test_the_line_is_in_the_middle_and_its_interval_goes_into_files_and_into_the
     assert outline.width_source == "fit"
     assert np.percentile(distance_to(outline.centreline_px, np.array(STEP, dtype=float)), 90) < 0.5
     assert signed_area(outline.outline_mm) == pytest.approx(outline.length_mm * outline.mean_width_mm, rel=0.03)
-    ahead, aside = (
-        outline.centreline_mm[11] - outline.centreline_mm[9],
-        outline.left_wall_mm[10] - outline.centreline_mm[10],
-    )
-    assert ahead[0] * aside[1] - ahead[1] * aside[0] > 0, "the left wall is on the left"
+    # The left wall is on the left.
+    assert outline.left_wall_mm[10, 1] > outline.centreline_mm[10, 1]
     assert any("fitted to its blurred profile" in warning.text for warning in outline.warnings)
     write_outline(tmp_path, outline)
     assert read_outline(tmp_path).width_95_mm == pytest.approx(outline.width_95_mm, abs=1e-4)
@@ -80,23 +80,20 @@ def test_below_two_pixels_there_is_a_path_alone(tmp_path):
 def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
     photo, path = seen(tmp_path, width_px)
     gauged = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [40.0, 0.6]]))
-    assert gauged.width_source == "gauge"
-    assert gauged.width_95_mm is None
+    assert (gauged.width_source, gauged.width_95_mm) == ("gauge", None)
     assert np.interp(20.0, gauged.s_mm, gauged.width_mm) == pytest.approx(0.4, abs=0.03)
-    short = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm / 2, 0.6]]))
-    assert any("its last width, 0.6 mm, is used for the rest" in warning.text for warning in short.warnings)
-    whole = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm - 1.0, 0.6]]))
-    assert not any("its last width" in warning.text for warning in whole.warnings)
+    for to_mm, is_short in ((gauged.length_mm / 2, True), (gauged.length_mm - 1.0, False)):
+        table = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [to_mm, 0.6]]))
+        assert any("last width, 0.6 mm" in warning.text for warning in table.warnings) == is_short
     alone = trace_outline(photo, path, how_traced(path_only=True))
-    assert alone.width_source == "none"
-    assert alone.length_mm == pytest.approx(gauged.length_mm)
+    assert (alone.width_source, alone.length_mm) == ("none", pytest.approx(gauged.length_mm))
 
 
 def test_a_thin_path_along_an_edge_is_no_crack(tmp_path):
     """A wall of something wide, to which a path was given: bright ground on its one side alone."""
     picture = mortar()
     picture[150:] *= 0.1
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    photo = photo_of_light(tmp_path, picture)
     with pytest.raises(InputError, match="far brighter than the other"):
         trace_outline(photo, CrackPath(np.array([[40.0, 150.0], [460.0, 150.0]]), 4.0, "ends"))
 
@@ -110,7 +107,7 @@ def _between_unlike_sides(folder: Path) -> tuple[Photo, CrackPath]:
     """A crack between a brick and pale mortar."""
     picture = mortar()
     picture[150:] *= 0.4
-    photo = evenly_scaled(write_png(folder / "photo.png", with_crack(picture, [(40, 150), (460, 150)], 5)))
+    photo = photo_of_light(folder, with_crack(picture, [(40, 150), (460, 150)], 5))
     return photo, find_path(photo, ((40.0, 150.0), (460.0, 150.0)))
 
 
@@ -124,3 +121,49 @@ def test_a_width_that_cannot_be_fitted_leaves_the_path_between_clicks_alone(tmp_
     assert any("width_mm" in warning.text for warning in outline.warnings)
     with pytest.raises(InputError, match="width_mm"):
         trace_outline(photo, replace(path, source="automatic"))
+
+
+PLACES_PX = 0.5 * np.arange(-30, 31, dtype=float)
+
+
+def profiles(
+    width_px: Floats, darkness: float, blur_px: float, seed: int, noise: float = 0.02
+) -> tuple[Floats, Floats]:
+    """Windows across a crack, up to 0.3 px beside the line, and windows of plain ground."""
+    rng = np.random.default_rng(seed)
+    beside_px = rng.uniform(-0.3, 0.3, len(width_px))[:, None]
+    left, right = ((PLACES_PX - beside_px + side * width_px[:, None] / 2) / blur_px for side in (1, -1))
+    grain = 1 + noise * rng.standard_normal((3, len(width_px), len(PLACES_PX)))
+    crack = 0.4 * (1 + 0.01 * PLACES_PX) * (1 - darkness * (ndtr(left) - ndtr(right))) * grain[0]
+    return crack, 0.4 * grain[1:].reshape(-1, len(PLACES_PX))
+
+
+def fitted(width_px: float, darkness: float = 0.9, blur_px: float = 1.0, seed: int = 1) -> BoxFit:
+    widths_px = width_px * np.linspace(0.7, 1.3, 60)
+    return fit_box(*profiles(widths_px, darkness, blur_px, seed), PLACES_PX, 1.3 * width_px)
+
+
+@pytest.mark.parametrize(("width_px", "within"), [(2, 0.1), (4, 0.04), (8, 0.02)])
+def test_the_mean_width_is_found(width_px, within):
+    """Of a crack whose inside has a tenth of the ground's light; the start is 30 % too wide."""
+    fit = fitted(width_px)
+    assert fit.mean_px == pytest.approx(width_px, rel=within)
+    assert fit.interval_px[0] < width_px < fit.interval_px[1]
+    assert fit.widths_px == pytest.approx(width_px * np.linspace(0.7, 1.3, 60), rel=0.15, abs=0.2)
+
+
+def test_doubt_about_the_darkness_is_in_the_interval_of_a_hairline():
+    """In a perfect profile: of the darkness between 0.8 and 1 nothing is known at 1.5 px, nearly all at 8 px."""
+    for width_px, most in ((1.5, np.inf), (8, 0.03)):
+        light, ground = profiles(np.full(60, float(width_px)), 0.9, 1.5, 2, noise=0.005)
+        half_width = np.ptp(fit_box(light, ground, PLACES_PX, width_px).interval_px) / 2 / width_px
+        assert 0.05 * (width_px == 1.5) < half_width < most
+
+
+def test_the_tone_curve_is_in_the_interval():
+    """With an exponent a twentieth lower or higher, the same stored values are those of another width."""
+    light, ground = profiles(np.full(20, 3.0), 0.9, 1.0, 3)
+    widths_px = [fit_box(light**power, ground**power, PLACES_PX, 3).mean_px for power in (1 / 1.05, 1.05)]
+    low_px, high_px = fit_box(light, ground, PLACES_PX, 3).interval_px
+    assert low_px < widths_px[0] < widths_px[1] - 0.1
+    assert widths_px[1] < high_px

@@ -11,7 +11,7 @@ from digitise.solid.build_solid import build_solid, with_weighed
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.fit_cavity import weigh
 from sealtwin.core.errors import InputError
-from tests.shapes import CLOSED, straight_slot
+from tests.support.shapes import CLOSED, straight_slot
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 80.0, 3.0, 16.0
 LEVELS_MM = (-12.0, -9.0, -6.0, -3.0, 0.0)
@@ -41,28 +41,14 @@ def test_steps_without_error_give_angle_and_depth(tilt, floor_mm, mouth_mm):
     angle_deg = np.degrees(np.arctan(abs(mouth_mm - floor_mm) / 2 / DEPTH_MM))
     fill = fill_of(floor_mm, mouth_mm, mass_sd_g=5e-3, level_sd_mm=0.02, flush_sd_mm=0.02)
     outline, shape, weighed = weigh(slot(), CrackShape(depth_mm=15.0, tilt=tilt), fill, 0.3, 2.0)
-    assert weighed.findings == ()
+    assert (weighed.findings, shape.fill) == ((), None)
     assert weighed.wall_angle_deg == pytest.approx(angle_deg, abs=0.15)
-    assert weighed.depth_mm == pytest.approx(DEPTH_MM, abs=0.1)
-    assert weighed.width_mm == pytest.approx(WIDTH_MM, abs=0.1)
-    assert shape.fill is None
+    assert (weighed.depth_mm, weighed.width_mm) == pytest.approx((DEPTH_MM, WIDTH_MM), abs=0.1)
     solid = with_weighed(build_solid(outline, shape), weighed)
     true_mm3 = LENGTH_MM * DEPTH_MM * (floor_mm + mouth_mm) / 2
     assert solid.cavity_volume_mm3 == pytest.approx(true_mm3, rel=0.005)
     low_mm3, high_mm3 = solid.figures.cavity_volume_95_mm3 or (0.0, 0.0)
     assert low_mm3 < true_mm3 < high_mm3
-
-
-def test_one_weighing_at_the_brim_gives_the_angle_where_width_and_depth_are_known():
-    """The volume changes by L D^2 / cos^2 with the angle, so that 0.06 ml more are 0.17 degrees more."""
-    brim = {"levels_mm": (0.0,), "mass_sd_g": 0.06, "flush_sd_mm": 1e-3}
-    shape = shaped("flare")
-    _, _, weighed = weigh(slot(), shape, fill_of(3.0, 5.0, **brim), 1e-4, 1e-4)
-    _, _, more = weigh(slot(), shape, fill_of(3.0, 5.0, **brim, off_g=[0.06]), 1e-4, 1e-4)
-    slope_deg = np.degrees(60.0 / (LENGTH_MM * DEPTH_MM**2)) * np.cos(np.radians(3.6)) ** 2
-    assert slope_deg == pytest.approx(0.17, abs=0.005)
-    assert more.wall_angle_deg - weighed.wall_angle_deg == pytest.approx(slope_deg, rel=0.05)
-    assert weighed.steps[1][1] == pytest.approx(slope_deg, rel=0.1)
 
 
 def test_a_step_of_each_unknown_takes_the_others_with_it():
@@ -101,30 +87,14 @@ def test_a_fill_that_no_angle_explains_is_refused(factor):
         weigh(slot(), shaped("flare"), wrong, 0.1, 0.2)
 
 
-def test_walls_that_open_downward_stay_upright_and_are_named():
-    funnel = shaped("funnel")
-    outline, shape, weighed = weigh(slot(), funnel, fill_of(5.0, 3.0), 0.1, 0.2)
-    assert shape.wall_angle_deg == 0
-    assert weighed.steps[1][1] > 0
-    assert any("open downward" in finding.text for finding in weighed.findings)
-    build_solid(outline, shape)
-
-
-@pytest.mark.parametrize(
-    ("tilt", "angle_deg"), [("lean", 4.0), ("lean", 25.0), ("vertical", 20.0), ("funnel", 25.0), ("funnel", 35.0)]
-)
+@pytest.mark.parametrize(("tilt", "angle_deg"), [("lean", 4.0), ("vertical", 20.0), ("funnel", 35.0)])
 def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg):
     """Beyond 14 degrees the fit ended at a bound: named as 14 degrees, and from 25 not at all."""
     fill = fill_of(WIDTH_MM + 2 * DEPTH_MM * np.tan(np.radians(angle_deg)), WIDTH_MM)
-    _, _, weighed = weigh(slot(), shaped(tilt), fill, None, None)
+    _, shape, weighed = weigh(slot(), shaped(tilt), fill, None, None)
     assert any(f"open downward by {angle_deg:.1f} degrees each" in finding.text for finding in weighed.findings)
     assert any('"undercut"' in finding.text for finding in weighed.findings)
-
-
-def test_an_undercut_whose_fill_closes_stays_upright_and_says_so():
-    _, shape, weighed = weigh(slot(), shaped("undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
-    assert shape.wall_angle_deg == 0
-    assert any('tilt = "undercut" has none' in finding.text for finding in weighed.findings)
+    assert tilt != "funnel" or shape.wall_angle_deg == 0
 
 
 def test_what_an_undercut_gains_around_a_tip_is_weighed_too():
@@ -132,7 +102,8 @@ def test_what_an_undercut_gains_around_a_tip_is_weighed_too():
     slope, outline = 1.0 / DEPTH_MM, straight_slot(LENGTH_MM, WIDTH_MM, CLOSED)
     depth_mm = np.linspace(0.0, DEPTH_MM, 16_001)
     area_mm2 = LENGTH_MM * WIDTH_MM + 2 * (LENGTH_MM + WIDTH_MM) * slope * depth_mm + np.pi * (slope * depth_mm) ** 2
-    below_mm3 = [np.trapezoid(area_mm2[at:], depth_mm[at:]) for at in np.searchsorted(depth_mm, -np.array(LEVELS_MM))]
+    starts = np.searchsorted(depth_mm, -np.array(LEVELS_MM))
+    below_mm3 = [np.trapezoid(area_mm2[start:], depth_mm[start:]) for start in starts]
     mass_g = tuple(1e-3 * np.array(below_mm3))
     fill = WeighedFill(mass_g=mass_g, level_mm=LEVELS_MM, density_kg_m3=1000.0, surface_tension_n_m=0.0)
     _, _, weighed = weigh(outline, shaped("undercut"), fill, 0.01, 0.01)
@@ -142,20 +113,18 @@ def test_what_an_undercut_gains_around_a_tip_is_weighed_too():
 
 def test_parallel_walls_that_are_not_are_named_and_keep_their_tilt():
     _, shape, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM), fill_of(1.4, 3.0, level_sd_mm=0.1), 0.1, 0.2)
-    assert (shape.tilt, shape.wall_angle_deg) == ("lean", 11.0)
-    assert weighed.steps[1] == (0.0, 0.0, 0.0)
+    assert (shape.tilt, shape.wall_angle_deg, weighed.steps[1]) == ("lean", 11.0, (0.0, 0.0, 0.0))
     assert any("tilt" in finding.text for finding in weighed.findings)
     # No angle was fitted, so that none is told.
-    assert "wall" not in str(weighed)
     assert str(weighed).startswith("width 2.3")
+    assert "wall" not in str(weighed)
     _, _, sound = weigh(slot(), CrackShape(depth_mm=DEPTH_MM), fill_of(3.0, 3.0), 0.1, 0.2)
     assert sound.findings == ()
 
 
 def test_a_table_of_depths_moves_as_a_whole():
-    shape = CrackShape(depth_mm=((0.0, 15.0), (80.0, 15.0)), tilt="flare")
-    _, moved, weighed = weigh(slot(), shape, fill_of(3.0, 5.0), 0.05, 2.0)
-    assert moved.depth_mm == ((0.0, pytest.approx(weighed.depth_mm)), (80.0, pytest.approx(weighed.depth_mm)))
+    _, moved, weighed = weigh(slot(), shaped("flare", ((0.0, 15.0), (80.0, 15.0))), fill_of(3.0, 5.0), 0.05, 2.0)
+    assert np.array(moved.depth_mm) == pytest.approx(np.array([(0.0, weighed.depth_mm), (80.0, weighed.depth_mm)]))
     assert weighed.depth_mm == pytest.approx(DEPTH_MM, abs=0.1)
 
 

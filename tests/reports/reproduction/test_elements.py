@@ -4,7 +4,7 @@ import ast
 import re
 
 from reports.reproduction.reproduce import HOME
-from tests.places import ROOT
+from tests.support.paths import ROOT
 
 ROWS = [line.split(" | ") for line in (HOME / "elements.md").read_text(encoding="utf-8").splitlines() if "|" in line][
     2:

@@ -32,10 +32,10 @@ from sealtwin.trial.trial_file import Trial
 from simulate.material_file import read_material
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup_checks import check_fit
-from tests.calibrations import FREE, HERE, TRUTH, tiny_trials
-from tests.pages import leave_out_figures
-from tests.places import ROOT
-from tests.studies import tiny_lab
+from tests.support.emulated_trials import FREE, HERE, TRUTH, tiny_trials
+from tests.support.paths import ROOT
+from tests.support.report_stubs import leave_out_figures
+from tests.support.tiny_study import tiny_lab
 from validate.calibration.posterior import Free, smooth_errors_mm2
 from validate.settings import Uncertainty
 

@@ -15,7 +15,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table, sheet_text, write_table
 from sealtwin.core.records import Profile, Run, Trajectory
 from sealtwin.core.run_figures import RunHealth
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
 
 
 @pytest.mark.parametrize("fault", [RuntimeError("crack.stl"), OSError(errno.ENOSPC, "No space left on device")])

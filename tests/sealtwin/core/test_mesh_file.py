@@ -17,7 +17,7 @@ import trimesh
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import READERS, Triangles, read_mesh
-from tests.programs import start_interruptible
+from tests.support.processes import start_interruptible
 
 CORNERS = np.array([[0, 0, 0], [20, 0, 0], [20, 10, 0], [0, 10, 0], [0, 0, 5], [20, 0, 5], [20, 10, 5], [0, 10, 5]])
 SIDES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]

@@ -5,7 +5,7 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.vtk_files import Frame, read_collection, read_frame, write_collection, write_frame
-from tests.vtk_reader import read_polydata, read_pvd
+from tests.support.vtk_reader import read_polydata, read_pvd
 
 
 def a_frame(count: int = 37, t_s: float = 0.1 + 0.2) -> Frame:

@@ -6,7 +6,7 @@ import pytest
 
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import ingest
-from tests.labs import QUIET, answer, fates, hashes_of, levels_mm, question, sealtwin
+from tests.support.ingested_lab import QUIET, answer, fates, hashes_of, levels_mm, question, sealtwin
 
 UNKNOWN = "Stelle;a;b\n1;1,5;1,6\n5;1,4;1,5\n11;1,6;1,7\n"
 

@@ -8,9 +8,9 @@ import pytest
 
 from sealtwin.core import files
 from sealtwin.lab.ingest import ingest
-from tests.evidence import make_evidence
-from tests.lab_folder import FAULTS
-from tests.labs import QUIET, sealtwin
+from tests.support.evidence import make_evidence
+from tests.support.ingested_lab import QUIET, sealtwin
+from tests.support.lab_folder import FAULTS
 from validate.result import TrialResult
 
 

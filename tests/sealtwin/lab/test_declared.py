@@ -5,8 +5,8 @@ import pytest
 from sealtwin.core.errors import InputError, present
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
-from tests.lab_folder import NOTES
-from tests.labs import QUIET, edit
+from tests.support.ingested_lab import QUIET, edit
+from tests.support.lab_folder import NOTES
 
 P01 = str(NOTES["P01"][1])
 TRACED = 'name = "P01"\n[photo]\nfile = "{}"\ndata = "measured"\nmm_per_px = 0.1\n[crack]\ndepth_mm = 8.0\n'

@@ -7,7 +7,7 @@ import pytest
 
 from sealtwin.core.errors import present
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import answer, edit, pairing_rows, question, sealtwin
+from tests.support.ingested_lab import answer, edit, pairing_rows, question, sealtwin
 
 
 @pytest.fixture

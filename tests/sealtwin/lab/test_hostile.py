@@ -12,8 +12,8 @@ from sealtwin.lab import sample as samples
 from sealtwin.lab.catalogue import CATALOGUE, latest_trials
 from sealtwin.lab.files import CatalogueFault
 from sealtwin.lab.ingest import ingest
-from tests.labs import QUIET, answer, fates, sealtwin
-from tests.pictures import mortar, write_png
+from tests.support.ingested_lab import QUIET, answer, fates, sealtwin
+from tests.support.photos import mortar, write_png
 
 
 def test_links_are_not_followed(small, tmp_path):

@@ -11,8 +11,8 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
-from tests.lab_folder import FAULTS, HANDS, LENGTH_MM, S_MM, levels_mm, make_lab_folder
-from tests.labs import QUIET, fates, hashes_of, sealtwin
+from tests.support.ingested_lab import QUIET, fates, hashes_of, sealtwin
+from tests.support.lab_folder import FAULTS, HANDS, LENGTH_MM, S_MM, levels_mm, make_lab_folder
 from validate.readings.read_readings import read_readings
 
 

@@ -11,8 +11,8 @@ from sealtwin.core.records import Profile
 from sealtwin.lab import ingest as steps
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
-from tests.pictures import mortar, wandering, with_crack, write_png
+from tests.support.ingested_lab import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
+from tests.support.photos import mortar, wandering, with_crack, write_png
 
 
 def _ingest(folder, lab):

@@ -8,8 +8,8 @@ from sealtwin.core.errors import present
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.trial.trial_file import load_trial
-from tests.lab_folder import ANSWER, TEXTS, make_lab_folder, write_texts
-from tests.labs import QUIET, answer, fates, question
+from tests.support.ingested_lab import QUIET, answer, fates, question
+from tests.support.lab_folder import ANSWER, TEXTS, make_lab_folder, write_texts
 
 
 def _depth_mm(lab, trial):

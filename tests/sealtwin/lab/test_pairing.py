@@ -10,7 +10,7 @@ from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.files import place_of
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.sample import pair
-from tests.labs import QUIET, add_rows, answer, edit, fates, levels_mm, pairing_rows, question
+from tests.support.ingested_lab import QUIET, add_rows, answer, edit, fates, levels_mm, pairing_rows, question
 
 SPELLINGS = {
     "photo": (

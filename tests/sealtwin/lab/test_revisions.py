@@ -7,8 +7,8 @@ import pytest
 
 from sealtwin.lab.catalogue import CATALOGUE
 from sealtwin.lab.ingest import ingest
-from tests.labs import QUIET, edit, fates, hashes_of, rows_of
-from tests.pictures import mortar, write_png
+from tests.support.ingested_lab import QUIET, edit, fates, hashes_of, rows_of
+from tests.support.photos import mortar, write_png
 
 UNCHANGED = {"P01": "unchanged", "P02": "unchanged"}
 

@@ -7,8 +7,8 @@ import pytest
 
 from sealtwin.lab import catalogue
 from sealtwin.lab.catalogue import latest_trials
-from tests.labs import edit, sealtwin
-from tests.pages import leave_out_figures
+from tests.support.ingested_lab import edit, sealtwin
+from tests.support.report_stubs import leave_out_figures
 
 
 @pytest.fixture

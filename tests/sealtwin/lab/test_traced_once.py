@@ -7,8 +7,8 @@ import pytest
 from sealtwin.core import files
 from sealtwin.core.run_folder import look_into
 from sealtwin.trial import digitise_stage
-from tests.labs import answer, edit, hashes_of, question, sealtwin
-from tests.pictures import mortar, with_crack, write_png
+from tests.support.ingested_lab import answer, edit, hashes_of, question, sealtwin
+from tests.support.photos import mortar, with_crack, write_png
 
 
 @pytest.fixture

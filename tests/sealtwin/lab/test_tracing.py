@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from tests.labs import sealtwin
-from tests.pictures import mortar, write_png
+from tests.support.ingested_lab import sealtwin
+from tests.support.photos import mortar, write_png
 
 
 @pytest.fixture

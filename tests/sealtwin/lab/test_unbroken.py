@@ -14,9 +14,9 @@ from sealtwin.core.run_folder import holding
 from sealtwin.lab import ingest as steps
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import ingest
-from tests.lab_folder import HANDS
-from tests.labs import QUIET, fates, hashes_of, rows_of
-from tests.narration import Narration
+from tests.support.ingested_lab import QUIET, fates, hashes_of, rows_of
+from tests.support.lab_folder import HANDS
+from tests.support.messages import Narration
 
 
 def _trials(lab):

@@ -15,9 +15,9 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.material.by_bead import LaidBead, footprint_of, identify
 from simulate.bead_law import STRETCH, laid_section
 from simulate.material_file import read_material
-from tests.places import ROOT
-from tests.programs import sealtwin
-from tests.spreads import BEAD_FACE_MM, BeadPhoto, write_sheet_table
+from tests.support.paths import ROOT
+from tests.support.processes import sealtwin
+from tests.support.spread_photos import BEAD_FACE_MM, BeadPhoto, write_sheet_table
 
 DENSITY, SPEED = 1690.0, 5.0
 PHOTO = BeadPhoto(8.0)

@@ -12,7 +12,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.material.by_spread import Heap, estimate
 from simulate.material_file import read_material
 from simulate.spread_law import GRAVITY_M_S2
-from tests.spreads import Blob, spread_radius_mm, write_sheet_table
+from tests.support.spread_photos import Blob, spread_radius_mm, write_sheet_table
 
 CONE = (38.0, 19.0, 57.0)
 VOLUME = np.pi / 12 * 57.0 * (38.0**2 + 38.0 * 19.0 + 19.0**2)  # 37,709 mm3, Kantro's mini-cone

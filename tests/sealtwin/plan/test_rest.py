@@ -23,8 +23,8 @@ from sealtwin.plan.verify import Misfit, misfit
 from simulate.pour import Pour
 from simulate.settings import Fluid, Solver
 from simulate.slot.fill import HerschelBulkley
-from tests.shapes import straight_slot
-from tests.studies import plannable_lab
+from tests.support.shapes import straight_slot
+from tests.support.tiny_study import plannable_lab
 
 OUTLINE = straight_slot(40.0, 4.0)
 SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))

@@ -7,8 +7,8 @@ import pytest
 
 from sealtwin.core.progress import Progress
 from sealtwin.study.sweep import sweep
-from tests.pages import leave_out_figures
-from tests.studies import HERE, tiny_lab
+from tests.support.report_stubs import leave_out_figures
+from tests.support.tiny_study import HERE, tiny_lab
 
 
 @pytest.fixture(scope="session")

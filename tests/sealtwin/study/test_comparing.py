@@ -16,9 +16,9 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.trial.job import StageName, stage_settings
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import edit, sealtwin
-from tests.pages import leave_out_pages
-from tests.studies import TRIAL, job_in, run_tiny
+from tests.support.ingested_lab import edit, sealtwin
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import TRIAL, job_in, run_tiny
 from validate.figures.compare_page import MOST
 
 pytestmark = pytest.mark.usefixtures("without_pictures")

@@ -19,8 +19,8 @@ from sealtwin.study.moved_inputs import PART, Base, draw, moved_sample, refuse_i
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.validate_stage import SPREAD
 from simulate.slot import run as slot_run
-from tests.pages import leave_out_pages
-from tests.studies import TRIAL, job_in, run_tiny
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import TRIAL, job_in, run_tiny
 from validate.uncertainty.computed import drawn_inputs
 
 PASTE = 'viscosity_pa_s = 0.05\nyield_stress_pa = 1.0\nfreeze_after_s = "never"'

@@ -23,8 +23,8 @@ from sealtwin.study.estimate import (
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.trial_file import load_trial
 from simulate.injection import enclosure_of, prepare
-from tests.fluids import path, slot
-from tests.places import FIXTURE
+from tests.support.paths import FIXTURE
+from tests.support.small_fluids import path, slot
 
 
 def _run(state, work_s, wall_s=None):

@@ -18,10 +18,10 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import Outcome, read_plan
 from sealtwin.trial.validate_stage import SPREAD, read_spread
-from tests.labs import edit
-from tests.narration import Narration
-from tests.pages import leave_out_pages
-from tests.studies import HERE, TRIAL, job_in, run_tiny
+from tests.support.ingested_lab import edit
+from tests.support.messages import Narration
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import HERE, TRIAL, job_in, run_tiny
 from validate.report.report_facts import headline
 from validate.result import read_comparison
 from validate.uncertainty.validation import BedEnds

@@ -8,7 +8,7 @@ from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import chart_of
 from sealtwin.study.sweep import sweep
-from tests.studies import tiny_lab
+from tests.support.tiny_study import tiny_lab
 from validate.figures.map_page import map_page
 
 FAST = """

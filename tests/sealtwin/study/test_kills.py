@@ -13,8 +13,8 @@ import pytest
 from sealtwin.core.progress import Progress
 from sealtwin.study.study_folder import OUTCOME
 from sealtwin.study.sweep import sweep
-from tests.programs import start_interruptible
-from tests.studies import HERE, results_of, tiny_lab
+from tests.support.processes import start_interruptible
+from tests.support.tiny_study import HERE, results_of, tiny_lab
 
 pytestmark = pytest.mark.skipif(
     not Path("/proc/self/task").is_dir(), reason="finds a process' children as Linux lists them"

@@ -22,7 +22,7 @@ from sealtwin.study.study_folder import (
     write_plan,
 )
 from sealtwin.study.study_map import map_study, read_fill
-from tests.labs import sealtwin
+from tests.support.ingested_lab import sealtwin
 
 pytestmark = pytest.mark.usefixtures("without_pictures")
 

@@ -10,9 +10,9 @@ import pytest
 from sealtwin.study import measured_blocks
 from sealtwin.study.measured_blocks import SHOWN, content, dam_break_of, dam_breaks, measured_page, table
 from sealtwin.trial import starter_files
-from tests.pages import leave_out_figures
-from tests.places import ROOT
-from tests.programs import refusal, sealtwin
+from tests.support.paths import ROOT
+from tests.support.processes import refusal, sealtwin
+from tests.support.report_stubs import leave_out_figures
 from validate.figures.page import write_page
 
 LONG = 1.1  # Computed over measured fronts of the courses that the tests give

@@ -16,8 +16,8 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.progress import Progress
 from sealtwin.study import photos as batch
 from sealtwin.study.photos import digitise_many, plan
-from tests.labs import sealtwin
-from tests.pictures import mortar, with_crack, write_png
+from tests.support.ingested_lab import sealtwin
+from tests.support.photos import mortar, with_crack, write_png
 
 SIZE_PX = (250, 150)
 GIVEN = {"photo.mm_per_px": 0.1, "crack.depth_mm": 16.0}

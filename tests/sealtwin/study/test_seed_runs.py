@@ -21,10 +21,10 @@ from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import SEEDS, StageName, resume_job
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import OF_SEEDS, read_spread
-from tests.labs import edit
-from tests.narration import Narration
-from tests.pages import leave_out_pages
-from tests.studies import HERE, TRIAL, job_in, run_tiny, tiny_lab
+from tests.support.ingested_lab import edit
+from tests.support.messages import Narration
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import HERE, TRIAL, job_in, run_tiny, tiny_lab
 from validate.report.write_report import report_data
 from validate.uncertainty.computed import numerical_errors
 

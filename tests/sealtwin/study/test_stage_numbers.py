@@ -17,9 +17,9 @@ from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study
 from sealtwin.study.sweep import status, sweep
 from sealtwin.trial.job import NUMBERS, shown
-from tests.labs import sealtwin
-from tests.narration import Narration
-from tests.studies import HERE, TRIAL, compute_here, job_in, run_tiny, tiny_lab
+from tests.support.ingested_lab import sealtwin
+from tests.support.messages import Narration
+from tests.support.tiny_study import HERE, TRIAL, compute_here, job_in, run_tiny, tiny_lab
 
 pytestmark = pytest.mark.usefixtures("without_pictures")
 TWO = '[grid]\n"fluid.U" = [3.0, 300.0]\n'

@@ -9,8 +9,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.study.study_file import load_study, plan_runs
 from sealtwin.trial.starter_files import write_example_study
 from sealtwin.trial.trial_file import load_trial
-from tests.places import FIXTURE
-from tests.studies import tiny_lab
+from tests.support.paths import FIXTURE
+from tests.support.tiny_study import tiny_lab
 
 
 def _plan(folder, varies):

@@ -21,9 +21,9 @@ from sealtwin.study import runner
 from sealtwin.study.study_folder import OUTCOME, profile_path, read_plan, run_path
 from sealtwin.study.sweep import sweep
 from simulate.injection import prepare
-from tests.labs import sealtwin
-from tests.narration import Narration
-from tests.studies import HERE, compute_here, results_of, tiny_lab
+from tests.support.ingested_lab import sealtwin
+from tests.support.messages import Narration
+from tests.support.tiny_study import HERE, compute_here, results_of, tiny_lab
 
 
 def _finished(out):

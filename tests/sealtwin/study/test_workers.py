@@ -14,8 +14,8 @@ from sealtwin.study import runner
 from sealtwin.study.study_folder import profile_path, read_plan
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import NUMBERS, own_numbers
-from tests.labs import sealtwin
-from tests.studies import HERE, results_of
+from tests.support.ingested_lab import sealtwin
+from tests.support.tiny_study import HERE, results_of
 
 
 def _killed_at_300(bench, trials, options):

@@ -8,7 +8,7 @@ from sealtwin.trial.trial_file import Trial, drafted
 from simulate.material_file import Material
 from simulate.setup.release_schedule import plan_releases
 from simulate.setup_checks import rheology_of
-from tests.fluids import injected, path, sample_of, slot
+from tests.support.small_fluids import injected, path, sample_of, slot
 
 SEEN = {"mesh": {"file": Path("crack.stl"), "data": "synthetic", "units": "mm"}, "name": "tiny"}
 

@@ -13,8 +13,8 @@ from sealtwin.study.extra_runs import vary
 from sealtwin.study.pipeline import FinishedStages, run_trial
 from sealtwin.trial.job import STAGES, StageName
 from sealtwin.trial.trial_file import load_trial
-from tests.pages import leave_out_figures
-from tests.studies import TRIAL, job_in, tiny_lab
+from tests.support.report_stubs import leave_out_figures
+from tests.support.tiny_study import TRIAL, job_in, tiny_lab
 
 QUIET = Progress()
 PASTE = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", 'viscosity_pa_s = 0.05\nfreeze_after_s = "never"')

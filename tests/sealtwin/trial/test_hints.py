@@ -10,7 +10,7 @@ from sealtwin.trial import trace_sheets as hints_module
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trace_sheets import TrialFile, new_trial, sheet_of
 from sealtwin.trial.trial_file import load_trial
-from tests.pictures import mortar, with_crack, write_png
+from tests.support.photos import mortar, with_crack, write_png
 
 ENDS = ((12.5, 340.0), (905.0, 377.1))
 SAME = Shape()

@@ -19,9 +19,9 @@ from sealtwin.study.sweep import sweep
 from sealtwin.trial.trial_file import load_trial
 from simulate.material_curve import CoolingCurve, MaterialCurve
 from simulate.material_file import Material
-from tests.labs import edit
-from tests.pages import leave_out_figures
-from tests.studies import HERE, job_in, tiny_lab
+from tests.support.ingested_lab import edit
+from tests.support.report_stubs import leave_out_figures
+from tests.support.tiny_study import HERE, job_in, tiny_lab
 
 QUIET = Progress()
 STAGES = ("digitise", "simulate")

@@ -13,7 +13,7 @@ from sealtwin.core.run_folder import RunFolder
 from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import ORIGIN, RECORD, keep_origin, sheet_of
-from tests.places import FIXTURE
+from tests.support.paths import FIXTURE
 
 
 @pytest.fixture

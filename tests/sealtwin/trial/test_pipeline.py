@@ -15,12 +15,12 @@ from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core.errors import present
 from sealtwin.core.files import sha256
 from simulate import watchers
-from tests.coarse import NO_PICTURES
-from tests.labs import edit
-from tests.pages import leave_out_figures, leave_out_pages
-from tests.programs import refusal, sealtwin, start_interruptible
-from tests.studies import TRIAL, tiny_lab
-from tests.vtk_reader import read_pvd
+from tests.support.coarse_trial import NO_PICTURES
+from tests.support.ingested_lab import edit
+from tests.support.processes import refusal, sealtwin, start_interruptible
+from tests.support.report_stubs import leave_out_figures, leave_out_pages
+from tests.support.tiny_study import TRIAL, tiny_lab
+from tests.support.vtk_reader import read_pvd
 from validate.result import read_comparison, read_result
 
 LEFT = {

@@ -10,8 +10,8 @@ from sealtwin.cli.app import app
 from sealtwin.core.errors import present
 from sealtwin.core.records import Profile
 from sealtwin.trial.validate_stage import readings_of
-from tests.pages import leave_out_pages
-from tests.studies import job_in, run_tiny
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import job_in, run_tiny
 
 SHEET = """s_mm,level_1_mm,level_2_mm,level_3_mm
 1,-2.0,-2.1,-1.95

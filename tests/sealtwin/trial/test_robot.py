@@ -11,9 +11,9 @@ from sealtwin.core import files
 from sealtwin.core.files import sha256
 from sealtwin.trial.starter_files import CELL
 from tests.digitise.robots.test_cell import uncommented
-from tests.labs import edit
-from tests.places import FIXTURE
-from tests.programs import sealtwin
+from tests.support.ingested_lab import edit
+from tests.support.paths import FIXTURE
+from tests.support.processes import sealtwin
 
 EVERY = {language.file for language in LANGUAGES.values()} | {"robot.json"}
 

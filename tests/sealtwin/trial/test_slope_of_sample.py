@@ -14,7 +14,7 @@ from sealtwin.study.study_folder import read_level, read_plan
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import stage_settings
 from sealtwin.trial.trial_file import load_trial
-from tests.studies import HERE, compute_here, job_in, tiny_lab
+from tests.support.tiny_study import HERE, compute_here, job_in, tiny_lab
 
 QUIET = Progress()
 

@@ -17,9 +17,9 @@ from sealtwin.trial import exports, validate_stage
 from sealtwin.trial.job import NUMBERS, STAGES, numbers_up_to, shown, start_job
 from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
-from tests.narration import Narration
-from tests.pages import leave_out_pages
-from tests.studies import job_in, tiny_lab
+from tests.support.messages import Narration
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import job_in, tiny_lab
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.trial.starter_files import DEMO, TRIAL, place_paper_trial, write_starter
 from sealtwin.trial.trial_file import load_trial, sample_trial, seen_from, trial_text, with_settings
 from simulate.settings import LAWS
-from tests.places import FIXTURE
+from tests.support.paths import FIXTURE
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 

@@ -12,8 +12,8 @@ from simulate.injection import Injection, prepare
 from simulate.pour import Pour
 from simulate.settings import Fluid, Solver
 from simulate.watchers import FrameFiles, ProgressFile, StillThere
-from tests.fluids import path, sample_of, slot
-from tests.vtk_reader import read_polydata, read_pvd
+from tests.support.small_fluids import path, sample_of, slot
+from tests.support.vtk_reader import read_polydata, read_pvd
 
 
 def injection() -> Injection:

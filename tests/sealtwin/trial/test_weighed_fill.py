@@ -16,7 +16,7 @@ from sealtwin.study.extra_runs import _variants
 from sealtwin.study.moved_inputs import Base
 from sealtwin.study.pipeline import run_trial
 from sealtwin.trial.trial_file import load_trial
-from tests.studies import job_in, tiny_lab
+from tests.support.tiny_study import job_in, tiny_lab
 
 QUIET = Progress()
 DECLARED = "\n[uncertainty]\nwidth_mm = 0.1\ndepth_mm = 0.3\n"

@@ -9,7 +9,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.study.moved_inputs import Base, moved_sample
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import varied_settings
-from tests.studies import TRIAL, job_in, run_tiny
+from tests.support.tiny_study import TRIAL, job_in, run_tiny
 
 WEIGHT = {"mass_g": 0.11, "mass_sd_g": 0.0055, "density_kg_m3": 1100.0, "density_sd_kg_m3": 22.0}
 TEXT = TRIAL.replace("volume_ml = 0.08\n", "").replace("[solver]", '[solver]\nmodel = "slot"')

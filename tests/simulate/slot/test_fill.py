@@ -6,7 +6,7 @@ import pytest
 from sealtwin.core.records import Outline, Solid, Trajectory
 from simulate.settings import SampleSlope
 from simulate.slot.fill import HerschelBulkley, fill, supplied_mm3
-from tests.fluids import path, slot
+from tests.support.small_fluids import path, slot
 
 PASTE = HerschelBulkley(1690.0, 7.0, 0.3)
 

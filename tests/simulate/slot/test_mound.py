@@ -5,7 +5,7 @@ import pytest
 
 from simulate.slot.fill import MOST_MOUND, HerschelBulkley, crown_mm, fill, mound_mm2
 from simulate.slot.sections import Trapezoids, sections_of
-from tests.fluids import path, slot
+from tests.support.small_fluids import path, slot
 
 HELD_MM = 0.4
 UNDER = {"held_mm": HELD_MM, "middle_mm": 30.0, "nozzle_mm": 2.4, "surface_mm": -4.0}

@@ -14,9 +14,9 @@ from simulate.slot.fill import HerschelBulkley
 from simulate.slot.fitness import Fitness, fitness_of
 from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import sections_of
-from tests.fluids import path
-from tests.meshes import box
-from tests.shapes import CLOSED, CUT, oblique_slot, pinched_crack, straight_slot, wandering_crack
+from tests.support.meshes import box
+from tests.support.shapes import CLOSED, CUT, oblique_slot, pinched_crack, straight_slot, wandering_crack
+from tests.support.small_fluids import path
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 40.0, 6.0, 12.0
 BLOCK_MM = (-10.0, -15.0, 50.0, 15.0)

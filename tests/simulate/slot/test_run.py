@@ -16,7 +16,7 @@ from simulate.settings import LEVEL, Fluid, SampleSlope, Solver
 from simulate.slot.fill import HerschelBulkley
 from simulate.slot.fitness import FULLEST, fitness_of
 from simulate.slot.run import READ, pour
-from tests.fluids import path, sample_of, slot
+from tests.support.small_fluids import path, sample_of, slot
 
 FAST = Solver(model="slot", settle_s=2.0)
 PASTE: dict[str, Any] = {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never"}

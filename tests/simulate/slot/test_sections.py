@@ -8,7 +8,7 @@ import pytest
 from sealtwin.core.records import Sections, Solid
 from simulate.slot.fitness import Fitness
 from simulate.slot.sections import Trapezoids, sections_of, trapezoid_misfit
-from tests.fluids import slot
+from tests.support.small_fluids import slot
 
 WAYS = {"flare": 5.5, "lean": 11.0, "vertical": 0.0, "funnel": 3.0, "undercut": 4.84}
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.lab_folder import DEFAULTS, ENDS, S_MM, levels_mm
-from tests.pictures import mortar, with_crack, write_png
-from tests.sheet_writers import Hand, write_sheet
 from tests.slow.reports.table import Maker
+from tests.support.lab_folder import DEFAULTS, ENDS, S_MM, levels_mm
+from tests.support.photos import mortar, with_crack, write_png
+from tests.support.sheet_writers import Hand, write_sheet
 
 CRACK_PX = [(40, 150), (250, 140), (460, 160)]
 WIDTH_PX = 20

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from tests.meshes import box, mesh_of, slotted
 from tests.slow.reports.table import LONG_SLOT_MM3, MESH, MM3, SLOT, TO, refused, report, right, warned
+from tests.support.meshes import box, mesh_of, slotted
 
 
 def obj_of_polygons(folder: Path) -> None:

@@ -10,7 +10,6 @@ import tifffile
 from PIL import Image, ImageCms
 
 import sealtwin as st
-from tests.pictures import mortar, with_crack
 from tests.slow.reports.files import CRACK_PX, WIDTH_PX, grey, photo, small_crack
 from tests.slow.reports.table import (
     CLICKED,
@@ -25,6 +24,7 @@ from tests.slow.reports.table import (
     right,
     warned,
 )
+from tests.support.photos import mortar, with_crack
 
 CRACK_MM = 44.12
 """Length of the crack at 0.1 mm per pixel, with its round ends."""

@@ -6,8 +6,6 @@ import openpyxl
 from openpyxl.styles import Alignment
 
 import sealtwin as st
-from tests.lab_folder import ENDS
-from tests.sheet_writers import rewritten
 from tests.slow.reports.files import lab, text
 from tests.slow.reports.table import (
     CSV,
@@ -26,6 +24,8 @@ from tests.slow.reports.table import (
     settings,
     warned,
 )
+from tests.support.lab_folder import ENDS
+from tests.support.sheet_writers import rewritten
 
 
 def noted(depth: str) -> Maker:

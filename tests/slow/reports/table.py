@@ -19,7 +19,7 @@ import numpy as np
 
 import sealtwin as st
 from sealtwin.core.errors import InputError
-from tests import labs
+from tests.support import ingested_lab as labs
 
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 LONG_SLOT_MM3 = 60.0 * 4.0 * 10.0

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from tests import labs
 from tests.slow.reports.files import NOTE, WIDTH_PX, grey, lab, photo, small_crack, text
 from tests.slow.reports.table import (
     CSV,
@@ -31,7 +30,8 @@ from tests.slow.reports.table import (
     right,
     warned,
 )
-from tests.studies import TRIAL
+from tests.support import ingested_lab as labs
+from tests.support.tiny_study import TRIAL
 
 TRIAL_OF = f"digitise trial.toml {TO}"
 PHOTO = "digitise photo.png --ends 40,150 460,160 --depth-mm 10 --mm-per-px 0.1"

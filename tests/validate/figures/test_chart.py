@@ -9,7 +9,7 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
-from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
+from tests.support.mapped_study import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
 from validate.figures.chart import (
     VOLUME_OFF,
     Excluded,

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.sides import compared, side
+from tests.support.comparison_sides import compared, side
 from validate.figures.compare_page import compare_page, held_out_mean_mm
 from validate.figures.page import FigureTable, write_page
 

@@ -9,7 +9,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from tests.evidence import SEEDS
+from tests.support.evidence import SEEDS
 from validate.compare import assess
 from validate.figures.first_figure import NARROW, WIDE
 from validate.report.chapters import first_figure

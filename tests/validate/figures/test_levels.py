@@ -7,8 +7,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from sealtwin.core.records import Sections
-from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
-from tests.shapes import level_floor
+from tests.support.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
+from tests.support.shapes import level_floor
 from validate.figures import theme
 from validate.figures.levels import draw_distribution, draw_histogram, draw_levels
 from validate.settings import Gate

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from sealtwin.core.facts import Fact
-from tests.charts import make_chart
-from tests.pages import leave_out_figures
+from tests.support.mapped_study import make_chart
+from tests.support.report_stubs import leave_out_figures
 from validate.figures.chart import VOLUME_OFF, Excluded
 from validate.figures.map_page import draw_error_map, map_page
 from validate.figures.page import write_page

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.sides import compared, side
+from tests.support.comparison_sides import compared, side
 from validate.figures.compare_page import (
     SAME_MM,
     first_with_readings,

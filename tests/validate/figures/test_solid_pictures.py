@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.evidence import axes_of, heights
+from tests.support.evidence import axes_of, heights
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_top_view
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 from PIL import Image
 
-from tests.evidence import axes_of
+from tests.support.evidence import axes_of
 from validate.figures.snapshots import Snapshot, draw_fill
 from validate.figures.solid_pictures import draw_side_view
 from validate.figures.theme import AIR, as_picture, as_svg, in_page, plate, themed

@@ -6,7 +6,7 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Profile
-from tests.shapes import straight_slot
+from tests.support.shapes import straight_slot
 from validate.compare import compare
 from validate.comparison import Baseline
 from validate.metrics.verdict import against_baselines, beaten, best_curves, flat_levels, nearer_baseline

@@ -8,7 +8,7 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats
-from tests.shapes import CUT, closed_crack, straight_slot, with_ring
+from tests.support.shapes import CUT, closed_crack, straight_slot, with_ring
 from validate.metrics.volumes import CavityByLevel, cavity_by_level
 
 SIDE_CRACK = np.array([(0, -3), (40, -3), (40, 3), (22, 3), (22, 20), (18, 20), (18, 3), (0, 3)], dtype=float)

@@ -12,8 +12,8 @@ from digitise.mesh_import.import_mesh import ImportedSample, import_sample
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Outline, Profile, Solid
-from tests.meshes import block, mesh_of
-from tests.shapes import CUT, straight_slot
+from tests.support.meshes import block, mesh_of
+from tests.support.shapes import CUT, straight_slot
 from validate.metrics.volumes import balance_profile, fill_volumes
 
 FROM_MM, TO_MM, WIDTH_MM, DEPTH_MM = 20.0, 80.0, 4.0, 10.0

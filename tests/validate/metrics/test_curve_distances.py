@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
-from tests.levels import PROSE, STATIONS, compared, curves, measured, profile
+from tests.support.levels import PROSE, STATIONS, compared, curves, measured, profile
 from validate.metrics.curve_distances import Difference, PiecewiseLinear, alignment, frechet_mm
 
 

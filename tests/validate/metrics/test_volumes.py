@@ -10,7 +10,7 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Profile, Run
 from sealtwin.core.run_figures import RunHealth
-from tests.shapes import outline_between, straight_slot
+from tests.support.shapes import outline_between, straight_slot
 from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance
 from validate.settings import Readings
 from validate.uncertainty.meniscus import Mouth

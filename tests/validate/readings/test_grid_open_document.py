@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from tests.open_document import write_content, write_ods
+from tests.support.ods_writer import write_content, write_ods
 from validate.readings.grid import Cell, SheetFaults, read_grid
 
 ROWS = [["s [mm]", "{across=2}Tiefe [mm]"], [0.0, 1.5, 1.6], [5.0, 2.0, None], [10.0, 2.5, 2.6]]

@@ -9,7 +9,7 @@ import zipfile
 import pytest
 
 from sealtwin.core.errors import InputError
-from tests.sheet_writers import Hand, write_sheet
+from tests.support.sheet_writers import Hand, write_sheet
 from validate.readings.grid import LARGEST_FILE_BYTES, Grid, SheetFaults, read_grid, table_of
 
 S_MM, LEVELS_MM = [0.0, 5.0, 12.34], [[-16.02, -15.98], [-13.07, float("nan")], [1.25, -0.01]]

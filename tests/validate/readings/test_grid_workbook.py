@@ -10,7 +10,7 @@ from openpyxl.comments import Comment
 from openpyxl.styles import Font, PatternFill
 from openpyxl.styles.colors import Color
 
-from tests.sheet_writers import rewritten
+from tests.support.sheet_writers import rewritten
 from validate.readings.grid import FORMULA, LARGEST_UNPACKED_MB, Cell, Grid, SheetFaults, read_grid
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.sheet_writers import Hand, write_sheet
+from tests.support.sheet_writers import Hand, write_sheet
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 

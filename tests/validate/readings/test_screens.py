@@ -11,7 +11,7 @@ import pytest
 from benchmarks.doubtful_sheets import crack
 from sealtwin.core.doubts import Doubt, Location
 from sealtwin.core.records import Floats, Profile
-from tests.places import FIXTURE
+from tests.support.paths import FIXTURE
 from validate.readings.screens import Filling, ReadCells, SheetAndCrack, screens
 
 TABLE = np.loadtxt(FIXTURE / "caliper.csv", delimiter=",", skiprows=1)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.facts import texts
-from tests.evidence import axes_of
+from tests.support.evidence import axes_of
 from validate.report.chapters import Paragraph, chapters, fill_plates, first_figure
 from validate.report.write_report import report_data
 from validate.settings import Uncertainty

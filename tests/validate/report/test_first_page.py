@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.facts import doubt
-from tests.evidence import FAST_FILL, make_evidence
+from tests.support.evidence import FAST_FILL, make_evidence
 from validate.compare import assess
 from validate.figures.first_figure import BAND_NEXT, BAND_READ
 from validate.report.first_page import first_caption, first_page, station_rows

@@ -10,7 +10,7 @@ from pypdf import PdfReader
 
 from sealtwin.core.facts import doubt
 from sealtwin.core.solid_figures import WeighedCavity
-from tests.evidence import make_evidence
+from tests.support.evidence import make_evidence
 from validate.compare import assess
 from validate.figures.theme import printable
 from validate.report.chapters import Picture, chapters

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from tests.evidence import make_evidence, slope
-from tests.pages import leave_out_figures
-from tests.report_schema import schema
+from tests.support.evidence import make_evidence, slope
+from tests.support.report_schema import schema
+from tests.support.report_stubs import leave_out_figures
 from validate.compare import assess
 from validate.comparison import CurveDistances
 from validate.report.write_report import report_data, write_report
@@ -24,7 +24,7 @@ from validate.uncertainty.computed import Effect, SizeRuns, Spread
 
 
 def test_the_published_schema_is_the_model_s():
-    """``python -m tests.report_schema`` prints it; a change of the model has to be published with it."""
+    """``python -m tests.support.report_schema`` prints it; a change of the model has to be published with it."""
     published = resources("validate").joinpath("schema", "report.schema.json").read_text(encoding="utf-8")
     assert json.loads(published) == schema()
 

@@ -11,7 +11,7 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.run_figures import RunHealth
-from tests.fluids import path, pour, slot
+from tests.support.small_fluids import path, pour, slot
 from validate.compare import assess
 from validate.report.chapters import path_table, settings_table
 from validate.report.first_page import first_page

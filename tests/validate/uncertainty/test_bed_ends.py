@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.evidence import make_evidence
+from tests.support.evidence import make_evidence
 from validate.uncertainty.validation import FIRST, LAST, MOUND, BedEnds
 
 S_MM = np.linspace(0.0, 80.0, 81)

@@ -1,0 +1,178 @@
+"""Drawings in and out: what is written is read back, and what CAD draws in other ways is the same crack."""
+
+from contextlib import suppress
+from itertools import pairwise
+from typing import Any
+
+import ezdxf.filemanagement
+import numpy as np
+import pytest
+from ezdxf import units
+
+from digitise.drawing.given_lines import outline_of_line
+from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_obj
+from digitise.exports import dxf_text
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.errors import InputError
+from tests.support.shapes import CLOSED, arc_slot, straight_slot
+from tests.support.small_fluids import path
+
+RING = np.array([(0.0, 0.0), (40.0, 0.0), (40.0, 3.0), (0.0, 3.0)])
+DEPTH_MM = 8.0
+
+
+def _saved(folder, draw, unit=units.MM):
+    drawing = ezdxf.filemanagement.new(units=unit)
+    draw(drawing.modelspace())
+    drawing.saveas(folder / "drawn.dxf")
+    return folder / "drawn.dxf"
+
+
+def _crack(file, **asked):
+    return drawn_crack(open_drawing(file, None), **asked)[0]
+
+
+def _volume_mm3(outline):
+    """Volume of the solid, which is also what the crack takes out of the block of the mesh."""
+    solid = build_solid(outline, CrackShape(depth_mm=DEPTH_MM, tilt="vertical"))
+    words = [line.split() or [""] for line in sample_obj(outline, DEPTH_MM).decode().splitlines()]
+    vertices_mm = np.array([word[1:] for word in words if word[0] == "v"], dtype=float)
+    corners = vertices_mm[np.array([word[1:] for word in words if word[0] == "f"], dtype=int) - 1]
+    inside_mm3 = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+    volume_mm3 = np.prod(np.ptp(vertices_mm, axis=0)) - inside_mm3
+    assert solid.cavity_volume_mm3 == pytest.approx(volume_mm3, rel=1e-6)
+    return volume_mm3
+
+
+def test_a_traced_crack_is_read_back_as_it_was(tmp_path):
+    outline = arc_slot()
+    (tmp_path / "a.dxf").write_text(dxf_text(outline, None))
+    drawing = open_drawing(tmp_path / "a.dxf", None)
+    rings_mm, lines_mm = drawing.lines("outline")
+    assert (len(rings_mm), lines_mm, drawing.notes) == (1, [], [])
+    (_, left_mm), (_, centre_mm) = drawing.lines("WALL_LEFT"), drawing.lines("CENTRELINE")
+    pairs = (rings_mm, outline.outline_mm), (left_mm, outline.left_wall_mm), (centre_mm, outline.centreline_mm)
+    for (read_mm,), line_mm in pairs:
+        assert np.abs(read_mm - line_mm).max() < 1e-9
+
+
+def test_the_nozzles_path_is_a_line_in_space(tmp_path):
+    outline = straight_slot(40.0, 3.0, CLOSED)
+    planned = path(outline, 0.5, 20.0)
+    (tmp_path / "a.dxf").write_text(dxf_text(outline, planned))
+    (line,) = ezdxf.filemanagement.readfile(tmp_path / "a.dxf").query('POLYLINE[layer=="NOZZLE_PATH"]')
+    points: Any = line
+    assert np.allclose([tuple(point) for point in points.points()], planned.position_mm)
+
+
+@pytest.mark.parametrize(("unit", "mm"), [(units.CM, 10.0), (units.IN, 25.4)])
+def test_an_outline_in_segments_and_any_unit_is_one_crack(tmp_path, unit, mm):
+    """As LINEs in any order and direction, and backwards."""
+
+    def draw(space):
+        sides = [*pairwise([*RING / mm, RING[0] / mm])]
+        for index in (2, 0, 3, 1):
+            first, last = sides[index][:: -1 if index % 2 else 1]
+            space.add_line(first, last, dxfattribs={"layer": "outline"})
+
+    outline = _crack(_saved(tmp_path, draw, unit))
+    assert _volume_mm3(outline) == pytest.approx(40 * 3 * DEPTH_MM, rel=1e-4)
+    assert (outline.ends, outline.length_mm) == (CLOSED, pytest.approx(40.0, rel=1e-4))
+
+
+def test_walls_either_way_round_are_the_outline(tmp_path):
+    def draw(space):
+        for layer, side in (("A", RING[:2]), ("B", RING[2:])):
+            space.add_lwpolyline(side, dxfattribs={"layer": layer})
+
+    file = _saved(tmp_path, draw)
+    for walls in (("A", "B"), ("b", "a")):
+        assert _volume_mm3(_crack(file, walls=walls)) == pytest.approx(960, rel=1e-6)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_line_with_a_width_is_the_same_crack_as_from_its_points(tmp_path, closed):
+    """From the line's own ends, square to it; on the edge of the face it is open."""
+    line_mm = np.array([(10.0 * closed, 20.0), (30.0, 24.0), (50.0, 18.0)])
+
+    def draw(space):
+        space.add_lwpolyline(line_mm + np.array([7, 5]), dxfattribs={"layer": "L", "const_width": 2.5})
+        space.add_lwpolyline([(7, 5), (67, 5), (67, 45), (7, 45)], close=True, dxfattribs={"layer": "FACE"})
+        space.add_text("scratch")
+
+    drawing = open_drawing(_saved(tmp_path, draw), None)
+    outline, _ = drawn_crack(drawing, line=("L", 3.0))
+    same, _ = outline_of_line(line_mm, np.array([[0.0, 3.0]]), (0.0, 0.0, 60.0, 40.0), "line")
+    assert _volume_mm3(outline) == pytest.approx(_volume_mm3(same), rel=1e-9)
+    assert outline.centreline_mm == pytest.approx(same.centreline_mm)
+    assert outline.ends == same.ends == ("cut" if closed else "open", "cut")
+    assert any("layer L: left out: widths of polylines (1)" in note.text for note in drawing.notes)
+
+
+def test_an_island_stands_in_the_crack(tmp_path):
+    def draw(space):
+        space.add_lwpolyline(RING, close=True, dxfattribs={"layer": "edge"})
+        space.add_circle((20, 1.5), 0.5, dxfattribs={"layer": "edge"})
+
+    outline = _crack(_saved(tmp_path, draw), outline="edge")
+    assert _volume_mm3(outline) == pytest.approx((120 - np.pi / 4) * DEPTH_MM, rel=1e-3)
+
+
+def test_lines_in_blocks_are_read_as_they_are_inserted(tmp_path):
+    """Twice as long, mirrored, in a block in a block; lines on layer 0 are on the layer of the insert."""
+
+    def draw(space):
+        blocks = space.doc.blocks
+        blocks.new("SIDE").add_line((0, 0), (10, 0))
+        for x in (0, 10):
+            (blocks.get("SIDES") or blocks.new("SIDES")).add_blockref("SIDE", (x, 0))
+        for y in (0, 3):
+            space.add_blockref("SIDES", (40, y), dxfattribs={"layer": "OUTLINE", "xscale": -2})
+        for x in (0, 40):
+            space.add_line((x, 0), (x, 3), dxfattribs={"layer": "OUTLINE"})
+
+    assert _volume_mm3(_crack(_saved(tmp_path, draw))) == pytest.approx(40 * 3 * DEPTH_MM, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("asked", "named"),
+    [
+        ({}, "layer OUTLINE has no lines to read in model space; left out: nothing; layers with lines: A"),
+        ({"outline": "A"}, "layer A: 1 open lines: the smallest gap is 3 mm at (0, -0.002)"),
+        ({"walls": ("A", "B")}, "layer B has no lines"),
+        ({"line": ("A", 3.0)}, "within 3 mm of itself, at s = "),
+        ({"unit": 0}, "--units"),
+    ],
+)
+def test_a_layer_that_is_not_there_or_something_else_is_named(tmp_path, asked, named):
+    """Nor is a unit ever guessed. The line of 3 mm in width is a hairpin whose legs touch."""
+    unit = asked.pop("unit", units.MM)
+    line_mm = RING - np.array([0, 0.002])
+    file = _saved(tmp_path, lambda space: space.add_lwpolyline(line_mm, dxfattribs={"layer": "A"}), unit)
+    with pytest.raises(InputError, match=r"drawn\.dxf") as fault:
+        _crack(file, **asked)
+    assert named in str(fault.value)
+
+
+def test_a_line_drawn_twice_is_once_whatever_end_or_corner_it_begins_at(tmp_path):
+    def draw(space):
+        for shift, step in ((0, 1), (1, -1), (2, 1), (3, -1)):
+            space.add_lwpolyline(np.roll(RING, shift, axis=0)[::step], close=True, dxfattribs={"layer": "A"})
+            space.add_lwpolyline(RING[::step], dxfattribs={"layer": "B"})
+
+    drawing = open_drawing(_saved(tmp_path, draw), None)
+    assert [tuple(map(len, drawing.lines(name))) for name in "AB"] == [(1, 0), (0, 1)]
+    assert all("exact copies of lines (3)" in note.text for note in drawing.notes)
+
+
+def test_any_damage_gives_lines_or_a_sentence(tmp_path):
+    (tmp_path / "a.dxf").write_text(dxf_text(arc_slot(), None))
+    sound, chance = (tmp_path / "a.dxf").read_bytes(), np.random.default_rng(0)
+    for _ in range(30):
+        content = bytearray(sound)
+        for index in chance.integers(0, len(content), 20):
+            content[index] = chance.integers(256)
+        (tmp_path / "a.dxf").write_bytes(content[: chance.integers(1, len(content))])
+        with suppress(InputError):
+            _crack(tmp_path / "a.dxf")

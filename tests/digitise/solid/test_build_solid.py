@@ -1,0 +1,203 @@
+"""The sample's solid against closed forms, an independent integral, and what a file makes of it."""
+
+import dataclasses
+from functools import cache
+
+import numpy as np
+import pytest
+import trimesh
+from manifold3d import Manifold, Mesh64
+
+from digitise.geometry.mesh_topology import check_mesh
+from digitise.geometry.polyline import signed_area
+from digitise.settings import CrackShape, Tilt
+from digitise.solid.build_solid import build_solid
+from digitise.solid.footprint import lay_out
+from digitise.solid.wedges import wall_shifts_mm
+from sealtwin.core.errors import InputError
+from sealtwin.core.record_files import read_solid, write_solid
+from sealtwin.core.records import FaceLabel, Floats, Solid
+from tests.support.meshes import labelled_mm2
+from tests.support.section_volumes import cavity_volume_mm3
+from tests.support.shapes import (
+    CLOSED,
+    CUT,
+    OPEN,
+    arc_slot,
+    closed_crack,
+    cut_crack,
+    oblique_slot,
+    pinched_crack,
+    random_crack,
+    straight_slot,
+    wandering_crack,
+    with_ring,
+)
+
+TILTS: tuple[Tilt, ...] = ("vertical", "lean", "flare", "funnel", "undercut")
+DEPTH_MM, ANGLE_DEG = 16.0, 11.0
+SLOPE = np.tan(np.radians(ANGLE_DEG))
+L, W = 80.0, 3.1
+
+
+def shape(tilt: Tilt = "lean", **changes) -> CrackShape:
+    return CrackShape.model_validate({"depth_mm": DEPTH_MM, "tilt": tilt} | changes)
+
+
+def corners(solid: Solid, *labels: FaceLabel) -> Floats:
+    return solid.vertices_mm[solid.faces[np.isin(solid.face_label, labels)]].reshape(-1, 3)
+
+
+def manifold(solid: Solid) -> Manifold:
+    return Manifold(Mesh64(solid.vertices_mm, solid.faces.astype(np.uint64)))
+
+
+CRACKS = {
+    "slot": straight_slot(L, W, CUT),
+    "oblique": oblique_slot(W),
+    "open": wandering_crack(1, rough_mm=0.05),
+    "cut": cut_crack(2, rough_mm=0.05),
+    "closed": pinched_crack(1),
+}
+
+
+@cache
+def solid_of(crack: str, tilt: Tilt) -> Solid:
+    return build_solid(CRACKS[crack], shape(tilt))
+
+
+SLOT_VOLUMES = {
+    "vertical": L * W * DEPTH_MM,
+    "lean": L * W * DEPTH_MM,
+    "flare": L * (W * DEPTH_MM + SLOPE * DEPTH_MM**2),
+    "funnel": L * W**2 / (4 * SLOPE),
+    "undercut": L * (W * DEPTH_MM + SLOPE * DEPTH_MM**2),
+}
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize(("crack", "within"), [("slot", 1e-6), ("oblique", 1e-5)])
+def test_a_slot_holds_what_its_section_says(crack, within, tilt):
+    """Closed forms; the funnel's walls meet at 8.0 mm, half way down.
+
+    Sections of the paper's oblique slot are parallelograms: ends cut obliquely by the block change no volume.
+    """
+    assert solid_of(crack, tilt).cavity_volume_mm3 == pytest.approx(SLOT_VOLUMES[tilt], rel=within)
+
+
+@pytest.mark.parametrize(("crack", "tilt"), [("open", "undercut"), ("cut", "flare"), ("closed", "funnel")])
+def test_the_file_is_the_solid(tmp_path, crack, tilt):
+    """Sound in memory, and again from a float32 STL, which knows vertices only by their coordinates.
+
+    The glTF lies face up in metres: its y is up and its z towards the viewer, so that what is up in the photo, +y,
+    goes away from them.
+    """
+    solid = solid_of(crack, tilt)
+    assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+    write_solid(tmp_path, solid)
+    stl = trimesh.load_mesh(tmp_path / "crack.stl")
+    assert (stl.is_watertight, stl.is_winding_consistent, stl.euler_number) == (True, True, 2)
+    assert stl.volume == pytest.approx(manifold(solid).volume(), rel=1e-6)
+    gltf = trimesh.load_mesh(tmp_path / "crack.glb", process=False)
+    x, y, z = 1000 * gltf.vertices.T
+    assert np.abs(np.column_stack([x, -z, y]) - solid.vertices_mm).max() <= 1e-5  # float32 at 160 mm
+    assert np.array_equal(gltf.faces, solid.faces)
+    read_back = read_solid(tmp_path)
+    for name in ("faces", "face_label", "cavity_volume_mm3", "wall_angles_deg"):
+        assert np.array_equal(getattr(read_back, name), getattr(solid, name)), name
+    for name in ("s_mm", "depth_mm", "area_mm2"):
+        assert getattr(read_back.sections, name) == pytest.approx(getattr(solid.sections, name), abs=1e-5)
+
+
+@pytest.mark.parametrize(("lean_to", "side"), [("left", 1.0), ("right", -1.0)])
+def test_lean_shears_the_mouth_to_the_named_side(lean_to, side):
+    """Along +x left is +y. The floor is the mouth, moved: mouth, width and volume are the photo's."""
+    floor = corners(build_solid(straight_slot(L, W, CLOSED), shape("lean", lean_to=lean_to)), FaceLabel.FLOOR)
+    shift_mm = side * SLOPE * DEPTH_MM
+    assert (floor[:, 1].min(), floor[:, 1].max()) == pytest.approx((shift_mm - W / 2, shift_mm + W / 2), abs=1e-6)
+    assert np.ptp(floor[:, 0]) == pytest.approx(L, abs=1e-6)
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_dams_close_open_ends(tilt):
+    """Below the face the cavity is a hole in the sample, not a gap that runs out of its side; above it stand plates."""
+    solid = solid_of("oblique", tilt)
+    body = manifold(solid)
+    # Inner contours run clockwise: one hole, whose whole rim is sample.
+    assert sum(signed_area(ring) < 0 for ring in body.slice(-1.0).to_polygons()) == 1
+    plates = np.array([np.ptp(plate, axis=0) for plate in body.slice(5.0).to_polygons()])
+    assert len(plates) == 2
+    assert plates[:, 0].min() > 8.0 + W
+    assert plates[:, 1] == pytest.approx(4.0)
+    assert body.slice(10.5).is_empty()
+    assert {tuple(dam.box_mm)[2] for dam in solid.figures.dams} == {-20.0}
+
+
+def test_labels_cover_the_faces_they_name():
+    """Areas of a cut flare, in closed form."""
+    solid = solid_of("slot", "flare")
+    length, width = np.subtract(solid.block_mm[2:], solid.block_mm[:2])
+    mouth, block, sides = W + 2 * SLOPE * DEPTH_MM, length * width, 2 * 20.0 * (length + width)
+    expected = {
+        FaceLabel.TOP: block - L * mouth,
+        FaceLabel.FLOOR: L * W,
+        FaceLabel.WALL: 2 * L * DEPTH_MM / np.cos(np.radians(ANGLE_DEG)),
+        FaceLabel.END: 2 * DEPTH_MM * (W + mouth) / 2,
+        FaceLabel.OUTSIDE: block + sides,
+    }
+    for label, area in expected.items():
+        assert labelled_mm2(solid, label) == pytest.approx(area, rel=1e-6), label.name
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_without_a_face_the_margin_stands_around_mouth_and_floor(tilt):
+    solid = build_solid(straight_slot(L, W, CLOSED), shape(tilt, margin_mm=5.0))
+    inner = corners(solid, FaceLabel.WALL, FaceLabel.FLOOR)[:, :2]
+    assert inner.min(axis=0) - solid.block_mm[:2] == pytest.approx(5.0, abs=0.02)
+    assert solid.block_mm[2:] - inner.max(axis=0) == pytest.approx(5.0, abs=0.02)
+
+
+SHORT, NARROW = straight_slot(40.0, 3.0, CLOSED), straight_slot(10.0, 0.2, CLOSED)
+BOW_TIE = with_ring(SHORT, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.0, 1.5]]))
+
+
+@pytest.mark.parametrize(
+    ("outline", "changes", "says"),
+    [
+        (BOW_TIE, {}, r"crosses itself near \(10.0, -?0.0\) mm"),
+        (dataclasses.replace(SHORT, face_mm=(-1.0, -1.6, 41.0, 20.0)), {}, "within 0.5 mm"),
+        (dataclasses.replace(SHORT, face_mm=(50.0, 0.0, 90.0, 9.0)), {}, "No part of the crack is on the face"),
+        (dataclasses.replace(SHORT, ends=OPEN, face_mm=(-9.0, -9.0, 49.0, 9.0)), {}, "End 1 is open but"),
+        (NARROW, {"tilt": "funnel", "wall_angle_deg": 50.0}, "nothing to fill"),
+        (NARROW, {"depth_mm": 0.2}, "less than 1: .* depth_mm and the scale"),
+        *((oblique_slot(W), {"depth_mm": 500.0, "tilt": tilt}, r"97\.2 mm sideways") for tilt in ("lean", "flare")),
+        (with_ring(straight_slot(), np.zeros((2, 2))), {}, "2 points"),
+        (with_ring(straight_slot(), np.full((4, 2), np.nan)), {}, "give 3 or more, and only finite numbers"),
+        (arc_slot(10.0, 359.0, 3.0, CLOSED), {}, "no side to lean to"),
+    ],
+)
+def test_impossible_cracks_are_refused_in_a_sentence(outline, changes, says):
+    with pytest.raises(InputError, match=says):
+        build_solid(outline, shape(**changes))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_any_crack_becomes_sound_in_every_tilt(seed):
+    """Twenty of each of five kinds, smooth and rough, against the integral of their sections."""
+    rough_mm = (0.0, 0.05, 0.1, 0.2)[seed % 4]
+    outlines = [
+        wandering_crack(seed, rough_mm=rough_mm),
+        cut_crack(seed, rough_mm=rough_mm),
+        closed_crack(seed, rough_mm=rough_mm),
+        random_crack("plain", seed, length_mm=100.0, rough_mm=rough_mm),
+        random_crack("pinched", seed, neck_mm=0.03 + 0.1 * (seed % 3), rough_mm=rough_mm / 2),
+    ]
+    for outline in outlines:
+        for tilt in TILTS:
+            solid = build_solid(outline, shape(tilt))
+            assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+            rounded = solid.vertices_mm.astype(np.float32).astype(float)
+            assert check_mesh(rounded, solid.faces, expected_euler=2) == []
+            footprint = lay_out(outline, shape(tilt), max(wall_shifts_mm(shape(tilt))))
+            assert solid.cavity_volume_mm3 == pytest.approx(cavity_volume_mm3(footprint, shape(tilt), 8), rel=1e-3)

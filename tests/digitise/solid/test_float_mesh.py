@@ -1,0 +1,41 @@
+"""Each cure on the damage that it is there for."""
+
+import numpy as np
+import pytest
+from manifold3d import Manifold, OpType
+
+from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
+from digitise.solid.float_mesh import DUST_MM3, SHORT_MM, tidy
+from sealtwin.core.records import Floats, Integers
+
+
+def cube(size_mm: float, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Manifold:
+    return Manifold.cube((size_mm, size_mm, size_mm)).translate(at)
+
+
+def test_dust_is_dropped_and_bodies_are_kept():
+    dust = cube(0.5 * DUST_MM3 ** (1 / 3), (20, 0, 0))
+    body = Manifold.compose([cube(10), cube(2, (30, 0, 0)), dust])
+    vertices, faces = tidy(body)
+    assert len(faces) == 24
+    assert mesh_volume_mm3(vertices, faces) == pytest.approx(1008.0)
+
+
+def test_a_step_below_the_limit_is_collapsed_without_losing_volume():
+    """Two cubes that miss each other by a micrometre leave edges that long all along their common side."""
+    body = Manifold.batch_boolean([cube(10), cube(10, (5.0, 1e-3, 0.0))], OpType.Add)
+    assert shortest_mm(*arrays(body)) == pytest.approx(1e-3)
+    vertices, faces = tidy(body)
+    assert check_mesh(vertices, faces, expected_euler=2) == []
+    assert shortest_mm(vertices, faces) >= SHORT_MM
+    assert mesh_volume_mm3(vertices, faces) == pytest.approx(body.volume(), rel=1e-4)
+
+
+def arrays(body: Manifold) -> tuple[Floats, Integers]:
+    mesh = body.to_mesh64()
+    return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
+
+
+def shortest_mm(vertices: Floats, faces: Integers) -> float:
+    ends = vertices[faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)]
+    return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).min())

@@ -1,0 +1,118 @@
+"""What the mean width would hide: hairlines, narrow stretches, and clicked ends before which the crack closes."""
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
+from digitise.outline import trace_outline
+from digitise.walls.centreline_and_walls import TooThinError
+from digitise.walls.doubts import judge_reach, judge_stretches
+from sealtwin.core.errors import InputError
+from tests.support.photos import evenly_scaled, mortar, photo_of_light, with_crack, with_paint, write_png
+
+MAIN = [(300, 205), (480, 190), (640, 215), (960, 205)]
+ENDS = ((40.0, 200.0), (960.0, 205.0))
+
+
+@pytest.fixture(scope="module")
+def photo(tmp_path_factory):
+    return evenly_scaled(write_png(tmp_path_factory.mktemp("stretches") / "photo.png", mortar((600, 100))))
+
+
+def straight(*parts):
+    """Centreline and width in mm, at 0.1 mm/px, of a crack of parts: a length and a width in px each."""
+    width_px = np.concatenate([np.full(round(length / 2.5), width) for length, width in parts])
+    x_mm = 0.25 * np.arange(len(width_px))
+    return np.column_stack([x_mm, np.full(len(x_mm), 5.0)]), 0.1 * width_px
+
+
+def test_a_narrow_stretch_is_named_with_its_place(photo):
+    """Narrow tips of 30 px each are nothing to say."""
+    (warning,) = judge_stretches(photo, *straight((30, 5.0), (170, 12.0), (80, 6.0), (190, 12.0), (30, 5.0)))
+    assert "20 to 28 mm along the crack, from (200, 49) to (278, 49) px, about 6.0 px wide" in warning.text
+
+
+def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
+    """As on a photo of a lab: half of it 11 px wide, half 3; the mean, 7 px, was taken."""
+    picture = with_crack(mortar((1000, 400)), [(40, 200), (300, 210), (500, 195)], 11)
+    picture = np.minimum(picture, with_crack(mortar((1000, 400)), [(500, 195), (700, 210), (960, 205)], 3))
+    photo = photo_of_light(tmp_path, picture)
+    with pytest.raises(InputError, match="under 6 px wide, so that its width and volume are uncertain"):
+        trace_outline(photo, find_path(photo, ENDS))
+
+
+def test_much_of_a_thin_crack_below_the_least_width_makes_it_too_thin_for_walls(photo):
+    with pytest.raises(TooThinError):
+        judge_stretches(photo, *straight((150, 5.0), (350, 9.0)))
+
+
+def test_an_end_before_which_the_crack_closes_is_named_with_its_place(tmp_path):
+    """A click on a pore, a faint line, then the crack: it began elsewhere, and nobody was told."""
+    picture = mortar((1000, 400))
+    start = (210, 205)
+    faint = with_crack(picture, [(40, 200), start], 1)
+    picture = np.minimum(with_crack(picture, [start, *MAIN], 12), (2 * picture + faint) / 3)
+    cv2.circle(picture, (41, 200), 6, 0.02, -1)
+    photo = photo_of_light(tmp_path, picture)
+    outline = trace_outline(photo, find_path(photo, ENDS))
+    assert outline.centreline_px[0] == pytest.approx(start, abs=8)
+    text = outline.warnings[0].text
+    assert text.startswith("the end (40, 200) px is not reached")
+    assert f"{outline.centreline_px[0, 0]:.0f}" in text
+
+
+def test_an_end_that_much_of_the_path_does_not_reach_is_refused(photo):
+    path_px = np.column_stack([np.arange(10.0, 590), np.full(580, 50.0)])
+    assert judge_reach(photo, path_px, path_px[8:], ("closed", "closed")) == []
+    # Where the photo or a longer crack cuts it, nothing closes.
+    assert judge_reach(photo, path_px, path_px[150:], ("cut", "closed")) == []
+    with pytest.raises(InputError, match=r"the end \(10, 50\) px is not reached.* \(150 px\) before it, up to"):
+        judge_reach(photo, path_px, path_px[150:], ("closed", "closed"))
+
+
+def in_a_joint(folder, darkness=1.0):
+    """The outline of a crack of 5 px in a grey joint of 38 px; a darkness of 0 is that of the joint."""
+    ends = [(-20, 150), (520, 150)]
+    picture = np.minimum(mortar(), np.where(with_crack(mortar(), ends, 38) < 0.1, 0.3 * mortar(), 1.0))
+    picture = darkness * with_crack(picture, ends, 5) + (1 - darkness) * picture
+    photo = photo_of_light(folder, picture)
+    return trace_outline(photo, CrackPath(np.array([(40.0, 150.0), (460.0, 150.0)]), 38.0, "ends"))
+
+
+def test_if_the_fit_takes_the_joint_for_the_crack_both_widths_are_doubted(tmp_path, monkeypatch):
+    """A wet strip of 20 px around a crack of 6 px was measured without a word. Here no fit is thin enough."""
+    monkeypatch.setattr("digitise.outline.FITTED_INSIDE", 0.0)
+    outline = in_a_joint(tmp_path)
+    low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
+    assert outline.width_source == "walls"
+    assert low_mm < 0.8
+    assert high_mm == outline.mean_width_mm > 3.5
+    assert any("between the walls" in warning.text for warning in outline.warnings)
+    assert {wall.doubt_mm for wall in outline.walls} == {(low_mm / 2, high_mm / 2)}
+
+
+@pytest.mark.parametrize(("darkness", "width_mm"), [(1.0, 0.7), (0.5, 0.4)])
+def test_a_dark_crack_in_a_grey_joint_is_measured_and_both_widths_are_named(tmp_path, darkness, width_mm):
+    """The walls of the joint, 38 px apart, were taken for those of the crack of 5 px in it."""
+    outline = in_a_joint(tmp_path, darkness)
+    low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
+    assert outline.mean_width_mm == pytest.approx(width_mm, abs=0.1)
+    assert low_mm < 0.8
+    assert high_mm > 3.5
+    assert any("a joint: the interval covers both" in warning.text for warning in outline.warnings)
+
+
+def test_a_painted_crack_lighter_than_the_ground_is_as_wide_as_its_paint(tmp_path):
+    """A shade of 4 px beside it, which is a crack's profile, was measured instead."""
+    picture = mortar()
+    picture[148:153] *= 1.6
+    picture[153:157] *= 0.3
+    drawn = np.zeros(picture.shape, dtype=bool)
+    drawn[148:153, 40:460] = True
+    photo = with_paint(photo_of_light(tmp_path, picture), drawn)
+    outline = trace_outline(photo, CrackPath(np.array([(42.0, 150.0), (458.0, 150.0)]), 5.0, "mask"))
+    assert outline.mean_width_mm == pytest.approx(0.5, abs=0.1)
+    assert any("that of the paint" in warning.text for warning in outline.warnings)
+    assert {stretch.method for stretch in outline.walls} <= {"drawn", "bridged"}

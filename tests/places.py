@@ -1,6 +1,0 @@
-"""Where the checkout and its fixture lie, whatever folder a test is in."""
-
-from pathlib import Path
-
-ROOT = Path(__file__).parent.parent
-FIXTURE = ROOT / "fixtures" / "paper-trial"
