@@ -9,7 +9,7 @@ from sealtwin.core.records import Floats
 from simulate.injection import Injection
 from simulate.loose_fluid import filled_box_mm
 from simulate.setup.rheology import added_viscosity
-from tests.support.small_fluids import FRAME_S, injected, path, results, sealant, slot
+from tests.support.small_fluids import FRAME_S, injected, path, prepared, results, sealant, slot
 from tests.support.tanks import Pit, Tank, raised
 
 
@@ -17,13 +17,12 @@ from tests.support.tanks import Pit, Tank, raised
     ("viscosity_mm2_s", "yield_mm2_s2"), [(32.2, 0.0), (322.0, 0.0), (32.2, 7100.0)], ids=["U 30", "U 300", "12 Pa"]
 )
 def test_viscosity_neither_pushes_nor_turns_a_cloud(viscosity_mm2_s, yield_mm2_s2):
-    """Speeds are at random about a turn, for 11 ms.
+    """Speeds are at random about a turn, for 11 ms; particles overlap, so that densities differ.
 
     Without the last shift of a solve the first is 1e-4; with pairs that pull any way the second is 0.1.
     """
     cube = filled_box_mm((0.0, -3.0, 0.0), (6.0, 3.0, 6.0), 0.4)
     random = np.random.default_rng(3)
-    # Particles overlap, so that densities differ.
     place = raised(cube + random.uniform(-0.15, 0.15, cube.shape), 30.0)
     paste = {"viscosity_mm2_s": viscosity_mm2_s, "yield_mm2_s2": yield_mm2_s2}
     tank = Tank.of(Pit(8.0, 8.0, 4.0), place, radius_mm=0.4, step_s=FRAME_S / 4, falls=True, **paste)
@@ -38,9 +37,7 @@ def test_viscosity_neither_pushes_nor_turns_a_cloud(viscosity_mm2_s, yield_mm2_s
         return velocity.mean(axis=0), about.mean(axis=0)
 
     before, rms_mm_s = momenta(), np.sqrt((tank.velocity_mm_s**2).sum(axis=1).mean())
-    engine = tank.engine
-    engine.find_neighbours()
-    engine.pressure.measure_density(engine.rows)
+    engine = prepared(tank.engine)
     for _ in range(6):
         if yield_mm2_s2:
             engine.viscosity.measure_shear(engine.rows)
@@ -66,15 +63,11 @@ def test_paste_stands_between_plates_that_bear_less_than_its_yield_stress():
     assert 0 <= creep_mm_s < 0.01
 
 
-def injection_of(settle_s: float = 2.0, **fluid) -> Injection:
-    """A run of a fluid of 1,000 kg/m3 between walls 3.1 mm apart, of 0.2 s and ``settle_s``."""
+def injection_of(**fluid) -> Injection:
+    """A run of a fluid of 1,000 kg/m3 between walls 3.1 mm apart, of 0.2 s and the seconds to settle."""
     crack = slot(12.0)
-    way, asked = path(crack[1], 0.02, speed_mm_s=40.0), sealant(density_kg_m3=1000.0, **fluid)
-    return injected(crack, way, asked, radius_mm=0.6, settle_s=settle_s)
-
-
-def remarks_of(settle_s: float = 2.0, **fluid) -> tuple[str, ...]:
-    return texts(injection_of(settle_s, **fluid).remarks_on(0))
+    way, settle_s = path(crack[1], 0.02, speed_mm_s=40.0), fluid.pop("settle_s", 2.0)
+    return injected(crack, way, sealant(density_kg_m3=1000.0, **fluid), radius_mm=0.6, settle_s=settle_s)
 
 
 SINKS = "between walls 3.1 mm apart the sealant sinks by its own weight at up to"
@@ -100,38 +93,17 @@ THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last 
         # U = 30, with or without what freezes, is the paper's own.
         ({"U": 30.0}, f"U is 30: {LEVELS};", "viscous flow needs fluid.viscosity_pa_s."),
         ({"U": 30.0, "freeze_after_s": 2.58}, f"U is 30: {LEVELS} until it freezes; viscous flow needs", ""),
-        # Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa.
-        (
-            {"viscosity_pa_s": 1.0, "yield_stress_pa": 15.3},
-            f"yield_stress_pa: a yield stress of 15.3 Pa {HOLDS}",
-            "15 Pa",
-        ),
-        ({"U": 30.0, "yield_stress_pa": 15.3}, f"yield_stress_pa: a yield stress of 15.3 Pa {HOLDS}", "15 Pa"),
+        # Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa between rough walls.
+        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 15.3}, "yield_stress_pa: a yield stress of 15.3 Pa", HOLDS),
+        ({"U": 30.0, "yield_stress_pa": 15.3}, "yield_stress_pa: a yield stress of 15.3 Pa", "15 Pa"),
+        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 30.0, "wall_share": 0.9}, "yield_stress_pa: a yield", HOLDS),
         ({"curve": STANDS}, f"curve: a yield stress of 20 Pa {HOLDS}", ""),
     ],
 )
 def test_what_particles_or_the_crack_make_of_a_fluid_is_remarked_on_before_the_run(fluid, begins, says):
-    (remark,) = remarks_of(**fluid)
+    (remark,) = texts(injection_of(**fluid).remarks_on(0))
     assert remark.startswith(f"fluid.{begins}")
     assert says in remark
-
-
-def test_the_remark_on_a_thin_fluid_has_the_viscosity_that_particles_add():
-    """Water of 1 mm2/s, at particles of 0.6 mm."""
-    water = injection_of(viscosity_pa_s=0.001)
-    added_mm2_s = 100 * added_viscosity(0.06, water.engine.step_s)
-    assert f"flows as if it had about {1 + added_mm2_s:.3g} mm2/s" in water.remarks_on(0)[0].text
-    # Shorter substeps and larger particles add more.
-    assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)
-
-
-@pytest.mark.parametrize(
-    ("stress_pa", "wall_share", "holds"), [(30.0, 0.9, True), (30.0, 0.5, False), (15.1, 1.0, False)]
-)
-def test_paste_that_its_walls_do_not_support_is_not_said_to_stand(stress_pa, wall_share, holds):
-    """Its weight overcomes 15.2 Pa between rough walls, and twice that where they take up half of the stress."""
-    remarks = remarks_of(viscosity_pa_s=1.0, yield_stress_pa=stress_pa, wall_share=wall_share)
-    assert any(HOLDS in remark for remark in remarks) is holds
 
 
 @pytest.mark.parametrize(
@@ -147,7 +119,21 @@ def test_paste_that_its_walls_do_not_support_is_not_said_to_stand(stress_pa, wal
     ],
 )
 def test_sealant_that_sinks_in_time_slips_or_yields_has_no_remark(fluid):
-    assert not remarks_of(**fluid)
+    assert not injection_of(**fluid).remarks_on(0)
+
+
+@pytest.mark.parametrize(("stress_pa", "wall_share"), [(30.0, 0.5), (15.1, 1.0)])
+def test_paste_that_its_walls_do_not_support_is_not_said_to_stand(stress_pa, wall_share):
+    paste = injection_of(viscosity_pa_s=1.0, yield_stress_pa=stress_pa, wall_share=wall_share)
+    assert HOLDS not in str(paste.remarks_on(0))
+
+
+def test_the_remark_on_a_thin_fluid_has_the_viscosity_that_particles_add():
+    """Shorter substeps and larger particles add more."""
+    water = injection_of(viscosity_pa_s=0.001)
+    added_mm2_s = 100 * added_viscosity(0.06, water.engine.step_s)
+    assert f"about {1 + added_mm2_s:.3g} mm2/s" in water.remarks_on(0)[0].text
+    assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)
 
 
 @pytest.mark.parametrize(
@@ -164,12 +150,13 @@ def test_sealant_that_sinks_in_time_slips_or_yields_has_no_remark(fluid):
     ],
 )
 def test_paste_that_stands_before_it_has_sunk_is_told_before_the_run(law, age_s):
-    stands = [remark for remark in remarks_of(**law) if remark.partition(": ")[2].startswith("from an age of")]
+    remarks = texts(injection_of(**law).remarks_on(0))
+    stands = [remark for remark in remarks if remark.partition(": ")[2].startswith("from an age of")]
     assert len(stands) == (age_s is not None)
     if age_s is not None:
         assert f"from an age of {age_s} s" in stands[0]
-        assert "The pour ends when the first paste is 0.2 s old" in stands[0]
-        assert not any("settle_s" in remark for remark in remarks_of(**law)), "it sinks no further"
+        assert "the first paste is 0.2 s old" in stands[0]
+        assert "settle_s" not in str(remarks), "it sinks no further"
 
 
 @pytest.mark.parametrize(
@@ -185,9 +172,7 @@ def test_u_is_recorded_as_a_viscosity_only_where_particles_move_by_it(fluid, has
     """Without a yield stress U = 1e5 levels like water; its record once said 854 Pa s."""
     injection = injection_of(**fluid)
     injection.advance()
-    (run,) = results(injection)
-    recorded = run.health.recorded()
-    for name in ("viscosity_pa_s", "viscosity_m2_s"):
-        assert (recorded[name] is not None) == has_viscosity, name
-    assert ("reynolds" in recorded) == has_viscosity
+    recorded = results(injection)[0].health.recorded()
+    figures = [recorded.get(name) for name in ("viscosity_pa_s", "viscosity_m2_s", "reynolds")]
+    assert [figure is not None for figure in figures] == 3 * [has_viscosity]
     assert recorded["U"] > 0
