@@ -4,10 +4,9 @@ from math import erf, exp, pi, sqrt
 
 import pytest
 
-from simulate.settings import Fluid
 from simulate.setup.rheology import no_slip_weight
 from simulate.setup_checks import effective_d_cm, rheology_of
-from tests.support.small_fluids import FRAME_S, path, pour, slot
+from tests.support.small_fluids import FRAME_S, path, pour, sealant, slot
 
 SUPPORT_CM = 0.16
 
@@ -26,27 +25,23 @@ def test_drag_that_stands_for_no_slip_grows_with_viscosity_and_step_alone():
     assert once == pytest.approx(0.06 / integral / 1.6, rel=1e-4)
 
 
-def test_a_viscosity_brings_its_walls_and_a_weight_that_is_given_stands():
+@pytest.mark.parametrize("d_cm", [None, 0.2])
+def test_a_viscosity_brings_its_walls_and_a_weight_that_is_given_stands(d_cm):
     """54 mPa s at 1690 kg/m3 are 0.3195 cm2/s."""
-    fluid = Fluid(viscosity_pa_s=0.054, freeze_after_s="never")
-    expected = no_slip_weight(0.054 / 1690.0 * 1e4, SUPPORT_CM, FRAME_S)
-    assert effective_d_cm(fluid, rheology_of(fluid, SUPPORT_CM, FRAME_S), SUPPORT_CM, FRAME_S) == pytest.approx(
-        expected
-    )
-    assert rheology_of(fluid, SUPPORT_CM, FRAME_S).sticks
-    given = Fluid(viscosity_pa_s=0.054, D_cm=0.2, freeze_after_s="never")
-    assert effective_d_cm(given, rheology_of(given, SUPPORT_CM, FRAME_S), SUPPORT_CM, FRAME_S) == 0.2
-    assert not rheology_of(given, SUPPORT_CM, FRAME_S).sticks
+    fluid = sealant(viscosity_pa_s=0.054, D_cm=d_cm)
+    rheology = rheology_of(fluid, SUPPORT_CM, FRAME_S)
+    expected = d_cm or pytest.approx(no_slip_weight(0.054 / 1690.0 * 1e4, SUPPORT_CM, FRAME_S))
+    assert effective_d_cm(fluid, rheology, SUPPORT_CM, FRAME_S) == expected
+    assert rheology.sticks == (d_cm is None)
 
 
 def test_a_run_records_the_drag_in_effect_and_where_it_comes_from():
     crack = slot(12.0)
     trajectory = path(crack[1], 0.02, speed_mm_s=40.0)
-    by_unit = pour(crack, trajectory, Fluid(viscosity_pa_s=0.054, freeze_after_s="never"), radius_mm=0.6)
-    recorded = by_unit.settings["fluid"]
+    by_unit, by_weight = (
+        pour(crack, trajectory, sealant(**fluid), radius_mm=0.6) for fluid in ({"viscosity_pa_s": 0.054}, {"U": 30.0})
+    )
     expected = no_slip_weight(0.054 / 1690.0 * 1e4, 0.24, by_unit.health.recorded()["frame_s"])
-    assert recorded["D_cm"] == by_unit.health.recorded()["D_cm"] == pytest.approx(expected)
-    assert recorded["D_from"] == "no slip"
-    by_weight = pour(crack, trajectory, Fluid(U=30.0, freeze_after_s="never"), radius_mm=0.6)
-    assert by_weight.settings["fluid"]["D_cm"] == by_weight.health.recorded()["D_cm"] == 0.3
-    assert "D_from" not in by_weight.settings["fluid"]
+    for run, d_cm, origin in ((by_unit, pytest.approx(expected), "no slip"), (by_weight, 0.3, None)):
+        assert run.settings["fluid"]["D_cm"] == run.health.recorded()["D_cm"] == d_cm
+        assert run.settings["fluid"].get("D_from") == origin
