@@ -271,11 +271,7 @@ def test_a_lead_without_sealant_costs_no_memory():
 @pytest.mark.parametrize(
     ("fluid", "solver", "fault"),
     [
-        (
-            {"U": 1.0},
-            {"damping_per_s": 900.0},
-            r"damping_per_s is 900: .* at most \d+\.?\d*, or more substeps",
-        ),
+        ({"U": 1.0}, {"damping_per_s": 900.0}, r"damping_per_s is 900: .* at most \d+\.?\d*, or more substeps"),
         ({"viscosity_pa_s": 1e4, "density_kg_m3": 1.0}, {}, r"fluid\.viscosity_pa_s is 10000, .* at most 2\.84\."),
         ({"U": 1e6}, {}, r"fluid\.U is 1e\+06, .* at most 538000, or solver\.substeps of at least 10\."),
         ({"consistency_pa_s_n": 1e4, "flow_index": 0.5}, {}, r"fluid\.consistency_pa_s_n is 10000, .* at most"),

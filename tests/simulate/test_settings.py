@@ -93,11 +93,7 @@ def test_a_radius_that_is_not_given_follows_from_crack_and_nozzle(solver, nozzle
 
 @pytest.mark.parametrize(
     ("solver", "keeps", "factor"),
-    [
-        ({}, True, 1.07),
-        ({"volume_factor": 1.02}, False, 1.02),
-        ({"preset": "paper"}, False, 0.8113),
-    ],
+    [({}, True, 1.07), ({"volume_factor": 1.02}, False, 1.02), ({"preset": "paper"}, False, 0.8113)],
 )
 def test_a_run_finds_its_volume_factor_unless_it_is_given_or_the_papers(solver, keeps, factor):
     settings = Solver.model_validate(solver)

@@ -98,10 +98,7 @@ SLOPE_MM = np.linspace(-12.0, -4.0, 9)
 
 @pytest.mark.parametrize(
     ("change", "answer"),
-    [
-        (lambda mm: mm.__setitem__((3, 1), 0.0), "C5"),
-        (lambda mm: mm.__imul__(-0.5), "sign"),
-    ],
+    [(lambda mm: mm.__setitem__((3, 1), 0.0), "C5"), (lambda mm: mm.__imul__(-0.5), "sign")],
     ids=["a zero", "the sign"],
 )
 def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):

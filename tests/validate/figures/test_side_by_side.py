@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.comparison_sides import compared, side
-from validate.figures.compare_page import (
-    SAME_MM,
-    first_with_readings,
-    nearest,
-)
+from validate.figures.compare_page import SAME_MM, first_with_readings, nearest
 
 NEAR = compared(mean_error_mm=0.2)
 

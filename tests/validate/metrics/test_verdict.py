@@ -20,12 +20,7 @@ def basis(stations: int, coverage: float, gap_mm: float, *, enough: bool) -> Bas
 
 
 ENOUGH = basis(17, 1.0, 5.0, enough=True)
-JUDGED = {
-    "escaped_particles": 0,
-    "readings_data": "measured",
-    "photo_data": "measured",
-    "role": "held-out",
-}
+JUDGED = {"escaped_particles": 0, "readings_data": "measured", "photo_data": "measured", "role": "held-out"}
 
 FEW = basis(4, 1.0, 24.0, enough=False)
 EDITED = {"edited": ("profile.csv",)}

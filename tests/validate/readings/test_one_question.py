@@ -27,10 +27,7 @@ SHEETS = {
         "Fuß auf 5 mm Klotz\nwo;a;b\n" + _rows(changed={3: "12;feucht;3.1", 5: "20;nass;2.9"}),
         OPEN | {"cell", "remark"},
     ),
-    "unknown names and flags": (
-        "Ort;u;v;ok\n" + _rows("{s};{a};{b};ja", {3: "12;3.9;3.9;nein"}),
-        OPEN | {"remark"},
-    ),
+    "unknown names and flags": ("Ort;u;v;ok\n" + _rows("{s};{a};{b};ja", {3: "12;3.9;3.9;nein"}), OPEN | {"remark"}),
     "names that are letters": ("Stelle;A;B\n" + _rows(), OPEN),
     "no unit, remark, slip of a number": (
         "s;Tiefe 1;Tiefe 2;Bemerkung\n" + _rows("{s};{a};{b};", {4: "16;3.1;3.l;", 6: "24;3.4;3.5;Ausreißer"}),
@@ -41,10 +38,7 @@ SHEETS = {
         {"quantity", "outside", "outlier"},
     ),
     "direction and short span": (NO_WAY + _rows(s_mm=np.round(S / 10, 1)), {"quantity", "span"}),
-    "a cell and another zero": (
-        H.replace("Tiefe", "Pegel") + "\n" + _rows(changed={3: "12;?!;3.9"}),
-        {"cell", "sign"},
-    ),
+    "a cell and another zero": (H.replace("Tiefe", "Pegel") + "\n" + _rows(changed={3: "12;?!;3.9"}), {"cell", "sign"}),
     "two tables below each other": (
         f"P1\n{H}\n" + _rows(changed={4: "16;x;3.1"}) + f"\nP2, vom rechten Ende\n{H}\n" + _rows(),
         {"range", "cell", "remark"},
