@@ -8,7 +8,6 @@ from sealtwin.core.facts import texts
 from sealtwin.core.records import Floats
 from simulate.injection import Injection
 from simulate.loose_fluid import filled_box_mm
-from simulate.setup.rheology import added_viscosity
 from tests.support.small_fluids import FRAME_S, injected, path, prepared, results, sealant, slot
 from tests.support.tanks import Pit, Tank, raised
 
@@ -126,14 +125,6 @@ def test_sealant_that_sinks_in_time_slips_or_yields_has_no_remark(fluid):
 def test_paste_that_its_walls_do_not_support_is_not_said_to_stand(stress_pa, wall_share):
     paste = injection_of(viscosity_pa_s=1.0, yield_stress_pa=stress_pa, wall_share=wall_share)
     assert HOLDS not in str(paste.remarks_on(0))
-
-
-def test_the_remark_on_a_thin_fluid_has_the_viscosity_that_particles_add():
-    """Shorter substeps and larger particles add more."""
-    water = injection_of(viscosity_pa_s=0.001)
-    added_mm2_s = 100 * added_viscosity(0.06, water.engine.step_s)
-    assert f"about {1 + added_mm2_s:.3g} mm2/s" in water.remarks_on(0)[0].text
-    assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)
 
 
 @pytest.mark.parametrize(

@@ -137,13 +137,6 @@ def test_a_run_of_fewer_substeps_does_not_continue_a_checkpoint_of_more(tmp_path
     assert (few.done, len(sentences)) == (0, 1)
 
 
-def test_remarks_are_of_the_substeps_of_the_run():
-    """Of thin liquid: how much viscosity particles add grows with the number of substeps."""
-    liquid = sealant(viscosity_pa_s=0.001, density_kg_m3=1000.0)
-    of_four, of_sixteen = (prepare(Pour(SAMPLE, (liquid,), SOLVER), finer=finer).remarks_on(0)[0] for finer in (2, 8))
-    assert of_four != of_sixteen
-
-
 @pytest.mark.parametrize("keeps", [True, False])
 def test_a_killed_run_of_more_substeps_goes_on_where_it_was(tmp_path: Path, keeps, monkeypatch):
     """A run that was killed before its first checkpoint by the clock goes on at its first frame.

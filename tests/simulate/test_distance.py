@@ -147,19 +147,6 @@ def test_moves_within_a_free_ball_end_where_walls_would_have_let_them():
     assert np.abs(ends[0] - ends[1]).max() < 0.1
 
 
-def test_a_prediction_leaves_planes_that_were_asked_for_nearby():
-    """The pressure's iterations slide along them: one from the other side of a narrow lane lets everything through."""
-    random = np.random.default_rng(5)
-    engine = engine_with(lattice(np.array([0.2, -1.3, -6.0]), np.array([5.8, 1.3, -1.0]), 0.69), slot())
-    nearby_mm, off_mm = 0.5 * CLEARANCE * RADIUS_MM, []
-    for _ in range(30):
-        throw(engine, random.normal(0.0, 0.15 * nearby_mm, (engine.state.count, 3)))
-        asked_mm = engine.state.free.numpy()[:, :3] / CM
-        off_mm.append(np.linalg.norm(engine.state.position_mm() - asked_mm, axis=1))
-        assert off_mm[-1].max() < 1.001 * nearby_mm
-    assert np.median(off_mm) > 0.1 * nearby_mm, "asked for in every move"
-
-
 def test_pressure_pushes_nothing_into_a_wall():
     """Fluid that is far too dense bursts out of a corner and over the mouth's edges, where planes stand for no wall."""
     solid, outline = slot(12.0, tilt="flare", depth_mm=6.0)

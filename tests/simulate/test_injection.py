@@ -19,7 +19,7 @@ from tests.support.batches import (
     spoil_a_place,
     together,
 )
-from tests.support.small_fluids import path, pour, results, slot
+from tests.support.small_fluids import results
 
 
 @pytest.fixture(params=["in order", "renumbered"])
@@ -114,12 +114,3 @@ def test_time_that_is_spent_waiting_for_the_device_is_the_frames(monkeypatch):
     monkeypatch.setattr("warp.synchronize_device", lambda _: time.sleep(0.02))
     injection.snapshot()
     assert 0.02 <= injection.statistics.frames_s - before_s < 1
-
-
-def test_a_radius_left_to_us_is_four_abreast():
-    """3.1 mm: 0.388 mm; it is written out where the run says what it was made with."""
-    crack = slot(12.0)
-    run = pour(crack, path(crack[1], 0.02, speed_mm_s=20.0), radius_mm="auto")
-    assert run.radius_mm == pytest.approx(crack[1].mean_width_mm / 8, rel=2e-3)
-    assert run.settings["solver"]["radius_mm"] == run.radius_mm
-    assert run.health.recorded()["particles_across"] == pytest.approx(4.0, rel=2e-3)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Floats
-from simulate.settings import particle_volume
+from simulate.settings import LEVEL, SampleSlope, particle_volume
 from tests.support.small_fluids import corrected, engine_with, lattice, lay_down, positions_mm, prepared, slot
 
 SUPPORT = 0.16
@@ -94,14 +94,15 @@ def test_a_frozen_neighbour_answers_as_hard_as_the_preset_says():
     assert moved[0][-1] == pytest.approx(2 * moved[1][-1], rel=1e-3)
 
 
-def test_free_fall_with_damping_is_the_closed_form():
-    """V = g/eta (1 - exp(-eta t)), to the first order of a step of 1.8 ms."""
-    engine = engine_with(np.array([[3.0, 0.0, 500.0]]), slot(), damping_per_s=2.0)
+@pytest.mark.parametrize("slope", [LEVEL, SampleSlope(gradient_deg=-30.0, crossfall_deg=20.0)], ids=["level", "steep"])
+def test_free_fall_with_damping_is_the_closed_form(slope):
+    """V = g/eta (1 - exp(-eta t)) along the plumb line, to the first order of a step of 1.8 ms."""
+    engine = engine_with(np.array([[3.0, 0.0, 500.0]]), slot(), damping_per_s=2.0, slope=slope)
     for _ in range(100):
         engine.predict(engine.rows)
         engine.update_velocity(engine.rows)
-    t = 100 * 7.23e-3 / 4
-    assert engine.state.velocity.numpy()[0, 2] == pytest.approx(-981 / 2 * (1 - np.exp(-2 * t)), rel=3e-3)
+    speed_cm_s = 981 / 2 * (1 - np.exp(-2 * 100 * engine.step_s))
+    assert engine.state.velocity.numpy()[0] == pytest.approx(speed_cm_s * np.array(slope.down), rel=3e-3, abs=1e-3)
 
 
 def test_velocities_are_not_rounded_as_positions_are():

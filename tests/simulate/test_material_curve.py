@@ -15,7 +15,7 @@ from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup_checks import check_fit, rheology_of, solved_as
 from tests.support.periodic_box import Endless, stirred_mm
-from tests.support.small_fluids import FRAME_S, engine_with, in_rows, lattice, path, pour, prepared, slot
+from tests.support.small_fluids import FRAME_S, engine_with, in_rows, lattice, prepared, slot
 
 SUPPORT_CM = 0.16
 CURING = "age_s,viscosity_pa_s,yield_stress_pa\n0,0.05,0\n10,5,20\n"
@@ -259,23 +259,3 @@ def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities(
     # 2 * 2 * 6 / 8 = 3 across, over 2: half of a neighbourhood makes 1.25 below it; the plain mean 1.5.
     below = ratio[(height < 23) & (height > 22.2)]
     assert 1.05 < below.min() <= below.max() < 1.3
-
-
-def test_sealant_that_thickens_with_age_slows_down_and_a_constant_curve_is_the_constant_fluid():
-    """To the bit; of the fluid without a curve none is recorded."""
-    crack = slot(12.0)
-    way = path(crack[1], 0.1, speed_mm_s=20.0)
-    constant, level, curing = (
-        pour(crack, way, paste)
-        for paste in (
-            fluid(viscosity_pa_s=0.05),
-            curve(age_s=[0, 9], viscosity_pa_s=[0.05, 0.05]),
-            curve(age_s=[0, 0.3], viscosity_pa_s=[0.05, 50.0]),
-        )
-    )
-    assert np.array_equal(constant.position_mm, level.position_mm)
-    thick, thin = (np.linalg.norm(run.velocity_mm_s, axis=1).mean() for run in (curing, constant))
-    assert thick < 0.8 * thin
-    assert curing.escaped_particles == 0
-    assert "curve" not in constant.settings["fluid"]
-    assert curing.settings["fluid"]["curve"]["viscosity_pa_s"] == (0.05, 50.0)

@@ -59,15 +59,6 @@ def test_a_disc_holds_as_many_circles_as_pack_it(ratio, count):
         assert np.hypot(*packed.T).max() + 0.4 <= ratio * 0.4 + 1e-9
 
 
-def test_releases_follow_a_flow_that_changes():
-    """Twice the flow, twice the particles; none where there is none. To within one release."""
-    schedule = plan(straight_path(np.repeat([100.0, 0.0, 200.0], [20, 20, 21])))
-    shares = np.histogram(schedule.position_mm[:, 0], bins=[8, 31.3, 48.7, 72])[0] / schedule.particles
-    assert shares == pytest.approx([1 / 3, 0, 2 / 3], abs=2 * schedule.release / schedule.particles)
-    assert schedule.released[-1] == schedule.particles
-    assert np.diff(schedule.released).max() <= schedule.release
-
-
 DEEPENING = Sections(s_mm=np.array([0.0, 80.0]), depth_mm=np.array([4.0, 16.0]), area_mm2=np.array([10.0, 50.0]))
 """A crack whose section at s is 10 + s / 2 mm²."""
 
