@@ -38,20 +38,6 @@ def test_what_was_edited_and_never_measured_is_said_first():
     assert compare_page([side("a", 0.5), side("b", 0.7)]).cautions == []
 
 
-def test_what_one_run_was_tuned_on_is_held_out_from_none():
-    """Whoever set the role: the same numbers were seen."""
-    tuned = replace(side("a", 0.5), comparison=compared(role="calibrated-on"))
-    assert compare_page([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions == [
-        "Not held out: the readings of run 2 were used to calibrate run 1."
-    ]
-
-
-def table_of(sheet, title: str) -> FigureTable:
-    (part,) = [part for part in sheet.sections if part.title == title]
-    assert isinstance(part.items[0], FigureTable)
-    return part.items[0]
-
-
 @pytest.mark.parametrize("marred", [{"volume_ratio": 1.051}, {"edited": ["profile.csv"]}], ids=["volume", "edited"])
 def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
     """It is the nearer one of the two; it is neither the nearest nor in the mean over held-out trials."""
@@ -93,15 +79,6 @@ def test_held_out_trials_alone_make_the_mean():
     sides = [trial("a", "calibrated-on", 0.2), trial("b", "held-out", 1.0), trial("c", "held-out", 2.0)]
     assert held_out_mean_mm(sides) == pytest.approx(1.5)
     assert held_out_mean_mm(sides[:1]) is None
-
-
-def test_a_figure_that_a_run_lacks_is_a_dash():
-    """A run without readings has no error; none of these runs has volumes."""
-    sides = [trial("a", "held-out", 0.25), replace(side("b", 0.1), readings=None, comparison=None)]
-    rows = {label: texts for label, *texts in table_of(compare_page(sides), "Figures").rows}
-    assert rows["mean error (mm)"] == ["0.250", "-"]
-    assert rows["beats its baselines"] == ["yes", "-"]
-    assert rows["beats the dispensed volume's flat level"] == ["-", "-"]
 
 
 NEAR = compared(mean_error_mm=0.2)

@@ -75,15 +75,12 @@ def test_a_snapshot_has_a_unit_on_every_axis_and_hides_what_the_face_hides(scene
     assert axes_box(top, clip) == pytest.approx(np.clip(axes_box(top, clip), 0, 1), abs=1e-6)
 
 
-def test_the_nozzle_stands_where_it_is_then_and_is_gone_after_its_path(scene, evidence):
+def test_the_nozzle_stands_where_it_is_then_and_many_moments_are_thinned_to_a_page(scene, evidence, frames):
+    """It is gone after its path."""
     path = evidence.trajectory
     assert scene.nozzle_mm(float(path.t_s[0])) == pytest.approx(path.position_mm[0])
     assert scene.nozzle_mm(float(path.t_s[-1]) + 1.0) is None
-
-
-def test_many_moments_are_thinned_to_a_page(scene, frames):
-    figure = draw_fill(frames * 7, scene)
-    assert len(axes_of(figure)) == 8 + 1
+    assert len(axes_of(draw_fill(frames * 7, scene))) == 8 + 1
 
 
 def test_snapshots_of_one_run_have_one_layout(scene, frames, tmp_path, monkeypatch):
@@ -119,27 +116,22 @@ def test_health_shows_per_cent_and_the_zero_of_what_must_stay_zero(health):
     assert lost.get_ylim() == (0.0, 1.0)
 
 
-def film(path, scene, frames):
-    numbers = []
-    write_film(path, [frame.t_s for frame in frames], lambda number: frames[number], scene, numbers.append)
-    assert numbers == list(range(1, len(frames) + 1))
-
-
 def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path, monkeypatch):
     """In the run's own time, where players can show that: 6.5 s between two frames are shown as one."""
     monkeypatch.setattr("validate.figures.snapshots.FILM_IN", (4.0, 5.0))
     timed = [replace(frame, t_s=t_s) for frame, t_s in zip(frames, (0.5, 0.6, 7.1), strict=True)]
-    film(tmp_path / "fill.gif", scene, timed)
+    numbers = list[int]()
+    write_film(tmp_path / "fill.gif", [frame.t_s for frame in timed], timed.__getitem__, scene, numbers.append)
+    assert numbers == [1, 2, 3]
     with Image.open(tmp_path / "fill.gif") as opened:
-        shown = [
-            (picture.info["duration"], np.asarray(picture.convert("RGB"), dtype=int))
-            for picture in ImageSequence.Iterator(opened)
+        pictures = [
+            (each.info["duration"], np.asarray(each.convert("RGB"), int)) for each in ImageSequence.Iterator(opened)
         ]
-    assert [duration for duration, _ in shown] == [100, 1000, 1500]
+    assert [duration for duration, _ in pictures] == [100, 1000, 1500]
     painted = np.asarray(as_picture(Snapshot(scene, film=True).draw(timed[1]), FILM_DPI), dtype=int)
     # 128 colours for all: neighbours on the scales become one.
-    assert np.abs(shown[1][1] - painted).mean() < 2.0
-    assert np.abs(shown[1][1] - shown[0][1]).mean() > 4.0
+    assert np.abs(pictures[1][1] - painted).mean() < 2.0
+    assert np.abs(pictures[1][1] - pictures[0][1]).mean() > 4.0
 
 
 def test_a_film_that_cannot_be_made_is_one_sentence_and_no_file(scene, frames, tmp_path):

@@ -108,12 +108,6 @@ def test_marks_are_of_cells_with_content(first, read):
     assert grid.rows[2][2].text == "2.1 2.3"
 
 
-def test_hidden_rows_and_columns_are_marked(first, read):
-    first.row_dimensions[2].hidden = first.column_dimensions["C"].hidden = True
-    grid = read()
-    assert (grid.hidden_rows, grid.hidden_columns) == ({2}, {2})
-
-
 def test_comments_are_read_without_their_author(first, read):
     first["B2"].comment, first["D9"].comment = Comment("PC 1:\nin inch!", "PC 1"), Comment("zero: 5 mm", "PC 1")
     first.parent.create_sheet("Notes")["C3"].comment = Comment("from the right end", "x")
@@ -181,25 +175,6 @@ def test_cells_of_other_programs_are_read(tmp_path, name):
     *cells, read = WRITTEN[name]
     path = rewritten(tmp_path / "a.xlsx", sheet=rows_of(*HEADER, *cells), on_load=name == "never calculated")
     assert [cell.text or cell.kind for cell in read_grid(path).rows[2].values()] == read
-
-
-MERGED = {
-    "columns": ([["s [mm]", "Tiefe [mm]", None], [0, 1.5, 1.6], [5, 2, 2.1]], "B1:C1"),
-    "place": ([["s [mm]", "Tiefe [mm]"], [0, 1.5], [None, 1.6], [5, 2]], "A2:A3"),
-}
-
-
-@pytest.mark.parametrize("kind", MERGED)
-def test_a_merged_cell_is_its_first_cell_and_what_lacks_is_asked_about(tmp_path, kind):
-    rows, span = MERGED[kind]
-    book = openpyxl.Workbook()
-    for row in rows:
-        book.worksheets[0].append(row)
-    book.worksheets[0].merge_cells(span)
-    book.save(tmp_path / "lab.xlsx")
-    with pytest.raises(SheetFaults) as caught:
-        read_readings(tmp_path / "lab.xlsx", Declared())
-    assert [doubt.kind for doubt in caught.value.doubts] == [kind]
 
 
 def test_merged_ranges_and_links_take_no_memory(tmp_path):
