@@ -7,6 +7,7 @@ import trimesh
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Solid
 from simulate.fluid.solver import FluidSolver
 from simulate.hollow import solid_of
@@ -145,6 +146,11 @@ def test_moves_within_a_free_ball_end_where_walls_would_have_let_them():
         ends.append(engine.state.position_mm())
         assert engine.barrier.sampled_mm(ends[-1]).min() > 0.5 * 0.86 * 0.4
     assert np.abs(ends[0] - ends[1]).max() < 0.1
+
+
+def test_a_radius_that_needs_too_fine_a_grid_is_refused():
+    with pytest.raises(InputError, match=r"solver.radius_mm is 0.02: its distance grid"):
+        build_barrier(*slot(), 0.02, "cpu")
 
 
 def test_pressure_pushes_nothing_into_a_wall():

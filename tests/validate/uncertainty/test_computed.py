@@ -96,25 +96,32 @@ def test_the_mean_of_stations_has_the_band_of_their_mean():
         )
 
 
-def test_extra_runs_that_are_copies_are_refused():
-    """Broken on purpose, a copy counts as a run: the scatter of a single one falls from 0.050 to 0.044 mm."""
-    s_mm = np.linspace(0.0, 40.0, 9)
-    runs_mm = 0.1 * np.sin(s_mm) + APART_MM[:, None]
-    sizes = [SizeRuns(radius_mm, runs_mm + radius_mm) for radius_mm in RADII_MM]
-    assert Spread(s_mm, (sizes[0], sizes[1], sizes[2]), (), None, None).at(s_mm) is not None
-    copies = SizeRuns(1.3, runs_mm[[0, 1, 1]])
+ALONG_MM = np.linspace(0.0, 40.0, 9)
+
+
+def spread_of(*runs_mm: Any) -> Spread:
+    """Runs of three sizes along 40 mm of crack."""
+    fine, middle, coarse = (SizeRuns(radius_mm, runs) for radius_mm, runs in zip(RADII_MM, runs_mm, strict=True))
+    return Spread(ALONG_MM, (fine, middle, coarse), (), None, None)
+
+
+def test_extra_runs_that_are_copies_or_show_no_scatter_are_refused():
+    """Broken on purpose, a copy counts as a run: the scatter of a single one falls from 0.050 to 0.044 mm.
+
+    A single run of each size agrees with itself: the band would be 0.
+    """
+    runs_mm = 0.1 * np.sin(ALONG_MM) + APART_MM[:, None]
+    sizes = [runs_mm + radius_mm for radius_mm in RADII_MM]
+    assert spread_of(*sizes).at(ALONG_MM) is not None
     with pytest.raises(InputError, match=r"1\.3 mm: the runs with seed \+ 1 and with seed \+ 2 .* solver\.radius_mm"):
-        Spread(s_mm, (sizes[0], sizes[1], copies), (), None, None)
-
-
-@pytest.mark.parametrize(("sizes", "says"), [(1, "fewer than 2 runs"), (None, "neither runs of particles")])
-def test_extra_runs_that_show_no_scatter_are_not_read(sizes: int | None, says: str):
-    """A single run of each size agrees with itself: the band would be 0."""
-    s_mm = np.linspace(0.0, 40.0, 9)
-    runs = [SizeRuns(radius_mm, np.full((sizes or 1, 9), radius_mm)) for radius_mm in RADII_MM]
-    spread = Spread(s_mm, (runs[0], runs[1], runs[2]) if sizes else None, (), None, None)
-    with pytest.raises(ValueError, match=says):
-        Spread.of(json.loads(as_json(spread.content())))
+        spread_of(*sizes[:2], runs_mm[[0, 1, 1]])
+    nothing = Spread(ALONG_MM, None, (), None, None)
+    for spread, words in (
+        (spread_of(*(size[:1] for size in sizes)), "fewer than 2 runs"),
+        (nothing, "neither runs of"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            Spread.of(json.loads(as_json(spread.content())))
 
 
 def test_effects_of_a_linear_response_are_exact_and_spare_columns_tell_how_far_runs_scatter():

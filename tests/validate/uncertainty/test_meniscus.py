@@ -1,8 +1,6 @@
 """The meniscus in the budget: its depth, its pinned edges, its side, and its name with its size if it is undeclared."""
 
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -36,15 +34,6 @@ SETTING = "uncertainty.surface_tension_n_m"
 def test_the_middle_is_lower_by_a_meniscus_that_the_face_pins(width_mm, density_kg_m3, level_mm, sag_mm):
     mouth = Mouth(S_MM, np.full(17, width_mm), density_kg_m3)
     assert mouth.sag_mm(S_MM, np.full(17, level_mm)) == pytest.approx(sag_mm, rel=3e-3)
-
-
-def test_the_mouth_of_a_flare_is_wider_than_its_trace():
-    crack: Any = SimpleNamespace(s_mm=S_MM, width_mm=np.full(17, 3.0))
-    solid: Any = SimpleNamespace(tilt="flare", wall_angles_deg=(5.0, 9.0), depth_mm=16.0)
-    opening = np.tan(np.radians(5.0)) + np.tan(np.radians(9.0))
-    assert Mouth.of(crack, solid, None).at_mm(S_MM) == pytest.approx(3.0 + 16.0 * opening)
-    solid.tilt = "funnel"
-    assert Mouth.of(crack, solid, None).at_mm(S_MM) == pytest.approx(3.0)
 
 
 def test_a_mean_level_and_the_reading_in_its_middle_have_the_same_meniscus():
@@ -92,13 +81,13 @@ def test_declared_it_is_an_error_of_the_model_in_a_prediction():
 
 
 def test_undeclared_it_is_named_with_its_size_and_in_no_band():
-    """That of water; 0 declares that there is none."""
+    """The size is that of water; 0 declares that there is none."""
     name = "meniscus of up to 0.29 mm in the middle"
     budget, prediction = read(Uncertainty()), predicted(Uncertainty())
-    assert [one.name for one in budget.missing if one.setting == SETTING] == [name]
-    assert [one.name for one in prediction.missing] == [name]
+    for missing in (budget.missing, prediction.missing):
+        assert [error.name for error in missing if error.setting == SETTING] == [name]
     assert any(name in fact.text for fact in prediction_facts(prediction))
     none = read(Uncertainty(surface_tension_n_m=0.0))
-    assert SETTING not in {one.setting for one in (*none.components, *none.missing)}
+    assert SETTING not in {error.setting for error in (*none.components, *none.missing)}
     assert budget.band_mm == pytest.approx(none.band_mm)
     assert prediction.model_mm is None
