@@ -11,7 +11,7 @@ import pytest
 from sealtwin.core.errors import NumericalError, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run
-from simulate.injection import ComputeOptions, Injection, Watcher, prepare
+from simulate.injection import ComputeOptions, Injection, Watcher
 from simulate.pour import Pour
 from simulate.run import fill, fill_each
 from simulate.settings import Fluid, SampleSlope, Solver
@@ -125,16 +125,6 @@ def test_a_checkpoint_of_another_run_or_with_no_such_factor_begins_nothing(tmp_p
     filled(THIN, SOLVER, None, Checkpoint(file, "key", sentences.append), begun)
     assert begun.at == [(1, 0)]
     assert len(sentences) == 1
-
-
-def test_a_run_of_fewer_substeps_does_not_continue_a_checkpoint_of_more(tmp_path):
-    sentences = list[str]()
-    checkpoint = Checkpoint(tmp_path / "checkpoint.npz", "key", sentences.append)
-    few, many = (prepare(Pour(SAMPLE, (THIN,), SOLVER), finer=finer) for finer in (1, 2))
-    many.advance()
-    checkpoint.keep(many)
-    checkpoint.begin(few)
-    assert (few.done, len(sentences)) == (0, 1)
 
 
 @pytest.mark.parametrize("keeps", [True, False])

@@ -59,20 +59,14 @@ def test_nothing_is_released_inside_a_dam_or_the_face(settings, fault):
 
 
 def test_each_way_out_that_a_refusal_names_is_one():
-    ways = re.findall(r"path\.(\w+) of at least ([\d.]+\d)", refusal(bridged()))
+    """The bridge's side is at 11 mm; the clearance is 0.6 mm, and a release comes each 0.5 mm."""
+    message = refusal(bridged())
+    first = re.search(r"first at s = ([\d.]+) mm", message)
+    assert first
+    assert 10.4 <= float(first[1]) <= 10.9
+    ways = re.findall(r"path\.(\w+) of at least ([\d.]+\d)", message)
     assert {"trim_mm", "nozzle_height_mm"} >= {name for name, _ in ways} >= {"nozzle_height_mm"}
     for name, value in ways:
         assert poured(bridged(), **{name: float(value)}).escaped_particles == 0
     only_just = poured(dammed(), trim_mm=1.0)
     assert only_just.escaped_particles == only_just.spilled_particles == 0
-
-
-def test_a_bridge_over_the_crack_is_passed_above_and_not_through():
-    # Its side is at 11 mm; the clearance is 0.6 mm, and a release comes each 0.5 mm.
-    first = re.search(r"first at s = ([\d.]+) mm", refusal(bridged()))
-    assert first
-    assert 10.4 <= float(first[1]) <= 10.9
-    run = poured(bridged(), nozzle_height_mm=6.0)
-    assert run.escaped_particles == 0
-    # Some of it lies on the bridge.
-    assert (run.position_mm[:, 2] > 5).any()

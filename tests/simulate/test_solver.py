@@ -5,10 +5,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simulate.fluid.solver import FluidSolver, substeps_for
+from simulate.fluid.solver import AGAIN_S, PATIENCE_S, RESTLESS_S, WAKING_CM_S, FluidSolver, substeps_for
+from simulate.kernels.status import ASLEEP, MOVING, RESTS
 from simulate.settings import Fluid, Solver, particle_volume
+from simulate.setup.rheology import Rheology
 from simulate.setup_checks import rheology_of
-from tests.support.small_fluids import FRAME_S, check, corrected, engine_with, lattice, positions_mm, slot
+from tests.support.small_fluids import FRAME_S, check, engine_with, lattice, positions_mm, slot
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 4.0, 3.1, 24.0
 COLUMN = 540
@@ -76,14 +78,45 @@ def test_substeps_follow_the_fall_of_a_particle(radius_mm, frame_s, carried, alo
     assert substeps_for(Solver(radius_mm=radius_mm, substeps=3), paste, frame_s) == 3
 
 
-def test_a_relaxation_is_the_same_at_any_scale():
-    """Twice the radius, lengths and all: 1.5 / h^2 is 60 per cm2 at h = 1.6 mm and scales with the gradients."""
-    moved = []
-    for scale in (1.0, 2.0):
-        points = scale * lattice(np.array([0, -2, 28]), np.array([4, 2, 32]), 0.68)
-        crack = slot(depth_mm=4.0)
-        engine = engine_with(points, crack, radius_mm=0.4 * scale, frame_s=FRAME_S)
-        corrected(engine)
-        moved.append((positions_mm(engine) - points) / scale)
-    assert np.abs(moved[0]).max() > 0.02
-    assert moved[1] == pytest.approx(moved[0], abs=1e-4)
+SLEEPY = Rheology(30.0, 0.3, yield_cm2_s2=71.0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "flowed_s", "wakes"),
+    [
+        (1.1 * WAKING_CM_S, 0.0, True),
+        (0.4 * WAKING_CM_S, 0.0, False),
+        (0.4 * WAKING_CM_S, 1.1 * RESTLESS_S, True),
+        (0.4 * WAKING_CM_S, 0.9 * RESTLESS_S, False),
+    ],
+)
+def test_a_sleeper_wakes_beside_what_is_fast_or_goes_on_flowing(speed, flowed_s, wakes):
+    """Paste that flows back at 2 mm/s would else stand as a step on a bed that sleeps."""
+    engine = engine_with(np.array([[3.0, 0.0, -8.0], [3.0, 0.0, -7.0]]), slot(), fluid=SLEEPY)
+    state = engine.state
+    engine.find_neighbours()
+    position, status = state.position.numpy().copy(), state.status.numpy().copy()
+    position[0, 3], status[0] = RESTS, ASLEEP
+    state.position.assign(position)
+    state.status.assign(status)
+    state.velocity.assign(np.array([[0.0, 0.0, 0.0], [speed, 0.0, 0.0]], dtype=np.float32))
+    quiet_s = engine.lasting()["quiet_s"]
+    quiet_s.assign(np.array([PATIENCE_S, -flowed_s], dtype=np.float32))
+    engine.find_movers()
+    engine.find_neighbours()
+    engine.viscosity.weigh_pairs(engine.rows)
+    engine._wake(engine.rows)
+    assert (state.status.numpy()[0] == int(MOVING)) == wakes
+    if wakes:
+        # It lies down again soon, if it does not flow.
+        assert quiet_s.numpy()[0] == pytest.approx(PATIENCE_S - AGAIN_S)
+
+
+def test_a_moment_of_quiet_forgets_the_flow_and_one_of_flow_the_quiet():
+    engine = engine_with(np.array([[3.0, 0.0, -8.0]]), slot(), fluid=SLEEPY)
+    quiet_s = engine.lasting()["quiet_s"]
+    for speed, before, after in ((0.0, -5.0, FRAME_S), (1.0, 0.2, -FRAME_S), (1.0, -0.2, -0.2 - FRAME_S)):
+        engine.state.velocity.assign(np.array([[speed, 0.0, 0.0]], dtype=np.float32))
+        quiet_s.fill_(before)
+        engine._fall_asleep(engine.rows)
+        assert quiet_s.numpy()[0] == pytest.approx(after, rel=1e-4)

@@ -1,6 +1,5 @@
 """Viscosity: its law, its solve and passes, and conjugate gradients as a GPU runs them, here on the CPU."""
 
-from functools import partial
 from itertools import product
 from typing import Any
 
@@ -10,13 +9,10 @@ import warp as wp
 
 from sealtwin.core.records import Floats
 from simulate.fluid.solver import FluidSolver
-from simulate.fluid.state import State
 from simulate.kernels.pair_sums import WEIGHTS
-from simulate.settings import Fluid
 from simulate.setup.rheology import Rheology, kinematic_viscosity, viscous_weight
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import rheology_of
-from tests.support.batches import SPOILED, ready
 from tests.support.periodic_box import Endless, stirred_mm
 from tests.support.small_fluids import FRAME_S, engine_with, lattice, prepared, sealant, slot
 
@@ -151,27 +147,17 @@ def test_a_plug_feels_the_share_of_its_stress_that_walls_take_up(wall_share):
     assert taken * width_mm * CM / (2 * stress_cm2_s2) == pytest.approx(wall_share, rel=0.1)
 
 
-def test_a_fluid_at_rest_stays_so():
-    engine = filled_slot((1e4, 3.0))
-    engine.viscosity.solve_implicit(engine.rows)
-    assert engine.viscosity.iterations().max() == 0
-    assert np.abs(velocity_of(engine)).max() == 0
-
-
-@pytest.mark.parametrize("guess", [np.nan, np.inf, 1e30, 1e3, 0.0])
+@pytest.mark.parametrize("guess", [np.nan, np.inf, 1e30, 1e3])
 def test_a_solve_ends_at_the_same_velocities_from_any_guess(guess):
     """Both answers are within the solve's goal, a hundredth of the change; a guess worse than none is not taken."""
-    answers = []
-    for beginning in (None, guess):
-        engine = filled_slot((300.0, 0.3))
-        set_velocity(engine, chaos(engine))
-        start = velocity_of(engine)
-        if beginning is not None:
-            engine.state.scaled_residual.fill_(wp.vec3(beginning))
+    engine = filled_slot((300.0, 0.3))
+    start, answers = chaos(engine), []
+    for beginning in (0.0, guess):
+        set_velocity(engine, start)
+        engine.state.scaled_residual.fill_(wp.vec3(beginning))
         engine.viscosity.solve_implicit(engine.rows)
         answers.append(velocity_of(engine))
-    change = np.linalg.norm(answers[0] - start)
-    assert np.linalg.norm(answers[1] - answers[0]) < 0.02 * change
+    assert np.linalg.norm(answers[1] - answers[0]) < 0.02 * np.linalg.norm(answers[0] - start)
 
 
 def test_a_guess_saves_iterations_in_a_flow_that_goes_on():
@@ -198,25 +184,6 @@ def test_fluid_whose_links_float16_cannot_hold_counts_as_unsolved(native):
     engine.viscosity.solve_implicit(engine.rows)
     assert np.isinf(engine.viscosity.links.numpy()).any()
     assert engine.viscosity.search.unsolved.numpy().tolist() == [1]
-
-
-FRAMES = 25
-
-
-def begun(pastes: tuple[Fluid, ...]) -> State:
-    injection = ready(pastes)
-    for _ in range(FRAMES):
-        injection.advance()
-    return injection.engine.state
-
-
-def test_a_run_that_is_solved_earlier_than_others_has_the_bits_that_it_has_alone(monkeypatch):
-    """Its rows are then left out of the products, with a GPU's lists and loops."""
-    monkeypatch.setattr("simulate.injection.FluidSolver", partial(FluidSolver, native=False))
-    together = begun(SPOILED)
-    for number, paste in enumerate(SPOILED):
-        alone = begun((paste,))
-        assert np.array_equal(together.position_mm()[alone.count * number :][: alone.count], alone.position_mm())
 
 
 @pytest.mark.parametrize("lanes", [8, 64])

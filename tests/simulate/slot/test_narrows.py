@@ -58,19 +58,6 @@ def judged(crack: tuple[Solid, Outline], stress_pa: float = 5.0, fill: float = 0
     return fitness_of(solid, outline, path(outline, volume_ml), HerschelBulkley(1690.0, stress_pa, 0.3))
 
 
-def test_a_bar_along_all_of_a_slot_holds_what_two_gaps_of_half_the_width_do():
-    """By area over perimeter, corners left out; the length that it adds times the slope is what levels are off by."""
-    solid, outline = slot_with(stone(39.4, 0.5))
-    sections = sections_of(outline, solid, 60, reach_per_mm=0.0)
-    area_mm2 = sections.full_mm2 / 2
-    height_mm = sections.height_mm(area_mm2)
-    one = sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
-    two = sections.holding_mm(2.75 * height_mm, 2.75 + 2 * height_mm)
-    places = narrows(outline, solid, sections, 0.5)
-    # Of 40 mm 38.7 lie in cells that count, in which 0.05 is tolerated; a layer of a cut is a hundredth of its depth.
-    assert places.holds_mm == pytest.approx(38.7 * ((one / two)[30] - 1.05), rel=0.01)
-
-
 @pytest.mark.parametrize(
     ("crack", "place_mm"),
     [

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.comparison_sides import compared, side
-from validate.figures.compare_page import SAME_MM, compare_page, first_with_readings, held_out_mean_mm, nearest
+from validate.figures.compare_page import SAME_MM, compare_page, first_with_readings, nearest
 from validate.figures.page import FigureTable, write_page
 
 
@@ -69,16 +69,6 @@ def test_runs_that_leaked_or_have_another_volume_are_named():
     leaking = [replace(side(name, 0.5), escaped_particles=2) for name in "bc"]
     (sentence,) = compare_page([side("a", 0.5), *leaking]).cautions
     assert "run 2, because particles went through a wall; run 3, because particles" in sentence
-
-
-def trial(name: str, role: str, mean_error_mm: float):
-    return replace(side(name, 0.1), comparison=compared(role=role, mean_error_mm=mean_error_mm))
-
-
-def test_held_out_trials_alone_make_the_mean():
-    sides = [trial("a", "calibrated-on", 0.2), trial("b", "held-out", 1.0), trial("c", "held-out", 2.0)]
-    assert held_out_mean_mm(sides) == pytest.approx(1.5)
-    assert held_out_mean_mm(sides[:1]) is None
 
 
 NEAR = compared(mean_error_mm=0.2)

@@ -164,16 +164,6 @@ def test_stretches_add_up_to_the_cavity_of_the_mesh(outline, tilt, angle_deg, de
     assert whole_mm3(cavity_by_level(outline, solid)).sum() == pytest.approx(solid.cavity_volume_mm3, rel=2e-3)
 
 
-def test_a_side_crack_is_filled_as_its_root_is():
-    """17 mm long, 4 mm wide and 12 mm deep, it leaves the main crack at s = 18 to 22 mm."""
-    outline = with_ring(SLOT, SIDE_CRACK)
-    cavity = cavity_by_level(outline, built(outline, 12.0))
-    root = (cavity.middle_mm > 17.0) & (cavity.middle_mm < 23.0)
-    main_mm3 = 6.0 * 12.0 * np.diff(cavity.ends_mm)
-    assert whole_mm3(cavity)[~root] == pytest.approx(main_mm3[~root], rel=0.15)
-    assert whole_mm3(cavity)[root].sum() == pytest.approx(6.0 * 6.0 * 12.0 + 17.0 * 4.0 * 12.0, rel=0.02)
-
-
 FROM_MM, TO_MM, SLOT_MM, DEEP_MM = 20.0, 80.0, 4.0, 10.0
 ROOM_MM = TO_MM - FROM_MM
 RIGHT_MM, LEFT_MM = 18.0, 22.0

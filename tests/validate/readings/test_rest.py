@@ -76,10 +76,6 @@ def test_a_remark_is_quoted_beside_its_readings(doubts_of):
     assert "C3 'Ausreißer' beside 5 2" in doubt.finding
 
 
-def test_rows_that_are_skipped_are_not_quoted(read):
-    assert not read(f"{H}\n0;1\n5;2\n7;9;verrutscht\n10;3\n", columns={"skip": [4]}).questions
-
-
 def _colour(sheet: Any, *cells: str) -> None:
     for cell in cells:
         sheet[cell].fill = PatternFill("solid", fgColor="FFFF0000")
@@ -130,8 +126,3 @@ def test_a_zero_that_is_no_face_is_answered_by_the_datum(read):
     text = H + "\n" + "".join(f"{s};{-4 - s / 100}\n" for s in range(0, 12, 2))
     assert {doubt.kind for doubt in read(text, 20.0).questions} == {"sign"}
     assert not read(text, 20.0, datum="caliper_base", datum_level_mm=-5.0).questions
-
-
-def test_doubts_do_not_hide_faults(doubts_of):
-    doubts = doubts_of(f"Nullpunkt: Fuß\n{H};Bemerkung\n0;1;\n5;?!;Ausreißer\n10;3;\n")
-    assert {doubt.kind: doubt.is_open for doubt in doubts} == {"cell": True, "remark": True}

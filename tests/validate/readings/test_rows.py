@@ -93,13 +93,6 @@ def test_one_mistake_in_many_rows_is_one_question(doubts_of):
     assert len(str(doubt)) < 500
 
 
-def test_a_crack_of_unknown_length_has_a_limit_too(write):
-    path = write(H + "0;1\n5;2\n20000;3\n")
-    with pytest.raises(SheetFaults) as caught:
-        read_readings(path, Declared(), None, 10.0)
-    assert [doubt.kind for doubt in caught.value.doubts] == ["outside"]
-
-
 def test_rows_and_arrays_are_a_sheet():
     rows = [["s_mm", "depth_1_mm", "depth_2_mm"], [0, 1.0, np.float32(1.5)], [np.int64(5), 2, float("nan")], [9, None]]
     profile = readings_of(grid_of_rows("readings", rows), Declared())
