@@ -159,12 +159,10 @@ ENTITY = '<!DOCTYPE a [<!ENTITY x "s_mm"><!ENTITY y "&x;&x;">]>'
 PHONETIC = '<c t="inlineStr"><is><r><t>depth</t></r><r><t>_mm</t></r><rPh sb="0" eb="1"><t>no</t></rPh></is></c>'
 ZERO, SUM = "<c><f>A1</f><v>0</v></c>", "<c><f>1+0.5</f><v>1.5</v></c>"
 WRITTEN = {
-    "results": (SUM, "<c><v>2E0</v></c>", ["1.5", "2"]),
     "never calculated": (ZERO, SUM, ["formula", "1.5"]),
     "phonetic guides": (HEADER[0], PHONETIC, ["s_mm", "depth_mm"]),
     "an empty text": ("<c><v>-1</v></c>", '<c t="str"><f>""</f><v></v></c>', ["-1"]),
     "infinity": (HEADER[0], "<c><v>1E999</v></c>", ["s_mm", "inf"]),
-    "a zero": (ZERO, SUM, ["0", "1.5"]),
     "one zero": (ZERO, "<c><v>0</v></c>", ["0", "0"]),
     "only zeros": (ZERO, ZERO, ["formula", "formula"]),
 }
@@ -189,8 +187,6 @@ DAMAGED = {
     # Nested entities of a few kilobytes are gigabytes of text; the standard library expands them.
     "entities": (rows_of("<c><v>&y;</v></c>", HEADER[1]), "Entities"),
     "a word": (rows_of("<c><v>deep</v></c>", HEADER[1]), "damaged"),
-    "no number": (rows_of("<c><v>NaN</v></c>", "<c><v>1</v></c>"), "damaged"),
-    "a string": (rows_of('<c t="s"><v>7</v></c>', HEADER[1]), "damaged"),
     "an address": (rows_of('<c r="1A"><v>7</v></c>', HEADER[1]), "damaged"),
     "a bomb": (rows_of(f"<c><v>{'1' * LARGEST_UNPACKED_MB * 1_000_000}</v></c>", HEADER[1]), "MB when it is unpacked"),
     "rows": ("<row><c><v>7</v></c></row>" * 10_101, "more than 10100 rows"),
