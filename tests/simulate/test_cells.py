@@ -67,21 +67,6 @@ def grid_of(points, out, **options: Any) -> CellGrid:
     return CellGrid(np.zeros(3), np.ones(3), 0.25, place, fate, launcher, **options)
 
 
-@pytest.mark.parametrize("in_order", [True, False])
-@pytest.mark.parametrize("count", [1, 7, 500])
-def test_the_grid_sorts_a_part_of_its_points(count, in_order):
-    """Later points are not out yet. Order within a cell is the points' own, so that sums come out the same."""
-    points = np.random.default_rng(2).uniform(0, 1, (500, 3))
-    grid = grid_of(points, np.zeros(500), in_order=in_order)
-    grid.fill(count)
-    number = grid.cells.number.numpy()[:count]
-    assert sorted(number) == list(range(count))
-    key = (np.floor(points[number] / 0.25) @ [1, 4, 16]).astype(int)
-    assert (np.diff(key * 1000 + number) > 0).all()
-    for axis, sorted_to in enumerate((grid.cells.x, grid.cells.y, grid.cells.z)):
-        assert sorted_to.numpy()[:count] == pytest.approx(points[number, axis])
-
-
 @pytest.mark.parametrize("runs", [1, 3])
 def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
     """Run by run, with points that are gone and points beyond the grid."""

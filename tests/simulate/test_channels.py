@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.channels import Channel
+from benchmarks.physics import CASES
 from sealtwin.core.facts import texts
 from sealtwin.core.records import Floats
 from simulate.injection import Injection
@@ -88,7 +89,6 @@ THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last 
         ({"consistency_pa_s_n": 20.0, "flow_index": 0.5}, f"consistency_pa_s_n is 20: {SINKS} 0.22 mm/s", ""),
         # Bingham: w/2 tau_w/mu (1 - p)^2 (1 - (1 - p)/3) / 2 with p = 10/15.2
         ({"viscosity_pa_s": 2.0, "yield_stress_pa": 10.0}, f"viscosity_pa_s is 2: {SINKS} 0.61 mm/s", ""),
-        ({"curve": THICK}, "curve is thick", "0.079 mm/s"),
         # U = 30, with or without what freezes, is the paper's own.
         ({"U": 30.0}, f"U is 30: {LEVELS};", "viscous flow needs fluid.viscosity_pa_s."),
         ({"U": 30.0, "freeze_after_s": 2.58}, f"U is 30: {LEVELS} until it freezes; viscous flow needs", ""),
@@ -108,7 +108,6 @@ def test_what_particles_or_the_crack_make_of_a_fluid_is_remarked_on_before_the_r
 @pytest.mark.parametrize(
     "fluid",
     [
-        {"viscosity_pa_s": 0.1},
         {"viscosity_pa_s": 0.5},
         {"viscosity_pa_s": 100.0, "D_cm": 0},
         {"U": 300.0, "yield_stress_pa": 3.0},
@@ -134,7 +133,6 @@ def test_paste_that_its_walls_do_not_support_is_not_said_to_stand(stress_pa, wal
         ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 100.0}, "0.15"),
         ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 100.0, "yield_stress_most_pa": 15.0}, None),
         # Thin paste has sunk by then; but the nozzle moves on by 0.6 widths in 0.03 s, and by 3 in 0.15 s
-        ({"viscosity_pa_s": 0.02, "structuration_pa_per_s": 10.0}, None),
         ({"viscosity_pa_s": 0.02, "structuration_pa_per_s": 500.0, "yield_stress_most_pa": 20.0}, "0.031"),
         ({"U": 30.0, "structuration_pa_per_s": 100.0}, None),
         ({"curve": {"age_s": [0.0, 1.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [0.0, 100.0]}}, "0.15"),
@@ -167,3 +165,14 @@ def test_u_is_recorded_as_a_viscosity_only_where_particles_move_by_it(fluid, has
     figures = [recorded.get(name) for name in ("viscosity_pa_s", "viscosity_m2_s", "reynolds")]
     assert [figure is not None for figure in figures] == 3 * [has_viscosity]
     assert recorded["U"] > 0
+
+
+SLOW = ("hydrostatic", "energy", "sloshing", "shear_wave", "slot_current", "channel", "bingham", "herschel")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in CASES]
+)
+def test_a_case_meets_its_tolerances(name):
+    """Seen to fail: volume factor 1, 2 lambda_i for lambda_i + lambda_j, twice the resistance or gamma^2, half of g."""
+    assert [row.name for row in CASES[name]() if row.missed] == []

@@ -1,6 +1,6 @@
 import math
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
@@ -19,11 +19,11 @@ from simulate.injection import ComputeOptions
 from simulate.kernels import status
 from simulate.pour import Pour
 from simulate.profile import measure_profile, volume_ratio
-from simulate.settings import Fluid, Nozzle, Solver, particle_volume
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup import signed_distance
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import check_fit, domain_of, sized
-from tests.support.shapes import oblique_slot, straight_slot
+from tests.support.shapes import OPEN, closed_crack, oblique_slot, straight_slot
 from tests.support.small_fluids import LIKE_THE_PAPER, injected, path, pour, sample_of, sealant, slot
 
 WHERE = r"Frame \d+, t = .* s, particle \d+ at \(.*\) mm\. Try"
@@ -363,3 +363,58 @@ def test_a_run_records_how_far_its_level_is_from_rest(table, settle_s, least_mm,
     health = pour(crack, path(crack[1], 24 * 3.1 * 8 / 1e3), sealant(**table), radius_mm=0.5, settle_s=settle_s).health
     assert least_mm <= (health.to_rest_mm or 0.0) <= most_mm
     assert health.flat_mm == (None if "yield_stress_pa" in table else pytest.approx(-8.0, abs=0.1))
+
+
+WATERY = {"U": 0.1, "D_cm": 1e-3}
+THE_PAPERS = {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.58}
+STIFF = {"U": 1e4, "D_cm": 3.0, "freeze_after_s": 0.3}
+STEEP = SampleSlope(gradient_deg=-30.0, crossfall_deg=20.0)
+EDGE_AT_HAND_MM = (-2.0, -3.0, 14.0, 3.0)
+
+STONE = replace(straight_slot(12.0, 7.0), islands_mm=(np.array([(4.0, -1.5), (5.0, 1.5), (7.0, 1.0), (7.5, -1.0)]),))
+
+
+@dataclass(frozen=True)
+class Case:
+    """A short crack in coarse particles, and what is odd about it."""
+
+    name: str
+    volume_ml: float
+    outline: Outline = field(default_factory=lambda: straight_slot(12.0))
+    fluid: dict[str, Any] = field(default_factory=lambda: WATERY)
+    crack: dict[str, Any] = field(default_factory=dict)
+    path: dict[str, Any] = field(default_factory=dict)
+    solver: dict[str, Any] = field(default_factory=dict)
+    nozzle_mm: float = 2.4
+    slope: SampleSlope = LEVEL
+
+
+CORNERS = {"thinnest": {"U": 1e-2, "D_cm": 1e-4}, "thickest": {"U": 1e4, "D_cm": 3.0}}
+"""Of the paper's range."""
+FINER = {"radius_mm": 0.5, "settle_s": 0.1}
+CASES = [
+    Case("thickest", 0.1, fluid=CORNERS["thickest"] | {"freeze_after_s": 0.3}, solver={**FINER, "preset": "paper"}),
+    Case("undercut", 0.1, fluid=THE_PAPERS, crack={"tilt": "undercut", "wall_angle_deg": 5.5}, solver=FINER),
+    Case("a steep slope", 0.1, fluid=CORNERS["thinnest"], slope=STEEP, solver=FINER),
+    Case("walls that close soon", 0.2, crack={"tilt": "funnel", "wall_angle_deg": 45.0}),
+    Case("tips under stiff paste", 0.3, closed_crack(0, 20.0, 3.5), STIFF, {"tilt": "lean"}, {"trim_mm": 0.0}),
+    Case("low dams, overfull", 0.6, straight_slot(16.0, ends=OPEN), crack={"depth_mm": 4.0, "dam_height_mm": 0.5}),
+    Case("a nozzle far wider than the mouth", 0.8, straight_slot(24.0), nozzle_mm=12.0, crack={"depth_mm": 6.0}),
+    Case("the largest radius", 0.3, fluid=STIFF, solver={"radius_mm": 0.775, "preset": "paper"}),
+    Case("a fall of 100 mm", 0.2, path={"nozzle_height_mm": 100.0}),
+    Case("a step in the floor", 0.3, crack={"depth_mm": ((5.0, 3.0), (5.2, 10.0)), "tilt": "lean"}),
+    Case("a stone under a flare of two angles", 0.5, STONE, crack={"tilt": "flare", "wall_angle_deg": (3.0, 12.0)}),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
+def test_nothing_escapes(case):
+    shape = {"depth_mm": 12.0, "tilt": "vertical"} | case.crack
+    solid = build_solid(case.outline, CrackShape.model_validate(shape))
+    way, fluid = path(case.outline, case.volume_ml, **{"speed_mm_s": 40.0, **case.path}), sealant(**case.fluid)
+    how = {"slope": case.slope, "nozzle_mm": case.nozzle_mm, "radius_mm": 0.7} | case.solver
+    run = pour((solid, case.outline), way, fluid, **how)
+    assert run.escaped_particles == 0
+    assert np.isfinite(run.position_mm).all()
+    assert np.isfinite(run.velocity_mm_s).all()
+    assert run.position_mm[~run.spilled, 2].min() > -solid.depth_mm
