@@ -90,11 +90,9 @@ def test_seven_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
 @pytest.mark.parametrize(
     ("case", "words"),
     [
-        ({"readings_data": "undeclared"}, "these undeclared readings"),
         ({"readings_data": "reconstructed", "role": "calibrated-on"}, "Calibrated on these reconstructed readings"),
         ({"photo_data": "synthetic"}, "The sample is synthetic."),
         ({"role": "undeclared"}, "is not declared: set readings.role"),
-        ({}, "Held out, as declared"),
         (
             {"role": "calibrated-on", "fitted": FITTED, "basis": basis(16, 1.0, 5.0, enough=True)},
             "(fitted at 16 stations: viscosity weight (U), age at freezing, wall angle)",
@@ -121,7 +119,6 @@ CASES = [
     ({"basis": basis(5, 0.7999, 16.0, enough=False)}, "undecided", False, "No verdict: the readings cover 79 % of"),
     (EDITED | WIDTH, "undecided", False, "Files were edited by hand after the run (profile.csv): no verdict."),
     ({"basis": FEW} | LEAK, "failed", False, "Do not use this run: 1 particle went through a wall"),
-    (LEAK | EDITED, "failed", False, "Do not use this run: 1 particle"),
 ]
 
 

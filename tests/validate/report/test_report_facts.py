@@ -83,7 +83,6 @@ SLOPES = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
             ["6 rows.", "3 Pa times the power 0.5 (0.45 to 0.56, which no budget includes)"],
             [],
         ),
-        ({"sample": SLOPES}, ["rises towards +x by 5° and towards +y by -2.5°"], []),
         (
             {"fluid": {"curve": AGEING, "cooling": None}},
             ["0.05 to 30 Pa s, its yield stress (Bingham) 0 to 40 Pa", "Shrinkage is not modelled"],
@@ -91,7 +90,7 @@ SLOPES = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
         ),
         ({"fluid": {"curve": HOT, "cooling": COOLING}}, ["its temperature, 0.05 to 30 Pa s", "190 to 120 °C"], []),
     ],
-    ids=["plain", "yields", "unsure", "thins", "slopes", "ageing", "cooling"],
+    ids=["plain", "yields", "unsure", "thins", "ageing", "cooling"],
 )
 def test_a_sample_and_its_sealant_are_told_with_their_numbers(evidence, groups, words, absent):
     text = assumed(evidence, **groups)
@@ -99,14 +98,13 @@ def test_a_sample_and_its_sealant_are_told_with_their_numbers(evidence, groups, 
 
 
 def test_settings_are_listed_with_their_numbers_and_what_a_table_lacks_is_not(evidence):
+    """Doubts about a paste are on page one."""
     run = with_settings(evidence, sample=SLOPES, fluid={"curve": AGEING, "cooling": None}).run
     rows = dict(settings_table(run.settings).rows)
     assert rows["sample"] == "crossfall (°) -2.5, gradient (°) 5"
+    assert "rises towards +x by 5° and towards +y by -2.5°" in assumed(evidence, sample=SLOPES)
     assert "curve age (s) 0, 60, 600, viscosity (Pa s) 0.05, 1, 30, " in rows["fluid"]
     assert not {"temperature", "cooling"} & set(rows["fluid"].split())
-
-
-def test_doubts_about_a_paste_are_on_page_one(evidence):
     thins = with_settings(evidence, fluid={"material": THINS, "flow_index": 0.5})
     assert ("Paste:", "6 rows.") in first_page(thins).notes
 
