@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from sealtwin.study.runner import MOST_NUMBERS, _compared
 from tests.support.levels import PROSE, STATIONS, compared, curves, measured, outline, profile, solid
 from validate.compare import compare
+from validate.metrics.curve_distances import Difference
 from validate.settings import Gate
 
 
@@ -58,6 +59,12 @@ def test_what_is_not_covered_is_said_and_not_counted():
     covered = [part.covered_mm for part in half.distances.by_bin]
     assert covered == [0.0, 5.0, 10.0, 10.0, 0.0, 0.0, 0.0, 0.0]
     assert half.distances.by_bin[0].mean_error_mm is None
+
+
+def test_a_flat_simulation_does_not_beat_the_flat_level():
+    metrics = compared(profile([0, 80], [-2, -2]))
+    assert (metrics.worst_error_mm, metrics.worst_at_mm, metrics.beats_flat_level) == (14.0, 0.0, False)
+    assert metrics.errors.flat_level_error_mm == pytest.approx(Difference([0, 80], [1, 1], STATIONS, PROSE).mean_error)
 
 
 def test_repeats_of_all_stations_are_pooled():

@@ -70,6 +70,16 @@ def test_pairs_are_as_near_as_the_doubts_of_readings_and_runs_allow(readings_mm,
     assert 0 < len(near) < len(compared)
 
 
+def test_what_fits_equally_well_is_named_with_its_values_and_their_scatter():
+    chart = make_chart()
+    assert "fit equally well: U = 30 and D from 0.01 to 3 cm" in chart.flatness
+    assert "0.10 mm (one standard deviation, 1 pair repeated, 4 degrees of freedom)" in chart.flatness
+    assert "No pair was repeated" in make_chart(replicates=None).flatness
+    alone = replace(chart, as_near=tuple(run is chart.best for run in chart.runs))
+    assert alone.flatness.endswith("no other pair fits equally well.")
+    assert chart.exclusion == "All 39 runs of the study are ranked."
+
+
 def test_replicates_are_runs_of_a_pair_with_other_seeds():
     """Errors of 0.5 and 0.7 mm, and of 1.0, 1.1 and 1.2: squares of 0.02 and 0.02, over one and two degrees."""
     once, twice, third = make_chart().runs[:3]

@@ -38,6 +38,13 @@ def test_what_was_edited_and_never_measured_is_said_first():
     assert compare_page([side("a", 0.5), side("b", 0.7)]).cautions == []
 
 
+def test_what_one_run_was_tuned_on_is_held_out_from_none():
+    """Whoever set the role: the same numbers were seen."""
+    tuned = replace(side("a", 0.5), comparison=compared(role="calibrated-on"))
+    (caution,) = compare_page([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions
+    assert "the readings of run 2 were used to calibrate run 1." in caution
+
+
 @pytest.mark.parametrize("marred", [{"volume_ratio": 1.051}, {"edited": ["profile.csv"]}], ids=["volume", "edited"])
 def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
     """It is the nearer one of the two; it is neither the nearest nor in the mean over held-out trials."""
