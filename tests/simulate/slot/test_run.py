@@ -32,7 +32,8 @@ def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
     record_files.write_profile(tmp_path, profile)
     again = record_files.read_run(tmp_path)
     filled = run.fast_fill
-    assert again.fast_fill == filled is not None
+    assert filled is not None
+    assert again.fast_fill == filled
     assert run.unfit == ()
     assert len(again.position_mm) == 0
     assert again.dispensed_volume_mm3 == pytest.approx(1200.0)
@@ -146,7 +147,9 @@ def test_the_fast_model_fills_a_sample_that_does_not_lie_level_alone_and_in_a_st
     level = Pour(sample(1.2), (Fluid.model_validate(PASTE | {"yield_stress_pa": 1.0}),), FAST)
     sloped = replace(level, slope=SampleSlope(gradient_deg=6.0))
     _, bed = fill(level)
-    for run, profile in (fill(sloped), *fill_each(sloped, ComputeOptions())):
+    alone, (each,) = fill(sloped), fill_each(sloped, ComputeOptions())
+    assert isinstance(each, tuple)
+    for run, profile in (alone, each):
         assert run.settings["sample"] == sloped.slope.model_dump()
         higher_mm = profile.level_mm - bed.level_mm
         assert higher_mm[:20].mean() > 1 > -1 > higher_mm[-20:].mean()
