@@ -69,7 +69,7 @@ def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
     assert "finer" not in four_substeps().health.recorded(), "a given number of substeps is no second attempt"
     assert run.remarks[-1].key == "fluid.computed-anew"
     assert heard.notes == [f"note: {remark}" for remark in run.remarks], "each once"
-    second = moments[next(place for place in range(1, len(moments)) if moments[place] < moments[place - 1]) :]
+    second = moments[next(k for k in range(1, len(moments)) if moments[k] < moments[k - 1]) :]
     assert len(second) == 5, "every moment of the second run is taken, from the first on"
     assert len(list((tmp_path / "frames").glob("*.vtp"))) == 3
     frames = [int(row.split(",")[0]) for row in log.read_text(encoding="utf-8").splitlines()[1:]]

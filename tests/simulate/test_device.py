@@ -126,10 +126,10 @@ def selftest(cache: Path, largest_file_bytes: int | None = None, **environment: 
         if largest_file_bytes is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file_bytes, largest_file_bytes))
 
-    own = {"WARP_CACHE_PATH": str(cache)} if cache.name else {}
-    given = {name: value for name, value in os.environ.items() if name not in CACHES} | own | environment
+    cache_variable = {"WARP_CACHE_PATH": str(cache)} if cache.name else {}
+    variables = {name: value for name, value in os.environ.items() if name not in CACHES} | cache_variable | environment
     done = subprocess.run(
-        [sys.executable, "-c", SELFTEST], cwd=ROOT, env=given, capture_output=True, text=True, preexec_fn=bound
+        [sys.executable, "-c", SELFTEST], cwd=ROOT, env=variables, capture_output=True, text=True, preexec_fn=bound
     )
     assert "Traceback" not in done.stderr, done.stderr
     return done.returncode, done.stdout

@@ -21,17 +21,17 @@ def test_viscosity_neither_pushes_nor_turns_a_cloud(viscosity_mm2_s, yield_mm2_s
     """
     cube = filled_box_mm((0.0, -3.0, 0.0), (6.0, 3.0, 6.0), 0.4)
     random = np.random.default_rng(3)
-    place = raised(cube + random.uniform(-0.15, 0.15, cube.shape), 30.0)
+    position_mm = raised(cube + random.uniform(-0.15, 0.15, cube.shape), 30.0)
     paste = {"viscosity_mm2_s": viscosity_mm2_s, "yield_mm2_s2": yield_mm2_s2}
-    tank = Tank.of(Pit(8.0, 8.0, 4.0), place, radius_mm=0.4, step_s=FRAME_S / 4, falls=True, **paste)
-    away = place - place.mean(axis=0)
+    tank = Tank.of(Pit(8.0, 8.0, 4.0), position_mm, radius_mm=0.4, step_s=FRAME_S / 4, falls=True, **paste)
+    away = position_mm - position_mm.mean(axis=0)
     turn = 20.0 * np.column_stack([-away[:, 1], away[:, 0], 0 * away[:, 0]])
-    tank.set_velocity(turn + random.normal(0.0, 40.0, place.shape))
+    tank.set_velocity(turn + random.normal(0.0, 40.0, position_mm.shape))
 
     def momenta() -> tuple[Floats, Floats]:
         """Means over the particles: velocity, and angular momentum about their middle."""
-        place, velocity = tank.place_mm, tank.velocity_mm_s
-        about = np.cross(place - place.mean(axis=0), velocity - velocity.mean(axis=0))
+        position_mm, velocity = tank.place_mm, tank.velocity_mm_s
+        about = np.cross(position_mm - position_mm.mean(axis=0), velocity - velocity.mean(axis=0))
         return velocity.mean(axis=0), about.mean(axis=0)
 
     before, rms_mm_s = momenta(), np.sqrt((tank.velocity_mm_s**2).sum(axis=1).mean())

@@ -412,8 +412,8 @@ def test_nothing_escapes(case):
     shape = {"depth_mm": 12.0, "tilt": "vertical"} | case.crack
     solid = build_solid(case.outline, CrackShape.model_validate(shape))
     way, fluid = path(case.outline, case.volume_ml, **{"speed_mm_s": 40.0, **case.path}), sealant(**case.fluid)
-    how = {"slope": case.slope, "nozzle_mm": case.nozzle_mm, "radius_mm": 0.7} | case.solver
-    run = pour((solid, case.outline), way, fluid, **how)
+    options = {"slope": case.slope, "nozzle_mm": case.nozzle_mm, "radius_mm": 0.7} | case.solver
+    run = pour((solid, case.outline), way, fluid, **options)
     assert run.escaped_particles == 0
     assert np.isfinite(run.position_mm).all()
     assert np.isfinite(run.velocity_mm_s).all()

@@ -48,8 +48,8 @@ def test_the_settings_of_earlier_run_folders_are_read():
 
 def test_the_walls_drag_is_the_papers_beside_u_and_follows_from_a_viscosity_unless_it_is_given():
     """A trial with U is the same file, with the same hash, whether or not it says D_cm = 0.3."""
-    given, unsaid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), Fluid(U=30.0, freeze_after_s="never")
-    assert given.model_dump_json() == unsaid.model_dump_json()
+    stated, unsaid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), Fluid(U=30.0, freeze_after_s="never")
+    assert stated.model_dump_json() == unsaid.model_dump_json()
     assert Fluid(U=0.0, freeze_after_s="never").D_cm == 0.3
     assert Fluid(viscosity_pa_s=0.05, freeze_after_s="never").D_cm is None
     for d_cm in (0.0, 0.1):

@@ -45,11 +45,11 @@ def test_a_slope_beyond_its_bounds_is_refused(table):
 def test_the_surface_of_a_settled_liquid_is_square_to_gravity():
     """A plane through the topmost particles, away from the walls; the mean of some moments, which scatters by 0.5."""
     pit = Pit(14.0, 9.0, 18.0)
-    how: dict[str, Any] = {"radius_mm": 0.5, "step_s": 1.8e-3}
+    sizes: dict[str, Any] = {"radius_mm": 0.5, "step_s": 1.8e-3}
     # At rest in a level tank: a lattice bursts.
     slope = SampleSlope(gradient_deg=6.0, crossfall_deg=-4.0)
-    fluid = settled_mm(pit, height_mm=6.0, **how)
-    tank = Tank.of(pit, fluid, viscosity_mm2_s=100.0, slope=slope, **how)
+    fluid = settled_mm(pit, height_mm=6.0, **sizes)
+    tank = Tank.of(pit, fluid, viscosity_mm2_s=100.0, slope=slope, **sizes)
     tank.wait(0.5)
     seen = [plane_deg(tank) for number, _ in enumerate(tank.run(0.6)) if number % 15 == 0]
     assert np.mean(seen, axis=0) == pytest.approx((-6.0, 4.0), abs=0.8)

@@ -23,11 +23,13 @@ def test_lists_are_those_of_a_search_over_all_pairs_and_walls():
     points = np.random.default_rng(0).uniform([-3, -3, -16], [9, 3, 2], (1500, 3))
     engine = engine_with(points, slot(), reach_mm=(np.array([0.0, -1.0, -10.0]), np.array([5.0, 1.0, 0.0])))
     engine.find_neighbours()
-    here, rows = engine.state.position_mm() * CM, in_rows(engine)
-    expected = KDTree(here).query_ball_point(here, SUPPORT_CM)
+    position_cm, rows = engine.state.position_mm() * CM, in_rows(engine)
+    expected = KDTree(position_cm).query_ball_point(position_cm, SUPPORT_CM)
     for i, near in zip(rows, listed_fluid(engine), strict=True):
         assert sorted([i, *near]) == sorted(expected[i])
-    walls = KDTree(engine.walls.position_and_share.numpy()[:, :3].astype(float)).query_ball_point(here, SUPPORT_CM)
+    walls = KDTree(engine.walls.position_and_share.numpy()[:, :3].astype(float)).query_ball_point(
+        position_cm, SUPPORT_CM
+    )
     assert max(map(len, listed_walls(engine))) > 8
     for i, near in zip(rows, listed_walls(engine), strict=True):
         assert sorted(near) == sorted(walls[i])
@@ -61,10 +63,10 @@ def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
 
 def grid_of(points, out, **options: Any) -> CellGrid:
     """A grid of cells of 0.25 cm over the unit cube."""
-    place = wp.array(np.pad(points, ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
+    position = wp.array(np.pad(points, ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
     fate = wp.array(out, dtype=int, device="cpu")
     launcher = Launcher("cpu", fixed(len(points), "cpu"))
-    return CellGrid(np.zeros(3), np.ones(3), 0.25, place, fate, launcher, **options)
+    return CellGrid(np.zeros(3), np.ones(3), 0.25, position, fate, launcher, **options)
 
 
 @pytest.mark.parametrize("runs", [1, 3])
@@ -92,8 +94,8 @@ def state_of(count: int, runs: int = 1) -> State:
 def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
     """Behind those that are present its order has what an earlier one left, which is listed past the last mover."""
     state, launcher = state_of(200), Launcher("cpu", fixed(200, "cpu"))
-    place = wp.array(np.pad(np.random.default_rng(6).uniform(0, 1, (200, 3)), ((0, 0), (0, 1))), dtype=wp.vec4)
-    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, place, state.status, launcher, in_order=False)
+    position = wp.array(np.pad(np.random.default_rng(6).uniform(0, 1, (200, 3)), ((0, 0), (0, 1))), dtype=wp.vec4)
+    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, position, state.status, launcher, in_order=False)
     movers = MoversList(state, launcher, in_order=False)
     for fate in (status.MOVING, status.SPILLED):
         state.status.assign(np.where(np.arange(200) < 120, fate, status.MOVING).astype(np.int32))

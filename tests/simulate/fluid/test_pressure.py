@@ -33,10 +33,10 @@ def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand()
     support = 0.4 * RADIUS_MM
     fluid = Rheology(viscous_weight(3.0, support, STEP_S), 0.0, physical=True)
     taken = []
-    for one in np.flatnonzero((np.abs(place_mm - place_mm.mean(axis=0)) < 1.2).all(axis=1))[:8]:
+    for particle in np.flatnonzero((np.abs(place_mm - place_mm.mean(axis=0)) < 1.2).all(axis=1))[:8]:
         engine = engine_with(place_mm, slot(), fluid=fluid, frame_s=STEP_S, substeps=1, radius_mm=RADIUS_MM)
         prepared(engine)
-        lay_down(engine, np.arange(len(place_mm)) != one)
+        lay_down(engine, np.arange(len(place_mm)) != particle)
         engine.find_neighbours()
         engine.viscosity.weigh_pairs(1)
         taken.append(engine.viscosity.system.restraint.numpy()[0])

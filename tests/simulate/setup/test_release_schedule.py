@@ -83,11 +83,11 @@ def test_every_kind_of_path_releases_what_was_planned_where_it_was_planned(chang
     schedule = plan(path)
     assert schedule.dispensed_mm3 == pytest.approx(2000.0, rel=1e-9)
     assert schedule.particles == round(2000.0 / particle_volume(0.4))
-    given = np.concatenate([[0.0], np.cumsum(path.flow_mm3_s[:-1] * np.diff(path.t_s))]) / 2000.0
-    slack = 2 * schedule.release / schedule.particles + 0.8 * np.abs(np.diff(given)).max()
+    share = np.concatenate([[0.0], np.cumsum(path.flow_mm3_s[:-1] * np.diff(path.t_s))]) / 2000.0
+    slack = 2 * schedule.release / schedule.particles + 0.8 * np.abs(np.diff(share)).max()
     onward = -1 if settings.reverse else 1
     for s_mm in onward * np.linspace(path.s_mm.min(), path.s_mm.max(), 9):
-        planned = np.interp(s_mm, onward * path.s_mm, given)
+        planned = np.interp(s_mm, onward * path.s_mm, share)
         assert np.mean(onward * schedule.position_mm[:, 0] <= s_mm) == pytest.approx(planned, abs=slack)
     leaving_mm_s = -schedule.velocity_mm_s[:, 2] * np.pi * 1.2**2
     assert leaving_mm_s.max() <= path.flow_mm3_s.max() * (1 + 1e-9)

@@ -67,8 +67,8 @@ def test_newtons_fluid_spreads_as_barenblatt_says():
     width_mm, viscosity, volume_mm3, after_s = 0.4, 0.5, 240.0, 20.0
     crack = slot(120.0, width_mm, 60.0, "vertical", 0.0)
     paste = HerschelBulkley(1690.0, 0.0, viscosity)
-    given = poured_in_the_middle(crack, volume_mm3)
-    filled = fill(*crack, given, paste, nozzle_mm=0.7, settle_s=after_s, cells=120)
+    pour = poured_in_the_middle(crack, volume_mm3)
+    filled = fill(*crack, pour, paste, nozzle_mm=0.7, settle_s=after_s, cells=120)
     k = 1690.0 * 9.81e-3 * width_mm**2 / (12 * viscosity)
     # h = (C - x^2 / 12 tau^(2/3)) / tau^(1/3) with tau = k t / 2, and 4 sqrt(12) C^(3/2) / 3 the area.
     tau = k * after_s / 2

@@ -45,10 +45,10 @@ def imported(*rooms: manifold3d.Manifold, filled: manifold3d.Manifold | None = N
     slot = box((0.0, -3.0, -DEPTH_MM), (LENGTH_MM, 3.0, 1.0))
     body = box(low, high) - manifold3d.Manifold.batch_boolean([slot, *rooms], manifold3d.OpType.Add)
     solid = solid_of(body if filled is None else body + filled, BLOCK_MM, DEPTH_MM)
-    own, outline = slot_with()
+    plain, outline = slot_with()
     levels_mm = np.linspace(-DEPTH_MM, 0.0, 49)
-    below_mm2 = np.tile(WIDTH_MM * (levels_mm + DEPTH_MM), (len(own.sections.s_mm), 1))
-    table = replace(own.sections, levels_mm=levels_mm, below_mm2=below_mm2)
+    below_mm2 = np.tile(WIDTH_MM * (levels_mm + DEPTH_MM), (len(plain.sections.s_mm), 1))
+    table = replace(plain.sections, levels_mm=levels_mm, below_mm2=below_mm2)
     return replace(solid, tilt="modelled", sections=table), replace(outline, ends=CLOSED)
 
 

@@ -63,7 +63,7 @@ def test_how_even_a_bed_is_does_not_tell_the_paste():
     points = np.array([[0.4, 0.6], [0.3, 0.4], [0.5, 0.9]])
     even, uneven = (_posterior((0.4, 0.6), rest_mm2=0.05, slopes=slopes) for slopes in ((0.0, 0.0), (2.0, -1.0)))
     assert uneven.log_density(points) == pytest.approx(even.log_density(points))
-    searches = [replace(one, smooth=False).log_density(points) for one in (even, uneven)]
+    searches = [replace(case, smooth=False).log_density(points) for case in (even, uneven)]
     assert np.abs(np.subtract(*searches)).min() > 0.1
     assert np.abs(uneven.implausibility(points[1:]) / even.implausibility(points[1:]) - 1).min() > 0.05
 
@@ -127,10 +127,10 @@ def test_a_smooth_error_of_stated_size_widens_what_makes_its_shape():
     exact = _posterior((0.4, 0.6))
     smooth_mm2 = smooth_errors_mm2(S_MM, (S_MM[0], S_MM[-1]))
     assert smooth_mm2.diagonal().min() > COMMON_MM**2
-    evidence = [replace(one, smooth_mm2=smooth_mm2) for one in exact.evidence]
+    evidence = [replace(case, smooth_mm2=smooth_mm2) for case in exact.evidence]
     points = np.array([[0.4, 0.6], [0.7, 0.6]])
     allowed = replace(exact, evidence=evidence)
-    falls, exact_falls = (-np.diff(one.log_density(points))[0] for one in (allowed, exact))
+    falls, exact_falls = (-np.diff(case.log_density(points))[0] for case in (allowed, exact))
     assert 0 < falls < 0.2 * exact_falls
     # Neither the search nor the judgement of what is possible makes allowance for it.
     assert replace(allowed, smooth=False).log_density(points) == pytest.approx(exact.log_density(points))
@@ -166,11 +166,11 @@ def test_what_was_known_beforehand_is_flat_or_normal_in_the_setting():
 
 def test_an_interval_wider_than_half_of_what_was_known_does_not_identify():
     marginals = marginals_of(FREES, _draws(), np.array([0.5, 0.5, 0.5]))
-    assert [one.identified for one in marginals] == [False, False, False]
+    assert [case.identified for case in marginals] == [False, False, False]
     assert marginals[2].width_over_prior == pytest.approx(1.0, abs=0.02)
     assert marginals[0].low == pytest.approx(3 * 20**0.23, rel=0.02)
     narrow = marginals_of(FREES, 0.5 + 0.1 * (_draws() - 0.5), np.array([0.5, 0.5, 0.5]))
-    assert all(one.identified for one in narrow)
+    assert all(case.identified for case in narrow)
 
 
 def test_the_sum_is_the_combination_that_is_determined():

@@ -95,11 +95,11 @@ def test_copies_of_a_run_are_no_replicates():
 
     Of the fast model, which no seed changes, nothing is said of a scatter.
     """
-    one, other = make_chart().runs[:2]
-    copies = [one, replace(one, number=9, settings={**one.settings, "seed": 1}), other]
+    first, other = make_chart().runs[:2]
+    copies = [first, replace(first, number=9, settings={**first.settings, "seed": 1}), other]
     with pytest.raises(InputError, match=r"maps: the runs 1 \(seed 0\) and 9 \(seed 1\) .* solver.radius_mm"):
         first_of_each_pair(copies, "maps")
-    assert first_of_each_pair(copies, fast=True) == ((one, other), None)
+    assert first_of_each_pair(copies, fast=True) == ((first, other), None)
 
 
 def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
@@ -147,4 +147,4 @@ def test_draws_are_no_grid():
     """A line through values that one run each has would show noise as an influence."""
     across, _ = axes_of(rows(*[(value, 7 * value % 12) for value in range(12)]))
     assert not across.is_graded(runs=12)
-    assert axes_of(rows(*[(one, other) for one in range(6) for other in range(2)]))[0].is_graded(runs=12)
+    assert axes_of(rows(*[(first, other) for first in range(6) for other in range(2)]))[0].is_graded(runs=12)

@@ -83,13 +83,16 @@ NEAR = compared(mean_error_mm=0.2)
 
 def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():
     """Copied in inches and back they move by rounding; taken again, by more than a caliper's last digit."""
-    one: Any = side("a", 0.1)
-    in_inches_mm = np.round(one.readings.level_mm / 25.4, 4) * 25.4
-    copied = replace(one, readings=replace(one.readings, level_mm=in_inches_mm, source="inches.xlsx", repeats_mm=None))
+    run: Any = side("a", 0.1)
+    in_inches_mm = np.round(run.readings.level_mm / 25.4, 4) * 25.4
+    copied = replace(run, readings=replace(run.readings, level_mm=in_inches_mm, source="inches.xlsx", repeats_mm=None))
     again = side("b", 0.1, lowered_mm=2 * SAME_MM)
-    fewer = replace(one, readings=replace(one.readings, s_mm=one.readings.s_mm[1:], level_mm=one.readings.level_mm[1:]))
-    bare = replace(one, readings=None, comparison=None)
-    assert first_with_readings([one, bare, copied, again, fewer, one]) == [0, None, 0, 3, 4, 0]
+    fewer = replace(
+        run,
+        readings=replace(run.readings, s_mm=run.readings.s_mm[1:], level_mm=run.readings.level_mm[1:]),
+    )
+    bare = replace(run, readings=None, comparison=None)
+    assert first_with_readings([run, bare, copied, again, fewer, run]) == [0, None, 0, 3, 4, 0]
 
 
 def test_no_run_is_called_nearest_over_different_readings():

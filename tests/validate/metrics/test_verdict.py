@@ -138,7 +138,7 @@ FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
 
 
 def errors_mm(measured: Profile, *numbers: int) -> list[float]:
-    return [one.mean_error_mm for one in best_curves(measured, 0.0, 80.0, numbers)]
+    return [curve.mean_error_mm for curve in best_curves(measured, 0.0, 80.0, numbers)]
 
 
 def test_no_other_polynomial_comes_nearer():
@@ -159,7 +159,7 @@ def test_no_other_polynomial_comes_nearer():
 @pytest.mark.parametrize(("to_mm", "numbers"), [(80.0, [1, 15, 16]), (79.5, [1, 15])])
 def test_a_curve_through_all_stations_that_are_compared_is_no_baseline(to_mm, numbers):
     """The station at 80 mm is beyond a crack of 79.5 mm."""
-    assert [one.numbers for one in best_curves(FAST_FILL, 0.0, to_mm, (1, 15, 16, 17, 20))] == numbers
+    assert [curve.numbers for curve in best_curves(FAST_FILL, 0.0, to_mm, (1, 15, 16, 17, 20))] == numbers
 
 
 @pytest.mark.parametrize(
@@ -175,9 +175,9 @@ def test_a_curve_through_all_stations_that_are_compared_is_no_baseline(to_mm, nu
 def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
     """A curve through readings that were held out has seen them, and a fitted level more than the dispensed volume."""
     pool = flat_levels(FAST_FILL, CRACK, SOLID, 3000.0)
-    how = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
-    compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, CRACK, SOLID, **how)
-    assert [one.name for one in compared.baselines] == names
+    declared = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
+    compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, CRACK, SOLID, **declared)
+    assert [curve.name for curve in compared.baselines] == names
 
 
 def test_the_dispensed_volume_lies_flat():

@@ -177,11 +177,11 @@ RANGES = {"P2": {"columns.range": "A2:C17"}, ";;": {"columns.range": "A1:C16"}, 
 
 @pytest.mark.parametrize(("text", "kinds"), SHEETS.values(), ids=SHEETS)
 def test_one_round_of_answers_is_enough(doubts_of, text, kinds):
-    own = next((own for kind, own in RANGES.items() if kind in text), {}) | {"columns.skip": [16]}
+    ranges = next((answers for kind, answers in RANGES.items() if kind in text), {}) | {"columns.skip": [16]}
     doubts = doubts_of(text, 20.0, 60.0)
     assert {doubt.kind for doubt in doubts} == kinds
     assert all(doubt.answers for doubt in doubts)
-    assert doubts_of(text, 20.0, 60.0, **answered(doubts, own=own)) == ()
+    assert doubts_of(text, 20.0, 60.0, **answered(doubts, own=ranges)) == ()
 
 
 def test_what_only_the_user_knows_is_left_open(doubts_of):

@@ -42,8 +42,8 @@ def asked_of(
 
 def changed(values: dict[tuple[int, int], float]) -> Floats:
     table = TABLE.copy()
-    for at, value in values.items():
-        table[at] = value
+    for cell, value in values.items():
+        table[cell] = value
     return table
 
 

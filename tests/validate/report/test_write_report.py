@@ -111,7 +111,7 @@ def test_every_figure_says_what_it_shows_in_the_colours_of_the_page(usual):
         assert colour not in drawing
     # Each figure, since a style is taken function by function.
     drawings = re.findall(r"<svg.*?</svg>", source, flags=re.DOTALL)
-    assert all("var(--muted)" in one for one in drawings if "xtick" in one)
+    assert all("var(--muted)" in drawing_of_axes for drawing_of_axes in drawings if "xtick" in drawing_of_axes)
 
 
 def test_names_are_text_and_nothing_else(usual):

@@ -158,9 +158,9 @@ def test_of_a_linear_model_u_is_the_root_of_the_sum_of_squares():
     # Twice u is the interval of 95 %, 1.96 standard deviations of a normal one.
     assert u_mm(linear.inputs) == pytest.approx(0.98 * 0.5, rel=0.02)
     effects, together = linear.inputs.reported(S_MM)
-    assert [one.mean_level_mm for one in effects] == pytest.approx(PER_SD_MM)
-    assert [one.share for one in effects] == pytest.approx([0.36, 0.64, 0.0], abs=1e-9)
-    assert [one.model for one in effects] == ["slot"] * 3
+    assert [effect.mean_level_mm for effect in effects] == pytest.approx(PER_SD_MM)
+    assert [effect.share for effect in effects] == pytest.approx([0.36, 0.64, 0.0], abs=1e-9)
+    assert [effect.model for effect in effects] == ["slot"] * 3
     assert together == pytest.approx(0.0, abs=1e-9)
 
 
@@ -169,10 +169,10 @@ def test_a_parabola_is_an_inputs_own_and_a_product_is_of_both_together():
     curved = draws(lambda z: 0.5 * z[:, 0] + 0.1 * z[:, 1] ** 2 + 0.2 * z[:, 0] * z[:, 2])
     effects, together = curved.inputs.reported(S_MM)
     whole = 0.25 + 0.02 + 0.04
-    assert [one.share for one in effects] == pytest.approx([0.25 / whole, 0.02 / whole, 0.0], abs=0.02)
+    assert [effect.share for effect in effects] == pytest.approx([0.25 / whole, 0.02 / whole, 0.0], abs=0.02)
     assert together == pytest.approx(0.04 / whole, abs=0.02)
-    names = [one.name for one in curved.inputs.errors()]
+    names = [effect.name for effect in curved.inputs.errors()]
     assert names[-1] == "inputs together, by the fast model"
     # All parts together have the spread of the runs.
-    sums_mm = np.sum([one.draws_mm for one in curved.inputs.errors()], axis=0)
+    sums_mm = np.sum([effect.draws_mm for effect in curved.inputs.errors()], axis=0)
     assert np.std(sums_mm[:, 0]) == pytest.approx(np.std(curved.moved_mm[:, 0]), rel=0.03)

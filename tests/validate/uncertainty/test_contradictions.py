@@ -98,7 +98,9 @@ def test_a_repeatability_that_the_repeats_stay_below_is_said_to_be_unused():
     random = np.random.default_rng(12)
     declared = [Uncertainty(repeatability_mm=mm, pass_mm=0.0) for mm in (0.15, 1.0)]
     sheets = [profile(noise_mm(random)) for _ in range(300)]
-    true, large = (sum(bool(unused_repeatability(sheet, one, 0.01)) for sheet in sheets) for one in declared)
+    true, large = (
+        sum(bool(unused_repeatability(sheet, declaration, 0.01)) for sheet in sheets) for declaration in declared
+    )
     assert true <= hardly_ever(300)
     assert large == 300
     (sentence,) = unused_repeatability(sheets[0], declared[1], 0.01)
