@@ -14,7 +14,7 @@ from simulate.setup.rheology import Rheology
 from simulate.setup_checks import rheology_of
 from simulate.watchers import take_frame
 from tests.support.batches import PASTES, finish, ready
-from tests.support.small_fluids import FRAME_S, check, engine_with, lattice, listed_fluid, positions_mm, slot
+from tests.support.small_fluids import FRAME_S, check, corrected, engine_with, lattice, listed_fluid, positions_mm, slot
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 4.0, 3.1, 24.0
 COLUMN = 540
@@ -60,6 +60,17 @@ def test_fluid_rests_on_walls_at_the_clearance():
     engine = settled()
     distance = engine.barrier.exact_mm(positions_mm(engine))
     assert distance.min() == pytest.approx(0.86 * 0.4, abs=0.02)
+
+
+def test_a_relaxation_is_the_same_at_any_scale():
+    """Twice the radius, lengths and all: 1.5 / h^2 is 60 per cm2 at h = 1.6 mm and scales with the gradients."""
+    moved = []
+    for scale in (1.0, 2.0):
+        points = scale * lattice(np.array([0, -2, 28]), np.array([4, 2, 32]), 0.68)
+        engine = corrected(engine_with(points, slot(depth_mm=4.0), radius_mm=0.4 * scale))
+        moved.append((positions_mm(engine) - points) / scale)
+    assert np.abs(moved[0]).max() > 0.02
+    assert moved[1] == pytest.approx(moved[0], abs=1e-4)
 
 
 @pytest.mark.parametrize(

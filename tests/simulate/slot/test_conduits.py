@@ -51,6 +51,13 @@ def test_paste_between_plates(index: float, yields: float):
     assert got == pytest.approx(wanted, rel=1e-3)
 
 
+def test_walls_take_up_a_share_of_the_stress():
+    """A paste that slides at 0.4 of its stress flows as one of 0.4 of its law between rough walls."""
+    slides = flow_of(HerschelBulkley(1e3, 5.0, 0.5, 0.7, wall_share=0.4), 3.0, 4.0, 6.0)
+    assert slides == pytest.approx(flow_of(HerschelBulkley(1e3, 2.0, 0.2, 0.7), 3.0, 4.0, 6.0), rel=1e-12)
+    assert slides > 0
+
+
 def test_paste_stands_up_to_its_yield_stress_and_its_flow_is_smooth_there():
     through = PlaneFlow(np.array([4.0]), np.array([3.0]), 1.0)
     assert not np.any([through.flow_mm3_s(np.array([push])) for push in (-3.999, 0.0, 3.999)])
