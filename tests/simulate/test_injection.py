@@ -1,5 +1,6 @@
 """Several fluids at once, several threads, and an injection followed by hand."""
 
+import time
 from functools import cache
 
 import numpy as np
@@ -103,3 +104,13 @@ def test_a_launch_of_which_no_run_is_left_ends(monkeypatch):
     with pytest.raises(NumericalError, match="did not converge"):
         finish(injection)
     assert len(injection.failed) == 2
+
+
+def test_time_that_is_spent_waiting_for_the_device_is_the_frames(monkeypatch):
+    """A GPU computes while the host goes on; who reads first would else find its time nowhere."""
+    injection = ready(PASTES[:1])
+    injection.advance()
+    before_s = injection.statistics.frames_s
+    monkeypatch.setattr("warp.synchronize_device", lambda _: time.sleep(0.02))
+    injection.snapshot()
+    assert 0.02 <= injection.statistics.frames_s - before_s < 1
