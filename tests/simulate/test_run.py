@@ -408,7 +408,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
-def test_nothing_escapes(case):
+def test_no_particle_escapes(case):
     shape = {"depth_mm": 12.0, "tilt": "vertical"} | case.crack
     solid = build_solid(case.outline, CrackShape.model_validate(shape))
     way, fluid = path(case.outline, case.volume_ml, **{"speed_mm_s": 40.0, **case.path}), sealant(**case.fluid)

@@ -99,7 +99,7 @@ def test_either_kernel_has_the_same_viscosity_in_either_solve():
         assert -np.log(left) == pytest.approx(100 * viscosity_cm2_s * k**2 * steps * step_s, rel=0.04), (solve, kernel)
 
 
-def test_q_follows_its_rule():
+def test_explicit_passes_are_the_largest_diagonal_over_0_9():
     """The largest (U S + D B) / 0.9, here of a quarter of a frame.
 
     The prototype's (0.042 U + 21 D) / 0.9 is for its slot, without the corners of this short one.

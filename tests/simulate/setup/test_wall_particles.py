@@ -200,12 +200,12 @@ def test_a_wall_of_narrow_facets_gets_its_share_all_along():
     assert per_mm * SPACING_MM**2 == pytest.approx(area_mm2, rel=0.1)
 
 
-def test_needles_get_none():
+def test_triangles_without_area_get_no_points():
     assert len(spread_points(np.array([[[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]]), SPACING_MM).position_mm) == 0
     assert len(spread_points(np.zeros((0, 3, 3)), SPACING_MM).position_mm) == 0
 
 
-def test_lots_have_no_pattern():
+def test_random_numbers_of_points_have_no_pattern():
     """As evenly spread as chance has them, and those of neighbours in a row unlike each other."""
     points = spread_points(np.array([[[0.0, 0, 0], [60, 0, 0], [0, 60, 0]]]), SPACING_MM)
     chance = points.lot / 2.0**64

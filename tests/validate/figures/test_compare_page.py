@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.comparison_sides import compared, side
-from validate.figures.compare_page import SAME_MM, compare_page, first_with_readings, nearest
+from validate.figures.compare_page import SAME_MM, compare_page, first_with_readings, held_out_mean_mm, nearest
 from validate.figures.page import FigureTable, write_page
 
 
@@ -59,6 +59,13 @@ def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
     assert "No held-out run is ranked" in str(held_out_words(alone)[0])
     reason = "1.051 of the dispensed" if "volume_ratio" in marred else "profile.csv"
     assert [part in sheet.cautions[0] for part in ("run 1,", "run 2,", reason)] == [False, True, True]
+
+
+def test_held_out_trials_alone_make_the_mean():
+    trials = [("calibrated-on", 0.2), ("held-out", 1.0), ("held-out", 2.0)]
+    sides = [replace(side("a", 0.1), comparison=compared(role=role, mean_error_mm=mm)) for role, mm in trials]
+    assert held_out_mean_mm(sides) == pytest.approx(1.5)
+    assert held_out_mean_mm(sides[:1]) is None
 
 
 def held_out_words(sheet):

@@ -53,7 +53,7 @@ def test_the_floor_is_drawn_where_it_is(evidence):
     assert corner_mm[:, 1].min() == pytest.approx(axes.get_ylim()[0]) == -11.5
 
 
-def test_bars_are_the_bins_of_the_comparison_(drawn):
+def test_bars_are_the_bins_of_the_comparison(drawn):
     (axes,) = axes_of(drawn["histogram"])
     bars = [bar.get_extents().transformed(axes.transData.inverted()).bounds for bar in axes.patches]
     assert bars == [pytest.approx((10.0 * i, 0.0, 10.0, 0.5)) for i in range(4)]

@@ -60,7 +60,7 @@ def predicted(declared: Uncertainty) -> PredictedLevel:
     return predict(Profile(S_MM, np.full(17, -4.0)), spread, declared, mouth=MOUTH)
 
 
-def test_declared_it_lowers_a_reading_by_nothing_up_to_the_whole():
+def test_a_declared_meniscus_lowers_a_reading_by_nothing_up_to_the_whole():
     """Near the face, where a reading in the middle and a mean level would have different menisci."""
     budget = read(Uncertainty(surface_tension_n_m=0.072), -0.5)
     (part,) = [one for one in budget.components if one.setting == SETTING]
@@ -70,7 +70,7 @@ def test_declared_it_lowers_a_reading_by_nothing_up_to_the_whole():
     assert (part.name, part.source, part.kind, part.shared) == ("meniscus", "declared", "readings", True)
 
 
-def test_declared_it_is_an_error_of_the_model_in_a_prediction():
+def test_a_declared_meniscus_is_an_error_of_the_model_in_a_prediction():
     with_it, without = (predicted(Uncertainty(surface_tension_n_m=tension)) for tension in (0.072, 0.0))
     assert with_it.model_mm == pytest.approx(0.95 * MOUTH.sag_mm(with_it.s_mm, with_it.level_mm) / 2, abs=1e-3)
     assert [(one.name, one.kind, one.setting) for one in with_it.parts[1:]] == [("meniscus", "model", SETTING)]
@@ -80,7 +80,7 @@ def test_declared_it_is_an_error_of_the_model_in_a_prediction():
     assert "the meniscus" in prediction_facts(with_it)[0].text
 
 
-def test_undeclared_it_is_named_with_its_size_and_in_no_band():
+def test_an_undeclared_meniscus_is_named_with_its_size_and_in_no_band():
     """The size is that of water; 0 declares that there is none."""
     name = "meniscus of up to 0.29 mm in the middle"
     budget, prediction = read(Uncertainty()), predicted(Uncertainty())

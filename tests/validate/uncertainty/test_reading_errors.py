@@ -243,7 +243,7 @@ def test_an_outlier_is_named_and_kept_and_its_station_is_taken_for_what_its_othe
     assert far[:, rest].std(axis=0) == pytest.approx(sound[:, rest].std(axis=0), rel=0.1)
 
 
-def test_a_bed_that_is_straight_has_no_arches():
+def test_a_straight_bed_has_no_arches_between_stations():
     straight = measured(0.25 * S_MM[:, None] + [[-0.1, 0.0, 0.1]])
     assert np.abs(part(budget(straight), "the bed").draws_mm).max() == pytest.approx(0.0, abs=1e-9)
     # A parabola of 0.01 per mm stands 0.01 x 25 / 8 below its chord of 5 mm, which the draws hold.

@@ -123,7 +123,7 @@ ALONG_MM = np.linspace(0.0, 80.0, 81)
 ENDS = BedEnds(10.0, 70.0, 2.0)
 
 
-def test_it_is_largest_where_the_nozzle_stops_and_makes_no_volume():
+def test_the_error_of_bed_ends_is_largest_where_the_nozzle_stops_and_makes_no_volume():
     draws_mm = ENDS.errors(ALONG_MM).draws_mm
     assert draws_mm.mean(axis=1) == pytest.approx(0.0, abs=1e-12)
     sd_mm = draws_mm.std(axis=0)
