@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulate.spread_law import GRAVITY_M_S2, STRETCH, flat_stress_pa, stretched_stress_pa
+from simulate.spread_law import GRAVITY_M_S2, STRETCH, flat_stress_pa, heap_height_mm, stretched_stress_pa
 from tests.support.spread_photos import spread_radius_mm
 
 DENSITY = 1690.0
@@ -23,6 +23,15 @@ def test_a_heap_has_the_volume_of_its_shape(stress_pa):
     radius_mm = spread_radius_mm(stress_pa, 38_000.0, DENSITY)
     assert volume_by_quadrature_mm3(stress_pa, radius_mm) == pytest.approx(38_000, rel=1e-6)
     assert float(stretched_stress_pa(38_000.0, radius_mm, DENSITY)) == pytest.approx(stress_pa, rel=1e-9)
+
+
+def test_a_heap_tends_to_the_flat_one_as_it_gets_flatter():
+    """By the first order in the height over the radius: 2 x 15/16 STRETCH H / R of the stress."""
+    for stress_pa in (1e-2, 1e-3):
+        radius_mm = spread_radius_mm(stress_pa, 38_000.0, DENSITY)
+        flat = float(flat_stress_pa(38_000.0, radius_mm, DENSITY)) / stress_pa
+        high = float(heap_height_mm(np.array(stress_pa), radius_mm, DENSITY)) / radius_mm
+        assert flat - 1 == pytest.approx(2 * 15 / 16 * STRETCH * high, rel=0.02)
 
 
 def test_the_flat_formula_is_roussel_and_coussots():
