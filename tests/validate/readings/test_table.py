@@ -83,6 +83,7 @@ ASKED = {
     "two spellings": ("Probe;s [mm];Tiefe [mm]\nlab;0;1\nlab;5;1\nlab';10;2\n", {}, "range = 2:3"),
     "no unit": ("s;Tiefe\n" + SINGLE, {}, "unit A B"),
     "a dial of readings alone": ("s;Tiefe\n" + SINGLE, {"unit": "1/10 mm"}, "unit A"),
+    "a unit of another kind": (S + "Tiefe [cm]\n" + SINGLE, UNIT, "unit"),
     "units in some cells": (S + "Tiefe\n0;1,5 mm\n5;2\n10;3 mm\n", UNIT, "unit"),
     "no direction": (S + "x 1 [mm]\n" + SINGLE, B, "quantity; name B = B"),
     "another direction": (S + "Tiefe [mm]\n" + SINGLE, {"quantity": "level"}, "quantity"),
