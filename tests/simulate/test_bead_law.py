@@ -19,20 +19,22 @@ def capsule(straight_mm: float, half_mm: float, cells: int = 2000) -> PasteArea:
     return PasteArea(inward, area, 2 * straight_mm + 2 * np.pi * half_mm, 10 * ridge, 10.0)
 
 
-def test_a_flat_disc_has_roussel_and_coussots_stress():
-    per_mm = capsule(0.0, 50.0).per_mm(30e3 * ONE, ONE, NO, 0.0)
-    assert per_mm[0] * 1e-3 * 1690 * GRAVITY_M_S2 == pytest.approx(float(flat_stress_pa(30e3, 50.0, 1690.0)), rel=1e-4)
+def test_a_flat_disc_and_an_endless_ridge_have_their_closed_forms_and_stretching_makes_them_higher():
+    """A disc has Roussel and Coussot's stress.
 
-
-def test_an_endless_ridge_has_the_parabolas_and_stretching_makes_it_higher():
-    """Flat, A = 4/3 a sqrt(2 k a); with stretching, the integral of its height in closed form."""
+    A flat ridge has A = 4/3 a sqrt(2 k a); with stretching, A is the integral of its height in closed form.
+    """
+    disc_per_mm = capsule(0.0, 50.0).per_mm(30e3 * ONE, ONE, NO, 0.0)[0]
+    assert disc_per_mm * 1e-3 * 1690 * GRAVITY_M_S2 == pytest.approx(
+        float(flat_stress_pa(30e3, 50.0, 1690.0)), rel=1e-4
+    )
     ridge, half_mm, per_mm = capsule(1e6, 8.0), 8.0, 0.5
     flat = 4 / 3 * half_mm * math.sqrt(2 * per_mm * half_mm)
-    assert ridge.per_mm(1e6 * flat * ONE, ONE, NO, 0.0)[0] == pytest.approx(per_mm, rel=1e-4)
     c = STRETCH * per_mm
     high = 2 * (c * half_mm + ((c * c + 2 * per_mm * half_mm) ** 1.5 - c**3) / (3 * per_mm))
-    assert ridge.per_mm(1e6 * high * ONE, ONE, NO, STRETCH)[0] == pytest.approx(per_mm, rel=1e-4)
-    assert ridge.volume_mm3(per_mm * ONE, ONE, NO, STRETCH)[1][0] == pytest.approx(high, rel=1e-4)
+    for area_mm2, stretch in ((flat, 0.0), (high, STRETCH)):
+        assert ridge.per_mm(1e6 * area_mm2 * ONE, ONE, NO, stretch)[0] == pytest.approx(per_mm, rel=1e-4)
+        assert ridge.volume_mm3(per_mm * ONE, ONE, NO, stretch)[1][0] == pytest.approx(area_mm2, rel=1e-4)
 
 
 def test_an_edge_that_lies_farther_out_is_that_of_the_wider_bead():

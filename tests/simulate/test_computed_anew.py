@@ -11,7 +11,7 @@ import pytest
 from sealtwin.core.errors import NumericalError, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run
-from simulate.injection import ComputeOptions, Injection, Watcher, prepare
+from simulate.injection import ComputeOptions, Injection, Watcher
 from simulate.pour import Pour
 from simulate.run import fill, fill_each
 from simulate.settings import Fluid, SampleSlope, Solver
@@ -28,15 +28,13 @@ SOLVER = Solver(radius_mm=0.378)
 
 
 class Dies(Watcher):
-    """Kills a run of twice the substeps after some frames, with its checkpoint as it is, or kept at that frame."""
+    """Kills a run of twice the substeps after some frames."""
 
-    def __init__(self, frame: int, checkpoint: Checkpoint | None = None) -> None:
-        self._frame, self._checkpoint = frame, checkpoint
+    def __init__(self, frame: int) -> None:
+        self._frame = frame
 
     def after_frame(self, injection: Injection) -> None:
         if injection.finer == 2 and injection.done == self._frame:
-            if self._checkpoint is not None:
-                self._checkpoint.keep(injection)
             raise KeyboardInterrupt
 
 
@@ -71,7 +69,7 @@ def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
     assert "finer" not in four_substeps().health.recorded(), "a given number of substeps is no second attempt"
     assert run.remarks[-1].key == "fluid.computed-anew"
     assert heard.notes == [f"note: {remark}" for remark in run.remarks], "each once"
-    second = moments[next(place for place in range(1, len(moments)) if moments[place] < moments[place - 1]) :]
+    second = moments[next(k for k in range(1, len(moments)) if moments[k] < moments[k - 1]) :]
     assert len(second) == 5, "every moment of the second run is taken, from the first on"
     assert len(list((tmp_path / "frames").glob("*.vtp"))) == 3
     frames = [int(row.split(",")[0]) for row in log.read_text(encoding="utf-8").splitlines()[1:]]
@@ -79,25 +77,28 @@ def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
 
 
 def test_a_given_number_of_substeps_is_kept():
-    given = SOLVER.model_copy(update={"substeps": 2})
+    collapses = Pour(SAMPLE, (STIFF,), SOLVER.model_copy(update={"substeps": 2}))
     with pytest.raises(NumericalError, match="128 neighbours"):
-        filled(STIFF, given)
-    (stiff,) = fill_each(Pour(SAMPLE, (STIFF,), given), ComputeOptions())
-    assert isinstance(stiff, NumericalError)
+        fill(collapses)
+    assert isinstance(fill_each(collapses, ComputeOptions())[0], NumericalError)
 
 
-def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch):
-    tried = []
+@pytest.mark.parametrize(("named", "tries"), [(True, [2, 4, 8, 16]), (False, [2])])
+def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch, named, tries):
+    """An error that no run failed with, such as one of the host, is no collapse."""
+    substeps = []
 
     def collapses(self: Injection) -> None:
-        tried.append(self.engine.substeps)
-        self.failed[0] = NumericalError("collapsed")
-        raise self.failed[0]
+        substeps.append(self.engine.substeps)
+        fault = NumericalError("collapsed")
+        if named:
+            self.failed[0] = fault
+        raise fault
 
     monkeypatch.setattr(Injection, "advance", collapses)
     with pytest.raises(NumericalError, match="collapsed"):
-        filled()
-    assert tried == [2, 4, 8, 16]
+        fill_each(Pour(SAMPLE, (THIN,), SOLVER), ComputeOptions()) if not named else filled()
+    assert substeps == tries
 
 
 def test_in_a_launch_only_the_collapsed_run_is_computed_anew():
@@ -115,15 +116,6 @@ def test_in_a_launch_only_the_collapsed_run_is_computed_anew():
         assert len(arrays["t_s"]) == 3, "two moments and the end of the second run"
 
 
-def test_an_error_that_no_run_failed_with_is_no_result(monkeypatch):
-    def fails(self: Injection) -> None:
-        raise NumericalError("of the host")
-
-    monkeypatch.setattr(Injection, "advance", fails)
-    with pytest.raises(NumericalError, match="of the host"):
-        fill_each(Pour(SAMPLE, (THIN,), SOLVER), ComputeOptions())
-
-
 @pytest.mark.parametrize("finer", [2, 3, [2, 2]])
 def test_a_checkpoint_of_another_run_or_with_no_such_factor_begins_nothing(tmp_path, finer):
     """One of other settings, or damaged: the run starts with its own substeps, and a sentence names the file."""
@@ -135,44 +127,19 @@ def test_a_checkpoint_of_another_run_or_with_no_such_factor_begins_nothing(tmp_p
     assert len(sentences) == 1
 
 
-def test_a_run_of_fewer_substeps_does_not_continue_a_checkpoint_of_more(tmp_path):
-    sentences, checkpoint = list[str](), tmp_path / "checkpoint.npz"
-    few, many = (prepare(Pour(SAMPLE, (THIN,), SOLVER), finer=finer) for finer in (1, 2))
-    many.advance()
-    Checkpoint(checkpoint, "key", sentences.append).keep(many)
-    Checkpoint(checkpoint, "key", sentences.append).begin(few)
-    assert few.done == 0
-    assert len(sentences) == 1
+@pytest.mark.parametrize("keeps", [True, False])
+def test_a_killed_run_of_more_substeps_goes_on_where_it_was(tmp_path: Path, keeps, monkeypatch):
+    """A run that was killed before its first checkpoint by the clock goes on at its first frame.
 
-
-def test_remarks_are_of_the_substeps_of_the_run():
-    """Of thin liquid: how much viscosity particles add grows with the number of substeps."""
-    liquid = sealant(viscosity_pa_s=0.001, density_kg_m3=1000.0)
-    of_four, of_sixteen = (prepare(Pour(SAMPLE, (liquid,), SOLVER), finer=finer).remarks_on(0)[0] for finer in (2, 8))
-    assert of_four != of_sixteen
-
-
-@pytest.mark.parametrize("kept", [True, False])
-def test_a_killed_run_of_more_substeps_goes_on_where_it_was(tmp_path: Path, kept):
-    """Or, before its first checkpoint by the clock, at its first frame, without the attempt that failed."""
-    file, sentences = tmp_path / "checkpoint.npz", list[str]()
-
-    def checkpoint() -> Checkpoint:
-        return Checkpoint(file, "key", sentences.append)
-
-    first = checkpoint()
+    A kill within frame 90 leaves frame 89. In neither case is the attempt that failed continued.
+    """
+    monkeypatch.setattr("simulate.watchers.EVERY_S", 0.0 if keeps else 1e9)
+    sentences, begun = list[str](), Begun()
+    first, second = (Checkpoint(tmp_path / "checkpoint.npz", "key", sentences.append) for _ in range(2))
     with pytest.raises(KeyboardInterrupt):
-        filled(STIFF, SOLVER, None, first, Dies(90, first if kept else None))
-    begun = Begun()
-    run = filled(STIFF, SOLVER, None, checkpoint(), begun)
-    assert begun.at == [(2, 90 if kept else 0)]
-    assert len(sentences) == 1
-    assert np.array_equal(run.position_mm, four_substeps().position_mm)
-
-
-def test_what_was_kept_of_a_collapsed_run_is_not_continued(tmp_path, monkeypatch):
-    monkeypatch.setattr("simulate.watchers.EVERY_S", 0.0)
-    sentences = list[str]()
-    run = filled(STIFF, SOLVER, None, Checkpoint(tmp_path / "checkpoint.npz", "key", sentences.append))
+        filled(STIFF, SOLVER, None, first, Dies(90))
     assert sentences == []
+    run = filled(STIFF, SOLVER, None, second, begun)
+    assert begun.at == [(2, 89 if keeps else 0)]
+    assert len(sentences) == 1
     assert np.array_equal(run.position_mm, four_substeps().position_mm)

@@ -1,6 +1,8 @@
 """Devices: which is taken, what runs there, and the doctor's question to it, where the answer is known."""
 
 import importlib
+import os
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -21,11 +23,8 @@ from tests.support.paths import ROOT
 from tests.support.small_fluids import enclosed, engine_with, slot
 
 
-def test_auto_takes_a_gpu_where_there_is_one_and_the_cpu_elsewhere():
-    assert choose_device("auto") == ("cuda:0" if wp.get_cuda_device_count() else "cpu")
-
-
 def test_an_absent_device_is_an_error_and_no_fallback():
+    assert choose_device("auto") == ("cuda:0" if wp.get_cuda_device_count() else "cpu")
     with pytest.raises(InputError, match=r"cuda:7 is not on this machine; give auto or one of cpu"):
         choose_device("cuda:7")
 
@@ -59,30 +58,6 @@ def test_a_run_launches_the_kernels_of_one_module_which_gets_no_more_of_them(mon
     engine.advance(0)
     assert launched == {run_module.MODULE.name}
     assert set(run_module.MODULE.kernels) == before
-
-
-def test_all_kernels_but_what_few_launch_are_in_the_module_of_a_run():
-    """These are the modules that are compiled for CUDA below."""
-    on_a_gpu = ("cells", "movers", "pair_kernels.plain")
-    apart = (*on_a_gpu, "pair_kernels.plain.seldom", "distance", "selftest")
-    assert {module.name for module in device_code()} == {
-        run_module.MODULE.name,
-        *(f"simulate.kernels.{name}" for name in apart),
-    }
-
-
-def test_tiles_are_in_one_file():
-    """Threads of a CPU share their memory, so that ``lanes`` has them for blocks of several threads only."""
-    files = Path(run_module.__file__).parent.glob("*.py")
-    assert [file.stem for file in files if "wp.tile" in file.read_text()] == ["lanes"]
-
-
-def test_the_kernels_of_a_run_have_their_arrays_in_structs():
-    """Warp compiles a kernel twice that has an array of one dimension among its arguments."""
-    kernels = run_module.MODULE.kernels.values()
-    assert len(kernels) > 20
-    for kernel in kernels:
-        assert not [arg.label for arg in kernel.adj.args if hasattr(arg.type, "ndim")], kernel.key
 
 
 @pytest.mark.slow
@@ -125,11 +100,64 @@ def test_a_machine_without_a_gpu_is_no_warning():
     assert (done.stdout, done.stderr) == (b"", b"after")
 
 
-def test_this_machine_compiles_runs_and_records():
+def test_this_machine_compiles_runs_and_records_or_is_found_out(monkeypatch):
     assert touching_pairs("cpu") == 3 * 7 * 8 * 8
     assert turns_of_a_recording("cpu") == SIDE
-
-
-def test_a_device_that_does_not_run_its_recordings_is_found_out(monkeypatch):
     monkeypatch.setattr(wp, "capture_launch", lambda _: None)
     assert turns_of_a_recording("cpu") == 0
+
+
+CACHES = ("WARP_CACHE_PATH", "XDG_CACHE_HOME")
+SELFTEST = """
+import sys
+from sealtwin.core.errors import InputError
+from simulate.device import choose_device, touching_pairs
+try:
+    print(touching_pairs(choose_device("cpu")))
+except InputError as fault:
+    sys.exit(print(fault) or 3)
+"""
+
+
+def selftest(cache: Path, largest_file_bytes: int | None = None, **environment: str) -> tuple[int, str]:
+    """Run the kernels of the self-test; files may have ``largest_file_bytes``, beyond which writing fails."""
+
+    def bound() -> None:
+        if largest_file_bytes is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file_bytes, largest_file_bytes))
+
+    cache_variable = {"WARP_CACHE_PATH": str(cache)} if cache.name else {}
+    variables = {name: value for name, value in os.environ.items() if name not in CACHES} | cache_variable | environment
+    done = subprocess.run(
+        [sys.executable, "-c", SELFTEST], cwd=ROOT, env=variables, capture_output=True, text=True, preexec_fn=bound
+    )
+    assert "Traceback" not in done.stderr, done.stderr
+    return done.returncode, done.stdout
+
+
+@pytest.mark.slow
+def test_a_damaged_kernel_is_compiled_again(tmp_path):
+    """As after a power cut: the object cut short, or its description; a second run finds the cache whole."""
+    assert selftest(tmp_path) == (0, "1344\n")
+    for ending, bytes_left in ((".o", 1000), (".o", 0), (".meta", 3)):
+        (damaged,) = tmp_path.rglob(f"*{ending}")
+        whole = damaged.stat().st_size
+        os.truncate(damaged, bytes_left)
+        assert selftest(tmp_path) == (0, "1344\n")
+        (mended,) = tmp_path.rglob(f"*{ending}")
+        assert mended.stat().st_size == whole
+
+
+@pytest.mark.slow
+def test_a_cache_that_cannot_grow_is_named(tmp_path):
+    code, printed = selftest(tmp_path, largest_file_bytes=5_000)
+    assert code == 3
+    assert str(tmp_path) in printed
+    assert "WARP_CACHE_PATH" in printed
+
+
+def test_a_home_that_can_hold_no_cache_is_named():
+    code, printed = selftest(Path(), HOME="/dev/null")
+    assert code == 3
+    assert printed.startswith("/dev/null")
+    assert "WARP_CACHE_PATH" in printed

@@ -9,7 +9,7 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
-from sealtwin.core.records import Floats, Outline, Run, Sections, Solid
+from sealtwin.core.records import Floats, Outline, Profile, Run, Sections, Solid
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import SolidFigures
 from simulate.profile import half_side_mm, measure_profile, volume_ratio
@@ -67,7 +67,7 @@ def run_of(position, radius_mm=0.4, velocity=None, spilled=None, volume_mm3=None
         age_s=np.ones(count),
         spilled=np.zeros(count, bool) if spilled is None else spilled,
         radius_mm=radius_mm,
-        particle_volume_mm3=4 * np.sqrt(2) * (0.97 * radius_mm) ** 3 if volume_mm3 is None else volume_mm3,
+        particle_volume_mm3=volume_mm3 or 4 * np.sqrt(2) * (0.97 * radius_mm) ** 3,
         escaped_particles=0,
         device="cpu",
         settings={},
@@ -75,7 +75,12 @@ def run_of(position, radius_mm=0.4, velocity=None, spilled=None, volume_mm3=None
     )
 
 
-def lattice(outline: Outline, level_of_s, spacing_mm: float, seed: int = 0, jitter: float = 0.0):
+def read(position, solid: Solid | None = None, outline: Outline | None = None, **run) -> Profile:
+    """The profile of particles in the straight slot, if nothing else is given."""
+    return measure_profile(run_of(position, **run), outline or straight(), solid or mouth_without_face())
+
+
+def lattice(outline: Outline, level_of_s, spacing_mm: float, seed: int = 0):
     """Points of a cubic lattice, its axes the frame's and its phase random, in the crack and below the level.
 
     A point stands for its cell: cells whose middles are below the level make a volume that has that level on average.
@@ -90,8 +95,7 @@ def lattice(outline: Outline, level_of_s, spacing_mm: float, seed: int = 0, jitt
     s_mm = arc_length_at(point[:, :2], outline.centreline_mm)
     foot = np.column_stack([np.interp(s_mm, outline.s_mm, outline.centreline_mm[:, k]) for k in (0, 1)])
     inside = np.linalg.norm(point[:, :2] - foot, axis=1) <= WIDTH_MM / 2
-    point = point[inside & (point[:, 2] <= level_of_s(s_mm))]
-    return point + random.normal(0, jitter * spacing_mm, point.shape)
+    return point[inside & (point[:, 2] <= level_of_s(s_mm))]
 
 
 def bias_mm(profile, level_of_s, trim_mm=2.0):
@@ -108,23 +112,11 @@ def test_a_lattice_is_read_at_its_level(outline, radius_mm, level):
     """Worst of these: 0.04 mm. Read as the top edges of the pixels, the same lattices stand 0.20 to 0.26 mm high."""
     spacing_mm = (4 * np.sqrt(2)) ** (1 / 3) * 0.97 * radius_mm
     point = lattice(outline, LEVELS[level], spacing_mm, seed=int(100 * radius_mm))
-    profile = measure_profile(run_of(point, radius_mm), outline, mouth_without_face())
     cut_mm = 0.0
     if level == "flat":
         # Its top layer lies up to half a cell beside the level asked for: read is what the cells add up to.
-        layers = np.arange(-DEPTH_MM + spacing_mm / 2, -5.3, spacing_mm)
-        cut_mm = layers[-1] + spacing_mm / 2 + 5.3
-    assert abs(bias_mm(profile, LEVELS[level]) - cut_mm) <= BIAS_MM
-
-
-def test_a_rough_surface_is_read_high_by_a_part_of_its_roughness():
-    """The topmost of about five particles is read, as in the paper.
-
-    That is 0.03 mm high where centres scatter by 0.07 mm, and 0.11 mm where they scatter by 0.14 mm.
-    """
-    point = lattice(straight(20), LEVELS["gentle"], 0.69, jitter=0.1)
-    read = bias_mm(measure_profile(run_of(point), straight(20), mouth_without_face()), LEVELS["gentle"])
-    assert 0 < read < BIAS_MM
+        cut_mm = np.arange(-DEPTH_MM + spacing_mm / 2, -5.3, spacing_mm)[-1] + spacing_mm / 2 + 5.3
+    assert abs(bias_mm(read(point, outline=outline, radius_mm=radius_mm), LEVELS[level]) - cut_mm) <= BIAS_MM
 
 
 def test_an_empty_stretch_is_the_floor_and_a_gap_in_the_packing_is_not():
@@ -133,82 +125,72 @@ def test_an_empty_stretch_is_the_floor_and_a_gap_in_the_packing_is_not():
     hole = (s_mm > 10) & (s_mm < 15)
     chink = (s_mm > 25) & (s_mm < 25.8)
     bubble = (np.abs(s_mm - 30) < 1) & (np.abs(point[:, 2] + 8) < 0.6)
-    profile = measure_profile(run_of(point[~hole & ~chink & ~bubble]), straight(), mouth_without_face())
-    empty = (profile.s_mm > 11) & (profile.s_mm < 14)
-    assert (profile.level_mm[empty] == -DEPTH_MM).all()
-    full = (profile.s_mm < 9) | (profile.s_mm > 16)
-    assert np.ptp(profile.level_mm[full]) < 1e-9
-    assert measure_profile(run_of(np.empty((0, 3))), straight(), mouth_without_face()).level_mm.max() == -DEPTH_MM
+    profile = read(point[~hole & ~chink & ~bubble])
+    assert (profile.level_mm[(profile.s_mm > 11) & (profile.s_mm < 14)] == -DEPTH_MM).all()
+    assert np.ptp(profile.level_mm[(profile.s_mm < 9) | (profile.s_mm > 16)]) < 1e-9
+    assert read(np.empty((0, 3))).level_mm.max() == -DEPTH_MM
 
 
-def test_an_empty_stretch_over_a_stepped_floor_is_the_floor_of_its_place():
-    """Half of the crack 4 mm deep, half 10; nothing lies in it but a heap in the shallow half, on its floor."""
+@pytest.fixture
+def stepped() -> Solid:
+    """Half of the crack is 4 mm deep, half 10."""
     sections = Sections(np.array([0.0, 19.9, 20.1, 40.0]), np.array([4.0, 4.0, 10.0, 10.0]), np.full(4, 1.0))
-    solid = replace(mouth_without_face(), sections=sections)
+    return replace(mouth_without_face(), sections=sections)
+
+
+def test_an_empty_stretch_over_a_stepped_floor_is_the_floor_of_its_place(stepped):
+    """Nothing lies in the crack but a heap in the shallow half, on its floor."""
     heap = [(x, y, z) for x in np.arange(5, 10, 0.8) for y in (-0.8, 0.0, 0.8) for z in (-3.6, -2.8, -2.0)]
-    profile = measure_profile(run_of(heap), straight(), solid)
-    assert profile.level_mm[profile.s_mm < 4.0] == pytest.approx(-4.0)
-    assert profile.level_mm[(profile.s_mm > 11.0) & (profile.s_mm < 19.8)] == pytest.approx(-4.0)
+    profile = read(heap, stepped)
+    empty = (profile.s_mm < 4.0) | ((profile.s_mm > 11.0) & (profile.s_mm < 19.8))
+    assert profile.level_mm[empty] == pytest.approx(-4.0)
     assert profile.level_mm[profile.s_mm > 20.2] == pytest.approx(-10.0)
     assert profile.level_mm[np.abs(profile.s_mm - 7.4) < 1.5] == pytest.approx(-1.6, abs=BIAS_MM)
 
 
-def test_what_falls_onto_a_shallow_floor_lies_on_it():
+def test_what_falls_onto_a_shallow_floor_lies_on_it(stepped):
     """A fast particle a radius above the floor of its place is no jet; as far above a deeper floor it is."""
-    run = run_of([(10.0, 0.0, -3.7), (30.0, 0.0, -3.7)], velocity=np.array([[0.0, 0.0, -200.0]] * 2))
-    sections = Sections(np.array([0.0, 19.9, 20.1, 40.0]), np.array([4.0, 4.0, 10.0, 10.0]), np.full(4, 1.0))
-    profile = measure_profile(run, straight(), replace(mouth_without_face(), sections=sections))
+    profile = read([(10.0, 0.0, -3.7), (30.0, 0.0, -3.7)], stepped, velocity=np.array([[0.0, 0.0, -200.0]] * 2))
     assert profile.level_mm[np.abs(profile.s_mm - 10.0) < 0.2] == pytest.approx(-3.3, abs=BIAS_MM)
     assert profile.level_mm[np.abs(profile.s_mm - 30.0) < 0.2] == pytest.approx(-10.0)
 
 
-def test_a_jet_and_lost_drops_are_not_the_surface():
-    """Broken on purpose by counting the jet, the profile has a spike of 8 mm at s = 20."""
+def test_a_jet_and_lost_drops_are_not_the_surface_and_fast_parts_of_it_are():
+    """What of the jet is within a radius of the bed is bed.
+
+    Broken on purpose by counting the jet, the profile has a spike of 8 mm at s = 20.
+    """
     bed = lattice(straight(), LEVELS["flat"], 0.69)
     jet = np.array([[20 + dx, dy, z] for z in np.arange(-5, 3, 0.5) for dx in (-0.8, 0, 0.8) for dy in (-0.8, 0, 0.8)])
-    drop = np.array([[30.0, 0.0, -1.0]])
-    away = np.array([[10.0, 30.0, -9.0]])
-    point = np.vstack([bed, jet, drop, away])
+    point = np.vstack([bed, jet, [[30.0, 0.0, -1.0]], [[10.0, 30.0, -9.0]]])
     velocity = np.zeros_like(point)
     velocity[len(bed) : len(bed) + len(jet), 2] = -120.0
-    spilled = np.arange(len(point)) == len(point) - 1
-    profile = measure_profile(run_of(point, velocity=velocity, spilled=spilled), straight(), mouth_without_face())
-    calm = measure_profile(run_of(bed), straight(), mouth_without_face())
-    # What of the jet is within a radius of the bed is bed.
-    assert np.abs(profile.level_mm - calm.level_mm).max() <= 0.4 + 1e-9
-    assert np.abs(profile.level_mm - calm.level_mm)[np.abs(profile.s_mm - 20) > 2].max() == 0.0
-
-
-def test_a_surface_of_which_a_part_moves_fast_is_no_jet():
-    point = lattice(straight(), LEVELS["flat"], 0.69)
-    velocity = np.zeros_like(point)
-    velocity[::2, 2] = -150.0
-    agitated = measure_profile(run_of(point, velocity=velocity), straight(), mouth_without_face())
-    assert np.array_equal(agitated.level_mm, measure_profile(run_of(point), straight(), mouth_without_face()).level_mm)
+    calm, profile = read(bed), read(point, velocity=velocity, spilled=np.arange(len(point)) == len(point) - 1)
+    off_mm = np.abs(profile.level_mm - calm.level_mm)
+    assert off_mm.max() <= 0.4 + 1e-9
+    assert off_mm[np.abs(profile.s_mm - 20) > 2].max() == 0.0
+    agitated = read(bed, velocity=np.outer(np.arange(len(bed)) % 2, [0, 0, -150.0]))
+    assert np.array_equal(agitated.level_mm, calm.level_mm)
 
 
 def test_sealant_on_the_face_beside_the_mouth_does_not_raise_the_level():
     bed = lattice(straight(), lambda s: np.full_like(s, -0.6), 0.69)
     film = np.array([[x, y, 0.35] for x in np.arange(5, 35, 0.7) for y in (-4.0, -3.2, -2.4, 2.4, 3.2, 4.0)])
     heap = np.array([[x, 0.0, 0.4] for x in np.arange(20, 30, 0.7)])
-    sample = slot()
-    beside = measure_profile(run_of(np.vstack([bed, film])), straight(), sample)
-    assert np.array_equal(beside.level_mm, measure_profile(run_of(bed), straight(), sample).level_mm)
-    above = measure_profile(run_of(np.vstack([bed, film, heap])), straight(), sample)
-    assert above.level_mm[np.abs(above.s_mm - 25) < 4] == pytest.approx(
-        0.4 + half_side_mm(0.4, run_of(heap).particle_volume_mm3)
-    )
+    assert np.array_equal(read(np.vstack([bed, film]), slot()).level_mm, read(bed, slot()).level_mm)
+    above = read(np.vstack([bed, film, heap]), slot())
+    top_mm = 0.4 + half_side_mm(0.4, run_of(heap).particle_volume_mm3)
+    assert above.level_mm[np.abs(above.s_mm - 25) < 4] == pytest.approx(top_mm)
 
 
 def test_the_profile_starts_where_the_nozzle_starts():
     """Chirality and direction: the same particles, with the centreline walked from its other end."""
-    point = lattice(bow(), LEVELS["gentle"], 0.69)
-    forward = bow()
-    backward = outline_along(forward.centreline_mm[::-1])
-    here = measure_profile(run_of(point), forward, mouth_without_face())
-    there = measure_profile(run_of(point), backward, mouth_without_face())
-    assert here.level_mm[-10] > here.level_mm[10] + 3
-    assert np.abs(here.level_mm - there.level_mm[::-1]).mean() < 0.05
+    point, forward = lattice(bow(), LEVELS["gentle"], 0.69), bow()
+    onward_mm, back_mm = (
+        read(point, outline=outline).level_mm for outline in (forward, outline_along(forward.centreline_mm[::-1]))
+    )
+    assert onward_mm[-10] > onward_mm[10] + 3
+    assert np.abs(onward_mm - back_mm[::-1]).mean() < 0.05
 
 
 def test_arc_length_is_that_of_the_nearest_point_also_beyond_the_ends():
@@ -221,7 +203,7 @@ def test_arc_length_is_that_of_the_nearest_point_also_beyond_the_ends():
 
 def test_a_lost_particle_stops_the_reading():
     with pytest.raises(NumericalError, match="Particle 1"):
-        measure_profile(run_of([[1, 0, -5], [2, np.nan, -5]]), straight(), mouth_without_face())
+        read([[1, 0, -5], [2, np.nan, -5]])
 
 
 @pytest.mark.parametrize(
@@ -243,16 +225,13 @@ def test_volume_of_a_filled_slot(reading, turn_deg):
 
 
 def test_a_heap_above_the_face_is_part_of_the_volume_and_spill_is_not():
-    sample = slot()
     full = cavity_lattice(0.5, "vertical", 0.0, top_mm=0.0)
-    heap = np.array(
-        [[x, y, z] for x in np.arange(5, 35, 0.5) for y in np.arange(-5, 5.1, 0.5) for z in (0.25, 0.75, 1.25)]
-    )
+    heap = [(x, y, z) for x in np.arange(5, 35, 0.5) for y in np.arange(-5, 5.1, 0.5) for z in (0.25, 0.75, 1.25)]
     both = run_of(np.vstack([full, heap]), volume_mm3=0.5**3)
-    assert volume_ratio(both, sample) == pytest.approx(1.0, abs=0.03)
-    lost = run_of(both.position_mm, spilled=np.arange(len(both.position_mm)) >= len(full), volume_mm3=0.5**3)
-    assert volume_ratio(lost, sample) == pytest.approx(len(full) / len(both.position_mm), abs=0.02)
-    assert volume_ratio(run_of(np.empty((0, 3))), sample) == 0.0
+    assert volume_ratio(both, slot()) == pytest.approx(1.0, abs=0.03)
+    lost = replace(both, spilled=np.arange(len(both.spilled)) >= len(full))
+    assert volume_ratio(lost, slot()) == pytest.approx(len(full) / len(both.spilled), abs=0.02)
+    assert volume_ratio(run_of(np.empty((0, 3))), slot()) == 0.0
 
 
 def cavity_lattice(spacing_mm, reading, tilt_deg, top_mm):

@@ -8,15 +8,14 @@ import pytest
 from pydantic import ValidationError
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Run
+from sealtwin.core.records import Bed
 from simulate.profile import measure_profile, settled
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup_checks import check_fit
-from tests.support.small_fluids import FRAME_S, engine_with, path, positions_mm, pour, slot
+from tests.support.small_fluids import path, pour, slot
 from tests.support.tanks import Pit, Tank, settled_mm
 
 FALLS_BACK = SampleSlope(gradient_deg=10.0)
-STEEP = SampleSlope(gradient_deg=-30.0, crossfall_deg=20.0)
 
 
 @pytest.mark.parametrize(
@@ -42,26 +41,15 @@ def test_a_slope_beyond_its_bounds_is_refused(table):
         SampleSlope.model_validate(table)
 
 
-def test_a_particle_falls_along_the_plumb_line_by_g_t_squared_over_two():
-    start = np.array([[3.0, 0.0, 500.0]])
-    engine = engine_with(start, slot(), damping_per_s=0.0, slope=STEEP)
-    for _ in range(100):
-        engine.predict(engine.rows)
-        engine.update_velocity(engine.rows)
-    t = 100 * FRAME_S / 4
-    fallen_mm = positions_mm(engine)[0] - start[0]
-    assert fallen_mm == pytest.approx(9810 * t**2 / 2 * np.array(STEEP.down), rel=0.011)
-
-
 @pytest.mark.slow
 def test_the_surface_of_a_settled_liquid_is_square_to_gravity():
     """A plane through the topmost particles, away from the walls; the mean of some moments, which scatters by 0.5."""
     pit = Pit(14.0, 9.0, 18.0)
-    how: dict[str, Any] = {"radius_mm": 0.5, "step_s": 1.8e-3}
+    sizes: dict[str, Any] = {"radius_mm": 0.5, "step_s": 1.8e-3}
     # At rest in a level tank: a lattice bursts.
     slope = SampleSlope(gradient_deg=6.0, crossfall_deg=-4.0)
-    fluid = settled_mm(pit, height_mm=6.0, **how)
-    tank = Tank.of(pit, fluid, viscosity_mm2_s=100.0, slope=slope, **how)
+    fluid = settled_mm(pit, height_mm=6.0, **sizes)
+    tank = Tank.of(pit, fluid, viscosity_mm2_s=100.0, slope=slope, **sizes)
     tank.wait(0.5)
     seen = [plane_deg(tank) for number, _ in enumerate(tank.run(0.6)) if number % 15 == 0]
     assert np.mean(seen, axis=0) == pytest.approx((-6.0, 4.0), abs=0.8)
@@ -102,19 +90,12 @@ def test_sealant_runs_to_the_low_end():
 
 def test_a_jet_in_flight_is_told_by_its_speed_along_gravity():
     """A particle that flies sideways down a steep slope is in flight, and on a level sample it is spray."""
-    run = _lone(np.array([-300.0, 0.0, -80.0]))
-    floor_mm = np.full(2, 16.0)
-    assert settled(run, floor_mm).tolist() == [True, True]
-    sloping = replace(run, settings={"sample": {"gradient_deg": 40.0, "crossfall_deg": 0.0}})
-    assert settled(sloping, floor_mm).tolist() == [True, False]
-
-
-def _lone(velocity_mm_s) -> Run:
-    crack = slot()
-    run = pour(crack, path(crack[1], 0.01, speed_mm_s=20.0))
-    position = np.array([[3.0, 0.0, -15.6], [3.0, 0.0, -10.0]])
-    moving = np.array([[0.0, 0.0, 0.0], velocity_mm_s])
-    return replace(run, position_mm=position, velocity_mm_s=moving, spilled=np.zeros(2, bool), settings={})
+    position_mm = np.array([[3.0, 0.0, -15.6], [3.0, 0.0, -10.0]])
+    velocity_mm_s = np.array([[0.0, 0.0, 0.0], [-300.0, 0.0, -80.0]])
+    level = Bed(position_mm, velocity_mm_s, np.zeros(2, bool), 0.4, particle_volume(0.4), LEVEL.table)
+    assert settled(level, np.full(2, 16.0)).tolist() == [True, True]
+    steep = replace(level, settings=SampleSlope(gradient_deg=40.0).table)
+    assert settled(steep, np.full(2, 16.0)).tolist() == [True, False]
 
 
 def test_what_would_freeze_in_the_air_is_refused_by_the_fall_on_the_slope():

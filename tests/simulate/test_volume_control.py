@@ -55,8 +55,7 @@ def test_a_factor_that_is_given_or_the_papers_stays(solver):
 
 def test_its_columns_read_a_rough_bed_in_a_narrow_slot():
     """Particles of 0.6 mm that lie loose, so that columns as wide as they are miss hollows between them."""
-    solid, _ = slot(28.0, 3.1, 8.0, "vertical", 0.0)
-    random, off = np.random.default_rng(0), []
+    (solid, _), random, off = slot(28.0, 3.1, 8.0, "vertical", 0.0), np.random.default_rng(0), []
     for _ in range(2):
         place_mm = random.uniform([0, -1.2, -7.5], [28, 1.2, -3.0], (160, 3))
         coarse, fine = (Vessel(solid, cell_mm).volume_mm3(place_mm, 0.52) for cell_mm in (CELL * 0.6, 0.1))
@@ -164,11 +163,11 @@ def figures_by_host(injection: Injection, solid: Solid, slope: SampleSlope, run:
     state, radius_mm = injection.engine.state, injection.pour.solver.size_mm
     own = state.own(run)
     status, place_mm, speed_mm_s = state.status_of()[own], state.position_mm()[own], state.velocity_mm_s()[own]
-    here = (status <= int(FROZEN)) & np.isfinite(place_mm).all(axis=1)
+    present = (status <= int(FROZEN)) & np.isfinite(place_mm).all(axis=1)
     size_mm3 = injection.schedule.dispensed_mm3 / injection.schedule.particles
-    lost = np.zeros(here.sum(), dtype=bool)
-    bed = Bed(place_mm[here], speed_mm_s[here], lost, radius_mm, size_mm3, slope.table)
-    lies, moves = settled(bed, np.full(here.sum(), solid.depth_mm)), status[here] == int(MOVING)
+    lost = np.zeros(present.sum(), dtype=bool)
+    bed = Bed(place_mm[present], speed_mm_s[present], lost, radius_mm, size_mm3, slope.table)
+    lies, moves = settled(bed, np.full(present.sum(), solid.depth_mm)), status[present] == int(MOVING)
     flows = moves & (np.linalg.norm(bed.velocity_mm_s, axis=1) >= FLOWS_MM_S)
     volume_mm3 = vessel_of(solid, CELL * radius_mm).volume_mm3(bed.position_mm[lies], half_side_mm(radius_mm, size_mm3))
     lying, moving, both, flowing = (int(mask.sum()) for mask in (lies, moves, moves & lies, flows & lies))
@@ -189,14 +188,14 @@ def test_the_device_measures_the_beds_that_the_host_measures(spread, tilt, slope
     monkeypatch.setattr("simulate.kernels.beds.LANES", lanes)
     solid, _ = slot(12.0, tilt=tilt, angle_deg=10.0)
     there = figures(spread, solid, slope)
-    here = [figures_by_host(spread, solid, slope, run) for run in range(len(RUNS))]
-    here_at_most = spread.schedule.particles - 46
-    assert [bed[:2] for bed in there] == [bed[:2] for bed in here]
-    for host, device in zip(here[:2] + here[3:], there[:2] + there[3:], strict=True):
+    by_host = [figures_by_host(spread, solid, slope, run) for run in range(len(RUNS))]
+    most = spread.schedule.particles - 46
+    assert [bed[:2] for bed in there] == [bed[:2] for bed in by_host]
+    for host, device in zip(by_host[:2] + by_host[3:], there[:2] + there[3:], strict=True):
         assert device[:4] == host[:4]
         assert device.volume_mm3 == pytest.approx(host.volume_mm3, rel=1e-9)
         assert 0 < host.flowing_and_lying < host.moving_and_lying < min(host.moving, host.lying)
-        assert here_at_most - 40 < host.lying < here_at_most
+        assert most - 40 < host.lying < most
     assert there[2] == BedFigures(0, 0, 0, 0, 0.0)
 
 

@@ -102,39 +102,25 @@ def fresh() -> Injection:
     return injection(FREEZING)
 
 
-def test_a_checkpoint_of_another_run_is_said_and_not_used(begun, fresh, tmp_path):
-    (tmp_path / "checkpoint.npz").write_bytes(begun)
-    sentences = []
-    Checkpoint(tmp_path / "checkpoint.npz", "another key", sentences.append).begin(fresh)
-    assert fresh.done == 0
-    assert sentences == [
-        "checkpoint.npz: is from a run with other settings, inputs or device; the fluid run starts again at its first "
-        "frame."
-    ]
-
-
-@pytest.mark.parametrize("damage", ["cut", "flip", "empty", "other size", "bare"])
-def test_a_damaged_checkpoint_is_one_sentence_and_a_fresh_start(begun, fresh, tmp_path, damage):
-    file = tmp_path / "checkpoint.npz"
+@pytest.mark.parametrize("damage", ["cut", "flip", "empty", "other size", "bare", "another run"])
+def test_a_damaged_checkpoint_or_of_another_run_is_one_sentence_and_a_fresh_start(begun, fresh, tmp_path, damage):
+    file, sentences, before = tmp_path / "checkpoint.npz", list[str](), bits(fresh)
     content = {
         "cut": begun[: len(begun) // 2],
         "flip": begun[:3000] + bytes([begun[3000] ^ 1]) + begun[3001:],
         "empty": b"",
     }
-    if damage in content:
-        file.write_bytes(content[damage])
-    else:
-        kept = dict(np.load(io.BytesIO(begun)))
-        np.savez(
-            file, allow_pickle=False, **(kept | {"position": kept["position"][:-1]} if damage == "other size" else {})
-        )
-    sentences, before = [], bits(fresh)
-    Checkpoint(file, "key", sentences.append).begin(fresh)
-    assert len(sentences) == 1
-    assert sentences[0].startswith("checkpoint.npz: is damaged (")
-    assert sentences[0].endswith("); the fluid run starts again at its first frame.")
-    assert "\n" not in sentences[0]
-    assert bits(fresh) == before
+    file.write_bytes(content.get(damage, begun))
+    if damage in ("other size", "bare"):
+        arrays = dict(np.load(io.BytesIO(begun)))
+        shorter = arrays | {"position": arrays["position"][:-1]}
+        np.savez(file, allow_pickle=False, **(shorter if damage == "other size" else {}))
+    Checkpoint(file, "another" if damage == "another run" else "key", sentences.append).begin(fresh)
+    (sentence,) = sentences
+    assert sentence.startswith(f"checkpoint.npz: is {'from a run' if damage == 'another run' else 'damaged ('}")
+    assert sentence.endswith("; the fluid run starts again at its first frame.")
+    assert "\n" not in sentence
+    assert (fresh.done, bits(fresh)) == (0, before)
 
 
 def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fresh, tmp_path, monkeypatch):

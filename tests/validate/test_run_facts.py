@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from sealtwin.core.facts import doubt, of_keys, texts
@@ -22,21 +23,11 @@ def run(evidence):
     return replace(evidence.run, spilled=evidence.run.spilled & False)
 
 
-def test_what_a_weighed_fill_contradicts_is_said_first(evidence):
-    assert cautions(evidence) == (), "measured data and a sound run need no word"
-    nothing = (0.0, 0.0, 0.0)
-    weighed = WeighedCavity((), (), (), (), 3.0, 5.0, 16.0, (nothing,) * 3, (1.0, 2.0), (FILL,))
-    figures = replace(evidence.solid.figures, weighed=weighed)
-    assert cautions(replace(evidence, solid=replace(evidence.solid, figures=figures))) == (FILL,)
-
-
 @pytest.mark.parametrize(
     ("readings_data", "photo_data", "begins"),
     [
-        ("reconstructed", "measured", "the caliper readings are reconstructed. "),
-        ("measured", "synthetic", "the photo is synthetic. "),
-        ("undeclared", "measured", "it is not declared whether the caliper readings are measured. "),
         ("reconstructed", "synthetic", "the photo is synthetic and the caliper readings are reconstructed. "),
+        ("undeclared", "measured", "it is not declared whether the caliper readings are measured. "),
     ],
 )
 def test_only_what_was_not_measured_is_named(tmp_path, readings_data, photo_data, begins):
@@ -98,38 +89,33 @@ def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone
 
 
 def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
-    spilled = run.spilled.copy()
-    spilled[: len(spilled) // 10] = True
-    share = spilled.mean()
-    (text,) = texts(run_warnings(replace(run, spilled=spilled), 1 - share))
+    """The ratio that the terminal prints is of all sealant."""
+    spilled = np.arange(len(run.spilled)) < len(run.spilled) // 10
+    share, spills = spilled.mean(), replace(run, spilled=spilled)
+    (text,) = texts(run_warnings(spills, 1 - share))
     assert text.startswith(f"{spilled.sum()} particles ({100 * share:.1f} % of the sealant) ran over")
-    lost, ran = texts(run_warnings(replace(run, spilled=spilled), 0.9 * (1 - share)))
-    assert lost.startswith("The fluid lost 10 %")
-    assert ran == text
-    (gained,) = texts(run_warnings(replace(run, spilled=spilled), 1.04))
+    lost, ran = texts(run_warnings(spills, 0.9 * (1 - share)))
+    assert (lost[:23], ran) == ("The fluid lost 10 % of ", text)
+    (gained,) = texts(run_warnings(spills, 1.04))
     assert gained.startswith("The fluid gained 15 %")
-    # The ratio that the terminal prints is of all sealant.
     assert f"({1.04 / (1 - share):.3f} of what stayed on the sample; " in gained
 
 
-def test_a_leak_comes_first(run, evidence):
-    first, second = texts(run_warnings(replace(run, escaped_particles=1), 0.775))
-    assert first.startswith("Do not use this run: 1 particle went through a wall")
-    assert second.startswith("The fluid lost")
+def test_edited_files_come_first_and_then_a_leak_and_what_a_weighed_fill_contradicts(run, evidence):
+    leak, loss = run_warnings(replace(run, escaped_particles=1), 0.775)
+    assert (leak.key, leak.value, loss.key) == ("fluid.escaped", 1, "fluid.volume")
+    assert cautions(evidence) == (), "measured data and a sound run need no word"
+    nothing = (0.0, 0.0, 0.0)
+    weighed = WeighedCavity((), (), (), (), 3.0, 5.0, 16.0, (nothing,) * 3, (1.0, 2.0), (FILL,))
+    solid = replace(evidence.solid, figures=replace(evidence.solid.figures, weighed=weighed))
+    assert cautions(replace(evidence, solid=solid)) == (FILL,)
     leaking = replace(evidence, run=replace(run, escaped_particles=11), photo_data="synthetic")
     assert [fact.key for fact in cautions(leaking)] == ["fluid.escaped", "data.not-a-validation"]
-    leaking = replace(evidence, readings=None, comparison=None, run=replace(run, escaped_particles=2))
-    (fact,), outcome = headline(leaking)
-    assert (fact.key, fact.value, fact.level, outcome) == ("verdict.leak", 2, "fault", "failed")
-    assert fact.text == "Do not use this run: 2 particles went through a wall. There are no readings."
-
-
-def test_files_that_somebody_edited_come_before_everything(run, evidence):
-    edited = replace(evidence, run=replace(run, escaped_particles=1), edited=("profile.csv", "simulation.json"))
-    assert cautions(edited)[0].text.startswith(
-        "Files were edited by hand after the run (profile.csv, simulation.json): "
-    )
+    edited = replace(leaking, edited=("profile.csv", "simulation.json"))
+    assert "(profile.csv, simulation.json)" in cautions(edited)[0].text
     assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
+    (fact,), outcome = headline(replace(leaking, readings=None, comparison=None))
+    assert (fact.key, fact.value, fact.level, outcome) == ("verdict.leak", 11, "fault", "failed")
 
 
 FAR, NEAR = (doubt("fluid.volume", f"The fluid lost {percent} % of its volume.") for percent in (19, 6))

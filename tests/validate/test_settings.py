@@ -1,5 +1,6 @@
 """Tables [readings], [gate] and [uncertainty]: what is declared, and nothing else."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -15,17 +16,21 @@ def test_a_gate_is_a_positive_number_with_a_reason_of_one_line(limit, reason):
         Gate(mean_error_mm=limit, reason=reason)
 
 
-def test_only_readings_that_were_calibrated_on_had_something_fitted():
-    content = {"file": Path("caliper.csv"), "data": "measured", "fitted": ("fluid.U",)}
-    assert Readings.model_validate(content | {"role": "calibrated-on"}).fitted == ("fluid.U",)
-    with pytest.raises(ValidationError, match="calibrated-on"):
-        Readings.model_validate(content | {"role": "held-out"})
-    # An empty list declares that nothing was, which a sheet of no declared role cannot.
-    assert Readings.model_validate(content | {"role": "held-out", "fitted": ()}).fitted == ()
-    with pytest.raises(ValidationError, match=r"fluid\.U is listed twice"):
-        Readings.model_validate(content | {"role": "calibrated-on", "fitted": ("fluid.U", "seed", "fluid.U")})
-    with pytest.raises(ValidationError, match=r'fitted is empty, but role is "undeclared"'):
-        Readings.model_validate(content | {"role": "undeclared", "fitted": ()})
+@pytest.mark.parametrize(
+    ("role", "fitted", "fault"),
+    [
+        ("calibrated-on", ("fluid.U",), None),
+        ("held-out", ("fluid.U",), "calibrated-on"),
+        # An empty list declares that nothing was, which a sheet of no declared role cannot.
+        ("held-out", (), None),
+        ("undeclared", (), 'fitted is empty, but role is "undeclared"'),
+        ("calibrated-on", ("fluid.U", "seed", "fluid.U"), r"fluid\.U is listed twice"),
+    ],
+)
+def test_only_readings_that_were_calibrated_on_had_something_fitted(role, fitted, fault):
+    table = {"file": Path("caliper.csv"), "data": "measured", "role": role, "fitted": fitted}
+    with nullcontext() if fault is None else pytest.raises(ValidationError, match=fault):
+        assert Readings.model_validate(table).fitted == fitted
 
 
 def test_the_doubt_of_a_fitted_width_counts_unless_one_is_declared():

@@ -26,19 +26,15 @@ def flow_of(paste: HerschelBulkley, width_mm: float, height_mm: float, push: flo
     return float(flow[0]) / area_mm2[0]
 
 
-@pytest.mark.parametrize(("width_mm", "height_mm"), [(2.0, 1e4), (1e5, 2.0)])
-def test_newtons_fluid_between_plates_and_as_a_film(width_mm: float, height_mm: float):
-    wanted = {2.0: 2.0**2 / 12, 1e5: 2.0**2 / 3}[width_mm]  # over push / viscosity
-    assert flow_of(HerschelBulkley(1e3, 0.0, 0.5), width_mm, height_mm, 3.0) == pytest.approx(
-        wanted * 3.0 / 0.5, rel=1e-3
-    )
-
-
-def test_newtons_fluid_through_half_of_a_square_duct():
-    """0.03514 G a^2 / mu; area over perimeter alone would give 0.59 of it."""
-    assert flow_of(HerschelBulkley(1e3, 0.0, 0.5), 4.0, 2.0, 3.0) == pytest.approx(
-        0.035144 * 4.0**2 * 3.0 / 0.5, rel=3e-3
-    )
+@pytest.mark.parametrize(
+    ("width_mm", "height_mm", "shape_mm2", "rel"),
+    [(2.0, 1e4, 2.0**2 / 12, 1e-3), (1e5, 2.0, 2.0**2 / 3, 1e-3), (4.0, 2.0, 0.035144 * 4.0**2, 3e-3)],
+    ids=["plates", "film", "half of a square duct"],
+)
+def test_newtons_fluid_has_the_speed_of_its_closed_form(width_mm, height_mm, shape_mm2, rel):
+    """The mean speed is the shape's factor times G / mu; area over perimeter alone gives 0.59 of it in the duct."""
+    speed_mm_s = flow_of(HerschelBulkley(1e3, 0.0, 0.5), width_mm, height_mm, 3.0)
+    assert speed_mm_s == pytest.approx(shape_mm2 * 3.0 / 0.5, rel=rel)
 
 
 @pytest.mark.parametrize("index", [0.5, 1.0, 1.5])
@@ -64,9 +60,7 @@ def test_walls_take_up_a_share_of_the_stress():
 
 def test_paste_stands_up_to_its_yield_stress_and_its_flow_is_smooth_there():
     through = PlaneFlow(np.array([4.0]), np.array([3.0]), 1.0)
-    for push in (-3.999, 0.0, 3.999):
-        flow, stiff = through.flow_mm3_s(np.array([push]))
-        assert flow[0] == 0 == stiff[0]
+    assert not np.any([through.flow_mm3_s(np.array([push])) for push in (-3.999, 0.0, 3.999)])
     for push in (-9.0, -4.001, 4.001, 5.0, 40.0):
         low, high = (through.flow_mm3_s(np.array([push + off]))[0] for off in (-1e-6, 1e-6))
         flow, stiff = through.flow_mm3_s(np.array([push]))

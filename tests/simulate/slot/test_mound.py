@@ -27,15 +27,11 @@ def test_a_mound_is_as_high_as_paste_pushed_against_paste_and_its_flanks_are_a_s
     np.testing.assert_allclose(rise_mm, rise_mm[::-1], atol=1e-9)
 
 
-def test_a_mound_is_half_of_what_lands_at_most():
+def test_a_mound_is_half_of_what_lands_at_most_and_nothing_of_a_liquid():
     sections = upright()
     few_mm3 = mound_mm2(sections, 20.0, **UNDER).sum() * sections.step_mm
     assert few_mm3 == pytest.approx(MOST_MOUND * 20.0)
     assert not mound_mm2(sections, 0.0, **UNDER).any()
-
-
-def test_a_liquid_has_no_mound_and_no_crown():
-    sections = upright()
     assert not mound_mm2(sections, 1e4, **UNDER | {"held_mm": 0.0}).any()
     assert not crown_mm(np.full(3, 5.0), np.full(3, 12.0), 0.0).any()
 

@@ -45,10 +45,10 @@ def imported(*rooms: manifold3d.Manifold, filled: manifold3d.Manifold | None = N
     slot = box((0.0, -3.0, -DEPTH_MM), (LENGTH_MM, 3.0, 1.0))
     body = box(low, high) - manifold3d.Manifold.batch_boolean([slot, *rooms], manifold3d.OpType.Add)
     solid = solid_of(body if filled is None else body + filled, BLOCK_MM, DEPTH_MM)
-    own, outline = slot_with()
+    plain, outline = slot_with()
     levels_mm = np.linspace(-DEPTH_MM, 0.0, 49)
-    below_mm2 = np.tile(WIDTH_MM * (levels_mm + DEPTH_MM), (len(own.sections.s_mm), 1))
-    table = replace(own.sections, levels_mm=levels_mm, below_mm2=below_mm2)
+    below_mm2 = np.tile(WIDTH_MM * (levels_mm + DEPTH_MM), (len(plain.sections.s_mm), 1))
+    table = replace(plain.sections, levels_mm=levels_mm, below_mm2=below_mm2)
     return replace(solid, tilt="modelled", sections=table), replace(outline, ends=CLOSED)
 
 
@@ -58,35 +58,18 @@ def judged(crack: tuple[Solid, Outline], stress_pa: float = 5.0, fill: float = 0
     return fitness_of(solid, outline, path(outline, volume_ml), HerschelBulkley(1690.0, stress_pa, 0.3))
 
 
-def test_a_bar_along_all_of_a_slot_holds_what_two_gaps_of_half_the_width_do():
-    """By area over perimeter, corners left out; the length that it adds times the slope is what levels are off by."""
-    solid, outline = slot_with(stone(39.4, 0.5))
-    sections = sections_of(outline, solid, 60, reach_per_mm=0.0)
-    area_mm2 = sections.full_mm2 / 2
-    height_mm = sections.height_mm(area_mm2)
-    one = sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
-    two = sections.holding_mm(2.75 * height_mm, 2.75 + 2 * height_mm)
-    places = narrows(outline, solid, sections, 0.5)
-    # Of 40 mm 38.7 lie in cells that count, in which 0.05 is tolerated; a layer of a cut is a hundredth of its depth.
-    assert places.holds_mm == pytest.approx(38.7 * ((one / two)[30] - 1.05), rel=0.01)
-
-
 @pytest.mark.parametrize(
     ("crack", "place_mm"),
     [
         (lambda: slot_with(stone(5.97, 5.97)), 20.0),
         (lambda: slot_with(stone(4.0, 4.0, 0.7)), 20.0),
-        (
-            lambda: slot_with(depth_mm=((0.0, 12.0), (9.8, 12.0), (9.9, 1.0), (10.1, 1.0), (10.2, 12.0), (40.0, 12.0))),
-            10.0,
-        ),
+        (lambda: slot_with(depth_mm=((9.8, 12.0), (9.9, 1.0), (10.1, 1.0), (10.2, 12.0))), 10.0),
         (lambda: imported(filled=box((30.0, -3.0, -12.0), (30.3, 2.99, 0.0))), 30.0),
         (lambda: imported(filled=box((1.0, -0.2, -12.0), (39.0, 0.2, 0.0))), None),
     ],
     ids=["closing stone", "stone aside", "dam", "wall with a slit", "bar in a mesh"],
 )
 def test_what_holds_back_more_than_sections_have_is_unfit_and_its_place_is_named(crack, place_mm):
-    """All of them were fit."""
     fitness = judged(crack())
     assert any("support a step" in why.text or "close the crack" in why.text for why in fitness.unfit)
     if place_mm is not None:

@@ -12,7 +12,7 @@ from sealtwin.core.records import Profile, Run, Sample
 from simulate.injection import ComputeOptions, prepare
 from simulate.pour import Pour
 from simulate.run import fill, fill_each
-from simulate.settings import LEVEL, Fluid, SampleSlope, Solver
+from simulate.settings import Fluid, SampleSlope, Solver
 from simulate.slot.fill import HerschelBulkley
 from simulate.slot.fitness import FULLEST, fitness_of
 from simulate.slot.run import READ, pour
@@ -31,46 +31,42 @@ def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
     record_files.write_run(tmp_path, run)
     record_files.write_profile(tmp_path, profile)
     again = record_files.read_run(tmp_path)
-    assert again.fast_fill == run.fast_fill
-    assert run.fast_fill is not None
+    filled = run.fast_fill
+    assert filled is not None
+    assert again.fast_fill == filled
     assert run.unfit == ()
     assert len(again.position_mm) == 0
     assert again.dispensed_volume_mm3 == pytest.approx(1200.0)
-    assert run.fast_fill.in_crack_mm3 + run.fast_fill.above_face_mm3 + run.fast_fill.in_flight_mm3 == pytest.approx(
-        1200.0
-    )
+    assert filled.in_crack_mm3 + filled.above_face_mm3 + filled.in_flight_mm3 == pytest.approx(1200.0)
     assert -16.0 < profile.level_mm.mean() < 0.0
     assert (profile.s_mm[0], profile.s_mm[-1]) == (0.0, 40.0)
 
 
 @pytest.mark.parametrize(
-    ("change", "why"),
-    [({"yield_stress_pa": 40.0}, "piles up under the nozzle"), ({"volume_ml": 3.0}, "runs over the face")],
+    ("change", "key"),
+    [
+        ({"yield_stress_pa": 40.0}, "slope"),
+        ({"volume_ml": 3.0}, "overfull"),
+        # Stiff paste stands on the face, although it would not fill the crack.
+        ({"volume_ml": 1.6, "yield_stress_pa": 11.0}, "above-face"),
+    ],
 )
-def test_a_case_outside_the_domain_says_why(change: dict[str, Any], why: str):
-    run, _ = poured(**change)
+def test_a_case_outside_the_domain_says_why(change: dict[str, Any], key: str):
+    run, profile = poured(**change)
+    assert f"unfit.{key}" in [why.key for why in run.unfit]
     assert run.fast_fill is not None
-    assert any(why in sentence.text for sentence in run.unfit)
+    assert (run.fast_fill.fill > FULLEST) == (key == "overfull")
+    if key == "above-face":
+        assert run.fast_fill.above_mm == pytest.approx(profile.level_mm.max(), abs=0.05)
 
 
-def test_a_level_over_the_face_is_outside():
-    """Stiff paste stands on the face, although it would not fill the crack."""
-    run, profile = poured(volume_ml=1.6, yield_stress_pa=11.0)
-    assert run.fast_fill is not None
-    assert run.fast_fill.above_mm == pytest.approx(profile.level_mm.max(), abs=0.05)
-    assert run.fast_fill.fill < FULLEST
-    assert any("above the face" in sentence.text for sentence in run.unfit)
-
-
-def test_paste_that_holds_a_mound_by_itself_is_outside_in_a_crack_of_any_width():
-    """4 tau / rho g above 4 mm is above 16.6 Pa at 1690 kg/m3: decisions 0138 and 0151."""
-    crack = slot(40.0, 12.0)
-    solid, outline = crack
-    paste = HerschelBulkley(1690.0, 16.4, 0.3)
-    trajectory = path(outline, 2.0, trim_mm=6.0)
-    assert "mound" not in str(fitness_of(solid, outline, trajectory, paste).unfit)
-    stiffer = replace(paste, yield_stress_pa=16.8)
-    assert "mound" in str(fitness_of(solid, outline, trajectory, stiffer).unfit)
+@pytest.mark.parametrize(("yield_stress_pa", "fit"), [(16.4, True), (16.8, False)])
+def test_paste_that_holds_a_mound_by_itself_is_outside_in_a_crack_of_any_width(yield_stress_pa: float, fit: bool):
+    """4 tau / rho g is above 4 mm from 16.6 Pa on at 1690 kg/m3."""
+    solid, outline = slot(40.0, 12.0)
+    paste = HerschelBulkley(1690.0, yield_stress_pa, 0.3)
+    reasons = fitness_of(solid, outline, path(outline, 2.0, trim_mm=6.0), paste).unfit
+    assert ("unfit.mound" not in [why.key for why in reasons]) is fit
 
 
 @pytest.mark.parametrize(("room", "fit"), [(1.04, True), (1.06, False), (0.94, False)])
@@ -86,15 +82,19 @@ POWER: dict[str, Any] = {"viscosity_pa_s": None, "consistency_pa_s_n": 0.3, "flo
 AGED: dict[str, Any] = {"viscosity_pa_s": None, "yield_stress_pa": 0.0}
 CURVE, COOLING = {"temperature_c": [80, 90], "viscosity_pa_s": [3, 0.3]}, {"age_s": [0, 9], "temperature_c": [90, 80]}
 FIELDS: dict[str, tuple[dict[str, Any], Any]] = {
-    **{
-        "U": ({"viscosity_pa_s": None, "U": 30.0}, 300.0),
-        "consistency_pa_s_n": (POWER, 3.0),
-        "flow_index": (POWER, 0.9),
-    },
-    **{"curve": (AGED, {"age_s": [0, 9], "viscosity_pa_s": [0.3, 3]}), "cooling": ({**AGED, "curve": CURVE}, COOLING)},
-    **{"D_cm": ({}, 0.3), "wall_share": ({}, 0.5), "viscosity_pa_s": ({}, 30.0), "density_kg_m3": ({}, 1000.0)},
-    **{"yield_stress_pa": ({}, 8.0), "structuration_pa_per_s": ({}, 0.1), "yield_stress_most_pa": ({}, 20.0)},
-    **{"freeze_after_s": ({}, 2.0)},
+    "U": ({"viscosity_pa_s": None, "U": 30.0}, 300.0),
+    "consistency_pa_s_n": (POWER, 3.0),
+    "flow_index": (POWER, 0.9),
+    "curve": (AGED, {"age_s": [0, 9], "viscosity_pa_s": [0.3, 3]}),
+    "cooling": ({**AGED, "curve": CURVE}, COOLING),
+    "D_cm": ({}, 0.3),
+    "wall_share": ({}, 0.5),
+    "viscosity_pa_s": ({}, 30.0),
+    "density_kg_m3": ({}, 1000.0),
+    "yield_stress_pa": ({}, 8.0),
+    "structuration_pa_per_s": ({}, 0.1),
+    "yield_stress_most_pa": ({}, 20.0),
+    "freeze_after_s": ({}, 2.0),
 }
 """For each setting of a fluid, but a material, which gives others: settings beside it, and a value with a meaning."""
 
@@ -137,29 +137,19 @@ def test_particles_are_not_run_in_its_place():
         prepare(Pour(sample_of(crack, path(crack[1], 1.0)), (fluid,), FAST))
 
 
-def stiff(yield_stress_pa: float) -> Fluid:
-    return Fluid(viscosity_pa_s=0.3, yield_stress_pa=yield_stress_pa, freeze_after_s="never")
-
-
 def sample(volume_ml: float) -> Sample:
     crack = slot(40.0)
     return sample_of(crack, path(crack[1], volume_ml, trim_mm=6.0))
 
 
-def one_of_each(fluid: Fluid, volume_ml: float, slope: SampleSlope = LEVEL) -> list[tuple[Run, Profile]]:
-    """Filled alone, and as one of a study."""
-    inputs = Pour(sample(volume_ml), (fluid,), FAST, slope=slope)
-    alone, (each,) = fill(inputs), fill_each(inputs, ComputeOptions())
-    assert isinstance(each, tuple)
-    return [alone, each]
-
-
-def test_the_fast_model_fills_a_sample_that_does_not_lie_level():
+def test_the_fast_model_fills_a_sample_that_does_not_lie_level_alone_and_in_a_study():
     """Thin paste runs downhill, towards -x, where a rise of 6 degrees makes the level over a millimetre higher."""
-    slope = SampleSlope(gradient_deg=6.0)
-    (_, level), (_, again) = one_of_each(stiff(1.0), 1.2)
-    assert np.array_equal(level.level_mm, again.level_mm)
-    for run, sloped in one_of_each(stiff(1.0), 1.2, slope):
-        assert run.settings["sample"] == slope.model_dump()
-        higher_mm = sloped.level_mm - level.level_mm
+    level = Pour(sample(1.2), (Fluid.model_validate(PASTE | {"yield_stress_pa": 1.0}),), FAST)
+    sloped = replace(level, slope=SampleSlope(gradient_deg=6.0))
+    _, bed = fill(level)
+    alone, (each,) = fill(sloped), fill_each(sloped, ComputeOptions())
+    assert isinstance(each, tuple)
+    for run, profile in (alone, each):
+        assert run.settings["sample"] == sloped.slope.model_dump()
+        higher_mm = profile.level_mm - bed.level_mm
         assert higher_mm[:20].mean() > 1 > -1 > higher_mm[-20:].mean()

@@ -12,15 +12,13 @@ from validate.figures.page import write_page
 
 FREES = (Free("fluid.yield_stress_pa", 3.0, 60.0), Free("fluid.viscosity_pa_s", 0.2, 5.0))
 S_MM = np.linspace(1, 30, 8)
+REACH = BasisReach(0.1, 0.2, True, 5)
 
 
 def _calibrated(**changes):
-    random = np.random.default_rng(0)
+    random, flat = np.random.default_rng(0), np.zeros(8)
     draws = np.column_stack([0.4 + 0.05 * random.standard_normal(500), random.random(500)])
-    flat = np.zeros(8)
-    prediction = Prediction(
-        "<i>other</i>", "held out", "synthetic", S_MM, flat - 2, flat + 0.1, flat - 2.1 - 0.02 * S_MM, flat + 0.5
-    )
+    levels = flat - 2, flat + 0.1, flat - 2.1 - 0.02 * S_MM, flat + 0.5
     made = Calibrated(
         name="one",
         emulated=True,
@@ -29,12 +27,12 @@ def _calibrated(**changes):
         best=np.array([0.4, 0.5]),
         runs=40,
         unused=(),
-        reaches=(("one", BasisReach(0.1, 0.2, True, 5)),),
+        reaches=(("one", REACH),),
         least_implausibility=0.3,
         mixing=1.0,
         discrepancy_mm=None,
         run_noise_mm=(0.15,),
-        predictions=(prediction,),
+        predictions=(Prediction("<i>other</i>", "held out", "synthetic", S_MM, *levels),),
         radius_mm=(0.8,),
         drafts=(0,),
     )
@@ -56,17 +54,11 @@ def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated
 
 
 @pytest.mark.parametrize(
-    ("drafts", "lead"),
-    [
-        ((37, 37), "40 runs of each trial, with 74 drafts"),
-        ((37, 0), "40 runs of each trial, with 37 drafts"),
-        ((0, 0), "40 runs of each trial, for"),
-    ],
+    ("drafts", "lead"), [((37, 37), ", with 74 drafts"), ((37, 0), ", with 37 drafts"), ((0, 0), ", for")]
 )
 def test_drafts_are_counted_for_the_trials_that_have_them(drafts, lead):
-    reaches = (("one", BasisReach(0.1, 0.2, True, 5)), ("own preset", BasisReach(0.1, 0.2, True, 5)))
-    noise = {"run_noise_mm": (0.15, 0.15), "radius_mm": (0.8, 0.4)}
-    assert calibration_page(_calibrated(reaches=reaches, drafts=drafts, **noise)).lead.startswith(lead)
+    trials = {"reaches": (("one", REACH), ("own preset", REACH)), "run_noise_mm": (0.15, 0.15), "radius_mm": (0.8, 0.4)}
+    assert calibration_page(_calibrated(drafts=drafts, **trials)).lead.startswith(f"40 runs of each trial{lead}")
 
 
 def test_a_prediction_that_few_readings_meet_is_a_caution():

@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact
 from tests.support.mapped_study import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
 from validate.figures.chart import (
-    VOLUME_OFF,
-    Excluded,
     HeldRun,
     as_near_as_the_best,
     axes_of,
@@ -20,8 +17,6 @@ from validate.figures.chart import (
     first_of_each_pair,
     hold,
 )
-
-DIVERGED = Fact("failed", "it diverged.")
 
 
 def compare(runs, readings):
@@ -36,19 +31,6 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
     assert [run.mean_error_mm for run in chart.runs] == pytest.approx(expected, abs=1e-9)
     assert [run.bias_mm for run in chart.runs] == pytest.approx(expected, abs=1e-9)
     assert (chart.best.at, chart.best.share_under_1_mm) == (BEST, 1)
-
-
-@pytest.mark.parametrize(
-    ("reasons", "sentence"),
-    [
-        ((), "All 39 runs of the study are ranked."),
-        ((DIVERGED, VOLUME_OFF, DIVERGED), "3 of 39 runs are not ranked. Run 36, 38: it diverged. Run 37: the settled"),
-    ],
-)
-def test_runs_that_are_not_ranked_are_named_by_their_numbers(reasons, sentence):
-    """A lone "1 of 6 ... 1: its volume is off" was read as run 1."""
-    excluded = tuple(Excluded(number, {}, reason, 1.135) for number, reason in enumerate(reasons, start=36))
-    assert make_chart(excluded).exclusion.startswith(sentence)
 
 
 @pytest.mark.parametrize(
@@ -88,20 +70,20 @@ def test_pairs_are_as_near_as_the_doubts_of_readings_and_runs_allow(readings_mm,
     assert 0 < len(near) < len(compared)
 
 
-def test_flatness_names_the_pairs_and_what_they_rest_on():
+def test_what_fits_equally_well_is_named_with_its_values_and_their_scatter():
     chart = make_chart()
     assert "fit equally well: U = 30 and D from 0.01 to 3 cm" in chart.flatness
-    assert "scatter by 0.10 mm (one standard deviation, 1 pair repeated, 4 degrees of freedom)" in chart.flatness
+    assert "0.10 mm (one standard deviation, 1 pair repeated, 4 degrees of freedom)" in chart.flatness
     assert "No pair was repeated" in make_chart(replicates=None).flatness
-    alone = tuple(run is chart.best for run in chart.runs)
-    assert replace(chart, as_near=alone).flatness.endswith("no other pair fits equally well.")
+    alone = replace(chart, as_near=tuple(run is chart.best for run in chart.runs))
+    assert alone.flatness.endswith("no other pair fits equally well.")
+    assert chart.exclusion == "All 39 runs of the study are ranked."
 
 
 def test_replicates_are_runs_of_a_pair_with_other_seeds():
     """Errors of 0.5 and 0.7 mm, and of 1.0, 1.1 and 1.2: squares of 0.02 and 0.02, over one and two degrees."""
-    one, other, third = make_chart().runs[:3]
-    again = [_with_error(one, value) for value in (0.5, 0.7)]
-    again += [_with_error(other, value) for value in (1.0, 1.1, 1.2)]
+    once, twice, third = make_chart().runs[:3]
+    again = [_with_error(run, mm) for run, errors in ((once, (0.5, 0.7)), (twice, (1.0, 1.1, 1.2))) for mm in errors]
     firsts, replicates = first_of_each_pair([*again, third])
     assert [run.mean_error_mm for run in firsts] == [0.5, 1.0, third.mean_error_mm]
     assert vars(replicates) == {"runs": 3, "pairs": 2, "scatter_mm": pytest.approx(np.sqrt(0.04 / 3))}
@@ -113,11 +95,11 @@ def test_copies_of_a_run_are_no_replicates():
 
     Of the fast model, which no seed changes, nothing is said of a scatter.
     """
-    one, other = make_chart().runs[:2]
-    copies = [one, replace(one, number=9, settings={**one.settings, "seed": 1}), other]
+    first, other = make_chart().runs[:2]
+    copies = [first, replace(first, number=9, settings={**first.settings, "seed": 1}), other]
     with pytest.raises(InputError, match=r"maps: the runs 1 \(seed 0\) and 9 \(seed 1\) .* solver.radius_mm"):
         first_of_each_pair(copies, "maps")
-    assert first_of_each_pair(copies, fast=True) == ((one, other), None)
+    assert first_of_each_pair(copies, fast=True) == ((first, other), None)
 
 
 def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
@@ -147,26 +129,22 @@ def test_axes_are_settings_that_vary_and_count_powers_of_ten_from_two_decades_on
 
 
 @pytest.mark.parametrize(
-    ("settings", "sentence"),
+    ("settings", "words"),
     [
         (rows((1, 1), (1, 1), (1, 1)), "none varies"),
         (rows((1, 1), (2, 1), (3, 1)), "1 vary: fluid.U"),
         (rows((1, True), (2, False), (1, False)), "fluid.D_cm = True"),
         (rows((1, 100), (10, 10), (100, 1), (1000, 0.1)), "fluid.U and fluid.D_cm vary together"),
-        (
-            [{"a.x": 1, "a.y": 1, "a.z": 1}, {"a.x": 2, "a.y": 2, "a.z": 2}, {"a.x": 1, "a.y": 2, "a.z": 3}],
-            "3 vary: a.x, a.y, a.z",
-        ),
+        ([{"a.x": x, "a.y": y, "a.z": z} for x, y, z in ((1, 1, 1), (2, 2, 2), (1, 2, 3))], "3 vary: a.x, a.y, a.z"),
     ],
 )
-def test_what_cannot_be_mapped_is_refused_in_a_sentence(settings, sentence):
-    with pytest.raises(InputError, match=re.escape(sentence)) as fault:
+def test_what_cannot_be_mapped_is_refused_in_a_sentence(settings, words):
+    with pytest.raises(InputError, match=rf"^[^\n]*{re.escape(words)}[^\n]*$"):
         axes_of(settings)
-    assert "\n" not in str(fault.value)
 
 
 def test_draws_are_no_grid():
     """A line through values that one run each has would show noise as an influence."""
     across, _ = axes_of(rows(*[(value, 7 * value % 12) for value in range(12)]))
     assert not across.is_graded(runs=12)
-    assert axes_of(rows(*[(one, other) for one in range(6) for other in range(2)]))[0].is_graded(runs=12)
+    assert axes_of(rows(*[(first, other) for first in range(6) for other in range(2)]))[0].is_graded(runs=12)

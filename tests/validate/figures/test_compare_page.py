@@ -2,11 +2,13 @@
 
 import csv
 from dataclasses import replace
+from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.support.comparison_sides import compared, side
-from validate.figures.compare_page import compare_page, held_out_mean_mm
+from validate.figures.compare_page import SAME_MM, compare_page, first_with_readings, held_out_mean_mm, nearest
 from validate.figures.page import FigureTable, write_page
 
 
@@ -39,15 +41,8 @@ def test_what_was_edited_and_never_measured_is_said_first():
 def test_what_one_run_was_tuned_on_is_held_out_from_none():
     """Whoever set the role: the same numbers were seen."""
     tuned = replace(side("a", 0.5), comparison=compared(role="calibrated-on"))
-    assert compare_page([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions == [
-        "Not held out: the readings of run 2 were used to calibrate run 1."
-    ]
-
-
-def table_of(sheet, title: str) -> FigureTable:
-    (part,) = [part for part in sheet.sections if part.title == title]
-    assert isinstance(part.items[0], FigureTable)
-    return part.items[0]
+    (caution,) = compare_page([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions
+    assert "the readings of run 2 were used to calibrate run 1." in caution
 
 
 @pytest.mark.parametrize("marred", [{"volume_ratio": 1.051}, {"edited": ["profile.csv"]}], ids=["volume", "edited"])
@@ -64,6 +59,13 @@ def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
     assert "No held-out run is ranked" in str(held_out_words(alone)[0])
     reason = "1.051 of the dispensed" if "volume_ratio" in marred else "profile.csv"
     assert [part in sheet.cautions[0] for part in ("run 1,", "run 2,", reason)] == [False, True, True]
+
+
+def test_held_out_trials_alone_make_the_mean():
+    trials = [("calibrated-on", 0.2), ("held-out", 1.0), ("held-out", 2.0)]
+    sides = [replace(side("a", 0.1), comparison=compared(role=role, mean_error_mm=mm)) for role, mm in trials]
+    assert held_out_mean_mm(sides) == pytest.approx(1.5)
+    assert held_out_mean_mm(sides[:1]) is None
 
 
 def held_out_words(sheet):
@@ -83,20 +85,34 @@ def test_runs_that_leaked_or_have_another_volume_are_named():
     assert "run 2, because particles went through a wall; run 3, because particles" in sentence
 
 
-def trial(name: str, role: str, mean_error_mm: float):
-    return replace(side(name, 0.1), comparison=compared(role=role, mean_error_mm=mean_error_mm))
+NEAR = compared(mean_error_mm=0.2)
 
 
-def test_held_out_trials_alone_make_the_mean():
-    sides = [trial("a", "calibrated-on", 0.2), trial("b", "held-out", 1.0), trial("c", "held-out", 2.0)]
-    assert held_out_mean_mm(sides) == pytest.approx(1.5)
-    assert held_out_mean_mm(sides[:1]) is None
+def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():
+    """Copied in inches and back they move by rounding; taken again, by more than a caliper's last digit."""
+    run: Any = side("a", 0.1)
+    in_inches_mm = np.round(run.readings.level_mm / 25.4, 4) * 25.4
+    copied = replace(run, readings=replace(run.readings, level_mm=in_inches_mm, source="inches.xlsx", repeats_mm=None))
+    again = side("b", 0.1, lowered_mm=2 * SAME_MM)
+    fewer = replace(
+        run,
+        readings=replace(run.readings, s_mm=run.readings.s_mm[1:], level_mm=run.readings.level_mm[1:]),
+    )
+    bare = replace(run, readings=None, comparison=None)
+    assert first_with_readings([run, bare, copied, again, fewer, run]) == [0, None, 0, 3, 4, 0]
 
 
-def test_a_figure_that_a_run_lacks_is_a_dash():
-    """A run without readings has no error; none of these runs has volumes."""
-    sides = [trial("a", "held-out", 0.25), replace(side("b", 0.1), readings=None, comparison=None)]
-    rows = {label: texts for label, *texts in table_of(compare_page(sides), "Figures").rows}
-    assert rows["mean error (mm)"] == ["0.250", "-"]
-    assert rows["beats its baselines"] == ["yes", "-"]
-    assert rows["beats the dispensed volume's flat level"] == ["-", "-"]
+def test_no_run_is_called_nearest_over_different_readings():
+    near = replace(side("b", 0.2), comparison=NEAR)
+    bare = replace(near, readings=None, comparison=None)
+    assert nearest([bare, side("a", 0.5), near]) == 2
+    assert nearest([side("a", 0.5), side("b", 0.2, lowered_mm=1.0)]) is None
+    assert nearest([bare, bare]) is None
+
+
+@pytest.mark.parametrize("marred", [{"edited": ["profile.csv"]}, {"escaped_particles": 1}])
+def test_a_run_that_is_not_its_own_any_more_is_not_the_nearest(marred):
+    """Nor do its readings keep the others from being compared."""
+    near = replace(side("b", 0.2, lowered_mm=1.0), comparison=NEAR, **marred)
+    assert nearest([near, side("a", 0.5), side("c", 0.5)]) == 1
+    assert nearest([near]) is None

@@ -41,13 +41,6 @@ def test_levels_are_those_of_simulation_means_and_every_reading(drawn, evidence)
     assert np.sort(marks_mm) == pytest.approx(np.sort(evidence.readings.repeats_mm.ravel()))
 
 
-def test_readings_that_nobody_took_are_called_so_in_the_legend(evidence):
-    readings = replace(evidence.readings, data="reconstructed")
-    axes = theme.plate(3.4).add_subplot()
-    figure = draw_levels(axes, evidence.profile, level_floor(10.0), readings, evidence.comparison)
-    assert "RECONSTRUCTED" in str(curve(figure, "caliper").get_label())
-
-
 def test_the_floor_is_drawn_where_it_is(evidence):
     """A floor that rises from 10 to 4 mm half way along; the ground below it reaches the end of the plot."""
     sections = Sections(np.array([0.0, 20.0, 40.0]), np.array([10.0, 10.0, 4.0]), np.full(3, 1.0))
@@ -60,7 +53,7 @@ def test_the_floor_is_drawn_where_it_is(evidence):
     assert corner_mm[:, 1].min() == pytest.approx(axes.get_ylim()[0]) == -11.5
 
 
-def test_bars_are_the_bins_of_the_comparison_(drawn):
+def test_bars_are_the_bins_of_the_comparison(drawn):
     (axes,) = axes_of(drawn["histogram"])
     bars = [bar.get_extents().transformed(axes.transData.inverted()).bounds for bar in axes.patches]
     assert bars == [pytest.approx((10.0 * i, 0.0, 10.0, 0.5)) for i in range(4)]
@@ -83,8 +76,10 @@ def test_the_distribution_of_an_error_that_grows_evenly_is_a_straight_line(evide
 
 
 def test_readings_alone_are_drawn_without_a_band_or_a_floor(evidence):
+    """Readings that nobody took are called so in the legend."""
     figure = Figure()
-    draw_levels(figure.add_subplot(), None, None, evidence.readings, None)
-    assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
-    (axes,) = axes_of(figure)
-    assert not axes.collections
+    draw_levels(figure.add_subplot(), None, None, replace(evidence.readings, data="reconstructed"), None)
+    caliper = curve(figure, "caliper")
+    assert np.array_equal(heights(caliper), slope(STATIONS_MM))
+    assert "RECONSTRUCTED" in str(caliper.get_label())
+    assert not axes_of(figure)[0].collections

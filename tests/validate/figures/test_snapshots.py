@@ -1,14 +1,26 @@
 """The fill at moments of a run: what is drawn lies where it should, in colours that mean the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import PathPatch
+from PIL import Image, ImageSequence
 
+from sealtwin.core.errors import InputError
 from tests.support.evidence import axes_of
 from validate.figures.particles import SPEED
-from validate.figures.snapshots import Snapshot, draw_fill, draw_health, draw_sections, write_gallery
+from validate.figures.snapshots import (
+    FILM_DPI,
+    Snapshot,
+    draw_fill,
+    draw_health,
+    draw_sections,
+    write_film,
+    write_gallery,
+)
 from validate.figures.theme import as_picture, wide_figure
 
 
@@ -63,15 +75,12 @@ def test_a_snapshot_has_a_unit_on_every_axis_and_hides_what_the_face_hides(scene
     assert axes_box(top, clip) == pytest.approx(np.clip(axes_box(top, clip), 0, 1), abs=1e-6)
 
 
-def test_the_nozzle_stands_where_it_is_then_and_is_gone_after_its_path(scene, evidence):
+def test_the_nozzle_stands_where_it_is_then_and_many_moments_are_thinned_to_a_page(scene, evidence, frames):
+    """It is gone after its path."""
     path = evidence.trajectory
     assert scene.nozzle_mm(float(path.t_s[0])) == pytest.approx(path.position_mm[0])
     assert scene.nozzle_mm(float(path.t_s[-1]) + 1.0) is None
-
-
-def test_many_moments_are_thinned_to_a_page(scene, frames):
-    figure = draw_fill(frames * 7, scene)
-    assert len(axes_of(figure)) == 8 + 1
+    assert len(axes_of(draw_fill(frames * 7, scene))) == 8 + 1
 
 
 def test_snapshots_of_one_run_have_one_layout(scene, frames, tmp_path, monkeypatch):
@@ -105,3 +114,28 @@ def test_health_shows_per_cent_and_the_zero_of_what_must_stay_zero(health):
     assert np.nanmax(np.asarray(compression.lines[0].get_ydata(), float)) == pytest.approx(3.0)
     assert compression.get_ylabel() == "compression (%)"
     assert lost.get_ylim() == (0.0, 1.0)
+
+
+def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path, monkeypatch):
+    """In the run's own time, where players can show that: 6.5 s between two frames are shown as one."""
+    monkeypatch.setattr("validate.figures.snapshots.FILM_IN", (4.0, 5.0))
+    timed = [replace(frame, t_s=t_s) for frame, t_s in zip(frames, (0.5, 0.6, 7.1), strict=True)]
+    numbers = list[int]()
+    write_film(tmp_path / "fill.gif", [frame.t_s for frame in timed], timed.__getitem__, scene, numbers.append)
+    assert numbers == [1, 2, 3]
+    with Image.open(tmp_path / "fill.gif") as opened:
+        pictures = [
+            (each.info["duration"], np.asarray(each.convert("RGB"), int)) for each in ImageSequence.Iterator(opened)
+        ]
+    assert [duration for duration, _ in pictures] == [100, 1000, 1500]
+    painted = np.asarray(as_picture(Snapshot(scene, film=True).draw(timed[1]), FILM_DPI), dtype=int)
+    # 128 colours for all: neighbours on the scales become one.
+    assert np.abs(pictures[1][1] - painted).mean() < 2.0
+    assert np.abs(pictures[1][1] - pictures[0][1]).mean() > 4.0
+
+
+def test_a_film_that_cannot_be_made_is_one_sentence_and_no_file(scene, frames, tmp_path):
+    for name, shown, words in (("fill.mp4", frames, r"\.gif"), ("fill.gif", frames[:1], "needs two frames")):
+        with pytest.raises(InputError, match=words):
+            write_film(tmp_path / name, [f.t_s for f in shown], lambda number: frames[number], scene, lambda _: None)
+    assert not list(tmp_path.iterdir())

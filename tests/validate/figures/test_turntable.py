@@ -48,13 +48,6 @@ def test_a_scan_with_many_facets_is_carried_coarser(evidence):
     assert differing.mean() < 0.01
 
 
-def test_a_crack_that_nothing_stayed_in_is_shown_empty(evidence):
-    spilled = replace(evidence.run, spilled=np.ones(len(evidence.run.spilled), dtype=bool))
-    empty = build_turntable(spilled, evidence.solid)
-    assert json.loads(empty.packed())["faces"]
-    assert empty.still[:, :, 3].max() == 255
-
-
 def lattice(sides: tuple[int, int, int], spacing_mm: float = 0.8) -> Floats:
     axes = [spacing_mm * (np.arange(side) + 0.5) for side in sides]
     return np.array(np.meshgrid(*axes, indexing="ij"), dtype=float).reshape(3, -1).T
@@ -71,11 +64,17 @@ def test_a_block_of_particles_is_a_closed_block_of_their_volume():
     assert (np.einsum("ij,ij->i", mesh.face_normals, surface.normal[surface.faces].mean(axis=1)) > 0).all()
 
 
-def test_a_layer_one_particle_thick_is_there_and_a_lone_particle_is_not():
+def test_a_layer_one_particle_thick_is_there_and_a_lone_particle_is_not(evidence):
+    """A crack that nothing stayed in is shown empty."""
     layer = lattice((20, 20, 1))
     surface = fluid_surface(np.vstack([layer, [[30.0, 30.0, 30.0]]]), 0.8**3, np.zeros(len(layer) + 1))
     assert len(surface.faces)
     assert surface.vertices_mm[:, 2].max() < 2.0
+    assert not len(fluid_surface(np.zeros((1, 3)), 0.5, np.zeros(1)).faces)
+    spilled = replace(evidence.run, spilled=np.ones(len(evidence.run.spilled), dtype=bool))
+    empty = build_turntable(spilled, evidence.solid)
+    assert json.loads(empty.packed())["faces"]
+    assert empty.still[:, :, 3].max() == 255
 
 
 def test_colours_are_those_of_the_particles_around():
@@ -92,8 +91,3 @@ def test_many_particles_make_no_larger_mesh():
     surface = fluid_surface(position_mm, 0.5**3, np.zeros(len(position_mm)))
     assert MOST_VERTICES / 2 < len(surface.vertices_mm) <= MOST_VERTICES
     assert trimesh.Trimesh(surface.vertices_mm, surface.faces, process=False).is_watertight
-
-
-def test_no_particles_have_no_surface():
-    for position_mm in (np.empty((0, 3)), np.zeros((1, 3))):
-        assert not len(fluid_surface(position_mm, 0.5, np.zeros(len(position_mm))).faces)

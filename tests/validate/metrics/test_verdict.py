@@ -3,10 +3,23 @@
 import numpy as np
 import pytest
 
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
 from sealtwin.core.facts import doubt
-from validate.comparison import Basis, Comparison, ErrorFigures
+from sealtwin.core.records import Profile
+from tests.support.shapes import straight_slot
+from validate.compare import compare
+from validate.comparison import Baseline, Basis, Comparison, ErrorFigures
 from validate.intervals import BudgetSummary, ErrorUncertainty
-from validate.metrics.verdict import basis_of, judged
+from validate.metrics.verdict import (
+    against_baselines,
+    basis_of,
+    beaten,
+    best_curves,
+    flat_levels,
+    judged,
+    nearer_baseline,
+)
 from validate.settings import Gate
 
 GATE = 1.6
@@ -20,12 +33,7 @@ def basis(stations: int, coverage: float, gap_mm: float, *, enough: bool) -> Bas
 
 
 ENOUGH = basis(17, 1.0, 5.0, enough=True)
-JUDGED = {
-    "escaped_particles": 0,
-    "readings_data": "measured",
-    "photo_data": "measured",
-    "role": "held-out",
-}
+JUDGED = {"escaped_particles": 0, "readings_data": "measured", "photo_data": "measured", "role": "held-out"}
 
 FEW = basis(4, 1.0, 24.0, enough=False)
 EDITED = {"edited": ("profile.csv",)}
@@ -38,7 +46,6 @@ def judgement_of(
     gate: float | None = GATE,
     interval_mm=None,
     *,
-    reason="",
     scatter_known=True,
     edited=(),
     screening=False,
@@ -52,9 +59,7 @@ def judgement_of(
     uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=interval_mm, **parts) if interval_mm else None
     errors = ErrorFigures(mean_error_mm, *[0.0] * 6)
     comparison = Comparison.model_construct(**JUDGED | more, errors=errors, basis=basis, uncertainty=uncertainty)
-    return judged(
-        comparison, None if gate is None else Gate(mean_error_mm=gate, reason=reason), edited, screening=screening
-    )
+    return judged(comparison, None if gate is None else Gate(mean_error_mm=gate), edited, screening=screening)
 
 
 @pytest.mark.parametrize("case", [{"screening": True}, EDITED, {"basis": FEW}])
@@ -85,11 +90,9 @@ def test_seven_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
 @pytest.mark.parametrize(
     ("case", "words"),
     [
-        ({"readings_data": "undeclared"}, "these undeclared readings"),
         ({"readings_data": "reconstructed", "role": "calibrated-on"}, "Calibrated on these reconstructed readings"),
         ({"photo_data": "synthetic"}, "The sample is synthetic."),
         ({"role": "undeclared"}, "is not declared: set readings.role"),
-        ({}, "Held out, as declared"),
         (
             {"role": "calibrated-on", "fitted": FITTED, "basis": basis(16, 1.0, 5.0, enough=True)},
             "(fitted at 16 stations: viscosity weight (U), age at freezing, wall angle)",
@@ -116,7 +119,6 @@ CASES = [
     ({"basis": basis(5, 0.7999, 16.0, enough=False)}, "undecided", False, "No verdict: the readings cover 79 % of"),
     (EDITED | WIDTH, "undecided", False, "Files were edited by hand after the run (profile.csv): no verdict."),
     ({"basis": FEW} | LEAK, "failed", False, "Do not use this run: 1 particle went through a wall"),
-    (LEAK | EDITED, "failed", False, "Do not use this run: 1 particle"),
 ]
 
 
@@ -127,3 +129,92 @@ def test_what_cannot_be_told_is_neither_passed_nor_failed(case, outcome, passed,
     assert (judgement.outcome, judgement.passed) == (outcome, passed)
     assert words in judgement.verdict
     assert not judgement.verdict.startswith(("Gate", "No gate"))
+
+
+CRACK = straight_slot(80.0, 3.0)
+SOLID = build_solid(CRACK, CrackShape(depth_mm=10.0, tilt="vertical"))
+S_MM = np.linspace(0.0, 80.0, 17)
+FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
+
+
+def errors_mm(measured: Profile, *numbers: int) -> list[float]:
+    return [curve.mean_error_mm for curve in best_curves(measured, 0.0, 80.0, numbers)]
+
+
+def test_no_other_polynomial_comes_nearer():
+    """Of 300 random changes of the best parabola's coefficients none is nearer, nor is least squares.
+
+    Broken on purpose with least squares, some of them are nearer. The grid of the fit has eight points in a gap of
+    5 mm, on which an extremum is off by 0.001 mm.
+    """
+    (best_mm,) = errors_mm(FAST_FILL, 3)
+    fine_mm = np.linspace(0.0, 80.0, 1601)
+    read_mm, x = np.interp(fine_mm, S_MM, FAST_FILL.level_mm), fine_mm / 40.0 - 1.0
+    middle = np.polynomial.polynomial.polyfit(x, read_mm, 2)
+    parabolas = [middle, *(middle + 0.3 * np.random.default_rng(0).standard_normal((300, 3)))]
+    others_mm = np.abs(np.polynomial.polynomial.polyval(x, np.transpose(parabolas)) - read_mm).mean(axis=1)
+    assert best_mm < others_mm.min() + 0.002
+
+
+@pytest.mark.parametrize(("to_mm", "numbers"), [(80.0, [1, 15, 16]), (79.5, [1, 15])])
+def test_a_curve_through_all_stations_that_are_compared_is_no_baseline(to_mm, numbers):
+    """The station at 80 mm is beyond a crack of 79.5 mm."""
+    assert [curve.numbers for curve in best_curves(FAST_FILL, 0.0, to_mm, (1, 15, 16, 17, 20))] == numbers
+
+
+@pytest.mark.parametrize(
+    ("role", "fitted", "names"),
+    [
+        ("calibrated-on", ("fluid.U",) * 6, ["a flat line", "a parabola", "a curve with 6 numbers"]),
+        ("calibrated-on", None, ["a flat line", "a parabola"]),
+        ("calibrated-on", (), ["the dispensed volume lying flat", "a flat line", "a parabola"]),
+        ("held-out", None, ["the dispensed volume lying flat"]),
+        ("undeclared", None, ["the dispensed volume lying flat", "a flat line", "a parabola"]),
+    ],
+)
+def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
+    """A curve through readings that were held out has seen them, and a fitted level more than the dispensed volume."""
+    pool = flat_levels(FAST_FILL, CRACK, SOLID, 3000.0)
+    declared = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
+    compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, CRACK, SOLID, **declared)
+    assert [curve.name for curve in compared.baselines] == names
+
+
+def test_the_dispensed_volume_lies_flat():
+    """In a slot 3 mm wide and 80 mm long its level is -2 mm."""
+    readings = Profile(S_MM, np.full(17, -4.0))
+    (pool,) = flat_levels(readings, CRACK, SOLID, 3.0 * 80.0 * 8.0)
+    assert pool.mean_error_mm == pytest.approx(2.0, abs=1e-3)
+    assert flat_levels(readings, CRACK, SOLID, 0.0) == ()
+
+
+@pytest.mark.parametrize(
+    ("fitted", "words", "beats"),
+    [
+        (0, ["(no setting fitted) 1.50 mm"], True),
+        (None, ["(fitted settings not declared)", "B (1.00 mm) is nearer, unlike a (2.00 mm)."], False),
+    ],
+)
+def test_nothing_fitted_is_another_declaration_than_none(fitted, words, beats):
+    """With nothing fitted the simulation has seen no more than the volume lying flat, and is judged by that alone."""
+    pool, line = (Baseline(name=name, numbers=count, mean_error_mm=2.0 - count) for count, name in enumerate("ab"))
+    sentence = against_baselines(1.5, [pool, line], "calibrated-on", fitted)
+    assert [text for text in words if text not in sentence] == []
+    assert beaten(1.5, [pool, line], "calibrated-on", fitted) is beats
+    assert not beaten(2.0, [pool], "held-out", None), "of two equal errors the baseline's needs no simulation"
+
+
+@pytest.mark.parametrize(
+    ("error_mm", "sentence"),
+    [
+        (2.5, "A flat line (2.00 mm) is nearer."),
+        # With equal errors the baseline wins, since it needs no simulation.
+        (1.0, "A parabola (1.00 mm) is nearer, unlike a flat line (2.00 mm)."),
+        (0.7, "A curve (0.50 mm) is nearer, unlike a flat line (2.00 mm) and a parabola (1.00 mm)."),
+        (0.1, "No baseline is nearer: a flat line (2.00 mm), a parabola (1.00 mm), a curve (0.50 mm)."),
+    ],
+)
+def test_the_simplest_baseline_that_is_nearer_is_named_with_the_simpler_ones(error_mm, sentence):
+    baselines = Baseline("a flat line", 1, 2.0), Baseline("a parabola", 3, 1.0), Baseline("a curve", 4, 0.5)
+    assert nearer_baseline(error_mm, baselines) == sentence
+    assert nearer_baseline(error_mm, ()) == "There is no baseline to compare it with."

@@ -1,17 +1,23 @@
 """Volumes below a level, and the level of a volume, against prisms."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
+from manifold3d import CrossSection, Manifold
 
-from digitise.settings import CrackShape
+from digitise.mesh_import.import_mesh import ImportedSample, import_sample
+from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
-from sealtwin.core.records import Profile, Run
+from sealtwin.core.records import Floats, Outline, Profile, Run, Solid
 from sealtwin.core.run_figures import RunHealth
-from tests.support.shapes import outline_between, straight_slot
-from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance
+from tests.support.meshes import block, mesh_of
+from tests.support.shapes import CUT, closed_crack, outline_between, straight_slot, with_ring
+from validate.comparison import MassBalance
+from validate.metrics.volumes import CavityByLevel, balance_profile, cavity_by_level, fill_volumes, mass_balance
 from validate.settings import Readings
 from validate.uncertainty.meniscus import Mouth
 
@@ -21,33 +27,37 @@ TANGENT = np.tan(np.radians(5.5))
 
 
 @cache
-def solid(tilt: str = "vertical", angle_deg: float = 0.0):
-    shape = {"depth_mm": DEPTH_MM, "tilt": tilt, "wall_angle_deg": angle_deg}
-    return build_solid(OUTLINE, CrackShape.model_validate(shape))
+def solid(tilt: str = "vertical", angle_deg: float = 0.0) -> Solid:
+    return built(OUTLINE, tilt=tilt, angle_deg=angle_deg)
 
 
-def level(z_mm: float) -> Profile:
-    return Profile(np.array([0.0, LENGTH_MM]), np.full(2, z_mm))
+def flat(level_mm: float) -> Profile:
+    return Profile(np.array([0.0, 100.0]), np.full(2, level_mm))
 
 
-def test_volumes_of_a_half_filled_crack():
-    plain = fill_volumes(level(-8), OUTLINE, solid(), 0, 80)
-    assert (plain.underfill_mm3, plain.sealant_mm3, plain.fill_ratio) == pytest.approx((1920, 1920, 0.5))
-    flare = fill_volumes(level(-8), OUTLINE, solid("flare", 5.5), 0, 80)
-    assert flare.underfill_mm3 == pytest.approx(80 * 8 * (3 + 2 * 12 * TANGENT))
-    assert flare.sealant_mm3 == pytest.approx(80 * 8 * (3 + 2 * 4 * TANGENT))
-    funnel = fill_volumes(level(-16), OUTLINE, solid("funnel", 11.0), 0, 80)
-    # Its walls meet between two levels.
-    assert funnel.underfill_mm3 == pytest.approx(80 * 3**2 / (4 * np.tan(np.radians(11))), rel=1e-3)
-    assert funnel.sealant_mm3 == pytest.approx(0.0, abs=1e-9)
-    undercut = fill_volumes(level(-8), OUTLINE, solid("undercut", 5.5), 0, 80)
-    assert undercut.underfill_mm3 == pytest.approx(80 * 8 * (3 + 2 * 4 * TANGENT))
-    assert undercut.sealant_mm3 == pytest.approx(80 * 8 * (3 + 2 * 12 * TANGENT))
-    heap = fill_volumes(level(2), OUTLINE, solid("lean", 11.0), 0, 80)
-    full_mm3 = 80 * 3 * 16
-    assert dict(heap) == pytest.approx(
-        {"underfill_mm3": 0.0, "overfill_mm3": 480.0, "sealant_mm3": full_mm3 + 480.0, "fill_ratio": 1.0}
-    )
+def built(outline: Outline, depth_mm: object = DEPTH_MM, tilt: str = "vertical", angle_deg: float = 0.0) -> Solid:
+    shape = {"depth_mm": depth_mm, "tilt": tilt, "wall_angle_deg": angle_deg}
+    return build_solid(outline, CrackShape.model_validate(shape))
+
+
+@pytest.mark.parametrize(
+    ("tilt", "angle_deg", "level_mm", "air_mm2", "sealant_mm2"),
+    [
+        ("vertical", 0.0, -8, 24.0, 24.0),
+        ("flare", 5.5, -8, 8 * (3 + 2 * 12 * TANGENT), 8 * (3 + 2 * 4 * TANGENT)),
+        ("undercut", 5.5, -8, 8 * (3 + 2 * 4 * TANGENT), 8 * (3 + 2 * 12 * TANGENT)),
+        # Its walls meet between two levels.
+        ("funnel", 11.0, -16, 3**2 / (4 * np.tan(np.radians(11))), 0.0),
+        ("lean", 11.0, 2, 0.0, 3 * 16 + 3 * 2.0),
+    ],
+)
+def test_volumes_below_and_above_a_level_are_those_of_prisms(tilt, angle_deg, level_mm, air_mm2, sealant_mm2):
+    volumes = fill_volumes(flat(level_mm), OUTLINE, solid(tilt, angle_deg), 0, 80)
+    assert volumes.underfill_mm3 == pytest.approx(80 * air_mm2, rel=1e-3 if tilt == "funnel" else 1e-6, abs=1e-9)
+    assert volumes.sealant_mm3 == pytest.approx(80 * sealant_mm2, rel=1e-6, abs=1e-9)
+    assert volumes.overfill_mm3 == pytest.approx(80 * 3 * max(level_mm, 0), abs=1e-9)
+    filled_mm3 = volumes.sealant_mm3 - volumes.overfill_mm3
+    assert volumes.fill_ratio == pytest.approx(filled_mm3 / (filled_mm3 + volumes.underfill_mm3))
 
 
 def test_the_mouth_of_a_flare_is_wider_than_what_was_traced():
@@ -74,14 +84,10 @@ def test_a_volume_that_lies_flat_in_the_crack_has_the_level_of_a_prism(tilt, ang
 
 def test_a_crack_that_closes_in_a_tip_has_a_level_too():
     """Its mouth has no width there; half of the 80 x 3 mm of a wedge is a mean width of 1.5 mm over all of it."""
-    tip = np.linspace(0, 1, len(OUTLINE.centreline_mm))[:, None]
-    left_mm, right_mm = (
-        OUTLINE.centreline_mm + tip * (wall_mm - OUTLINE.centreline_mm)
-        for wall_mm in (OUTLINE.left_wall_mm, OUTLINE.right_wall_mm)
-    )
-    wedge = outline_between(OUTLINE.centreline_mm, left_mm, right_mm, ("closed", "cut"), None)
-    sample = build_solid(wedge, CrackShape(depth_mm=DEPTH_MM, tilt="vertical"))
-    baseline = balance_profile(80 * 1.5 * 6, wedge, sample)
+    middle_mm, tip = OUTLINE.centreline_mm, np.linspace(0, 1, len(OUTLINE.centreline_mm))[:, None]
+    left_mm, right_mm = (middle_mm + tip * (wall - middle_mm) for wall in (OUTLINE.left_wall_mm, OUTLINE.right_wall_mm))
+    wedge = outline_between(middle_mm, left_mm, right_mm, ("closed", "cut"), None)
+    baseline = balance_profile(80 * 1.5 * 6, wedge, built(wedge))
     assert np.interp(40, baseline.s_mm, baseline.level_mm) == pytest.approx(-10.0, abs=0.01)
 
 
@@ -96,32 +102,161 @@ def run(position_mm, spilled=()) -> Run:
     return Run(position_mm, zero, over, RADIUS_MM, 2.0, {}, zero[:, 0], 0, "cpu", RunHealth())
 
 
+def balance(sealant: Run, ratio: float = 1.0, settings: Readings = WET) -> MassBalance:
+    """The mass balance of a run in the vertical slot, beside readings of 90 mm3."""
+    return mass_balance(sealant, solid(), ratio, 90.0, settings)
+
+
 def test_parts_add_up_to_what_was_dispensed():
     """Ten particles of 2 mm³: five below the face, three above, two over the edge; the settled ones fill 15 mm³."""
     heights_mm = [-8.0, -6, -4, -2, -1, 0.5, 0.6, 0.7, -90, -90]
-    balance = mass_balance(
-        run([[10.0 * i, 0, z] for i, z in enumerate(heights_mm)], spilled=(8, 9)), solid(), 0.75, 90.0, WET
-    )
-    assert (balance.dispensed_mm3, balance.spilled_mm3, balance.lost_mm3) == (20.0, 4.0, 1.0)
-    assert balance.in_crack_mm3 == pytest.approx(15 * 5 / 8)
-    parts = balance.in_crack_mm3 + balance.above_mm3 + balance.spilled_mm3 + balance.lost_mm3
-    assert parts == pytest.approx(balance.dispensed_mm3)
+    parts = balance(run([[10.0 * i, 0, z] for i, z in enumerate(heights_mm)], spilled=(8, 9)), 0.75)
+    assert (parts.dispensed_mm3, parts.spilled_mm3, parts.lost_mm3) == (20.0, 4.0, 1.0)
+    assert parts.in_crack_mm3 == pytest.approx(15 * 5 / 8)
+    assert parts.in_crack_mm3 + parts.above_mm3 + parts.spilled_mm3 + parts.lost_mm3 == pytest.approx(20.0)
 
 
-def test_a_film_beside_the_mouth_is_a_footprint_and_a_heap_over_it_is_none():
+@pytest.mark.parametrize(
+    ("position_mm", "spilled", "footprint_mm2"),
+    [
+        # Its disc reaches over the edge of the mouth, at 1.5 mm; its middle does not.
+        ([[40.0, 1.25, 0.3]], (), 0.0),
+        ([[40.0, 6.0, 0.3]], (), pytest.approx(np.pi * 0.16, rel=1 / 3)),
+        ([[x, 6.0, 0.3] for x in np.arange(20, 60, 0.4)], (), pytest.approx(40 * 0.8, rel=0.15)),
+        ([[40.0, 6.0, -40.0]], (0,), 0.0),
+    ],
+    ids=["heap", "disc", "film", "spilled"],
+)
+def test_a_film_beside_the_mouth_is_a_footprint_and_a_heap_over_it_is_none(position_mm, spilled, footprint_mm2):
     """A disc of 0.4 mm covers 0.50 mm²; on cells of 0.2 mm it is read within a third, a row of them within 10 %."""
-    # Its disc reaches over the edge of the mouth, at 1.5 mm; its middle does not.
-    heap = run([[40.0, 1.25, 0.3]])
-    assert mass_balance(heap, solid(), 1.0, 90.0, WET).footprint_mm2 == 0.0
-    beside = run([[40.0, 6.0, 0.3]])
-    assert mass_balance(beside, solid(), 1.0, 90.0, WET).footprint_mm2 == pytest.approx(np.pi * 0.16, rel=1 / 3)
-    row = run([[x, 6.0, 0.3] for x in np.arange(20, 60, 0.4)])
-    assert mass_balance(row, solid(), 1.0, 90.0, WET).footprint_mm2 == pytest.approx(40 * 0.8, rel=0.15)
-    assert mass_balance(run([[40.0, 6.0, -40.0]], spilled=(0,)), solid(), 1.0, 90.0, WET).footprint_mm2 == 0.0
+    assert balance(run(position_mm, spilled)).footprint_mm2 == footprint_mm2
 
 
 def test_cured_sealant_was_more_when_it_was_given():
     cured = WET.model_copy(update={"state": "cured", "shrinkage_percent": 10.0})
     sealant = run([[40.0, 6.0, 0.3]])
-    assert mass_balance(sealant, solid(), 1.0, 90.0, cured).readings_when_dispensed_mm3 == pytest.approx(100.0)
-    assert mass_balance(sealant, solid(), 1.0, 90.0, WET).readings_when_dispensed_mm3 == 90.0
+    assert balance(sealant, settings=cured).readings_when_dispensed_mm3 == pytest.approx(100.0)
+    assert balance(sealant).readings_when_dispensed_mm3 == 90.0
+
+
+SIDE_CRACK = np.array([(0, -3), (40, -3), (40, 3), (22, 3), (22, 20), (18, 20), (18, 3), (0, 3)], dtype=float)
+SLOT = straight_slot(40.0, 6.0, CUT)
+RISING = ((0.0, 12.0), (15.0, 6.0), (25.0, 6.0), (30.0, 10.0))
+STONE = np.array([(12.0, -1.5), (12.0, 1.5), (28.0, 1.5), (28.0, -1.5)])
+
+
+def whole_mm3(cavity: CavityByLevel, level_mm: float = 0.0) -> Floats:
+    return cavity.below_mm3(np.full(len(cavity.ends_mm) - 1, level_mm))
+
+
+@pytest.mark.parametrize(
+    ("outline", "tilt", "angle_deg", "depth_mm"),
+    [
+        (closed_crack(4, 30.0, 8.0), "flare", 30.0, RISING),
+        (replace(SLOT, islands_mm=(STONE,)), "vertical", 0.0, RISING),
+        (with_ring(SLOT, SIDE_CRACK), "vertical", 0.0, RISING),
+    ],
+    ids=["flare with tips", "stone", "side crack"],
+)
+def test_stretches_add_up_to_the_cavity_of_the_mesh(outline, tilt, angle_deg, depth_mm):
+    """Within 0.2 %: floors that rise cross layers of a quarter of a millimetre."""
+    solid = built(outline, depth_mm, tilt, angle_deg)
+    assert whole_mm3(cavity_by_level(outline, solid)).sum() == pytest.approx(solid.cavity_volume_mm3, rel=2e-3)
+
+
+FROM_MM, TO_MM, SLOT_MM, DEEP_MM = 20.0, 80.0, 4.0, 10.0
+ROOM_MM = TO_MM - FROM_MM
+RIGHT_MM, LEFT_MM = 18.0, 22.0
+
+
+def along_x(corners_mm: list[tuple[float, float]]) -> Manifold:
+    """A prism over a polygon of y and z."""
+    prism = CrossSection([np.array(corners_mm, dtype=float)]).extrude(ROOM_MM)
+    return prism.transform(np.array([(0, 0, 1, FROM_MM), (1, 0, 0, 0), (0, 1, 0, 0)], dtype=float))
+
+
+def slot(right_mm: float = 0.0, left_mm: float = 0.0) -> Manifold:
+    """A slot with a chamfer flat_at each side, up to 1 mm over the face."""
+    floor = [(RIGHT_MM, -DEEP_MM), (LEFT_MM, -DEEP_MM)]
+    left = [(LEFT_MM, -left_mm), (LEFT_MM + left_mm, 0.0), (LEFT_MM + left_mm, 1.0)]
+    right = [(RIGHT_MM - right_mm, 1.0), (RIGHT_MM - right_mm, 0.0), (RIGHT_MM, -right_mm)]
+    return along_x([*floor, *left, *right])
+
+
+def brought(folder: Path, room: Manifold, rough_mm: float = 0.0) -> ImportedSample:
+    """The block less a room, with noise on the face and 2.5 mm below it, as an import has it."""
+    vertices_mm, faces = mesh_of(block() - room)
+    if rough_mm:
+        vertices_mm, faces = mesh_of((block() - room).refine_to_length(1.2))
+        x, y, z = vertices_mm.T
+        free = (z > -2.5) & (x > 0.01) & (x < 99.99) & (y > 0.01) & (y < 39.99)
+        vertices_mm[free, 2] += rough_mm * np.random.default_rng(0).standard_normal(free.sum())
+    trimesh.Trimesh(vertices_mm, faces, process=False).export(folder / "scan.stl")
+    table = {"file": Path("scan.stl"), "data": "synthetic", "units": "mm"}
+    return import_sample(MeshInput.model_validate(table), folder)
+
+
+@pytest.mark.parametrize(
+    ("right_mm", "left_mm", "rough_mm", "tolerance"),
+    [(0.0, 0.0, 0.0, 1e-4), (2.0, 0.0, 0.0, 2e-3), (0.0, 0.0, 0.2, 2e-3)],
+)
+def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
+    tmp_path, right_mm, left_mm, rough_mm, tolerance
+):
+    """The tolerance is that of the mouth's area, half a standard deviation of the noise at a chamfer; 0.1 % of room."""
+    sample = brought(tmp_path, slot(right_mm, left_mm), rough_mm)
+    volumes = fill_volumes(flat(1.0), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
+    heap_mm3 = ROOM_MM * (SLOT_MM + right_mm + left_mm)
+    room_mm3 = ROOM_MM * (SLOT_MM * DEEP_MM + (right_mm**2 + left_mm**2) / 2)
+    assert volumes.overfill_mm3 == pytest.approx(heap_mm3, rel=tolerance)
+    assert volumes.sealant_mm3 - volumes.overfill_mm3 == pytest.approx(room_mm3, rel=1e-3)
+    baseline = balance_profile(room_mm3 + heap_mm3, sample.outline, sample.solid)
+    assert baseline.level_mm == pytest.approx(np.full(len(baseline.s_mm), 1.0), abs=tolerance + 0.01)
+
+
+@pytest.mark.parametrize("tapered", [False, True])
+def test_a_gap_thinner_than_the_raster_counts_where_it_is(tapered):
+    """A stone from s = 10 to 20 mm, a rectangle or a diamond, leaves gaps flat_at both sides of a slot 4 mm wide."""
+    half_mm = SLOT_MM / 2 - 0.02
+    rectangle = [(10.0, -half_mm), (10.0, half_mm), (20.0, half_mm), (20.0, -half_mm)]
+    diamond = [(10.0, 0.0), (15.0, half_mm), (20.0, 0.0), (15.0, -half_mm)]
+    stone_mm = np.array(diamond if tapered else rectangle)
+    crack = replace(straight_slot(40.0, SLOT_MM, CUT), islands_mm=(stone_mm,))
+    volumes = fill_volumes(flat(0.0), crack, built(crack, 12.0), 11.0, 19.0)
+    # A diamond is as wide as 0.6 of its middle, from 11 to 19 mm.
+    of_stone_mm = half_mm * (0.6 if tapered else 1.0)
+    assert volumes.sealant_mm3 == pytest.approx(8.0 * 2 * (SLOT_MM / 2 - of_stone_mm) * 12.0, rel=1e-3)
+    assert volumes.fill_ratio == pytest.approx(1.0)
+
+
+def test_a_step_of_depth_parts_the_crack_where_it_is():
+    """From 12 to 3 mm, in a slot 6 mm wide: within the 0.03 mm of a quarter of a cell."""
+    crack, at_mm = straight_slot(40.0, 6.0, CUT), 20.3
+    solid = built(crack, ((0.0, 12.0), (at_mm, 12.0), (at_mm + 1e-3, 3.0), (40.0, 3.0)))
+    for from_mm, to_mm, depth_mm in ((at_mm, 40.0, 3.0), (at_mm, at_mm + 4, 3.0), (at_mm - 2, at_mm, 12.0)):
+        held_mm3 = fill_volumes(flat(0.0), crack, solid, from_mm, to_mm).sealant_mm3
+        assert held_mm3 == pytest.approx((to_mm - from_mm) * 6.0 * depth_mm, abs=0.035 * 6.0 * 9.0)
+
+
+def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path):
+    floor_mm, roof_mm, width_mm = -6.1, -5.9, 6.0
+    shelf = [(21.9, floor_mm), (LEFT_MM + width_mm, floor_mm), (LEFT_MM + width_mm, roof_mm), (21.9, roof_mm)]
+    sample = brought(tmp_path, slot() + along_x(shelf))
+    for level_mm in (0.0, -6.0):
+        shelf_mm = max(min(roof_mm, level_mm) - floor_mm, 0.0)
+        expected_mm3 = ROOM_MM * (SLOT_MM * (DEEP_MM + level_mm) + width_mm * shelf_mm)
+        volumes = fill_volumes(flat(level_mm), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
+        assert volumes.sealant_mm3 == pytest.approx(expected_mm3, rel=2e-4)
+
+
+@pytest.mark.parametrize(("shallow_mm", "deep_mm", "level_mm"), [(2, 12, -6.0), (11, 12, -11.5)])
+def test_a_level_that_follows_a_rising_floor_holds_nothing_there(shallow_mm, deep_mm, level_mm):
+    """The wet part of a slot 3 mm wide is a wedge; 0.1 % is what its end within a bin leaves."""
+    crack = straight_slot(40.0, 3.0, CUT)
+    solid = built(crack, ((0.0, shallow_mm), (40.0, deep_mm)))
+    wet_mm = 40.0 * (deep_mm + level_mm) / (deep_mm - shallow_mm)
+    s_mm = np.array([0.0, 40.0 - wet_mm, 40.0])
+    expected_mm3 = 3.0 * wet_mm * (deep_mm + level_mm) / 2
+    profile = Profile(s_mm, np.maximum(level_mm, -np.interp(s_mm, [0.0, 40.0], [shallow_mm, deep_mm])))
+    assert fill_volumes(profile, crack, solid, 0.0, 40.0).sealant_mm3 == pytest.approx(expected_mm3, rel=1e-3)
+    assert balance_profile(expected_mm3, crack, solid).level_mm[-1] == pytest.approx(level_mm, abs=2e-3)

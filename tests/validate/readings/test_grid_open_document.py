@@ -51,12 +51,9 @@ KINDS = {
     f"<table:table-cell {FORMULA}/>": Cell("", "formula"),
     cell("<text:p>WAHR</text:p>", 'office:boolean-value="true"', "boolean"): Cell("WAHR", "truth"),
     number(0, "#DIV/0!"): Cell("#DIV/0!", "error"),
-    number(0, "Err:503"): Cell("Err:503", "error"),
     cell("<text:p>#WERT!</text:p>", FORMULA): Cell("#WERT!", "error"),
-    number(float("inf")): Cell("inf", "error"),
     # LibreOffice stores ### as the text of a number that its column is too narrow for.
     number(3.5, "###"): Cell("3.5", "number"),
-    number(2.5, "2,50 cm"): Cell("2.5", "number", "cm"),
     cell("<text:p>50 %</text:p>", "", "percentage", 0.5): Cell("0.5", "number", "%"),
     cell("<text:p>a</text:p><text:p><text:span>b</text:span></text:p>"): Cell("a\nb"),
 }

@@ -2,11 +2,13 @@
 
 from typing import Any
 
+import numpy as np
 import openpyxl
 import pytest
 from openpyxl.comments import Comment
 from openpyxl.styles import Font, PatternFill
 
+from tests.validate.readings.conftest import answered
 from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import read_readings
 from validate.settings import Columns, Declared
@@ -20,7 +22,6 @@ HARMLESS = {
     "the sample": f"lab\n{H}\n{ROWS}",
     "date and operator": f"Datum;3.5.2026\nPrüfer;Meier\n{H}\n{ROWS}Geprüft: Kunz, 4.5.2026\n",
     "the sample in a column": f"Probe;{H}\n{OF.format('lab')}",
-    "names of stations": f"Punkt;{H}\nP1;0;1\nP2;5;2\nP3;10;3\n",
     "operators and pictures": H + ";Prüfer;Foto\n0;1;Meier;IMG_1\n5;2;Kunz;IMG_2\n10;3;;\n",
     "other quantities": H + ";Temp. [°C];Breite [mm]\n0;1;20;9\n5;2;20;8\n10;3;21;9\n",
     "empty remarks": NOTED.format("Bemerkung", "", "-", "keine"),
@@ -29,20 +30,13 @@ HARMLESS = {
 ASKED = {
     "above": (f"Fuß auf 5 mm Klotz\n{H}\n{ROWS}", ["A1"]),
     "above, in two cells": (f"Nullpunkt;5 mm\n{H}\n{ROWS}", ["A1"]),
-    "a number above": (f"12\n{H}\n{ROWS}", ["A1"]),
-    "numbers above": (f"5;0,1\n{H}\n{ROWS}", ["A1"]),
     "between": (f"{H}\n0;1\nab hier in Zoll\n5;2\n10;3\n", ["A3"]),
-    "units between": (f"{H}\n0;1\ncm;cm\n5;2\n10;3\n", ["A3"]),
     "below": (f"{H}\n{ROWS}\nvom rechten Ende gemessen\n", ["A6"]),
-    "a comment": (f"# Werte in Zehntel\n{H}\n{ROWS}", ["A1"]),
-    "another sample": (f"P02\n{H}\n{ROWS}", ["A1"]),
     "another sample's rows": (f"Probe;{H}\n{OF.format('P02')}", ["A2", "A3", "A4"]),
     "beside, in a column of remarks": (NOTED.format("Bemerkung", "", "Ausreißer", ""), ["C3"]),
-    "beside, without a name": (NOTED.format("", "", "wiederholt", ""), ["C3"]),
     "a number in a column of remarks": (NOTED.format("Bemerkung", "", "2,7", ""), ["C3"]),
     "codes beside some": (NOTED.format("Punkt", "x2", "", "x5"), ["C1", "C2", "C4"]),
     "a flag": (NOTED.format("ok", "ja", "nein", "ja"), ["C2", "C3", "C4"]),
-    "a side in each row": (NOTED.format("Seite", *["links"] * 3), ["C1", "C2", "C3", "C4"]),
     "a unit in each row": (NOTED.format("Einheit", *["cm"] * 3), ["C1", "C2", "C3", "C4"]),
     "a word for a repeat": ("s_mm;Wdh;depth_mm\n0;xa;1\n0;verworfen;9\n5;xa;2\n", ["B2", "B3", "B4"]),
     "a number that counts no repeat": ("s_mm;Messung;depth_mm\n0;1,5;1\n5;2,5;2\n10;3;3\n", ["B2", "B3"]),
@@ -76,10 +70,6 @@ def test_a_remark_is_quoted_beside_its_readings(doubts_of):
     assert "C3 'Ausreißer' beside 5 2" in doubt.finding
 
 
-def test_rows_that_are_skipped_are_not_quoted(read):
-    assert not read(f"{H}\n0;1\n5;2\n7;9;verrutscht\n10;3\n", columns={"skip": [4]}).questions
-
-
 def _colour(sheet: Any, *cells: str) -> None:
     for cell in cells:
         sheet[cell].fill = PatternFill("solid", fgColor="FFFF0000")
@@ -90,22 +80,18 @@ WORKBOOKS = {
     "another worksheet": (lambda sheet: sheet.parent.create_sheet().append(["in cm"]), {}, {"remark": ["worksheets"]}),
     "a harmless worksheet": (lambda sheet: sheet.parent.create_sheet().append(["Prüfer: Meier"]), {}, {}),
     "a comment": (lambda sheet: setattr(sheet["B3"], "comment", Comment("slipped", "M")), {}, {"remark": ["B3"]}),
-    "a comment above": (lambda sheet: setattr(sheet["B1"], "comment", Comment("inch!", "M")), {}, {"remark": ["B1"]}),
     "struck through": (lambda sheet: setattr(sheet["B3"], "font", Font(strike=True)), {}, {"struck": ["B3"]}),
     "a hidden row": (lambda sheet: setattr(sheet.row_dimensions[4], "hidden", True), {}, {"hidden": ["A4", "B4"]}),
     "a hidden column": (lambda sheet: setattr(sheet.column_dimensions["B"], "hidden", True), {}, {"hidden": ["B"]}),
     "a red cell": (lambda sheet: _colour(sheet, "B3"), {}, {"coloured": ["B3"]}),
     "a red header": (lambda sheet: _colour(sheet, "A1", "B1"), {}, {}),
-    "a red column": (lambda sheet: _colour(sheet, *(f"B{row}" for row in range(2, 8))), {}, {}),
     "a red row that is skipped": (lambda sheet: _colour(sheet, "B3"), {"columns": Columns(skip=(3,))}, {}),
-    "a red cell that is skipped": (lambda sheet: _colour(sheet, "B3"), {"columns": Columns(skip=("B3",))}, {}),
     "another sample's worksheet": (
         *(lambda sheet: setattr(sheet, "title", "P02"), {"sample": "P01", "name": "P01.xlsx"}),
         {"remark": ["names"]},
     ),
     "the name of the worksheet": (lambda sheet: setattr(sheet, "title", "in inch"), {}, {"remark": ["names"]}),
     "the name of the file": (lambda sheet: None, {"name": "lab inch.xlsx"}, {"remark": ["names"]}),
-    "the name of the sample": (lambda sheet: None, {"name": "left.xlsx", "sample": "left"}, {}),
 }
 
 
@@ -132,6 +118,90 @@ def test_a_zero_that_is_no_face_is_answered_by_the_datum(read):
     assert not read(text, 20.0, datum="caliper_base", datum_level_mm=-5.0).questions
 
 
-def test_doubts_do_not_hide_faults(doubts_of):
-    doubts = doubts_of(f"Nullpunkt: Fuß\n{H};Bemerkung\n0;1;\n5;?!;Ausreißer\n10;3;\n")
-    assert {doubt.kind: doubt.is_open for doubt in doubts} == {"cell": True, "remark": True}
+S = np.arange(0, 60, 4)
+LEVEL = np.round(3.1 + np.sin(S / 9) + S / 300, 2)
+
+
+def _rows(form: str = "{s};{a};{b}", changed: dict[int, str] | None = None, s_mm: Any = S) -> str:
+    """Return rows of a sound profile, with some rows exchanged."""
+    values = zip(s_mm, LEVEL, LEVEL + np.round(np.cos(S * 7) / 10, 2), strict=False)
+    lines = [form.format(s=s, a=f"{a:.2f}", b=f"{b:.2f}") for s, a, b in values]
+    return "\n".join((changed or {}).get(row, line) for row, line in enumerate(lines)) + "\n"
+
+
+PAIR = "s [mm];Tiefe 1 [mm];Tiefe 2 [mm]"
+NO_WAY = "s [mm];Messung 1 [mm];Messung 2 [mm]\n"
+OPEN = {"columns", "unit", "quantity"}
+SHEETS = {
+    "unknown names, a word": (
+        "Fuß auf 5 mm Klotz\nwo;a;b\n" + _rows(changed={3: "12;feucht;3.1", 5: "20;nass;2.9"}),
+        OPEN | {"cell", "remark"},
+    ),
+    "unknown names and flags": ("Ort;u;v;ok\n" + _rows("{s};{a};{b};ja", {3: "12;3.9;3.9;nein"}), OPEN | {"remark"}),
+    "no unit, remark, slip of a number": (
+        "s;Tiefe 1;Tiefe 2;Bemerkung\n" + _rows("{s};{a};{b};", {4: "16;3.1;3.l;", 6: "24;3.4;3.5;Ausreißer"}),
+        {"unit", "cell", "remark"},
+    ),
+    "no direction, far station, zero": (
+        NO_WAY + _rows(changed={7: "28;0;0", 14: "560;3.9;3.8"}),
+        {"quantity", "outside", "outlier"},
+    ),
+    "direction and short span": (NO_WAY + _rows(s_mm=np.round(S / 10, 1)), {"quantity", "span"}),
+    "two tables below each other": (
+        f"P1\n{PAIR}\n" + _rows(changed={4: "16;x;3.1"}) + f"\nP2, vom rechten Ende\n{PAIR}\n" + _rows(),
+        {"range", "cell", "remark"},
+    ),
+    "two tables beside each other": (
+        f"{PAIR};;{PAIR}\n" + _rows("{s};{a};{b};;{s};{b};{a}", {2: "8;y;3.6;;8;3.6;3.7"}),
+        {"range", "cell"},
+    ),
+    "several samples": (
+        f"Probe;{PAIR};Bemerkung\n"
+        + _rows("P0;{s};{a};{b};")
+        + _rows("lab;{s};{a};{b};", {5: "lab;20;3.8;3.7;verrutscht"})
+        + _rows("P2;{s};{b};{a};"),
+        {"range", "remark"},
+    ),
+    "rows that occur twice, in an unknown order": (
+        "s [mm];Tiefe\n" + _rows("{s};{a}") + _rows("{s};{b}", {14: "0;3.2"}),
+        {"unit", "twice"},
+    ),
+    "thousands": ("s [mm];Tiefe [mm]\n" + _rows("{s};{a}").replace(".", ",").replace("\n", "1\n"), {"decimal"}),
+    "a number in the name, a total": ("s [mm];Tiefe 5 mm\n" + _rows("{s};{a}") + ";51.2\n", {"columns", "place"}),
+    "signs in the name": ("s [mm];Tiefe (+5 mm)\n" + _rows("{s};{a}"), {"columns", "name", "quantity"}),
+}
+
+
+RANGES = {"P2": {"columns.range": "A2:C17"}, ";;": {"columns.range": "A1:C16"}, "(+5 mm)": {"columns.levels": ["B"]}}
+
+
+@pytest.mark.parametrize(("text", "kinds"), SHEETS.values(), ids=SHEETS)
+def test_one_round_of_answers_is_enough(doubts_of, text, kinds):
+    ranges = next((answers for kind, answers in RANGES.items() if kind in text), {}) | {"columns.skip": [16]}
+    doubts = doubts_of(text, 20.0, 60.0)
+    assert {doubt.kind for doubt in doubts} == kinds
+    assert all(doubt.answers for doubt in doubts)
+    assert doubts_of(text, 20.0, 60.0, **answered(doubts, own=ranges)) == ()
+
+
+def test_what_only_the_user_knows_is_left_open(doubts_of):
+    (doubt,) = doubts_of(NO_WAY + _rows(), 20.0, 60.0)
+    words = {"trial": "readings.quantity = ...", "pairing": "sign = ...", "python": "quantity=..."}
+    assert all(text in doubt.in_words(reader) for reader, text in words.items())
+
+
+NO_ANSWER = {
+    "places that are no numbers": "Stelle [mm];Tiefe [mm]\n" + _rows("P{s};{a}"),
+    "two units in a column": "s [mm];Tiefe\n" + _rows("{s};{a} mm", {3: "12;0.31 cm"}),
+}
+
+
+@pytest.mark.parametrize("text", NO_ANSWER.values(), ids=NO_ANSWER)
+def test_what_no_answer_settles_says_what_to_do_to_the_file(doubts_of, text):
+    doubts = doubts_of(text, 20.0, 60.0)
+    unsettled = [doubt for doubt in doubts if not doubt.answers]
+    assert unsettled
+    assert all(doubt.remedy for doubt in unsettled)
+    assert {doubt.kind for doubt in doubts_of(text, 20.0, 60.0, **answered(doubts))} == {
+        each.kind for each in unsettled
+    }

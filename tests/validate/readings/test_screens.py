@@ -42,8 +42,8 @@ def asked_of(
 
 def changed(values: dict[tuple[int, int], float]) -> Floats:
     table = TABLE.copy()
-    for at, value in values.items():
-        table[at] = value
+    for cell, value in values.items():
+        table[cell] = value
     return table
 
 
@@ -77,44 +77,34 @@ ASKED = {
     "zero among deep readings": (changed({(2, 2): 0.0}), {}, ["C4"]),
     "two zeros of three": (changed({(2, 2): 0.0, (2, 3): 0.0}), {}, ["C4", "D4"]),
     "-999": (changed({(2, 2): -999}), {"depth_mm": None}, ["C4"]),
-    "99.99": (changed({(2, 2): 99.99}), {"depth_mm": None}, ["C4"]),
-    "-9.99 among tens": (changed({(2, 2): -9.99}), {"depth_mm": None}, []),
     "zero at a filled end": (changed({(i, j): 0.0 for i in (-2, -1) for j in (1, 2, 3)}), {}, []),
-    "zero at a filled end, once": (changed({(-2, 1): 0.0, (-1, 1): 0.0})[:, :2], {}, []),
     "zero at a steep end": (bed([-9.0, -9.0, -8.5, -8.5, -6.5, 0.0], every_mm=10.0), {}, []),
     "a station of zeros between deep ones": (changed({(3, 1): 0.0})[:, :2], {}, ["B5"]),
     "a level that is zero between its neighbours": (bed([-3.0, -2.0, -1.0, 0.0, 1.0, 1.5]), {}, []),
     **{f"a sign that slipped, of {n}": (changed({(5, 1): 3.78})[:, : n + 1], {}, ["B7"]) for n in (1, 3)},
     "a sign that slipped, of 2": (changed({(5, 1): 3.78})[:, :3], {}, ["B7", "C7"]),  # Either may be wrong
-    "the signs of a station": (changed({(5, j): 3.78 + j / 20 for j in (1, 2, 3)}), {}, ["B7", "C7", "D7"]),
     # Its sign is another than that of the stations below, where the bed steps over the face.
     "a level that rises above the face": (bed([-1.2, -1.1, -1.2, 1.1, 1.2, 1.1]), {}, []),
     "a station that scatters tenfold": (changed({(6, 1): -2.3, (6, 2): -4.0, (6, 3): -5.6}), {}, ["B8", "D8"]),
     "a mean row, last, of 1, 1 digit": (with_mean(1, 1, last=True), {}, ["18"]),
-    "a mean row, last, of 3, 2 digits": (with_mean(3, 2, last=True), {}, ["18"]),
     "a mean row, first, of 3, 1 digit": (with_mean(3, 1, last=False), {}, ["2"]),
     "the middle of a straight bed": (bed(-10 + np.arange(9.0)), {}, []),
     "a mean of the others, last": (np.column_stack([TABLE, MEANS]), {}, ["E"]),
-    "a mean of the others, first": (np.column_stack([TABLE[:, 0], MEANS, TABLE[:, 1:]]), {}, ["B"]),
     "copied repeats": (np.column_stack([TABLE, TABLE[:, 2]]), {}, ["E"]),
     # Of eight stations, two readings in steps of 0.5 mm agree at all of them once in three sheets.
     "equal repeats in coarse steps": (np.column_stack([TABLE[:8, 0], COARSE[:, 0], COARSE[:, 0]]), {}, ["C"]),
-    "four equal stations": (np.column_stack([TABLE[:4, :2], TABLE[:4, 1]]), {}, []),
     "a repeat of another quantity": (np.column_stack([TABLE[:, :3], TABLE[:, 3] + 20]), {"depth_mm": None}, ["D"]),
     "a repeat of the other sign": (np.column_stack([TABLE[:, :2], -TABLE[:, 2]]), {}, ["C"]),
     "levels above the face": (HIGH, {"depth_mm": 8.0}, ["sign"]),
-    "levels below the face": (HIGH * [1, -1, -1], {"depth_mm": 8.0}, []),
     "depths above the face": (HIGH * [1, -1, -1], {"depth_mm": 8.0, "is_depth": True}, ["sign"]),
     "centimetres under millimetres": (IN_CM, {}, ["unit"]),
     "centimetres, of three digits": (IN_CM[:, :2], {"digits": 3}, ["unit"]),
-    "centimetres without a depth": (IN_CM, {"depth_mm": None}, []),
     "centimetres, read once": (IN_CM[:, :2], {}, []),
     "centimetres, read once, in a solid": (IN_CM[:, :2], {"filling": FILLED}, ["unit"]),
     "a datum below": (shifted(-3.0), {}, ["datum"]),
     "a datum above": (shifted(5.0), {"filling": FILLED}, ["sign", "datum"]),
     "a declared datum": (shifted(-3.0), {"datum_level_mm": 3.0, "filling": FILLED}, []),
     "places in centimetres": (TABLE / [10, 1, 1, 1], {"filling": FILLED}, ["unit"]),
-    "places that count": (bed(TABLE[:, 1:], every_mm=1.0), {"filling": FILLED}, ["unit"]),
     "a third of the crack": (TABLE[:6], {"filling": FILLED}, []),
 }
 

@@ -45,7 +45,7 @@ def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(eviden
 
 
 def test_a_report_shows_the_fill_where_the_run_left_snapshots(evidence, frames):
-    plates = {len(given): list(fill_plates(replace(evidence, frames=given))) for given in ((), tuple(frames))}
-    extra = [plate for plate in plates[3] if plate.caption not in {plate.caption for plate in plates[0]}]
-    assert "as in the paper's Fig. 6" in extra[0].caption
-    assert [len(axes_of(plate.draw())) for plate in extra] == [3 + 1]
+    plain, filled = (list(fill_plates(replace(evidence, frames=moments))) for moments in ((), tuple(frames)))
+    (fill,) = [plate for plate in filled if plate.caption not in {each.caption for each in plain}]
+    assert "as in the paper's Fig. 6" in fill.caption
+    assert len(axes_of(fill.draw())) == 3 + 1

@@ -33,33 +33,26 @@ def judged(evidence, role="held-out", gate_mm=None, fitted=None):
         ("held-out", 2.0, None, "✓ Within its limit of 2 mm", "Tested: the simulation is 0.50 mm off", "Yes"),
         ("held-out", 0.1, None, "✕ Beyond its limit of 0.1 mm", "beyond the limit of 0.1 mm", "Yes"),
         ("held-out", None, None, "○ No limit declared", "Tested: ", "Yes"),
-        (
-            "calibrated-on",
-            2.0,
-            FITTED,
-            "○ Fitted, not tested",
-            "0.50 mm off the readings to which it was fitted. Not yet tested",
-            "No",
-        ),
+        ("calibrated-on", 2.0, FITTED, "○ Fitted, not tested", "to which it was fitted. Not yet tested", "No"),
         ("calibrated-on", 0.1, FITTED, "✕ Beyond", "Although fitted to the readings", "No"),
         ("undeclared", None, None, "○ No limit declared", "The simulation is 0.50 mm off the readings", "Not declared"),
     ],
+    ids=["within", "beyond", "no limit", "fitted", "fitted, beyond", "undeclared"],
 )
 def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(
     evidence, role, gate_mm, fitted, state, verdict, tested
 ):
-    page = first_page(judged(evidence, role, gate_mm, fitted))
+    trial = judged(evidence, role, gate_mm, fitted)
+    page = first_page(trial)
     assert page.state.startswith(state)
     assert verdict in page.verdict
-    assert [tile.title for tile in page.tiles] == [
-        *("Mean error", "Something simpler instead", "Where the sealant went", "Tested?")
-    ]
-    assert page.tiles[0].figure == "0.50 mm"
+    titles = ("Mean error", "Something simpler instead", "Where the sealant went", "Tested?")
+    assert tuple(tile.title for tile in page.tiles) == titles
+    assert (page.tiles[0].figure, page.tiles[3].figure) == ("0.50 mm", tested)
     assert ("of the joint" in page.tiles[0].text) is (gate_mm is not None)
-    assert page.tiles[3].figure == tested
     words = " ".join([page.subject, page.state, page.verdict, *page.lead, *(" ".join(label) for label in page.labels)])
     assert len(words.split()) <= 130
-    _is_plain(page, first_caption(judged(evidence, role, gate_mm, fitted)))
+    _is_plain(page, first_caption(trial))
     assert ("viscosity weight (U), yield stress" in page.tiles[3].text) is (fitted is not None)
 
 
@@ -71,27 +64,31 @@ def _is_plain(page, caption):
     assert "no tolerance" in caption
 
 
-def test_a_missed_limit_is_split_into_level_and_shape_and_says_what_to_check(evidence, tmp_path):
-    shifted = judged(evidence, gate_mm=0.1)
-    assert (
-        "0.5 mm too high on average; with this shift removed, its mean error is 0.0 mm" in first_page(shifted).lead[1]
-    )
-    assert "caliper's zero" in first_page(shifted).lead[1]
+def test_a_missed_limit_is_split_into_level_and_shape_and_says_what_to_check(evidence):
+    lead = first_page(judged(evidence, gate_mm=0.1)).lead[1]
+    assert "0.5 mm too high on average; with this shift removed, its mean error is 0.0 mm" in lead
+    assert "caliper's zero" in lead
     level_mm = evidence.profile.level_mm - 0.5 + 0.8 * np.sign(evidence.profile.s_mm - 20.0)
     bent = judged(replace(evidence, profile=replace(evidence.profile, level_mm=level_mm)), gate_mm=0.1)
     assert "check the sealant" in first_page(bent).lead[1].lower()
 
 
-def test_the_largest_error_is_named_wherever_it_is(evidence):
+@pytest.mark.parametrize(
+    ("change_mm", "words"),
+    [
+        (lambda s_mm: 0 * s_mm, r"off most at \d+ mm from the start, 0\.5 mm too high"),
+        (
+            lambda s_mm: np.where(np.abs(s_mm - 12.5) < 1.0, -3.0, 0.0),
+            r"2\.5 mm too low, between readings; at a reading it is off by at most 0\.5 mm",
+        ),
+        (lambda s_mm: 0 * s_mm - 0.5, r"^It meets every reading\.$"),
+    ],
+    ids=["at a reading", "between", "nowhere"],
+)
+def test_the_largest_error_is_named_wherever_it_is(evidence, change_mm, words):
     """Broken on purpose, the largest error at a reading is named alone."""
-    assert re.search(r"off most at \d+ mm from the start, 0\.5 mm too high", first_page(judged(evidence)).lead[1])
-    peak = np.where(np.abs(evidence.profile.s_mm - 12.5) < 1.0, -3.0, 0.0)
-    low = replace(evidence, profile=replace(evidence.profile, level_mm=evidence.profile.level_mm + peak))
-    assert (
-        "2.5 mm too low, between readings; at a reading it is off by at most 0.5 mm" in first_page(judged(low)).lead[1]
-    )
-    exact = replace(evidence, profile=replace(evidence.profile, level_mm=evidence.profile.level_mm - 0.5))
-    assert first_page(judged(exact)).lead[1] == "It meets every reading."
+    level = replace(evidence.profile, level_mm=evidence.profile.level_mm + change_mm(evidence.profile.s_mm))
+    assert re.search(words, first_page(judged(replace(evidence, profile=level))).lead[1])
 
 
 def test_faults_and_unmeasured_data_are_named_before_the_figure(evidence, tmp_path):
@@ -110,20 +107,15 @@ def test_faults_and_unmeasured_data_are_named_before_the_figure(evidence, tmp_pa
     assert "UNFIT" in unfit["Check first:"]
 
 
-def test_the_fast_model_gets_no_verdict_whatever_the_limit(evidence):
-    page = first_page(replace(judged(evidence), run=replace(evidence.run, fast_fill=FAST_FILL)))
-    assert page.state == "○ Fast model: no verdict"
-    assert page.verdict.startswith("The fast model, which is for screening, is 0.50 mm off")
-    assert page.tiles[0].text.endswith("The fast model gets no verdict.")
-    assert page.tiles[3].figure == "Fast model"
-
-
-def test_escaped_particles_and_edited_files_leave_no_verdict(evidence):
+def test_the_fast_model_escaped_particles_and_edited_files_get_no_verdict(evidence):
+    fast = first_page(replace(judged(evidence), run=replace(evidence.run, fast_fill=FAST_FILL)))
+    assert (fast.state, fast.tiles[3].figure) == ("○ Fast model: no verdict", "Fast model")
+    assert "is for screening, is 0.50 mm off" in fast.verdict
+    assert fast.tiles[0].text.endswith("The fast model gets no verdict.")
     escaped = first_page(replace(evidence, run=replace(evidence.run, escaped_particles=1)))
-    assert escaped.state.startswith("✕ Fault")
-    assert "no result" in escaped.verdict
     edited = first_page(replace(judged(evidence), edited=("profile.csv",)))
-    assert edited.state.startswith("○ Files were edited")
+    assert (escaped.state[:7], edited.state[:19]) == ("✕ Fault", "○ Files were edited")
+    assert "no result" in escaped.verdict
     assert "no result" in edited.verdict
 
 
@@ -153,13 +145,8 @@ def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(evidence
 
 def test_too_few_readings_are_told_how_many_are_needed(evidence):
     """Seen to fail without the label: the page then only states that there are too few."""
-    few = [0, 4]
-    readings = replace(
-        evidence.readings,
-        s_mm=evidence.readings.s_mm[few],
-        level_mm=evidence.readings.level_mm[few],
-        repeats_mm=evidence.readings.repeats_mm[few],
-    )
-    labels = dict(first_page(judged(replace(evidence, readings=readings))).labels)
+    read = evidence.readings
+    few = {name: getattr(read, name)[[0, 4]] for name in ("s_mm", "level_mm", "repeats_mm")}
+    labels = dict(first_page(judged(replace(evidence, readings=replace(read, **few)))).labels)
     assert "7 stations or more" in labels["Verdict:"]
     assert "Verdict:" not in dict(first_page(judged(evidence)).labels)

@@ -9,13 +9,17 @@ import pytest
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
+from sealtwin.core.doubts import QuantityMean
+from sealtwin.core.errors import present
 from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.run_figures import RunHealth
+from tests.support.evidence import make_evidence
 from tests.support.small_fluids import path, pour, slot
-from validate.compare import assess
+from validate.compare import assess, compare
+from validate.intervals import StationErrors
 from validate.report.chapters import path_table, settings_table
 from validate.report.first_page import first_page
-from validate.report.report_facts import HEALTH_LABELS, assumptions, walls
+from validate.report.report_facts import HEALTH_LABELS, assumptions, stretches_off, walls
 from validate.settings import Readings, Uncertainty
 
 
@@ -35,14 +39,74 @@ def assumed(evidence, **groups) -> str:
 
 
 def test_reynolds_and_bond_numbers_are_those_that_the_run_recorded(evidence):
-    health = RunHealth(bond=2.24, reynolds=0.031, bingham=7.1)
-    (fact,) = of_keys(
-        assumptions(replace(evidence, run=replace(evidence.run, health=health))), "assumed.surface-tension"
+    recorded, bare = (
+        replace(evidence, run=replace(evidence.run, health=health))
+        for health in (RunHealth(bond=2.24, reynolds=0.031, bingham=7.1), RunHealth())
     )
+    (fact,) = of_keys(assumptions(recorded), "assumed.surface-tension")
     assert fact.value == 2.24
     assert [number for number in ("2.2 ", "0.031 ", "7.1 ") if number not in fact.text] == []
-    bare = replace(evidence, run=replace(evidence.run, health=RunHealth()))
     assert "records no Bond number" in assumed(bare)
+
+
+PASTE = {
+    "method": "curve",
+    "date": "2026-11-25",
+    "data": "measured",
+    "not_for": ("a warm day",),
+    "yield_stress_pa": 10.0,
+}
+UNSURE = PASTE | {"yield_stress_error_pa": 0.0, "yield_stress_95_pa": (10.0, 10.0)}
+THINS = PASTE | {"yield_stress_error_pa": 1.0, "yield_stress_95_pa": (8.0, 12.0), "doubts": ["6 rows."]}
+THINS |= {"consistency_pa_s_n": 3.0, "flow_index": 0.5, "flow_index_95": (0.45, 0.56)}
+AGEING = {"age_s": [0.0, 60.0, 600.0], "temperature_c": None, "viscosity_pa_s": [0.05, 1.0, 30.0]}
+AGEING |= {"yield_stress_pa": [0.0, 5.0, 40.0]}
+HOT = {"temperature_c": [100.0, 200.0], "viscosity_pa_s": [30.0, 0.05]}
+COOLING = {"age_s": [0.0, 60.0], "temperature_c": [190.0, 120.0]}
+SLOPES = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
+
+
+@pytest.mark.parametrize(
+    ("groups", "words", "absent"),
+    [
+        ({}, [], ["Bingham", "slopes"]),
+        # Curing is then modelled, and only shrinkage is not.
+        (
+            {"fluid": {"yield_stress_pa": 12.0, "structuration_pa_per_s": 0.5}},
+            ["yield stress of 12 Pa, and 0.5 Pa more each second", "Shrinkage is not modelled"],
+            ["Curing"],
+        ),
+        # A calibration left the yield stress alone; it is not known to 95 % from 10 to 10.
+        ({"fluid": {"material": UNSURE}}, ["is 10 Pa (uncertainty not stated), with the method curve"], ["10 to 10"]),
+        (
+            {"fluid": {"material": THINS, "flow_index": 0.5}},
+            ["6 rows.", "3 Pa times the power 0.5 (0.45 to 0.56, which no budget includes)"],
+            [],
+        ),
+        (
+            {"fluid": {"curve": AGEING, "cooling": None}},
+            ["0.05 to 30 Pa s, its yield stress (Bingham) 0 to 40 Pa", "Shrinkage is not modelled"],
+            [],
+        ),
+        ({"fluid": {"curve": HOT, "cooling": COOLING}}, ["its temperature, 0.05 to 30 Pa s", "190 to 120 °C"], []),
+    ],
+    ids=["plain", "yields", "unsure", "thins", "ageing", "cooling"],
+)
+def test_a_sample_and_its_sealant_are_told_with_their_numbers(evidence, groups, words, absent):
+    text = assumed(evidence, **groups)
+    assert [each for each in words if each not in text] + [each for each in absent if each in text] == []
+
+
+def test_settings_are_listed_with_their_numbers_and_what_a_table_lacks_is_not(evidence):
+    """Doubts about a paste are on page one."""
+    run = with_settings(evidence, sample=SLOPES, fluid={"curve": AGEING, "cooling": None}).run
+    rows = dict(settings_table(run.settings).rows)
+    assert rows["sample"] == "crossfall (°) -2.5, gradient (°) 5"
+    assert "rises towards +x by 5° and towards +y by -2.5°" in assumed(evidence, sample=SLOPES)
+    assert "curve age (s) 0, 60, 600, viscosity (Pa s) 0.05, 1, 30, " in rows["fluid"]
+    assert not {"temperature", "cooling"} & set(rows["fluid"].split())
+    thins = with_settings(evidence, fluid={"material": THINS, "flow_index": 0.5})
+    assert ("Paste:", "6 rows.") in first_page(thins).notes
 
 
 @pytest.mark.parametrize(
@@ -59,70 +123,19 @@ def test_the_other_width_of_a_tilted_crack_is_told_beside_that_in_the_photo(evid
     assert words in walls(replace(evidence, solid=solid))
 
 
-def test_paste_that_yields_is_told_with_its_stress_and_its_number(evidence):
-    """Curing is then modelled, and only shrinkage is not."""
-    assert "Bingham" not in assumed(evidence)
-    words = assumed(evidence, fluid={"yield_stress_pa": 12.0, "structuration_pa_per_s": 0.5})
-    assert "yield stress of 12 Pa, and 0.5 Pa more each second" in words
-    assert "Shrinkage is not modelled" in words
-    assert "Curing" not in words
-
-
-def test_a_paste_without_a_stated_uncertainty_has_no_interval(evidence):
-    """As of a calibration that left the yield stress alone. Broken on purpose, it is known to 95 % from 10 to 10."""
-    paste = {"method": "calibration", "date": "2026-11-25", "data": "measured", "not_for": ("a warm day",)}
-    paste |= {"yield_stress_pa": 10.0, "yield_stress_error_pa": 0.0, "yield_stress_95_pa": (10.0, 10.0)}
-    words = assumed(evidence, fluid={"material": paste})
-    assert "yield stress is 10 Pa (uncertainty not stated), with the method calibration" in words
-    assert "10 to 10" not in words
-
-
-def test_a_paste_that_thins_is_described_by_its_law(evidence):
-    paste = {"method": "curve", "date": "2026-11-25", "data": "measured", "not_for": ("a warm day",)}
-    paste |= {"yield_stress_pa": 10.0, "yield_stress_error_pa": 1.0, "yield_stress_95_pa": (8.0, 12.0)}
-    paste |= {"consistency_pa_s_n": 3.0, "flow_index": 0.5, "flow_index_95": (0.45, 0.56), "doubts": ["6 rows."]}
-    fluid = {"material": paste, "flow_index": 0.5}
-    assert ("Paste:", "6 rows.") in first_page(with_settings(evidence, fluid=fluid)).notes
-    words = assumed(evidence, fluid=fluid)
-    assert "6 rows." in words
-    assert "3 Pa times the power 0.5 (0.45 to 0.56, which no budget includes)" in words
-
-
-def test_a_sample_that_slopes_is_told_with_both_angles_and_a_level_one_is_not(evidence):
-    assert "slopes" not in assumed(evidence)
-    sloping = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
-    assert "rises towards +x by 5° and towards +y by -2.5°" in assumed(evidence, sample=sloping)
-    rows = dict(settings_table(with_settings(evidence, sample=sloping).run.settings).rows)
-    assert rows["sample"] == "crossfall (°) -2.5, gradient (°) 5"
-
-
-def test_sealant_with_a_table_is_told_with_its_ends_and_its_columns_are_not_listed(evidence):
-    table = {"age_s": [0.0, 60.0, 600.0], "temperature_c": None, "viscosity_pa_s": [0.05, 1.0, 30.0]}
-    ageing = {"curve": table | {"yield_stress_pa": [0.0, 5.0, 40.0]}, "cooling": None}
-    words = assumed(evidence, fluid=ageing)
-    assert "its age since it left the nozzle, 0.05 to 30 Pa s, its yield stress (Bingham) 0 to 40 Pa" in words
-    assert "Shrinkage is not modelled" in words
-    rows = dict(settings_table(with_settings(evidence, fluid=ageing).run.settings).rows)
-    assert "curve age (s) 0, 60, 600, viscosity (Pa s) 0.05, 1, 30, " in rows["fluid"]
-    assert "temperature" not in rows["fluid"]
-    assert "cooling" not in rows["fluid"]
-    hot = {"temperature_c": [100.0, 200.0], "viscosity_pa_s": [30.0, 0.05]}
-    cooling = {"age_s": [0.0, 60.0], "temperature_c": [190.0, 120.0]}
-    words = assumed(evidence, fluid={"curve": hot, "cooling": cooling})
-    assert "over its temperature, 0.05 to 30 Pa s; between" in words
-    assert "from 190 to 120 °C" in words
-
-
 def test_what_counts_in_no_metric_is_told_by_its_number(evidence):
     """Seen to fail with the stations counted from the comparison alone."""
     assert left_out(evidence)[0].text.startswith("1 particle (1 mm³) ran over the edge of the sample")
     repeats_mm = np.array(evidence.readings.repeats_mm)
     repeats_mm[0, :2] = np.nan
-    fewer = evidence.comparison.basis.model_copy(update={"stations_beyond_mm": np.array([38.0, 40.5])})
-    outline = replace(evidence.outline, branches_mm=(np.zeros((2, 2)),))
-    readings = replace(evidence.readings, repeats_mm=repeats_mm)
-    fewer = evidence.comparison.model_copy(update={"basis": fewer})
-    first, second, _, last = texts(left_out(replace(evidence, readings=readings, comparison=fewer, outline=outline)))
+    basis = evidence.comparison.basis.model_copy(update={"stations_beyond_mm": np.array([38.0, 40.5])})
+    fewer = replace(
+        evidence,
+        outline=replace(evidence.outline, branches_mm=(np.zeros((2, 2)),)),
+        readings=replace(evidence.readings, repeats_mm=repeats_mm),
+        comparison=evidence.comparison.model_copy(update={"basis": basis}),
+    )
+    first, second, _, last = texts(left_out(fewer))
     assert "2 stations of 9 (s = 38, 40.5 mm) beyond the stretch that both curves cover, 0.0 to 40.0" in first
     assert "2 single readings" in second
     assert "1 side crack" in last
@@ -130,23 +143,20 @@ def test_what_counts_in_no_metric_is_told_by_its_number(evidence):
     assert [fact.key for fact in left_out(replace(evidence, run=run))] == ["left-out.nothing"]
 
 
-def assessed(evidence, **declared):
-    how = {"file": Path("a.csv"), "data": "measured", "role": "held-out"} | declared
-    return assess(evidence, Readings.model_validate(how), Uncertainty(), None)
-
-
 @pytest.mark.parametrize(
     ("state", "shrinkage_percent", "words"),
     [
-        ("wet", None, "not modelled, and the caliper read wet sealant, which had not shrunk."),
-        ("cured", None, "not modelled, while the caliper read cured sealant, whose shrinkage is not declared"),
+        ("wet", None, "the caliper read wet sealant, which had not shrunk."),
+        ("cured", None, "cured sealant, whose shrinkage is not declared"),
         ("cured", 7.0, "cured sealant: the mass balance adds its shrinkage of 7 %"),
-        (None, None, "whether the caliper read wet or cured sealant is not declared (readings.state)."),
+        (None, None, "is not declared (readings.state)."),
     ],
 )
 def test_what_was_read_is_as_it_was_declared(evidence, state, shrinkage_percent, words):
     """Seen to fail with every sealant taken for cured."""
-    comparison = assessed(evidence, state=state, shrinkage_percent=shrinkage_percent)
+    table = {"file": Path("a.csv"), "data": "measured", "role": "held-out", "state": state}
+    settings = Readings.model_validate(table | {"shrinkage_percent": shrinkage_percent})
+    comparison = assess(evidence, settings, Uncertainty(), None)
     assert words in assumed(replace(evidence, comparison=comparison))
     assert "the caliper" not in assumed(evidence), "not assessed, nothing is known"
 
@@ -167,3 +177,48 @@ def test_a_path_with_leads_and_ramps_is_told_with_what_varies(evidence):
     assert table["length without sealant before, after"] == "30.0 mm, 4.0 mm"
     # The first millimetre of a ramp of 10 mm takes 2 sqrt(10) / 4 s.
     assert table["speed"] == "0.63 to 4.00 mm/s"
+
+
+READ_MM = np.arange(0.0, 45.0, 5.0)
+
+
+def stations(*errors_mm):
+    """Stations 5 mm apart, in a band of 1 mm."""
+    bands = {"data_mm": 0 * READ_MM, "validation_mm": 0 * READ_MM, "profile_mm": 1 + 0 * READ_MM}
+    return StationErrors(
+        s_mm=READ_MM, error_mm=np.array(errors_mm), numerics_mm=None, inputs_mm=None, by_chance=0.4, **bands
+    )
+
+
+LARGEST_FIRST = (
+    "too low from 15 to 20 mm (up to 3.0 mm, at 15 mm), too high at 40 mm (2.0 mm), "
+    "too high from 5 to 10 mm (up to 1.4 mm, at 10 mm)."
+)
+
+
+@pytest.mark.parametrize(
+    ("errors_mm", "named", "absent"),
+    [
+        ((0, 1.2, 1.4, -3, -1.1, 0.9, 0, 0, 2.0), LARGEST_FIRST, "more"),
+        ((2, 0, -2.1, 0, 2.2, 0, -2.3, 0, 2.4), "2 more stretches", "at 0 mm"),
+        ((0.99,) * 9, "", "too"),
+    ],
+)
+def test_stretches_off_are_named(errors_mm, named, absent):
+    text = stretches_off(stations(*errors_mm))
+    assert named in text
+    assert absent not in text
+    assert bool(text) == bool(named)
+
+
+def test_the_mean_of_another_quantity_is_in_the_comparison_and_on_page_one(tmp_path):
+    evidence = make_evidence(tmp_path)
+    means = {"temperature": QuantityMean(value=21.75, unit="°C", stations=4)}
+    means |= {"noise": QuantityMean(value=46, unit="", stations=1)}
+    readings = replace(present(evidence.readings, "readings"), means=means)
+    crack = evidence.outline, evidence.solid
+    comparison = compare(evidence.profile, readings, *crack, role="undeclared", photo_data="measured")
+    assert comparison.model_dump()["means"]["temperature"] == {"value": 21.75, "unit": "°C", "stations": 4}
+    assert "means" not in present(evidence.comparison, "comparison").model_dump()
+    text = "temperature 21.75 °C, mean of 4 stations; noise 46 (no unit), mean of 1 station."
+    assert ("Conditions:", text) in first_page(replace(evidence, comparison=comparison)).notes

@@ -48,7 +48,7 @@ def test_a_power_law_without_scatter_has_its_order_and_error(order):
 
 
 @pytest.mark.parametrize("order", [0.5, 2.0])
-def test_for_a_known_order_it_is_the_text_books_regression(order, monkeypatch):
+def test_for_a_known_order_the_size_error_is_the_text_books_regression(order, monkeypatch):
     """Slope, its standard error and Student's t of seven degrees of freedom, by scipy's linregress."""
     monkeypatch.setattr("validate.uncertainty.computed.ORDERS", np.array([order, order + 1e-9]))
     random = np.random.default_rng(3)
@@ -61,7 +61,7 @@ def test_for_a_known_order_it_is_the_text_books_regression(order, monkeypatch):
 
 
 @pytest.mark.parametrize(("least", "most"), [(1.1, 1.18), (-0.04, 0.04)])
-def test_there_is_no_jump_anywhere(least, most):
+def test_the_band_has_no_jump_as_the_sizes_differ_more(least, most):
     """By index and spread, a ratio of 1.141 gave a band of 1.012 and 1.139 one of 0.214; at 0 the number turns.
 
     A step of 0.002 in the ratio moves the band by less than 1 %; halved, by about half of that.
@@ -96,25 +96,32 @@ def test_the_mean_of_stations_has_the_band_of_their_mean():
         )
 
 
-def test_extra_runs_that_are_copies_are_refused():
-    """Broken on purpose, a copy counts as a run: the scatter of a single one falls from 0.050 to 0.044 mm."""
-    s_mm = np.linspace(0.0, 40.0, 9)
-    runs_mm = 0.1 * np.sin(s_mm) + APART_MM[:, None]
-    sizes = [SizeRuns(radius_mm, runs_mm + radius_mm) for radius_mm in RADII_MM]
-    assert Spread(s_mm, (sizes[0], sizes[1], sizes[2]), (), None, None).at(s_mm) is not None
-    copies = SizeRuns(1.3, runs_mm[[0, 1, 1]])
+ALONG_MM = np.linspace(0.0, 40.0, 9)
+
+
+def spread_of(*runs_mm: Any) -> Spread:
+    """Runs of three sizes along 40 mm of crack."""
+    fine, middle, coarse = (SizeRuns(radius_mm, runs) for radius_mm, runs in zip(RADII_MM, runs_mm, strict=True))
+    return Spread(ALONG_MM, (fine, middle, coarse), (), None, None)
+
+
+def test_extra_runs_that_are_copies_or_show_no_scatter_are_refused():
+    """Broken on purpose, a copy counts as a run: the scatter of a single one falls from 0.050 to 0.044 mm.
+
+    A single run of each size agrees with itself: the band would be 0.
+    """
+    runs_mm = 0.1 * np.sin(ALONG_MM) + APART_MM[:, None]
+    sizes = [runs_mm + radius_mm for radius_mm in RADII_MM]
+    assert spread_of(*sizes).at(ALONG_MM) is not None
     with pytest.raises(InputError, match=r"1\.3 mm: the runs with seed \+ 1 and with seed \+ 2 .* solver\.radius_mm"):
-        Spread(s_mm, (sizes[0], sizes[1], copies), (), None, None)
-
-
-@pytest.mark.parametrize(("sizes", "says"), [(1, "fewer than 2 runs"), (None, "neither runs of particles")])
-def test_extra_runs_that_show_no_scatter_are_not_read(sizes: int | None, says: str):
-    """A single run of each size agrees with itself: the band would be 0."""
-    s_mm = np.linspace(0.0, 40.0, 9)
-    runs = [SizeRuns(radius_mm, np.full((sizes or 1, 9), radius_mm)) for radius_mm in RADII_MM]
-    spread = Spread(s_mm, (runs[0], runs[1], runs[2]) if sizes else None, (), None, None)
-    with pytest.raises(ValueError, match=says):
-        Spread.of(json.loads(as_json(spread.content())))
+        spread_of(*sizes[:2], runs_mm[[0, 1, 1]])
+    nothing = Spread(ALONG_MM, None, (), None, None)
+    for spread, words in (
+        (spread_of(*(size[:1] for size in sizes)), "fewer than 2 runs"),
+        (nothing, "neither runs of"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            Spread.of(json.loads(as_json(spread.content())))
 
 
 def test_effects_of_a_linear_response_are_exact_and_spare_columns_tell_how_far_runs_scatter():
@@ -151,9 +158,9 @@ def test_of_a_linear_model_u_is_the_root_of_the_sum_of_squares():
     # Twice u is the interval of 95 %, 1.96 standard deviations of a normal one.
     assert u_mm(linear.inputs) == pytest.approx(0.98 * 0.5, rel=0.02)
     effects, together = linear.inputs.reported(S_MM)
-    assert [one.mean_level_mm for one in effects] == pytest.approx(PER_SD_MM)
-    assert [one.share for one in effects] == pytest.approx([0.36, 0.64, 0.0], abs=1e-9)
-    assert [one.model for one in effects] == ["slot"] * 3
+    assert [effect.mean_level_mm for effect in effects] == pytest.approx(PER_SD_MM)
+    assert [effect.share for effect in effects] == pytest.approx([0.36, 0.64, 0.0], abs=1e-9)
+    assert [effect.model for effect in effects] == ["slot"] * 3
     assert together == pytest.approx(0.0, abs=1e-9)
 
 
@@ -162,10 +169,10 @@ def test_a_parabola_is_an_inputs_own_and_a_product_is_of_both_together():
     curved = draws(lambda z: 0.5 * z[:, 0] + 0.1 * z[:, 1] ** 2 + 0.2 * z[:, 0] * z[:, 2])
     effects, together = curved.inputs.reported(S_MM)
     whole = 0.25 + 0.02 + 0.04
-    assert [one.share for one in effects] == pytest.approx([0.25 / whole, 0.02 / whole, 0.0], abs=0.02)
+    assert [effect.share for effect in effects] == pytest.approx([0.25 / whole, 0.02 / whole, 0.0], abs=0.02)
     assert together == pytest.approx(0.04 / whole, abs=0.02)
-    names = [one.name for one in curved.inputs.errors()]
+    names = [effect.name for effect in curved.inputs.errors()]
     assert names[-1] == "inputs together, by the fast model"
     # All parts together have the spread of the runs.
-    sums_mm = np.sum([one.draws_mm for one in curved.inputs.errors()], axis=0)
+    sums_mm = np.sum([effect.draws_mm for effect in curved.inputs.errors()], axis=0)
     assert np.std(sums_mm[:, 0]) == pytest.approx(np.std(curved.moved_mm[:, 0]), rel=0.03)

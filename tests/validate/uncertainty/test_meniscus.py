@@ -1,8 +1,6 @@
 """The meniscus in the budget: its depth, its pinned edges, its side, and its name with its size if it is undeclared."""
 
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -38,15 +36,6 @@ def test_the_middle_is_lower_by_a_meniscus_that_the_face_pins(width_mm, density_
     assert mouth.sag_mm(S_MM, np.full(17, level_mm)) == pytest.approx(sag_mm, rel=3e-3)
 
 
-def test_the_mouth_of_a_flare_is_wider_than_its_trace():
-    crack: Any = SimpleNamespace(s_mm=S_MM, width_mm=np.full(17, 3.0))
-    solid: Any = SimpleNamespace(tilt="flare", wall_angles_deg=(5.0, 9.0), depth_mm=16.0)
-    opening = np.tan(np.radians(5.0)) + np.tan(np.radians(9.0))
-    assert Mouth.of(crack, solid, None).at_mm(S_MM) == pytest.approx(3.0 + 16.0 * opening)
-    solid.tilt = "funnel"
-    assert Mouth.of(crack, solid, None).at_mm(S_MM) == pytest.approx(3.0)
-
-
 def test_a_mean_level_and_the_reading_in_its_middle_have_the_same_meniscus():
     """From pinned to free; between them the edge of the meniscus is at the face, above the middle by a full one."""
     mean_mm = np.linspace(-2.0, 0.0, 17)
@@ -71,7 +60,7 @@ def predicted(declared: Uncertainty) -> PredictedLevel:
     return predict(Profile(S_MM, np.full(17, -4.0)), spread, declared, mouth=MOUTH)
 
 
-def test_declared_it_lowers_a_reading_by_nothing_up_to_the_whole():
+def test_a_declared_meniscus_lowers_a_reading_by_nothing_up_to_the_whole():
     """Near the face, where a reading in the middle and a mean level would have different menisci."""
     budget = read(Uncertainty(surface_tension_n_m=0.072), -0.5)
     (part,) = [one for one in budget.components if one.setting == SETTING]
@@ -81,7 +70,7 @@ def test_declared_it_lowers_a_reading_by_nothing_up_to_the_whole():
     assert (part.name, part.source, part.kind, part.shared) == ("meniscus", "declared", "readings", True)
 
 
-def test_declared_it_is_an_error_of_the_model_in_a_prediction():
+def test_a_declared_meniscus_is_an_error_of_the_model_in_a_prediction():
     with_it, without = (predicted(Uncertainty(surface_tension_n_m=tension)) for tension in (0.072, 0.0))
     assert with_it.model_mm == pytest.approx(0.95 * MOUTH.sag_mm(with_it.s_mm, with_it.level_mm) / 2, abs=1e-3)
     assert [(one.name, one.kind, one.setting) for one in with_it.parts[1:]] == [("meniscus", "model", SETTING)]
@@ -91,14 +80,14 @@ def test_declared_it_is_an_error_of_the_model_in_a_prediction():
     assert "the meniscus" in prediction_facts(with_it)[0].text
 
 
-def test_undeclared_it_is_named_with_its_size_and_in_no_band():
-    """That of water; 0 declares that there is none."""
+def test_an_undeclared_meniscus_is_named_with_its_size_and_in_no_band():
+    """The size is that of water; 0 declares that there is none."""
     name = "meniscus of up to 0.29 mm in the middle"
     budget, prediction = read(Uncertainty()), predicted(Uncertainty())
-    assert [one.name for one in budget.missing if one.setting == SETTING] == [name]
-    assert [one.name for one in prediction.missing] == [name]
+    for missing in (budget.missing, prediction.missing):
+        assert [error.name for error in missing if error.setting == SETTING] == [name]
     assert any(name in fact.text for fact in prediction_facts(prediction))
     none = read(Uncertainty(surface_tension_n_m=0.0))
-    assert SETTING not in {one.setting for one in (*none.components, *none.missing)}
+    assert SETTING not in {error.setting for error in (*none.components, *none.missing)}
     assert budget.band_mm == pytest.approx(none.band_mm)
     assert prediction.model_mm is None

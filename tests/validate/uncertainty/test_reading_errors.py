@@ -95,13 +95,6 @@ def test_a_coarse_step_that_hides_the_scatter_is_the_error():
     assert 0.2 < np.median(whole.band_mm) < 0.35
 
 
-def test_limits_are_rectangular_and_shared():
-    limit = part(budget(scattered(0.15), limit_mm=0.03), "limit of error")
-    assert limit.shared
-    assert np.ptp(limit.draws_mm, axis=0) == pytest.approx(np.full(17, 0.06), rel=1e-3)
-    assert (limit.draws_mm == limit.draws_mm[:, :1]).all()
-
-
 def test_a_probe_reads_the_highest_point_that_it_covers():
     """On a slope of 0.5 a tip of 0.8 mm stands up to 0.2 mm too high; where the bed is level, not at all."""
     level_mm = np.where(S_MM < 40, -20 + 0.5 * S_MM, 0.0)
@@ -156,21 +149,16 @@ def test_what_is_not_declared_is_named_with_what_it_would_do():
 )
 def test_an_error_that_no_repeat_shows_has_its_size_and_sign(key, lowest_mm, highest_mm, of_the_mean_mm):
     """Declared as 1 mm; quantiles of 2.5 % at the worst station, and for the mean of all, which such errors share."""
-    one = next(
-        one
-        for one in budget(scattered(0.1), Uncertainty.model_validate({key: 1.0})).components
-        if one.setting == f"uncertainty.{key}"
-    )
-    draws_mm = one.draws_mm[:, -1]
-    assert one.shared
+    whole, none = (budget(scattered(0.1), Uncertainty.model_validate({key: mm})) for mm in (1.0, 0.0))
+    (error,) = [component for component in whole.components if component.setting == f"uncertainty.{key}"]
+    draws_mm = error.draws_mm[:, -1]
+    assert error.shared
     if key == "sinks_mm":
         assert (draws_mm.max(), np.quantile(draws_mm, 0.05)) == pytest.approx((highest_mm, lowest_mm), abs=0.02)
     else:
         assert np.quantile(draws_mm, (0.025, 0.975)) == pytest.approx((lowest_mm, highest_mm), abs=0.08)
-    assert half_width(one.draws_mm.mean(axis=1)) == pytest.approx(of_the_mean_mm, abs=0.05)
-    # 0 declares that there is none.
-    none = budget(scattered(0.1), Uncertainty.model_validate({key: 0.0}))
-    assert none.band_mm == pytest.approx(budget(scattered(0.1)).band_mm)
+    assert half_width(error.draws_mm.mean(axis=1)) == pytest.approx(of_the_mean_mm, abs=0.05)
+    assert none.band_mm == pytest.approx(budget(scattered(0.1)).band_mm), "0 declares that there is none"
 
 
 @pytest.mark.parametrize(
@@ -184,20 +172,17 @@ def test_an_error_that_no_repeat_shows_has_its_size_and_sign(key, lowest_mm, hig
 )
 def test_rounding_to_one_side_shifts_all_readings_by_half_a_step(quantity, rounding, shifts_mm):
     """The level rises from -8 to 8 mm, in halves: its first and last station are on either side of the datum."""
-    numbers = (np.arange(-8.0, 9.0) if quantity == "level" else np.arange(8.0, -9.0, -1.0))[:, None]
+    numbers = np.arange(-8.0, 9.0) * (1 if quantity == "level" else -1)
+    table = np.column_stack([S_MM, numbers, numbers + 0.5, numbers]).tolist()
+    head = ["s_mm", *(f"{quantity}_{k}_mm" for k in (1, 2, 3))]
     settings = readings(quantity=quantity, rounding=rounding)
-    table = np.hstack([S_MM[:, None], numbers, numbers + 0.5, numbers]).tolist()
-    profile = readings_of(
-        grid_of_rows("rows", [["s_mm", *(f"{quantity}_{k}_mm" for k in (1, 2, 3))], *table]), settings
-    )
+    profile = readings_of(grid_of_rows("rows", [head, *table]), settings)
     whole = budget_of(profile, settings, Uncertainty(), MOUTH)
-    shift = [one for one in whole.components if one.setting == "readings.rounding"]
-    assert "readings.rounding" not in {one.setting for one in whole.missing}
-    assert len(of_keys(whole.notes, "readings.rounded")) == len(shift)
-    if shifts_mm is None:
-        assert shift == []
-    else:
-        assert np.unique(shift[0].draws_mm[:, [0, -1]], axis=0)[0] == pytest.approx(shifts_mm)
+    shifts = [error.draws_mm[:, [0, -1]] for error in whole.components if error.setting == "readings.rounding"]
+    assert "readings.rounding" not in {error.setting for error in whole.missing}
+    assert len(of_keys(whole.notes, "readings.rounded")) == len(shifts) == (shifts_mm is not None)
+    if shifts_mm is not None:
+        assert np.unique(shifts[0], axis=0)[0] == pytest.approx(shifts_mm)
 
 
 def test_few_stations_do_not_show_a_step_between_two_of_them():
@@ -206,19 +191,16 @@ def test_few_stations_do_not_show_a_step_between_two_of_them():
     The mean level need not change. Twelve stations show such a bed, and five on a line have no step.
     """
 
-    def of(s_mm: Floats, level_mm: Floats) -> Budget:
+    def budget_at(s_mm: Floats, level_mm: Floats) -> Budget:
         repeats_mm = level_mm[:, None] + 0.1 * np.random.default_rng(3).standard_normal((len(s_mm), 3))
-        profile = Profile(s_mm, level_mm, repeats_mm)
-        return budget_of(profile, readings(), Uncertainty(), MOUTH)
+        return budget_of(Profile(s_mm, level_mm, repeats_mm), readings(), Uncertainty(), MOUTH)
 
     few_mm, many_mm = np.linspace(0, 80, 5), np.linspace(0, 80, 12)
-    few, many = (of(s_mm, np.where(s_mm > 30, 8.0, 0.0)) for s_mm in (few_mm, many_mm))
-    line = of(few_mm, np.arange(5.0))
-    assert (few.steps_mm, line.steps_mm, many.steps_mm) == (0.75, 0.0, 0.0)
+    few, many = (budget_at(s_mm, np.where(s_mm > 30, 8.0, 0.0)) for s_mm in (few_mm, many_mm))
+    assert (few.steps_mm, budget_at(few_mm, np.arange(5.0)).steps_mm, many.steps_mm) == (0.75, 0.0, 0.0)
     curve = Curve.of(few_mm, np.full(5, 2.0), few_mm)
-    low_mm, high_mm = few.mean_error_interval(curve)
-    plain_mm = replace(few, steps_mm=0.0).mean_error_interval(curve)
-    assert (plain_mm[0] - low_mm, high_mm - plain_mm[1]) == pytest.approx((0.75, 0.75))
+    wider_mm = np.subtract(few.mean_error_interval(curve), replace(few, steps_mm=0.0).mean_error_interval(curve))
+    assert wider_mm == pytest.approx((-0.75, 0.75))
     summary = few.summary(curve)
     assert summary.parts[-1].mean_error_mm == pytest.approx(0.75 / 2)
     assert any("0.75 mm for steps" in text for text in texts(summary.notes))
@@ -261,7 +243,7 @@ def test_an_outlier_is_named_and_kept_and_its_station_is_taken_for_what_its_othe
     assert far[:, rest].std(axis=0) == pytest.approx(sound[:, rest].std(axis=0), rel=0.1)
 
 
-def test_a_bed_that_is_straight_has_no_arches():
+def test_a_straight_bed_has_no_arches_between_stations():
     straight = measured(0.25 * S_MM[:, None] + [[-0.1, 0.0, 0.1]])
     assert np.abs(part(budget(straight), "the bed").draws_mm).max() == pytest.approx(0.0, abs=1e-9)
     # A parabola of 0.01 per mm stands 0.01 x 25 / 8 below its chord of 5 mm, which the draws hold.

@@ -7,11 +7,12 @@ import pytest
 
 from sealtwin.core.facts import doubt, texts
 from sealtwin.core.records import Profile
+from tests.support.evidence import make_evidence
 from validate.intervals import BudgetPart, StationErrors
 from validate.report.report_facts import predicted, prediction_facts
 from validate.settings import Uncertainty
 from validate.uncertainty.computed import Effect, Spread
-from validate.uncertainty.validation import level_findings, mean_level_budget, predict
+from validate.uncertainty.validation import FIRST, LAST, MOUND, BedEnds, level_findings, mean_level_budget, predict
 
 ALL_KNOWN = (0.3, 0.4, 0.0)  # Of readings, numerics and inputs
 
@@ -42,21 +43,22 @@ def part(name: str, station_mm: float) -> BudgetPart:
 PARTS = [part("last digit", 0.05), part("common shift of the stations", 0.4), part("scatter of the repeats", 0.2)]
 
 
-def test_an_error_within_the_doubt_is_consistent_and_does_not_say_that_the_model_is_right():
-    sentence = level_findings(mean_level_budget(-0.2, 0.5, *ALL_KNOWN), NONE_OFF, PARTS)[0].text
-    assert "is consistent with the readings (ASME V&V 20: E = -0.20 mm, 2 u_val = 1.00" in sentence
-    assert "between -1.20 and +0.80 mm" in sentence
-    assert sentence.endswith("This does not show that the model is right.")
-
-
-@pytest.mark.parametrize(("error_mm", "way"), [(1.5, "too high"), (-1.5, "too low")])
-def test_an_error_beyond_it_has_a_sign_and_bounds(error_mm, way):
+@pytest.mark.parametrize(
+    ("error_mm", "words"),
+    [
+        (-0.2, "consistent with the readings (ASME V&V 20: E = -0.20 mm, 2 u_val = 1.00"),
+        (1.5, "too high"),
+        (-1.5, "too low"),
+    ],
+)
+def test_an_error_beyond_the_doubt_has_a_sign_and_within_it_does_not_show_that_the_model_is_right(error_mm, words):
     mean = mean_level_budget(error_mm, 0.5, *ALL_KNOWN)
-    assert mean.resolved
+    assert mean.resolved is (abs(error_mm) > 1)
     sentence = level_findings(mean, NONE_OFF, PARTS)[0].text
-    assert f"is between {error_mm - 1:+.2f} and {error_mm + 1:+.2f} mm" in sentence
-    assert f"mean level is {way}" in sentence
-    assert "onsistent" not in sentence
+    assert words in sentence
+    assert f"between {error_mm - 1:+.2f} and {error_mm + 1:+.2f} mm" in sentence
+    assert ("onsistent" in sentence) is not mean.resolved
+    assert sentence.endswith("This does not show that the model is right.") is not mean.resolved
 
 
 @pytest.mark.parametrize(
@@ -115,3 +117,29 @@ def test_stations_that_are_off_are_counted(known_mm, errors, included, words):
     sentence = level_findings(mean_level_budget(0.0, 0.5, *known_mm), errors, PARTS)[1].text
     assert included in sentence
     assert words in sentence
+
+
+ALONG_MM = np.linspace(0.0, 80.0, 81)
+ENDS = BedEnds(10.0, 70.0, 2.0)
+
+
+def test_the_error_of_bed_ends_is_largest_where_the_nozzle_stops_and_makes_no_volume():
+    draws_mm = ENDS.errors(ALONG_MM).draws_mm
+    assert draws_mm.mean(axis=1) == pytest.approx(0.0, abs=1e-12)
+    sd_mm = draws_mm.std(axis=0)
+    assert sd_mm.argmax() == 70
+    shape = np.exp(-np.abs(ALONG_MM - 70.0) / 6.0)
+    assert sd_mm[70] == pytest.approx(LAST * 2.0 * (1 - shape.mean()), rel=0.02)
+    assert sd_mm[10] / sd_mm[70] == pytest.approx(FIRST / LAST, rel=0.1)
+    # A path in the other direction has its mound at the other end.
+    assert BedEnds(70.0, 10.0, 2.0).errors(ALONG_MM).draws_mm.std(axis=0).argmax() == 10
+
+
+def test_a_paste_has_a_mound_and_a_liquid_has_none(tmp_path):
+    evidence = make_evidence(tmp_path)
+    paste = replace(evidence.run, health=evidence.run.health.model_copy(update={"yield_stress_pa": 8.0}))
+    ends = BedEnds.of(evidence.trajectory, paste)
+    assert ends is not None
+    assert ends.mound_mm == pytest.approx(MOUND * 8.0e3 / (1690.0 * 9.81))
+    assert (ends.first_mm, ends.last_mm) == pytest.approx((5.0, 35.0), abs=1.5)
+    assert BedEnds.of(evidence.trajectory, evidence.run) is None

@@ -14,17 +14,6 @@ from tests.support.small_fluids import sealant
 FLOW_MM3_S, RADIUS_MM = 2000.0, 1.0
 
 
-def test_a_flow_is_released_evenly_within_the_tube():
-    schedule = fed(FLOW_MM3_S, 1.0, RADIUS_MM, height_mm=9.0, diameter_mm=10.0)
-    assert schedule.dispensed_mm3 == pytest.approx(FLOW_MM3_S, rel=0.01)
-    given_mm3 = schedule.released * particle_volume(RADIUS_MM)
-    at_s = schedule.frame_s * np.arange(1, len(given_mm3) + 1)
-    assert np.abs(given_mm3 - FLOW_MM3_S * at_s).max() < 2 * particle_volume(RADIUS_MM)
-    assert np.hypot(*schedule.position_mm[:, :2].T).max() <= 5.0 - RADIUS_MM + 1e-9
-    assert (schedule.position_mm[:, 2] == 9.0).all()
-    assert (np.bincount(schedule.frame_of, minlength=len(given_mm3)).cumsum() == schedule.released).all()
-
-
 def test_a_pour_shows_only_what_has_been_released_and_spreads_evenly():
     start_warp()
     schedule = fed(FLOW_MM3_S, 1.0, RADIUS_MM, height_mm=9.0, diameter_mm=10.0)

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 import warp as wp
@@ -11,7 +13,7 @@ from simulate.fluid.walk import fixed
 from simulate.kernels import neighbours, status
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
-from tests.support.small_fluids import check, engine_with, in_rows, lattice, listed_fluid, listed_walls, slot
+from tests.support.small_fluids import check, engine_with, in_rows, listed_fluid, listed_walls, slot
 
 SUPPORT_CM = 0.16
 
@@ -21,20 +23,23 @@ def test_lists_are_those_of_a_search_over_all_pairs_and_walls():
     points = np.random.default_rng(0).uniform([-3, -3, -16], [9, 3, 2], (1500, 3))
     engine = engine_with(points, slot(), reach_mm=(np.array([0.0, -1.0, -10.0]), np.array([5.0, 1.0, 0.0])))
     engine.find_neighbours()
-    here, rows = engine.state.position_mm() * CM, in_rows(engine)
-    expected = KDTree(here).query_ball_point(here, SUPPORT_CM)
+    position_cm, rows = engine.state.position_mm() * CM, in_rows(engine)
+    expected = KDTree(position_cm).query_ball_point(position_cm, SUPPORT_CM)
     for i, near in zip(rows, listed_fluid(engine), strict=True):
         assert sorted([i, *near]) == sorted(expected[i])
-    walls = KDTree(engine.walls.position_and_share.numpy()[:, :3].astype(float)).query_ball_point(here, SUPPORT_CM)
+    walls = KDTree(engine.walls.position_and_share.numpy()[:, :3].astype(float)).query_ball_point(
+        position_cm, SUPPORT_CM
+    )
     assert max(map(len, listed_walls(engine))) > 8
     for i, near in zip(rows, listed_walls(engine), strict=True):
         assert sorted(near) == sorted(walls[i])
 
 
-def test_rows_follow_the_cells_and_leave_out_who_rests():
-    points = np.random.default_rng(1).uniform([0, -1, -15], [6, 1, -1], (400, 3))
+def test_rows_follow_the_cells_and_leave_out_who_rests_or_left():
+    """What spilled is nobody's neighbour."""
+    points = np.random.default_rng(1).uniform([0, -1, -12], [4, 1, -8], (400, 3))
     engine = engine_with(points, slot())
-    fate = np.where(np.arange(400) % 3, status.MOVING, status.FROZEN).astype(np.int32)
+    fate = np.array([status.SPILLED, status.MOVING, status.MOVING, status.FROZEN], dtype=np.int32)[np.arange(400) % 4]
     engine.state.status.assign(fate)
     engine.find_movers()
     engine.find_neighbours()
@@ -44,6 +49,9 @@ def test_rows_follow_the_cells_and_leave_out_who_rests():
     along = engine.state.position_mm()[row][:, [*cells.axis]] * CM
     index = np.floor((along - [*cells.corner]) / cells.size).astype(int)
     assert (np.diff(np.ravel_multi_index(index.T[::-1], [*cells.count][::-1])) >= 0).all()
+    listed = np.concatenate(listed_fluid(engine))
+    assert len(listed) > 100
+    assert not (listed % 4 == 0).any()
 
 
 def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
@@ -53,69 +61,40 @@ def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
     assert check(engine) == {0: RunFault(int(neighbours.NEIGHBOURS_FULL), 1)}
 
 
-def test_what_left_is_nobodys_neighbour():
-    engine = engine_with(lattice(np.array([1, -1, -12]), np.array([5, 1, -8]), 0.7), slot())
-    status_of = np.zeros(engine.state.count, dtype=np.int32)
-    status_of[::3] = status.SPILLED
-    engine.state.status.assign(status_of)
-    engine.find_movers()
-    engine.find_neighbours()
-    assert engine.rows == (status_of == 0).sum()
-    listed = np.concatenate(listed_fluid(engine))
-    assert len(listed) > 100
-    assert not (listed % 3 == 0).any()
-
-
-@pytest.mark.parametrize("in_order", [True, False])
-@pytest.mark.parametrize("count", [1, 7, 500])
-def test_the_grid_sorts_a_part_of_its_points(count, in_order):
-    """Later points are not out yet. Order within a cell is the points' own, so that sums come out the same."""
-    points = np.random.default_rng(2).uniform(0, 1, (500, 3))
-    place = wp.array(np.pad(points, ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
-    out = wp.zeros(500, dtype=int, device="cpu")
-    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, place, out, Launcher("cpu", fixed(count, "cpu")), in_order=in_order)
-    grid.fill(count)
-    number = grid.cells.number.numpy()[:count]
-    assert sorted(number) == list(range(count))
-    key = (np.floor(points[number] / 0.25) @ [1, 4, 16]).astype(int)
-    assert (np.diff(key * 1000 + number) > 0).all()
-    for axis, sorted_to in enumerate((grid.cells.x, grid.cells.y, grid.cells.z)):
-        assert sorted_to.numpy()[:count] == pytest.approx(points[number, axis])
+def grid_of(points, out, **options: Any) -> CellGrid:
+    """A grid of cells of 0.25 cm over the unit cube."""
+    position = wp.array(np.pad(points, ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
+    fate = wp.array(out, dtype=int, device="cpu")
+    launcher = Launcher("cpu", fixed(len(points), "cpu"))
+    return CellGrid(np.zeros(3), np.ones(3), 0.25, position, fate, launcher, **options)
 
 
 @pytest.mark.parametrize("runs", [1, 3])
 def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
     """Run by run, with points that are gone and points beyond the grid."""
-    many = 9000
-    random = np.random.default_rng(5)
-    place = wp.array(np.pad(random.uniform(-0.5, 1.5, (many, 3)), ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
-    fate = wp.array(random.choice([status.MOVING, status.FROZEN, status.SPILLED], many), dtype=int, device="cpu")
-    grids = []
+    many, random = 9000, np.random.default_rng(5)
+    points = random.uniform(-0.5, 1.5, (many, 3))
+    fate = random.choice([status.MOVING, status.FROZEN, status.SPILLED], many)
+    tables = []
     for in_order in (True, False):
-        grid = CellGrid(
-            np.zeros(3),
-            np.ones(3),
-            0.25,
-            place,
-            fate,
-            Launcher("cpu", fixed(many, "cpu")),
-            runs=runs,
-            in_order=in_order,
-        )
+        grid = grid_of(points, fate, runs=runs, in_order=in_order)
         grid.fill(many)
-        columns, present = (grid.cells.number, grid.cells.x, grid.cells.y, grid.cells.z), grid.cells.start.numpy()[-2]
-        grids.append([grid.cells.start.numpy()[:-1], *(column.numpy()[:present] for column in columns)])
-    assert all(map(np.array_equal, *grids))
-    assert len(np.unique(grids[0][0])) > 50 * runs
+        columns, start = (grid.cells.number, grid.cells.x, grid.cells.y, grid.cells.z), grid.cells.start.numpy()
+        tables.append([start[:-1], *(column.numpy()[: start[-2]] for column in columns)])
+    assert all(map(np.array_equal, *tables))
+    assert len(np.unique(tables[0][0])) > 50 * runs
+
+
+def state_of(count: int, runs: int = 1) -> State:
+    """Particles that are all released at once."""
+    nowhere = np.zeros((count, 3))
+    return State(Schedule(nowhere, nowhere, np.zeros(count, int), np.array([count]), 0.01, count, 1.0), "cpu", runs)
 
 
 def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
     """Behind those that are present its order has what an earlier one left, which is listed past the last mover."""
-    place = np.pad(np.random.default_rng(6).uniform(0, 1, (200, 3)), ((0, 0), (0, 1)))
-    state = State(
-        Schedule(place[:, :3], 0 * place[:, :3], np.zeros(200, dtype=int), np.array([200]), 0.01, 200, 1.0), "cpu"
-    )
-    position, launcher = wp.array(place, dtype=wp.vec4, device="cpu"), Launcher("cpu", fixed(200, "cpu"))
+    state, launcher = state_of(200), Launcher("cpu", fixed(200, "cpu"))
+    position = wp.array(np.pad(np.random.default_rng(6).uniform(0, 1, (200, 3)), ((0, 0), (0, 1))), dtype=wp.vec4)
     grid = CellGrid(np.zeros(3), np.ones(3), 0.25, position, state.status, launcher, in_order=False)
     movers = MoversList(state, launcher, in_order=False)
     for fate in (status.MOVING, status.SPILLED):
@@ -129,12 +108,9 @@ def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
 @pytest.mark.parametrize("runs", [1, 3])
 def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
     """In memory's order and by cell, with the rows of each run."""
-    many = 9000
-    nowhere, at_once = np.zeros((many, 3)), np.zeros(many, dtype=int)
-    schedule = Schedule(nowhere, nowhere, at_once, np.array([many]), 0.01, many, 1.0)
     listed = []
     for in_order in (True, False):
-        state = State(schedule, "cpu", runs)
+        state = state_of(9000, runs)
         fate = np.random.default_rng(3).choice([status.MOVING, status.ASLEEP, status.FROZEN], state.count)
         state.status.assign(fate.astype(np.int32))
         order = np.random.default_rng(4).permutation(state.count)

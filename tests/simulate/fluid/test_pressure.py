@@ -1,22 +1,22 @@
 """Pressure that begins with what the last substep's came to, in fluids that are viscous enough."""
 
-from functools import cache
-from typing import Any
-
 import numpy as np
 import pytest
 
-from sealtwin.core.records import Floats
 from simulate.fluid.pressure import Iterations, iterations_of
 from simulate.loose_fluid import substep_s
-from simulate.settings import Fluid
 from simulate.setup.rheology import Rheology, viscous_weight
-from tests.support.small_fluids import engine_with, lay_down, prepared, slot
+from tests.support.small_fluids import engine_with, lay_down, prepared, sealant, slot
 from tests.support.tanks import Pit, Tank, cube_mm, settled_mm
 
 RADIUS_MM = 0.4
 STEP_S = substep_s(RADIUS_MM)
 PIT = Pit(4.0, 3.1, 24.0)
+
+
+@pytest.fixture(scope="module")
+def column_mm():
+    return settled_mm(PIT, RADIUS_MM, STEP_S, 4.0)
 
 
 @pytest.mark.parametrize(
@@ -33,10 +33,10 @@ def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand()
     support = 0.4 * RADIUS_MM
     fluid = Rheology(viscous_weight(3.0, support, STEP_S), 0.0, physical=True)
     taken = []
-    for one in np.flatnonzero((np.abs(place_mm - place_mm.mean(axis=0)) < 1.2).all(axis=1))[:8]:
+    for particle in np.flatnonzero((np.abs(place_mm - place_mm.mean(axis=0)) < 1.2).all(axis=1))[:8]:
         engine = engine_with(place_mm, slot(), fluid=fluid, frame_s=STEP_S, substeps=1, radius_mm=RADIUS_MM)
         prepared(engine)
-        lay_down(engine, np.arange(len(place_mm)) != one)
+        lay_down(engine, np.arange(len(place_mm)) != particle)
         engine.find_neighbours()
         engine.viscosity.weigh_pairs(1)
         taken.append(engine.viscosity.system.restraint.numpy()[0])
@@ -59,8 +59,8 @@ def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand()
         ({"viscosity_pa_s": 0.5}, {"preset": "paper"}, (0.0, 4)),
     ],
 )
-def test_what_is_carried_over_is_the_fluids_and_the_users_affair(fluid, settings, expected):
-    tank = _column(Fluid(**fluid, freeze_after_s="never"), 4.0, **settings)
+def test_what_is_carried_over_follows_from_the_fluid_and_the_settings(column_mm, fluid, settings, expected):
+    tank = Tank.of(PIT, column_mm, radius_mm=RADIUS_MM, step_s=STEP_S, fluid=sealant(**fluid), **settings)
     assert tank.engine.iterations == [Iterations(*expected)]
     tank.engine.step()
     kept = tank.engine.state.pressed.numpy()[:, 3]
@@ -70,26 +70,10 @@ def test_what_is_carried_over_is_the_fluids_and_the_users_affair(fluid, settings
 
 
 def test_a_deep_column_between_walls_that_slip_does_not_swing():
-    """Nothing but its own viscosity calms it: 1 mm/s, and 57 with 0.7 or 0.83 for the share of 0.5."""
+    """Only its own viscosity calms it. The mean speed is 1 mm/s, but 57 with 0.7 or 0.83 for the share of 0.5."""
     pit = Pit(4.0, 3.1, 40.0)
     place_mm = settled_mm(pit, RADIUS_MM, STEP_S, 24.0)
     tank = Tank.of(pit, place_mm, radius_mm=RADIUS_MM, step_s=STEP_S, viscosity_mm2_s=300.0)
     assert tank.engine.iterations == [Iterations(0.5, 3)]
-    assert _rest(tank)[1] < 6.0
-
-
-def _rest(tank: Tank) -> tuple[float, float]:
-    """Compression at the floor of a column that comes to rest, and its particles' mean speed in mm/s."""
     tank.wait(0.6)
-    speeds = [float(np.linalg.norm(tank.velocity_mm_s, axis=1).mean()) for _ in tank.run(0.2)]
-    low = np.abs(tank.place_mm[:, 2] - 2.0) < 1.0
-    return float(tank.engine.state.density.numpy()[low].mean() - 1), float(np.mean(speeds))
-
-
-@cache
-def _settled_mm(height_mm: float) -> Floats:
-    return settled_mm(PIT, RADIUS_MM, STEP_S, height_mm)
-
-
-def _column(fluid: Fluid, height_mm: float, **settings: Any) -> Tank:
-    return Tank.of(PIT, _settled_mm(height_mm), radius_mm=RADIUS_MM, step_s=STEP_S, fluid=fluid, **settings)
+    assert np.mean([np.linalg.norm(tank.velocity_mm_s, axis=1).mean() for _ in tank.run(0.2)]) < 6.0

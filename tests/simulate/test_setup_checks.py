@@ -44,14 +44,10 @@ def refusal(crack: tuple[Solid, Outline], **settings: Any) -> str:
 @pytest.mark.parametrize(
     ("settings", "fault"),
     [
-        (
-            {"trim_mm": 0.0},
-            r"path.trim_mm lets sealant flow from s = 0 to 24 mm .* first at s = 0.0 mm, \(.*\) mm. "
-            r"Give path.trim_mm of at least",
-        ),
+        ({"trim_mm": 0.0}, r"path.trim_mm .* s = 0 to 24 mm .* first at s = 0.0 mm, .* path.trim_mm of at least"),
         (
             {"trim_mm": 0.0, "reverse": True, "lead_in_mm": 5.0},
-            r"path.trim_mm lets sealant flow from s = 24 to 0 mm .* first at s = 2[34].\d mm.* Give path.trim_mm",
+            r"path.trim_mm .* s = 24 to 0 mm .* first at s = 2[34].\d mm.* path.trim_mm",
         ),
         ({"diameter_mm": 12.0}, r"nozzle.diameter_mm is 12, .* a smaller nozzle.diameter_mm"),
         ({"nozzle_height_mm": 0.3, "diameter_mm": 7.0}, r"path.nozzle_height_mm is 0.3: .* of at least 0.7,"),
@@ -63,24 +59,14 @@ def test_nothing_is_released_inside_a_dam_or_the_face(settings, fault):
 
 
 def test_each_way_out_that_a_refusal_names_is_one():
+    """The bridge's side is at 11 mm; the clearance is 0.6 mm, and a release comes each 0.5 mm."""
     message = refusal(bridged())
+    first = re.search(r"first at s = ([\d.]+) mm", message)
+    assert first
+    assert 10.4 <= float(first[1]) <= 10.9
     ways = re.findall(r"path\.(\w+) of at least ([\d.]+\d)", message)
     assert {"trim_mm", "nozzle_height_mm"} >= {name for name, _ in ways} >= {"nozzle_height_mm"}
     for name, value in ways:
         assert poured(bridged(), **{name: float(value)}).escaped_particles == 0
-
-
-def test_a_bridge_over_the_crack_is_passed_above_and_not_through():
-    # Its side is at 11 mm; the clearance is 0.6 mm, and a release comes each 0.5 mm.
-    first = re.search(r"first at s = ([\d.]+) mm", refusal(bridged()))
-    assert first
-    assert 10.4 <= float(first[1]) <= 10.9
-    run = poured(bridged(), nozzle_height_mm=6.0)
-    assert run.escaped_particles == 0
-    # Some of it lies on the bridge.
-    assert (run.position_mm[:, 2] > 5).any()
-
-
-def test_a_disc_that_only_just_clears_the_dams_is_poured():
-    run = poured(dammed(), trim_mm=1.0)
-    assert run.escaped_particles == run.spilled_particles == 0
+    only_just = poured(dammed(), trim_mm=1.0)
+    assert only_just.escaped_particles == only_just.spilled_particles == 0

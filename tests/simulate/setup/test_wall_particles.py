@@ -11,9 +11,15 @@ from scipy.spatial import KDTree
 from digitise.mesh_import.import_mesh import import_sample
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
-from sealtwin.core.records import FaceLabel, Outline, Solid
+from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
 from simulate.setup.signed_distance import CM, MARGIN_MM, build_barrier
-from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, place_walls, source_wall_mass
+from simulate.setup.wall_particles import (
+    WallParticles,
+    calibrated_wall_mass,
+    place_walls,
+    source_wall_mass,
+    spread_points,
+)
 from tests.support.meshes import scanned
 from tests.support.shapes import straight_slot
 from tests.support.small_fluids import slot
@@ -27,25 +33,21 @@ def walls_of(solid: Solid, outline) -> tuple[WallParticles, Any, Any]:
     return walls, walls.position_and_share.numpy()[:, :3] / CM, walls.position_and_share.numpy()[:, 3]
 
 
-HILLS = ((0.0, 3.0), (8.0, 7.0), (12.0, 4.0))
-
-
 def crack(shape: str) -> tuple[Solid, Outline]:
-    """A slot of that tilt, also over hills or with a stone in it; a scan of a crack with its grain."""
+    """A slot of that tilt, lean or with a stone in it; a scan of a crack with its grain."""
+    if shape == "scanned":
+        with TemporaryDirectory() as folder:
+            trimesh.Trimesh(*scanned(from_mm=40.0, to_mm=70.0), process=False).export(Path(folder, "scan.ply"))
+            scan = MeshInput(file=Path("scan.ply"), data="synthetic", units="mm")
+            sample = import_sample(scan, Path(folder))
+        return sample.solid, sample.outline
     tilt, _, odd = shape.partition(" ")
-    if odd:
-        turn = -2 * np.pi * np.arange(24) / 24
-        stone = np.array([10.0, 0.6]) + 1.2 * np.column_stack([np.cos(turn), np.sin(turn)])
-        outline = replace(straight_slot(20.0, 6.0), islands_mm=(stone,) if odd == "stone" else ())
-        settings = {"depth_mm": HILLS if odd == "hills" else 7.0, "tilt": tilt, "wall_angle_deg": 5.5}
-        return build_solid(outline, CrackShape.model_validate(settings)), outline
-    if shape == "funnel":
-        return slot(20.0, depth_mm=7.0, tilt=shape, angle_deg=5.5)
-    with TemporaryDirectory() as folder:
-        trimesh.Trimesh(*scanned(from_mm=40.0, to_mm=70.0), process=False).export(Path(folder, "scan.ply"))
-        scan = MeshInput(file=Path("scan.ply"), data="synthetic", units="mm")
-        sample = import_sample(scan, Path(folder))
-    return sample.solid, sample.outline
+    turn = -2 * np.pi * np.arange(24) / 24
+    stone = np.array([10.0, 0.6]) + 1.2 * np.column_stack([np.cos(turn), np.sin(turn)])
+    outline = replace(straight_slot(20.0, 6.0), islands_mm=(stone,) if odd == "stone" else ())
+    depth_mm = ((0.0, 3.0), (8.0, 7.0), (12.0, 4.0)) if odd == "hills" else 7.0
+    settings = {"depth_mm": depth_mm, "tilt": tilt, "wall_angle_deg": 5.5}
+    return build_solid(outline, CrackShape.model_validate(settings)), outline
 
 
 @pytest.mark.parametrize("shape", [*["lean hills", "flare stone"], pytest.param("scanned", marks=pytest.mark.slow)])
@@ -74,16 +76,6 @@ def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(shape):
     assert share.min() >= 0
 
 
-def test_the_layer_is_the_same_in_one_part_and_in_many(monkeypatch):
-    solid, outline = crack("funnel")
-    layers = []
-    for least in (10**9, 100):
-        monkeypatch.setattr("simulate.setup.wall_particles.LEAST_PART", least)
-        layers.append(walls_of(solid, outline))
-    assert np.array_equal(layers[0][1], layers[1][1])
-    assert np.array_equal(layers[0][2], layers[1][2])
-
-
 def test_the_face_is_covered_beside_the_crack_and_no_farther():
     """What heaps up over the mouth rests on wall particles for 12 mm, and beyond on the plane of the face."""
     solid, outline = slot()
@@ -106,27 +98,6 @@ def test_walls_that_lean_far_are_covered_to_the_floor():
     assert point[:, 2].min() == pytest.approx(-40 - RADIUS_MM, abs=1e-3)
     depth, _ = np.histogram(point[:, 2], bins=np.linspace(-39, -1, 9))
     assert depth.min() > 0.8 * depth.max()
-
-
-def test_the_layer_is_the_same_in_four_and_sixteen_times_the_triangles():
-    """Candidates belong to planes, not to triangles: the same particles with the same shares, so the same drag.
-
-    To float32; a candidate just 0.9 R from another wall may be taken here and not there.
-    """
-    solid, outline = crack("flare hills")
-    _, point, share = walls_of(solid, outline)
-    for _ in range(2):
-        parts: Any = trimesh.remesh.subdivide(solid.vertices_mm, solid.faces, return_index=True)
-        vertices, faces, pieces = parts
-        label = np.empty(len(faces), dtype=np.int64)
-        for face, children in pieces.items():
-            label[children] = solid.face_label[face]
-        solid = replace(solid, vertices_mm=vertices, faces=faces, face_label=label)
-        _, finer, finer_share = walls_of(solid, outline)
-        assert abs(len(finer) - len(point)) <= 2
-        away, which = KDTree(finer).query(point)
-        assert np.quantile(away, 0.995) < 1e-4
-        assert np.quantile(np.abs(finer_share[which] - share), 0.99) < 1e-6
 
 
 def test_shares_add_up_to_the_surface():
@@ -159,3 +130,85 @@ def test_a_flat_wall_completes_the_density():
     beyond = np.trapezoid(315 / (256 * support**9) * (support**2 - z**2) ** 4, z)
     assert from_walls.mean() == pytest.approx(beyond, rel=0.03)
     assert from_walls.std() < 0.1 * beyond
+
+
+SPACING_MM = 0.2
+
+
+def areas_mm2(triangles: Floats) -> Floats:
+    return np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1) / 2
+
+
+@pytest.fixture(scope="module")
+def soup() -> Floats:
+    """Triangles of all sizes and slants, upright and level ones among them."""
+    triangles = np.random.default_rng(0).uniform(-30, 30, (60, 3, 3))
+    triangles[:10, :, 2] = triangles[:10, :1, 2]
+    triangles[10:20, :, 0] = triangles[10:20, :1, 0]
+    return triangles
+
+
+def test_a_triangle_gets_its_area_s_worth_of_points(soup):
+    """A lattice is off by what its rim cuts at random: half a square for some of the hundreds along it."""
+    points = spread_points(soup, SPACING_MM)
+    covered = np.bincount(points.face, minlength=len(soup)) * SPACING_MM**2
+    large = areas_mm2(soup) > 50
+    assert large.sum() > 40
+    assert covered[large] == pytest.approx(areas_mm2(soup)[large], rel=0.02)
+    assert covered.sum() == pytest.approx(areas_mm2(soup).sum(), rel=1e-3)
+
+
+def test_points_lie_in_their_triangles(soup):
+    soup = soup[::4]
+    points = spread_points(soup, SPACING_MM)
+    a, b, c = soup[points.face].transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    assert np.abs(((points.position_mm - a) * normal).sum(axis=1)).max() < 1e-9
+    for start, end in ((a, b), (b, c), (c, a)):
+        side = end - start
+        inward = np.cross(normal, side) / np.linalg.norm(side, axis=1)[:, None]
+        # They stand beside their nodes by up to a thousandth of a step.
+        assert ((points.position_mm - start) * inward).sum(axis=1).min() > -2e-3 * SPACING_MM
+
+
+def test_a_plane_cut_into_more_triangles_has_the_same_points(soup):
+    soup = soup[::4]
+    vertices: Any = soup.reshape(-1, 3)
+    faces: Any = np.arange(3 * len(soup)).reshape(-1, 3)
+    whole = spread_points(soup, SPACING_MM)
+    for _ in range(2):
+        parts: Any = trimesh.remesh.subdivide(vertices, faces)
+        vertices, faces = parts
+    cut = spread_points(vertices[faces], SPACING_MM)
+    assert len(cut.position_mm) == len(whole.position_mm)
+    away, which = KDTree(cut.position_mm).query(whole.position_mm)
+    assert away.max() < 1e-9
+    assert np.array_equal(np.sort(which), np.arange(len(whole.lot)))
+    assert np.array_equal(cut.lot[which], whole.lot)
+
+
+def test_a_wall_of_narrow_facets_gets_its_share_all_along():
+    """Strips of a quarter of a step, upright like a rough crack's: a lattice in line with them would miss most."""
+    x = np.arange(0.0, 20.0, SPACING_MM / 4)
+    y = 0.01 * np.random.default_rng(0).standard_normal(len(x))
+    foot, top = (np.column_stack([x, y, np.full_like(x, z)]) for z in (0.0, 16.0))
+    strips = np.vstack([np.stack([foot[:-1], foot[1:], top[1:]], 1), np.stack([foot[:-1], top[1:], top[:-1]], 1)])
+    points = spread_points(strips, SPACING_MM).position_mm
+    per_mm, _ = np.histogram(points[:, 0], bins=np.arange(0.0, 20.0, 1.0))
+    area_mm2, _ = np.histogram(strips.mean(axis=1)[:, 0], bins=np.arange(0.0, 20.0, 1.0), weights=areas_mm2(strips))
+    assert per_mm * SPACING_MM**2 == pytest.approx(area_mm2, rel=0.1)
+
+
+def test_triangles_without_area_get_no_points():
+    assert len(spread_points(np.array([[[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]]), SPACING_MM).position_mm) == 0
+    assert len(spread_points(np.zeros((0, 3, 3)), SPACING_MM).position_mm) == 0
+
+
+def test_random_numbers_of_points_have_no_pattern():
+    """As evenly spread as chance has them, and those of neighbours in a row unlike each other."""
+    points = spread_points(np.array([[[0.0, 0, 0], [60, 0, 0], [0, 60, 0]]]), SPACING_MM)
+    chance = points.lot / 2.0**64
+    counts, _ = np.histogram(chance, bins=20)
+    assert counts == pytest.approx(np.full(20, len(chance) / 20), rel=0.08)
+    assert abs(np.corrcoef(chance[:-1], chance[1:])[0, 1]) < 0.02

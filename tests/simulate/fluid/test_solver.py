@@ -1,0 +1,243 @@
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from sealtwin.core.errors import NumericalError
+from simulate.fluid.solver import AGAIN_S, PATIENCE_S, RESTLESS_S, WAKING_CM_S, FluidSolver, substeps_for
+from simulate.injection import Injection
+from simulate.kernels.status import ASLEEP, MOVING, RESTS
+from simulate.settings import Fluid, Solver, particle_volume
+from simulate.setup.rheology import Rheology
+from simulate.setup_checks import rheology_of
+from simulate.watchers import take_frame
+from tests.support.batches import PASTES, finish, ready
+from tests.support.small_fluids import FRAME_S, check, corrected, engine_with, lattice, listed_fluid, positions_mm, slot
+
+LENGTH_MM, WIDTH_MM, DEPTH_MM = 4.0, 3.1, 24.0
+COLUMN = 540
+
+
+@cache
+def settled(**solver: Any) -> FluidSolver:
+    """A column about 15 mm high in a slot that is deeper than that, let fall from a loose lattice."""
+    points = lattice(np.array([0.2, -1.35, -DEPTH_MM + 0.4]), np.array([LENGTH_MM - 0.2, 1.4, 0.0]), 0.745)
+    column = points[np.argsort(points[:, 2])][:COLUMN]
+    # U = 1 is water: enough to end the sloshing, little against the weight.
+    solver = {"volume_factor": 1.0, "substeps": 8, "iterations": 5, **solver}
+    engine = engine_with(column, slot(LENGTH_MM, depth_mm=DEPTH_MM), weights=(1.0, 0.0), **solver)
+    for _ in range(90 * 8):
+        engine.step()
+    assert check(engine) == {}
+    return engine
+
+
+def slab(engine: FluidSolver, from_floor_mm: float, to_mm: float) -> NDArray[np.bool_]:
+    """Which particles lie that far above the floor."""
+    height = positions_mm(engine)[:, 2] + DEPTH_MM
+    return (height > from_floor_mm) & (height < to_mm)
+
+
+def test_the_volume_of_a_particle_is_that_of_eq_6_once_compression_is_allowed_for():
+    """Calibrated walls: Vp rho / m = 1.00 +- 0.03. The source's walls push the fluid off: half as much again.
+
+    Six columns of 4 to 4.8 mm lie at 0.993 +- 0.009, however their walls' particles are placed.
+    """
+    ratio = {}
+    for preset, engine in (("accurate", settled()), ("paper", settled(preset="paper"))):
+        middle = slab(engine, 2, 9)
+        # Between the walls, as the photo shows them: what the stand-off takes belongs to the particles.
+        volume_mm3 = LENGTH_MM * WIDTH_MM * 7.0
+        density = engine.state.density.numpy()[middle].mean()
+        ratio[preset] = volume_mm3 / middle.sum() * density / particle_volume(0.4)
+    assert ratio["accurate"] == pytest.approx(1.0, abs=0.03)
+    assert ratio["paper"] > 1.3
+
+
+def test_fluid_rests_on_walls_at_the_clearance():
+    engine = settled()
+    distance = engine.barrier.exact_mm(positions_mm(engine))
+    assert distance.min() == pytest.approx(0.86 * 0.4, abs=0.02)
+
+
+def test_a_relaxation_is_the_same_at_any_scale():
+    """Twice the radius, lengths and all: 1.5 / h^2 is 60 per cm2 at h = 1.6 mm and scales with the gradients."""
+    moved = []
+    for scale in (1.0, 2.0):
+        points = scale * lattice(np.array([0, -2, 28]), np.array([4, 2, 32]), 0.68)
+        engine = corrected(engine_with(points, slot(depth_mm=4.0), radius_mm=0.4 * scale))
+        moved.append((positions_mm(engine) - points) / scale)
+    assert np.abs(moved[0]).max() > 0.02
+    assert moved[1] == pytest.approx(moved[0], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("radius_mm", "frame_s", "carried", "alone"),
+    [(0.4, 7.225e-3, 4, 4), (0.4, 7.14e-3, 3, 4), (0.5, 14.1e-3, 6, 6), (0.4, 1e-3, 1, 1)],
+)
+def test_substeps_follow_the_fall_of_a_particle(radius_mm, frame_s, carried, alone):
+    """4 x 4 at R = 0.4 and 6 x 4 at R = 0.5 mm are what the prototype recommends for the paper's trial."""
+    paste, the_papers, water = (
+        rheology_of(Fluid.model_validate({"freeze_after_s": "never", **fluid}), radius_mm * 0.4, frame_s)
+        for fluid in (
+            {"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0},
+            {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.0},
+            {"viscosity_pa_s": 0.001},
+        )
+    )
+    local = Solver(radius_mm=radius_mm)
+    assert substeps_for(local, paste, frame_s) == carried
+    assert substeps_for(local, the_papers, frame_s) == substeps_for(local, water, frame_s) == alone
+    assert substeps_for(Solver(radius_mm=radius_mm, substeps=3), paste, frame_s) == 3
+
+
+SLEEPY = Rheology(30.0, 0.3, yield_cm2_s2=71.0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "flowed_s", "wakes"),
+    [
+        (1.1 * WAKING_CM_S, 0.0, True),
+        (0.4 * WAKING_CM_S, 0.0, False),
+        (0.4 * WAKING_CM_S, 1.1 * RESTLESS_S, True),
+        (0.4 * WAKING_CM_S, 0.9 * RESTLESS_S, False),
+    ],
+)
+def test_a_sleeper_wakes_beside_what_is_fast_or_goes_on_flowing(speed, flowed_s, wakes):
+    """Paste that flows back at 2 mm/s would else stand as a step on a bed that sleeps."""
+    engine = engine_with(np.array([[3.0, 0.0, -8.0], [3.0, 0.0, -7.0]]), slot(), fluid=SLEEPY)
+    state = engine.state
+    engine.find_neighbours()
+    position, status = state.position.numpy().copy(), state.status.numpy().copy()
+    position[0, 3], status[0] = RESTS, ASLEEP
+    state.position.assign(position)
+    state.status.assign(status)
+    state.velocity.assign(np.array([[0.0, 0.0, 0.0], [speed, 0.0, 0.0]], dtype=np.float32))
+    quiet_s = engine.lasting()["quiet_s"]
+    quiet_s.assign(np.array([PATIENCE_S, -flowed_s], dtype=np.float32))
+    engine.find_movers()
+    engine.find_neighbours()
+    engine.viscosity.weigh_pairs(engine.rows)
+    engine._wake(engine.rows)
+    assert (state.status.numpy()[0] == int(MOVING)) == wakes
+    if wakes:
+        # It lies down again soon, if it does not flow.
+        assert quiet_s.numpy()[0] == pytest.approx(PATIENCE_S - AGAIN_S)
+
+
+def test_a_moment_of_quiet_forgets_the_flow_and_one_of_flow_the_quiet():
+    engine = engine_with(np.array([[3.0, 0.0, -8.0]]), slot(), fluid=SLEEPY)
+    quiet_s = engine.lasting()["quiet_s"]
+    for speed, before, after in ((0.0, -5.0, FRAME_S), (1.0, 0.2, -FRAME_S), (1.0, -0.2, -0.2 - FRAME_S)):
+        engine.state.velocity.assign(np.array([[speed, 0.0, 0.0]], dtype=np.float32))
+        quiet_s.fill_(before)
+        engine._fall_asleep(engine.rows)
+        assert quiet_s.numpy()[0] == pytest.approx(after, rel=1e-4)
+
+
+def with_entries(entries: int, spacing_mm: float, monkeypatch: pytest.MonkeyPatch, **solver: Any) -> FluidSolver:
+    """Fluid whose lists have room for so many entries a row at first."""
+    monkeypatch.setattr("simulate.fluid.cell_grid.ENTRIES", entries)
+    points = lattice(np.array([0.2, -1.3, -12]), np.array([5.8, 1.3, -2]), spacing_mm)
+    return engine_with(points, slot(), weights=(30.0, 0.3), **solver)
+
+
+@pytest.mark.parametrize("solver", [{"viscosity_solve": "implicit"}, {"viscosity_solve": "explicit"}])
+def test_lists_that_grow_on_the_way_are_those_with_room_from_the_start(monkeypatch, solver):
+    """Seen to fail with lists that stay as short as they are."""
+    ends = []
+    for entries in (84, 20):
+        engine = with_entries(entries, 0.69, monkeypatch, **solver)
+        room = engine.lists.room
+        for _ in range(10):
+            engine.step()
+        assert (engine.lists.room > room) == (entries == 20)
+        assert min(map(len, listed_fluid(engine))) > 0
+        ends.append(positions_mm(engine))
+    assert np.array_equal(*ends)
+
+
+def test_a_recorded_frame_has_room_for_what_comes_later(monkeypatch):
+    """Loose fluid falls together after the first frame, which is the last that may make room.
+
+    Seen to fail with the first frame's room in the recording: rows then lost their walls.
+    """
+    asking, replayed = (with_entries(20, 0.9, monkeypatch) for _ in range(2))
+    replayed.replays = True
+    asking.advance(0)
+    room = asking.lists.room
+    for frame in range(1, 14):
+        asking.advance(frame)
+    for frame in range(14):
+        replayed.advance(frame)
+    assert asking.lists.room > room
+    assert replayed.recorded
+    assert np.array_equal(positions_mm(asking), positions_mm(replayed))
+
+
+@pytest.mark.parametrize("native", [False, True])
+def test_a_list_that_is_cut_holds_nothing_of_what_was_there_before(native, monkeypatch):
+    """An entry that no one wrote would be read as a particle, wherever it points.
+
+    Seen to fail with loops that leave out all of sixteen points for which there is less room.
+    """
+    monkeypatch.setattr("simulate.fluid.cell_grid.ENTRIES", 240)
+    points = np.random.default_rng(1).uniform([1, -1, -10], [3, 1, -8], (1500, 3))
+    engine = engine_with(points, slot(), native=native)
+    engine.lists.store.fill_(-1)
+    engine.find_neighbours()
+    listed = listed_fluid(engine)
+    assert np.mean([len(row) == engine.lists.fluid.shape[1] for row in listed]) > 0.9
+    assert min(map(min, listed)) >= 0
+
+
+ALIKE_MM = 5e-5
+"""Apart after a frame, where sums in another order round otherwise: by 4e-6."""
+
+
+def paste_under_way(frames: int) -> Injection:
+    """A paste under way: some of it moves."""
+    injection = ready(PASTES[2:])
+    for _ in range(frames):
+        injection.advance()
+    return injection
+
+
+def test_a_renumbered_pour_is_the_same_pour(monkeypatch):
+    """Two frames on from one state, renumbered between the two or not.
+
+    Broken on purpose, with what was pressed left in its old places, it is off by 7e-4 mm; with velocities, by 0.04.
+    """
+    as_released = paste_under_way(30)
+    monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 30)
+    renumbered = ready(PASTES[2:])
+    renumbered.restore(as_released.snapshot())
+    for injection in (as_released, renumbered):
+        injection.advance()
+        injection.advance()
+    number, out = renumbered.engine.state.number.numpy(), renumbered.out
+    assert (number[:out] != np.arange(out)).mean() > 0.5
+    assert np.array_equal(number[out:], np.arange(out, len(number)))
+    here, there = take_frame(renumbered), take_frame(as_released)
+    assert np.abs(here.position_mm - there.position_mm).max() < ALIKE_MM
+    assert np.array_equal(here.age_s, there.age_s)
+    assert np.array_equal(here.state, there.state)
+    assert np.allclose(here.density, there.density, atol=1e-3)
+    state = renumbered.engine.state
+    assert np.array_equal(state.by_release(state.release_frame), renumbered.schedule.frame_of)
+
+
+def test_a_fault_names_the_particle_by_its_release(monkeypatch):
+    monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 3)
+    injection = paste_under_way(31)
+    state = injection.engine.state
+    at = 5
+    released = int(state.number.numpy()[at])
+    assert released != at
+    position = state.position.numpy().copy()
+    position[at] = np.nan
+    state.position.assign(position)
+    with pytest.raises(NumericalError, match=f"particle {released} at"):
+        finish(injection)

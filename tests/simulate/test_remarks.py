@@ -1,0 +1,111 @@
+"""What particles or the crack make of a fluid, told before the run, and what is recorded of it."""
+
+import pytest
+
+from sealtwin.core.facts import texts
+from simulate.injection import Injection
+from tests.support.small_fluids import injected, path, results, sealant, slot
+
+
+def injection_of(**fluid) -> Injection:
+    """A run of a fluid of 1,000 kg/m3 between walls 3.1 mm apart, of 0.2 s and the seconds to settle."""
+    crack = slot(12.0)
+    way, settle_s = path(crack[1], 0.02, speed_mm_s=40.0), fluid.pop("settle_s", 2.0)
+    return injected(crack, way, sealant(density_kg_m3=1000.0, **fluid), radius_mm=0.6, settle_s=settle_s)
+
+
+SINKS = "between walls 3.1 mm apart the sealant sinks by its own weight at up to"
+LEVELS = "at any U, sealant levels like a thin liquid"
+HOLDS = "supports the paste between walls 3.1 mm apart"
+STANDS = {"age_s": [0.0, 9.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [20.0, 20.0]}
+THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last in (100.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("fluid", "begins", "says"),
+    [
+        ({"viscosity_pa_s": 0.001}, "viscosity_pa_s is 0.001: 1 mm2/s", "but does not come to rest"),
+        # It has none of the keys of the others; the remark once ended in StopIteration for it.
+        ({"curve": {"age_s": [0.0, 9.0], "viscosity_pa_s": [0.001, 0.1]}}, "curve begins thin: 1 mm2/s", ""),
+        # 9810 * 3.1^2 / 12e5
+        ({"viscosity_pa_s": 100.0}, f"viscosity_pa_s is 100: {SINKS} 0.079 mm/s", ""),
+        # tau_w = 15.2 Pa at the wall, m = 1/n: w/2 (tau_w / K)^m / (m + 2)
+        ({"consistency_pa_s_n": 20.0, "flow_index": 0.5}, f"consistency_pa_s_n is 20: {SINKS} 0.22 mm/s", ""),
+        # Bingham: w/2 tau_w/mu (1 - p)^2 (1 - (1 - p)/3) / 2 with p = 10/15.2
+        ({"viscosity_pa_s": 2.0, "yield_stress_pa": 10.0}, f"viscosity_pa_s is 2: {SINKS} 0.61 mm/s", ""),
+        # U = 30, with or without what freezes, is the paper's own.
+        ({"U": 30.0}, f"U is 30: {LEVELS};", "viscous flow needs fluid.viscosity_pa_s."),
+        ({"U": 30.0, "freeze_after_s": 2.58}, f"U is 30: {LEVELS} until it freezes; viscous flow needs", ""),
+        # Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa between rough walls.
+        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 15.3}, "yield_stress_pa: a yield stress of 15.3 Pa", HOLDS),
+        ({"U": 30.0, "yield_stress_pa": 15.3}, "yield_stress_pa: a yield stress of 15.3 Pa", "15 Pa"),
+        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 30.0, "wall_share": 0.9}, "yield_stress_pa: a yield", HOLDS),
+        ({"curve": STANDS}, f"curve: a yield stress of 20 Pa {HOLDS}", ""),
+    ],
+)
+def test_what_particles_or_the_crack_make_of_a_fluid_is_remarked_on_before_the_run(fluid, begins, says):
+    (remark,) = texts(injection_of(**fluid).remarks_on(0))
+    assert remark.startswith(f"fluid.{begins}")
+    assert says in remark
+
+
+@pytest.mark.parametrize(
+    "fluid",
+    [
+        {"viscosity_pa_s": 0.5},
+        {"viscosity_pa_s": 100.0, "D_cm": 0},
+        {"U": 300.0, "yield_stress_pa": 3.0},
+        # At 0.5 Pa s it falls 16 mm in a second.
+        {"curve": THINS},
+        {"viscosity_pa_s": 100.0, "settle_s": 400.0},
+    ],
+)
+def test_sealant_that_sinks_in_time_slips_or_yields_has_no_remark(fluid):
+    assert not injection_of(**fluid).remarks_on(0)
+
+
+@pytest.mark.parametrize(("stress_pa", "wall_share"), [(30.0, 0.5), (15.1, 1.0)])
+def test_paste_that_its_walls_do_not_support_is_not_said_to_stand(stress_pa, wall_share):
+    paste = injection_of(viscosity_pa_s=1.0, yield_stress_pa=stress_pa, wall_share=wall_share)
+    assert HOLDS not in str(paste.remarks_on(0))
+
+
+@pytest.mark.parametrize(
+    ("law", "age_s"),
+    [
+        # 15.2 Pa are reached in 0.15 s, in which the nozzle moves on by 9 mm, and paste of 1 Pa s sinks by 0.4 mm
+        ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 100.0}, "0.15"),
+        ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 100.0, "yield_stress_most_pa": 15.0}, None),
+        # Thin paste has sunk by then; but the nozzle moves on by 0.6 widths in 0.03 s, and by 3 in 0.15 s
+        ({"viscosity_pa_s": 0.02, "structuration_pa_per_s": 500.0, "yield_stress_most_pa": 20.0}, "0.031"),
+        ({"U": 30.0, "structuration_pa_per_s": 100.0}, None),
+        ({"curve": {"age_s": [0.0, 1.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [0.0, 100.0]}}, "0.15"),
+    ],
+)
+def test_paste_that_stands_before_it_has_sunk_is_told_before_the_run(law, age_s):
+    remarks = texts(injection_of(**law).remarks_on(0))
+    stands = [remark for remark in remarks if remark.partition(": ")[2].startswith("from an age of")]
+    assert len(stands) == (age_s is not None)
+    if age_s is not None:
+        assert f"from an age of {age_s} s" in stands[0]
+        assert "the first paste is 0.2 s old" in stands[0]
+        assert "settle_s" not in str(remarks), "it sinks no further"
+
+
+@pytest.mark.parametrize(
+    ("fluid", "has_viscosity"),
+    [
+        ({"U": 1e5}, False),
+        ({"U": 1e5, "yield_stress_pa": 3.0}, True),
+        ({"U": 30.0, "structuration_pa_per_s": 1.0}, True),
+        ({"viscosity_pa_s": 0.1}, True),
+    ],
+)
+def test_u_is_recorded_as_a_viscosity_only_where_particles_move_by_it(fluid, has_viscosity):
+    """Without a yield stress U = 1e5 levels like water; its record once said 854 Pa s."""
+    injection = injection_of(**fluid)
+    injection.advance()
+    recorded = results(injection)[0].health.recorded()
+    figures = [recorded.get(name) for name in ("viscosity_pa_s", "viscosity_m2_s", "reynolds")]
+    assert [figure is not None for figure in figures] == 3 * [has_viscosity]
+    assert recorded["U"] > 0
