@@ -1,12 +1,16 @@
-"""Faults of the machine and of names: told by the file that the user knows, in letters that anything can show."""
+"""Faults of the machine, of names and of settings: told by the file that the user knows, in few words."""
 
 import errno
 import json
+import time
 from pathlib import Path
+from typing import Any, Literal
 
 import pytest
+from pydantic import Field
 
-from sealtwin.core.errors import as_text, naming
+from sealtwin.core.errors import InputError, as_text, naming
+from sealtwin.core.settings import Settings, checked, read_settings
 
 
 def _full_disk():
@@ -31,3 +35,81 @@ def test_a_name_that_is_not_utf8_can_be_told_in_json_and_on_a_page():
         json.dumps(str(odd), ensure_ascii=False).encode()
     assert as_text(odd) == "a/caf\\xe9.png"
     assert as_text(Path("a/café.png")) == "a/café.png"
+
+
+class Inner(Settings):
+    a: float = 1.0
+
+
+class Tables(Settings):
+    volume_ml: float | Literal["cavity"] = "cavity"
+    box_mm: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    names: tuple[str, ...] = ()
+    points: tuple[tuple[float, float], ...] = ()
+    few: tuple[float, ...] = Field(default=(1.0, 1.0), min_length=2)
+    either: float | tuple[float, float] = 1.0
+    count: int = Field(default=1, le=1_000_000)
+    letters: str = Field(default="a", min_length=1, max_length=3)
+    flag: bool = False
+    inner: Inner = Inner()
+
+
+def refusal(text: str, folder: Path) -> str:
+    path = folder / "cell.toml"
+    path.write_bytes(text.encode(errors="surrogateescape"))
+    with pytest.raises(InputError) as caught:
+        read_settings(Tables, path, name="cell file", starter="'sealtwin init' writes one")
+    assert all(line.startswith(str(path)) for line in str(caught.value).splitlines())
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "most"),
+    [
+        (f"volume_ml = 0x{'f' * 5000}", "thousands of digits", 500),  # Python parses it, and refuses to write it down.
+        (f'volume_ml = "{"x" * 50_000}"', "volume_ml = 'xxx", 500),
+        (f"points = [{', '.join(['1'] * 20_000)}]", "and 19992 more faults", 2000),
+    ],
+    ids=["digits", "text", "list"],
+)
+def test_a_long_value_of_the_wrong_kind_is_refused_in_a_few_lines(tmp_path, text, words, most):
+    message = refusal(text, tmp_path)
+    assert words in message
+    assert len(message) < most
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("volume_ml = nan", "volume_ml = nan: should be a finite number, or should be 'cavity'."),
+        ("box_mm = [1.0, -1e999, 1.0]", "box_mm.1 = -inf: should be a finite number."),
+        ("box_mm = [1.0]", "box_mm: 1 given, 3 needed."),
+        ("box_mm = [1.0, 1.0, 1.0, 1.0]", "box_mm: give at most 3 values, not 4."),
+        ("points = [[1.0, 2.0], 3]", "points.1 = 3: should be a list."),
+        ("few = [1.0]", "few: give at least 2 values, not 1."),
+        ("either = 'much'", "either = 'much': should be a number, or should be a list."),
+        ("count = 1.5", "count = 1.5: should be a whole number."),
+        ("count = 2_000_000", "count = 2000000: should be at most 1000000."),
+        ("letters = 'much'", "letters = 'much': should have at most 3 letters."),
+        ("flag = 'yes'", "flag = 'yes': should be true or false."),
+        ("inner = 3", "inner = 3: should be a table."),
+    ],
+)
+def test_each_place_is_told_once_and_in_a_users_words(tmp_path, text, fault):
+    assert refusal(text, tmp_path) == f"{tmp_path / 'cell.toml'}: {fault}"
+
+
+@pytest.mark.parametrize(
+    "text", ["volume_ml" + ".a" * 5000 + " = 1", "volume_ml = " + "[" * 50_000, "= 1", "\udcff", "#" * 200_001]
+)
+def test_what_is_no_toml_is_refused_at_once(tmp_path, text):
+    began = time.process_time()
+    assert "cell.toml" in refusal(text, tmp_path)
+    assert time.process_time() - began < 2  # 0.1 s; tables in tables would take gigabytes and minutes
+
+
+def test_a_file_whose_name_is_not_utf8_is_refused_before_it_gets_into_any_record():
+    content: dict[str, Any] = {"names": ["caf\udce9"]}
+    with pytest.raises(InputError, match="rename it") as caught:
+        checked(Tables, Path("photos/caf\udce9.png"), content)
+    json.dumps(str(caught.value), ensure_ascii=False).encode()

@@ -1,9 +1,10 @@
-"""Run-folder files: whole or not there, and the same after re-reading."""
+"""Files of a run folder: whole or not there, and the same after re-reading; what is no file is not opened."""
 
 import csv
 import errno
 import io
 import json
+import os
 import re
 from functools import reduce
 from operator import getitem
@@ -16,7 +17,8 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.files import read_table, sheet_text, write_table
+from sealtwin.core.files import read_json, read_table, sha256, sheet_text, write_table
+from sealtwin.core.plain_files import opened, read_bytes, read_text
 from sealtwin.core.records import Profile, Run, Trajectory
 from sealtwin.core.run_figures import RunHealth
 from tests.support.shapes import straight_slot
@@ -178,3 +180,31 @@ def test_an_edited_value_is_named_by_its_file_its_key_and_itself(tmp_path, file,
     read = record_files.read_outline if file == "outline.json" else record_files.read_solid
     with pytest.raises(InputError, match=rf"^{tmp_path / file}.*{re.escape(fault)}.*again"):
         read(tmp_path)
+
+
+NO_FILES = {
+    "a pipe, which waits for ever": (os.mkfifo, "a device or a pipe"),
+    "a link to a device, which has no end": (lambda path: path.symlink_to("/dev/zero"), "a device or a pipe"),
+    "a folder": (os.mkdir, "a folder"),
+    "an endless sparse file": (lambda path: (path.touch(), os.truncate(path, 10**12)), "larger than"),
+}
+
+
+@pytest.mark.parametrize(("make", "words"), NO_FILES.values(), ids=NO_FILES)
+def test_what_is_no_file_of_that_size_is_refused_unread(tmp_path, make, words):
+    """Each reader would fill the memory, or wait; the last one is a reader of pieces."""
+    path = tmp_path / "report.json"
+    make(path)
+    for read in (read_bytes, read_text, read_json, sha256):
+        with pytest.raises(InputError, match=rf"report\.json: .*{words}"):
+            read(path)
+    with pytest.raises(InputError, match=words), opened(path):
+        pass
+
+
+def test_a_text_of_any_line_ends_and_with_a_mark_is_read_alike_and_a_missing_one_is_named(tmp_path):
+    path = tmp_path / "text"
+    with pytest.raises(FileNotFoundError, match=str(path)):
+        read_bytes(path)
+    path.write_bytes(b"\xef\xbb\xbfa = 1\r\nb = 2\rc = 3\n")
+    assert read_text(path) == "a = 1\nb = 2\nc = 3\n"

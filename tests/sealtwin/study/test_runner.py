@@ -1,0 +1,165 @@
+"""Runs of a study: their progress, their workers, and those by the fast model."""
+
+import csv
+import os
+import signal
+import time
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from sealtwin.cli.studies import swept_lines
+from sealtwin.core.cluster import KILLED, Lost, run_tasks
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.study import runner
+from sealtwin.study.runner import StudyOptions
+from sealtwin.study.study_folder import StudyRun, profile_path, read_plan
+from sealtwin.study.study_map import chart_of
+from sealtwin.study.sweep import sweep
+from sealtwin.trial.job import NUMBERS, own_numbers
+from tests.support.ingested_lab import sealtwin
+from tests.support.tiny_study import HERE, results_of, tiny_lab
+from validate.figures.map_page import map_page
+
+
+def _killed_at_300(bench, trials, options):
+    """Kill the worker at two of the four runs, as the operating system does if memory runs out."""
+    if trials[0].fluid.U == 300.0 and trials[0].fluid.D_cm == 0.3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return runner.seal(runner._unpickled(bench), trials, options)
+
+
+def _lost_at_300(function, tasks, *_):
+    """Tell of that run what is told of one whose workers were killed, and compute the others here."""
+    for group, arguments in tasks:
+        (trial,) = arguments[1]
+        deadly = trial.fluid.U == 300.0 and trial.fluid.D_cm == 0.3
+        yield group, Lost(KILLED) if deadly else function(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("name", "stand_in"),
+    # That workers which are killed are told so is tests/sealtwin/core/test_cluster.py; four new ones take 15 s.
+    [("run_tasks", _lost_at_300), pytest.param("seal_in_worker", _killed_at_300, marks=pytest.mark.slow)],
+)
+def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(
+    lab, unbroken, tmp_path, monkeypatch, name, stand_in
+):
+    out = tmp_path / "out"
+    monkeypatch.setattr(runner, name, stand_in)
+    report = sweep(lab, out, replace(HERE, jobs=1), Progress())
+    assert report["exit_code"] == 6
+    runs = read_plan(out).runs
+    assert [run.state for run in runs] == ["done", "done", "done", "failed"]
+    assert "3 worker processes were killed" in (runs[3].reason or "")
+    assert runs[3].figures is None
+    assert not profile_path(out, runs[3]).exists()
+    monkeypatch.undo()
+    assert sweep(lab, out, HERE, Progress())["exit_code"] == 6  # kept as failed, until it is asked for
+    assert sweep(lab, out, replace(HERE, retry=True), Progress())["exit_code"] == 0
+    assert results_of(out) == results_of(unbroken)
+
+
+@pytest.fixture(scope="module")
+def scheduler():
+    """The address of a scheduler with a worker, which knows nothing of the sweep's folder."""
+    from distributed import LocalCluster
+
+    cluster: Any = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0", host="tcp://127.0.0.1")
+    with cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_cluster_gives_what_this_machine_gives(lab, unbroken, tmp_path, scheduler):
+    answer = sealtwin(
+        "sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--accurate", "--scheduler", scheduler, "--quiet"
+    )
+    assert answer.exit_code == 0, answer.output
+    assert results_of(tmp_path / "out") == results_of(unbroken)
+
+
+def test_a_worker_of_other_stage_numbers_is_refused(scheduler, monkeypatch):
+    """Its version is the same, and its solver another: it would compute other levels into the same study."""
+    own = NUMBERS["simulate"]
+    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, but this machine has .*: 999"):
+        next(run_tasks(pow, [(0, (1, 1))], 0, scheduler, own_numbers))
+
+
+FAST = """
+[fixed]
+"solver.model" = "slot"
+"solver.settle_s" = 1.0
+"fluid.freeze_after_s" = "never"
+
+[grid]
+"fluid.viscosity_pa_s" = [0.05, 0.5]
+"fluid.yield_stress_pa" = [0.5, 1.0, 40.0]
+"""
+
+
+def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
+    study, out = tiny_lab(tmp_path, FAST), tmp_path / "out"
+    swept = sweep(study, out, StudyOptions("cpu", 0), Progress())
+    assert swept["states"] == {"waiting": 0, "done": 6, "failed": 0}
+    with (out / "runs.csv").open(newline="", encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+    assert [row["model"] for row in rows] == ["slot"] * 6
+    assert {row["particles"] for row in rows} == {""}
+    # The stiff pastes stack under the nozzle.
+    assert ["slope" in row["unfit"] for row in rows] == [False, False, True] * 2
+    assert swept["screening"].startswith("6 of 6 runs are by the fast model")
+    assert "It is unfit for 2 of them" in swept["screening"]
+    assert swept["screening"] in swept_lines(swept)
+    plan = read_plan(out)
+    assert [run.ranked for run in plan.runs] == [True, True, False] * 2
+    chart = chart_of(out, [run for run in plan.runs if run.ranked], plan)
+    assert {run.number: run.reason.key for run in chart.excluded} == {3: "unfit", 6: "unfit"}
+    assert "do not scatter" in chart.flatness
+    assert map_page(chart, []).cautions[0] == swept["screening"]
+
+
+def test_a_study_asks_about_a_slip_of_unit_before_it_begins(tmp_path):
+    progress, slip = Progress(), FAST.replace("[0.05, 0.5]", "[0.5, 300.0]")
+    sweep(tiny_lab(tmp_path, slip), tmp_path / "out", StudyOptions("cpu", 0, dry_run=True), progress)
+    assert ("setting.viscosity_pa_s", 300) in [(fact.key, fact.value) for fact in progress.warned]
+
+
+def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):
+    """Gravity flattens a meniscus: the band of readings of heavy sealant is narrower."""
+    band_mm = []
+    for density in (700.0, 4000.0):
+        (folder := tmp_path / f"{density:g}").mkdir()
+        table = f'[fixed]\n"fluid.density_kg_m3" = {density}\n'
+        varies = FAST.replace("[fixed]\n", table).replace("[0.5, 1.0, 40.0]", "[0.5, 1.0]")
+        study, out = tiny_lab(folder, varies), folder / "out"
+        with (folder / "trial.toml").open("a", encoding="utf-8") as trial:
+            trial.write("\n[uncertainty]\nsurface_tension_n_m = 0.07\n")
+        sweep(study, out, StudyOptions("cpu", 0), Progress())
+        plan = read_plan(out)
+        band_mm.append(chart_of(out, [run for run in plan.runs if run.ranked], plan).band_mm.mean())
+    assert band_mm[0] > band_mm[1]
+
+
+def test_progress_goes_on_during_a_run_and_is_of_all_runs(monkeypatch):
+    """Once a lab's first run of eleven minutes showed "Running" and nothing else."""
+    monkeypatch.setattr(runner, "SHOWN_EVERY_S", 0.02)
+    steps, began_s = list[tuple[float, int]](), time.monotonic()
+
+    class Steps(Progress):
+        def advance(self, done, note=""):
+            steps.append((time.monotonic() - began_s, done))
+
+    runs = [StudyRun(number, f"{number}", {}, {}, "", f"{number}", 10.0) for number in (1, 2)]
+    work: Any = (time.sleep, lambda _: (0.3,), lambda run, _: replace(run, state="done", wall_s=0.3))
+    monkeypatch.setattr(
+        runner, "run_tasks", lambda function, tasks, *_: ((run, [function(*more)]) for run, more in tasks)
+    )
+    runner.launch(runs, runner.StudyOptions("cpu", 0), "Running", Steps(), work, left_s=lambda _: 0.1)
+    within = [done for at_s, done in steps if at_s < 0.28]
+    assert len(within) > 3
+    assert 0 < within[-1] < 1000, "of 2,000 hundredths of a second"
+    assert [done for _, done in steps] == sorted(done for _, done in steps)
+    assert steps[-1][1] == 2000
