@@ -89,13 +89,6 @@ def test_a_crack_is_traced_once_for_all_volumes(lab, monkeypatch):
         assert (home / file).read_bytes() == (twin.folder / "samples" / home.name / file).read_bytes(), file
 
 
-def test_a_calibration_by_drafts_has_their_radius(lab):
-    trial = _edited(
-        lab, "draft.toml", **{"[solver]": '[solver]\npreset = "draft"', "radius_mm = 0.45": "radius_mm = 0.2"}
-    )
-    assert 0.3 < Twin(trial, lab / "library", HERE, Progress()).radius_mm < 0.4
-
-
 def test_the_same_readings_cannot_calibrate_and_judge(lab):
     held_out = _edited(lab, "held.toml", **{"calibrated-on": "held-out", '"tiny"': '"other"'})
     _refused(lab, [lab / "trial.toml"], YIELD, "held.toml", "has the same readings as", held_out=[held_out])

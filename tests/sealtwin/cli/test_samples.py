@@ -26,27 +26,28 @@ def write(path: Path, inches: bool = False) -> Path:
 
 
 def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
-    scan = write(tmp_path / "scan.stl", inches=True)
-    done = sealtwin("import-mesh", scan, "--units", "inch", "--out", tmp_path / "run", "--json")
+    scan, run = write(tmp_path / "scan.stl", inches=True), tmp_path / "run"
+    command = ("import-mesh", scan, "--units", "inch", "--out", run)
+    done = sealtwin(*command, "--json")
     assert done.exit_code == 0, done.output
-    result = json.loads(done.stdout)
-    assert result["sample"]["cavity_volume_mm3"] == pytest.approx(2400.0, abs=0.1)
-    assert (result["sample"]["path_source"], result["sample"]["scale_source"]) == ("mesh", "mesh in inch: scan.stl")
+    sample = json.loads(done.stdout)["sample"]
+    assert sample["cavity_volume_mm3"] == pytest.approx(2400.0, abs=0.1)
+    assert (sample["path_source"], sample["scale_source"]) == ("mesh", "mesh in inch: scan.stl")
     names = "crack.stl crack.ply solid.json outline.json overlay.png trajectory.csv trial.toml"
-    assert {path.name for path in (tmp_path / "run").iterdir()} >= {*names.split()}
-    assert trimesh.load_mesh(tmp_path / "run" / "crack.stl").is_watertight
-    again = sealtwin("import-mesh", scan, "--units", "inch", "--out", tmp_path / "run")
-    assert "nothing to redo" in again.stderr
-    assert f"sealtwin simulate {tmp_path / 'run'}'" in refusal("run", tmp_path / "run" / "trial.toml")
+    assert {path.name for path in run.iterdir()} >= {*names.split()}
+    assert trimesh.load_mesh(run / "crack.stl").is_watertight
+    assert "nothing to redo" in sealtwin(*command).stderr
+    assert f"sealtwin simulate {run}'" in refusal("run", run / "trial.toml")
 
 
-def test_a_wrong_unit_is_refused_with_the_right_one(tmp_path):
-    scan = write(tmp_path / "scan.stl")
-    assert "The file is probably in mm" in refusal("import-mesh", scan, "--units", "m", "--out", tmp_path / "run")
+@pytest.mark.parametrize(
+    ("name", "unit", "named"),
+    [("scan.stl", "m", "The file is probably in mm"), ("none.stl", "mm", "none.stl: not found")],
+)
+def test_a_wrong_unit_and_a_missing_mesh_are_refused(tmp_path, name, unit, named):
+    write(tmp_path / "scan.stl")
+    assert named in refusal("import-mesh", tmp_path / name, "--units", unit, "--out", tmp_path / "run")
     assert not (tmp_path / "run" / "trial.toml").exists()
-    none = tmp_path / "none.stl"
-    assert "none.stl: not found" in refusal("import-mesh", none, "--units", "mm", "--out", tmp_path / "new")
-    assert not (tmp_path / "new").exists()
 
 
 @pytest.mark.slow
@@ -73,11 +74,10 @@ def test_a_scan_is_injected_and_reported(tmp_path):
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A digitised run of a crack of 50 mm."""
-    lab = tmp_path_factory.mktemp("lab")
-    tiny_lab(lab)
-    (lab / "trial.toml").write_text(TRIAL.replace("mm_per_px = 0.1", "mm_per_px = 0.4"))
-    assert sealtwin("digitise", lab / "trial.toml", "--out", lab / "run").exit_code == 0
-    return lab / "run"
+    trial = tiny_lab(tmp_path_factory.mktemp("lab")).with_name("trial.toml")
+    trial.write_text(TRIAL.replace("mm_per_px = 0.1", "mm_per_px = 0.4"))
+    assert sealtwin("digitise", trial, "--out", trial.with_name("run")).exit_code == 0
+    return trial.with_name("run")
 
 
 def test_out_to_cad_and_back_it_is_the_same_crack(run, tmp_path):
@@ -137,15 +137,14 @@ def test_what_is_no_drawing_is_one_sentence(tmp_path, name, content):
     assert not (tmp_path / "out").exists()
 
 
-def _markers(*arguments):
-    return sealtwin("markers", *arguments)
+FRAME = ("markers", "--face-mm", "160x40", "--out")
 
 
 def test_a_frame_and_its_table_are_written(tmp_path):
     """And once more: the same frame is no file of the user's."""
-    command = ("--face-mm", "160x40", "--out", tmp_path / "frame.pdf", "--toml", tmp_path / "board.toml")
-    assert _markers(*command).exit_code == 0
-    answer = _markers(*command)
+    command = (*FRAME, tmp_path / "frame.pdf", "--toml", tmp_path / "board.toml")
+    assert sealtwin(*command).exit_code == 0
+    answer = sealtwin(*command)
     assert answer.exit_code == 0, answer.output
     assert read_pdf(tmp_path / "frame.pdf").size_mm == pytest.approx((297, 210), abs=5e-3)
     table = (tmp_path / "board.toml").read_text()
@@ -154,32 +153,25 @@ def test_a_frame_and_its_table_are_written(tmp_path):
     assert f"sealtwin digitise PHOTO --markers {tmp_path / 'board.toml'} --face-mm 160x40" in answer.stderr
 
 
-def test_quiet_leaves_the_table_alone(tmp_path):
-    answer = _markers(*f"--face-mm 70x40 --out {tmp_path}/frame.PDF --count 4 --paper letter --quiet".split())
-    assert answer.exit_code == 0, answer.output
-    assert not answer.stderr
+def test_a_frame_on_other_paper_is_answered_by_its_table_or_by_one_object(tmp_path):
+    command = f"markers --face-mm 70x40 --size-mm 10 --count 4 --paper letter --out {tmp_path}/frame.PDF".split()
+    answer = sealtwin(*command, "--quiet")
+    assert (answer.exit_code, answer.stderr) == (0, ""), answer.output
     assert answer.stdout.startswith("# In [photo]: face_mm = [70.0, 40.0]\n[photo.markers]")
     assert read_pdf(tmp_path / "frame.PDF").size_mm == pytest.approx((215.9, 279.4), abs=5e-3)
-
-
-def test_a_program_gets_the_board_as_one_object(tmp_path):
-    answer = _markers("--face-mm", "70x40", "--out", tmp_path / "frame.pdf", "--size-mm", "10", "--json")
-    assert "For the trial file" not in answer.stderr, "a program has no trial file to paste into"
+    answer = sealtwin(*command, "--json")
     content = json.loads(answer.stdout)
-    assert content["face_mm"] == [70, 40]
-    assert content["markers"]["size_mm"] == 10
+    assert "For the trial file" not in answer.stderr, "a program has no trial file to paste into"
+    assert (content["face_mm"], content["markers"]["size_mm"]) == ([70, 40], 10)
     assert content["markers"]["markers"][0] == {"id": 0, "x_mm": -8.75, "y_mm": -8.75}
 
 
-@pytest.mark.parametrize("option", ["--out", "--toml"])
-def test_nothing_of_the_users_is_overwritten(tmp_path, option):
+@pytest.mark.parametrize("names", [("mine.pdf", "board.toml"), ("frame.pdf", "mine.pdf")])
+def test_no_file_of_the_users_is_overwritten_by_a_frame_or_its_table(tmp_path, names):
     """--toml wants a new file for the table: whoever gives the trial's own name must not lose the trial."""
-    mine = tmp_path / "mine.pdf"
-    mine.write_text("mine")
-    named = {"--out": tmp_path / "frame.pdf", "--toml": tmp_path / "board.toml"} | {option: mine}
-    answer = _markers("--face-mm", "160x40", *(part for pair in named.items() for part in pair))
-    assert answer.exit_code == 3
-    assert "mine.pdf: already exists" in answer.stderr
+    (tmp_path / "mine.pdf").write_text("mine")
+    frame, table = (tmp_path / name for name in names)
+    assert "mine.pdf: already exists" in refusal(*FRAME, frame, "--toml", table)
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("mine.pdf", "mine")]
 
 
@@ -195,7 +187,7 @@ def test_nothing_of_the_users_is_overwritten(tmp_path, option):
 )
 def test_what_cannot_be_printed_is_said_and_nothing_written(tmp_path, monkeypatch, arguments, code, named):
     monkeypatch.chdir(tmp_path)
-    answer = _markers(*arguments.split(), *([] if "--out" in arguments else ["--out", "frame.pdf"]))
+    answer = sealtwin("markers", *arguments.split(), *([] if "--out" in arguments else ["--out", "frame.pdf"]))
     assert answer.exit_code == code
     assert named in " ".join(answer.stderr.replace("│", " ").split())
     assert not list(tmp_path.iterdir())
