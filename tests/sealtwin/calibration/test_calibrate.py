@@ -129,18 +129,6 @@ def test_what_was_measured_is_the_prior_and_must_lie_in_the_range(lab):
     _refused(lab, [lab / "trial.toml"], {"fluid.yield_stress_pa": (10.0, 20.0)}, "8", "outside")
 
 
-def test_the_meniscus_of_the_readings_is_that_of_the_trials_density(lab):
-    """Gravity flattens a meniscus: heavy sealant has a shallower one, and the errors of its readings are smaller."""
-    variance_mm2 = []
-    for density in (700.0, 4000.0):
-        trial = _edited(lab, f"of_{density:g}.toml", **{"D_cm = 0.3": f"D_cm = 0.3\ndensity_kg_m3 = {density:g}"})
-        with trial.open("a", encoding="utf-8") as file:
-            file.write("\n[uncertainty]\nsurface_tension_n_m = 0.07\n")
-        twin = Twin(trial, lab / f"library_{density:g}", HERE, Progress())
-        variance_mm2.append(np.trace(twin.evidence.covariance_mm2))
-    assert variance_mm2[0] > variance_mm2[1]
-
-
 def test_the_command_line_names_the_range_that_it_cannot_read():
     for text in ("fluid.U", "fluid.U=3", "fluid.U=3:x", "=3:4"):
         answer = CliRunner().invoke(app, ["calibrate", "trial.toml", "--free", text])

@@ -175,14 +175,6 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_
     assert sorted(path.name for path in lab.iterdir()) == sorted(path.name for path in unbroken.iterdir())
 
 
-def test_a_hidden_folder_of_the_users_in_a_lab_is_never_removed(small, tmp_path):
-    mine = tmp_path / "lab" / ".incoming" / "photo.jpg"
-    mine.parent.mkdir(parents=True)
-    mine.write_text("mine")
-    assert not ingest(small, tmp_path / "lab", QUIET).faults
-    assert mine.read_text() == "mine"
-
-
 def test_of_two_ingests_at_once_one_waits_for_the_other(small, tmp_path):
     lab, narration = tmp_path / "lab", Narration()
     with ThreadPoolExecutor() as other:

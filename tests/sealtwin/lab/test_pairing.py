@@ -41,8 +41,8 @@ SPELLINGS = {
 
 
 def test_one_sample_however_its_files_are_named():
-    found = {name: place_of(PurePath(name)) for names in SPELLINGS.values() for name in names}
-    roles = {name: (position.key, position.role) for name, position in found.items() if position}
+    positions = {name: place_of(PurePath(name)) for names in SPELLINGS.values() for name in names}
+    roles = {name: (position.key, position.role) for name, position in positions.items() if position}
     assert roles == {name: ("p01", role) for role, names in SPELLINGS.items() for name in names}
     assert [place_of(PurePath(name)) for name in ("report.pdf", "P01", "P01.docx", "P01.stl")] == [None] * 4
 
@@ -86,13 +86,6 @@ def test_photos_without_a_sheet_wait_while_a_sheet_has_no_photo(names, waiting):
     assert {f"{file}" for question in questions for file in question.rows} == {
         f"{name}.jpg" for name in waiting
     } | others
-
-
-def test_a_thousand_sheets_without_a_photo_are_asked_about_in_short_sentences():
-    names = (f"{kind}{number}.{end}" for kind, end in (("A", "jpg"), ("B", "csv")) for number in range(1000))
-    lengths = [len(question) for sample in _paired(*names).values() for question in sample.questions]
-    assert len(lengths) == 2000
-    assert max(lengths) < 600
 
 
 def test_all_questions_of_a_folder_come_at_once_and_their_answers_leave_none(small, tmp_path):

@@ -127,22 +127,6 @@ def test_a_study_asks_about_a_slip_of_unit_before_it_begins(tmp_path):
     assert ("setting.viscosity_pa_s", 300) in [(fact.key, fact.value) for fact in progress.warned]
 
 
-def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):
-    """Gravity flattens a meniscus: the band of readings of heavy sealant is narrower."""
-    band_mm = []
-    for density in (700.0, 4000.0):
-        (folder := tmp_path / f"{density:g}").mkdir()
-        table = f'[fixed]\n"fluid.density_kg_m3" = {density}\n'
-        varies = FAST.replace("[fixed]\n", table).replace("[0.5, 1.0, 40.0]", "[0.5, 1.0]")
-        study, out = tiny_lab(folder, varies), folder / "out"
-        with (folder / "trial.toml").open("a", encoding="utf-8") as trial:
-            trial.write("\n[uncertainty]\nsurface_tension_n_m = 0.07\n")
-        sweep(study, out, StudyOptions("cpu", 0), Progress())
-        plan = read_plan(out)
-        band_mm.append(chart_of(out, [run for run in plan.runs if run.ranked], plan).band_mm.mean())
-    assert band_mm[0] > band_mm[1]
-
-
 def test_progress_goes_on_during_a_run_and_is_of_all_runs(monkeypatch):
     """Once a lab's first run of eleven minutes showed "Running" and nothing else."""
     monkeypatch.setattr(runner, "SHOWN_EVERY_S", 0.02)

@@ -112,12 +112,10 @@ def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
     sample, trials = _sample_of(out, liquid), [liquid.checked_trial, paste.checked_trial]
     assert [prepare(trial.pour(sample)).engine.substeps for trial in trials] == [6, 5]
     apart = [runner.seal(sample, [trial], HERE)[0] for trial in trials]
-    levels_mm = [
-        [sealing.profile.level_mm for sealing in sealings if isinstance(sealing, runner.Sealing)]
-        for sealings in (apart, runner.seal(sample, trials, HERE))
-    ]
-    assert [len(levels) for levels in levels_mm] == [2, 2]
-    np.testing.assert_array_equal(*levels_mm)
+    for single, joined in zip(apart, runner.seal(sample, trials, HERE), strict=True):
+        assert isinstance(single, runner.Sealing)
+        assert isinstance(joined, runner.Sealing)
+        np.testing.assert_array_equal(single.profile.level_mm, joined.profile.level_mm)
 
 
 def _sample_of(out, run):

@@ -37,7 +37,7 @@ def listed(folder: Path) -> list[tuple[float, str]]:
 def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
     """Frames behind the checkpoint stay, those beyond it and what was being written go."""
     folder, times_s = tmp_path / "frames", [0.05 * number for number in range(12)]
-    run, watcher, lengths = injection(), FrameFiles(folder / "fill.pvd", times_s), []
+    run, watcher, lengths, checkpoint = injection(), FrameFiles(folder / "fill.pvd", times_s), [], {}
     watcher.begin(run)
     for _ in range(50):
         go_on(run, watcher, 1)
