@@ -6,6 +6,7 @@ import resource
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +109,17 @@ def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
         assert rows_of(out)["two.png"]["crack"] == number
     assert len(starts) == 2
     assert not (out / "two" / "refused.png").exists()
+
+
+def test_names_with_markup_or_formulas_stay_text(tmp_path, lab):
+    shutil.copy(lab / "first.png", tmp_path / "=cmd&<b>x.png")
+    report = digitise_many(plan([tmp_path], GIVEN), tmp_path / "out", Progress())
+    assert report.exit_code == 0
+    assert "<b>" not in (tmp_path / "out" / "index.html").read_text()
+    batch.write_csv(tmp_path / "photos.csv", [replace(report.rows[0], file="=cmd()", warnings=("+1", "x"))])
+    row = (tmp_path / "photos.csv").read_text().splitlines()[1]
+    assert row.startswith("'=cmd()")
+    assert "'+1; x" in row
 
 
 @pytest.mark.parametrize(
