@@ -89,13 +89,6 @@ def test_a_crack_is_traced_once_for_all_volumes(lab, monkeypatch):
         assert (home / file).read_bytes() == (twin.folder / "samples" / home.name / file).read_bytes(), file
 
 
-def test_a_calibration_by_drafts_has_their_radius(lab):
-    trial = _edited(
-        lab, "draft.toml", **{"[solver]": '[solver]\npreset = "draft"', "radius_mm = 0.45": "radius_mm = 0.2"}
-    )
-    assert 0.3 < Twin(trial, lab / "library", HERE, Progress()).radius_mm < 0.4
-
-
 def test_the_same_readings_cannot_calibrate_and_judge(lab):
     held_out = _edited(lab, "held.toml", **{"calibrated-on": "held-out", '"tiny"': '"other"'})
     _refused(lab, [lab / "trial.toml"], YIELD, "held.toml", "has the same readings as", held_out=[held_out])
@@ -134,18 +127,6 @@ def test_what_was_measured_is_the_prior_and_must_lie_in_the_range(lab):
     assert twin.measured("fluid.U") is None
     twin.require([Free("path.trim_mm", 0.0, 3.0)])
     _refused(lab, [lab / "trial.toml"], {"fluid.yield_stress_pa": (10.0, 20.0)}, "8", "outside")
-
-
-def test_the_meniscus_of_the_readings_is_that_of_the_trials_density(lab):
-    """Gravity flattens a meniscus: heavy sealant has a shallower one, and the errors of its readings are smaller."""
-    variance_mm2 = []
-    for density in (700.0, 4000.0):
-        trial = _edited(lab, f"of_{density:g}.toml", **{"D_cm = 0.3": f"D_cm = 0.3\ndensity_kg_m3 = {density:g}"})
-        with trial.open("a", encoding="utf-8") as file:
-            file.write("\n[uncertainty]\nsurface_tension_n_m = 0.07\n")
-        twin = Twin(trial, lab / f"library_{density:g}", HERE, Progress())
-        variance_mm2.append(np.trace(twin.evidence.covariance_mm2))
-    assert variance_mm2[0] > variance_mm2[1]
 
 
 def test_the_command_line_names_the_range_that_it_cannot_read():

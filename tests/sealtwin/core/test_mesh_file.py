@@ -3,6 +3,7 @@
 import importlib.util
 import io
 import json
+import os
 import struct
 import sys
 import zipfile
@@ -98,16 +99,19 @@ def read(folder: Path, suffix: str, content: bytes, **options: str) -> Triangles
     return read_mesh(path, **options)
 
 
+def volume_of(mesh: Triangles) -> float:
+    """Return the volume; faces that look inward make it negative."""
+    return float(np.linalg.det(mesh.vertices[mesh.faces]).sum()) / 6
+
+
 @pytest.mark.parametrize("sample", needing(SAMPLES))
 def test_each_format_is_read_as_another_library_wrote_it(tmp_path, sample):
     assert {make()[0] for make in SAMPLES.values()} == set(READERS)
     mesh = read(tmp_path, *SAMPLES[sample]())
-    corners = mesh.vertices[mesh.faces]
     assert len(mesh.faces) == 12
-    # Six times the volume; faces that looked inward would make it negative.
-    assert np.linalg.det(corners).sum() / 6 == pytest.approx(1000.0)
-    assert corners.reshape(-1, 3).min(axis=0) == pytest.approx([0, 0, 0], abs=1e-6)
-    assert corners.reshape(-1, 3).max(axis=0) == pytest.approx([20, 10, 5])
+    assert volume_of(mesh) == pytest.approx(1000.0)
+    corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+    np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)], [[0, 0, 0], [20, 10, 5]], atol=1e-6)
 
 
 @needs_lxml
@@ -125,13 +129,13 @@ def test_a_text_ply_keeps_the_digits_of_its_text(tmp_path):
 
 
 def test_a_glb_node_places_its_mesh_and_a_mirror_keeps_it_outward(tmp_path):
-    scene = trimesh.Scene()
     mirror = np.diag([-1.0, 2.0, 1.0, 1.0])
     mirror[:3, 3] = 1.0, 2.0, 3.0
+    scene = trimesh.Scene()
     scene.add_geometry(box(), transform=mirror)
     mesh = read(tmp_path, ".glb", written(scene, "glb"))
     assert mesh.vertices.min(axis=0) == pytest.approx([-19, 2, 3])
-    assert np.linalg.det(mesh.vertices[mesh.faces]).sum() / 6 == pytest.approx(2000.0)
+    assert volume_of(mesh) == pytest.approx(2000.0)
 
 
 def glb(description: object, binary: bytes = b"") -> bytes:
@@ -160,14 +164,12 @@ LIST = "property list uchar int vertex_indices\nend_header\n"
 REFUSED = {
     "an empty file": (".stl", b""),
     "a binary STL that claims 4 billion triangles": (".stl", bytes(80) + struct.pack("<I", HUGE) + bytes(50)),
-    "a binary STL cut short": (".stl", written(box(), "stl")[:-20]),
     "a facet that lost a corner": (".stl", written(box(), "stl_ascii").replace(b"vertex", b"corner", 1)),
     "a text STL whose second solid has no end": (".stl",
         b"solid a\n" + 3 * b"vertex 1 2 3\n" + b"endsolid\nsolid b\n" + 3 * b"vertex 1 2 3\n"),
     "a number that is none": (".stl", written(box(), "stl_ascii").replace(b"20.0", b"nan")),
     "a number beyond any unit": (".obj", b"v 0 0 0\nv 1e300 0 0\nv 0 1e300 0\nv 1 1 1e9\nf 1 2 3 4"),
     "a PLY that claims 4 billion vertices": (".ply", (PLY.format("ascii", HUGE, 1) + LIST).encode()),
-    "a binary PLY that claims a million": (".ply", (PLY.format("binary_little_endian", 1_000_000, 1) + LIST).encode()),
     "a PLY of points": (".ply", (PLY.format("ascii", 1, 0).split("element face")[0] + "end_header\n0 0 0\n").encode()),
     "a face that names a vertex that is not there": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9"),
     "a face that names a vertex beyond all numbers": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999"),
@@ -211,26 +213,25 @@ def test_another_format_is_refused_by_its_name(tmp_path, suffix, remedy):
         read(tmp_path, suffix, b"")
 
 
-@pytest.mark.parametrize("sample", needing(["OBJ with a material", "PLY with a texture", "GLB with a texture", "3MF"]))
+PIXELS = one_mesh(
+    images=[{"uri": "rust.png"}], textures=[{"source": 0}],
+    materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+    meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+)  # fmt: skip
+TEXTURED = {
+    "OBJ": lambda: (".obj", b"mtllib steel.mtl\nusemtl steel\n" + counted_obj()),
+    "PLY": lambda: (".ply", written(box(), "ply").replace(b"element v", b"comment TextureFile rust.png\nelement v")),
+    "GLB": lambda: (".glb", glb(PIXELS, np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype="<f4").tobytes())),
+    "3MF": SAMPLES["3MF"],
+}
+
+
+@pytest.mark.parametrize("sample", needing(TEXTURED))
 def test_no_second_file_is_opened(tmp_path, monkeypatch, sample):
     """The names in the mesh lead to files that are there, and a reader with a resolver would open them."""
     for name in ("steel.mtl", "rust.png"):
         (tmp_path / name).write_bytes(b"newmtl steel\nmap_Kd rust.png\n")
-    image = one_mesh(
-        images=[{"uri": "rust.png"}], textures=[{"source": 0}],
-        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
-        meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
-    )  # fmt: skip
-    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype="<f4").tobytes()
-    suffix, content = {
-        "OBJ with a material": (".obj", b"mtllib steel.mtl\nusemtl steel\n" + counted_obj()),
-        "PLY with a texture": (
-            ".ply",
-            written(box(), "ply").replace(b"element v", b"comment TextureFile rust.png\nelement v"),
-        ),
-        "GLB with a texture": (".glb", glb(image, corners)),
-        "3MF": (".3mf", three_mf()),
-    }[sample]
+    suffix, content = TEXTURED[sample]()
     path = tmp_path / f"sample{suffix}"
     path.write_bytes(content)
     opening = Mock(wraps=io.open)
@@ -259,12 +260,13 @@ def test_a_3mf_is_refused_before_it_unpacks(tmp_path, monkeypatch):
         read(tmp_path, ".3mf", bomb.replace(struct.pack("<I", 2_000_000), struct.pack("<I", 900)))
 
 
-def test_a_file_that_is_too_large_is_not_opened_and_a_missing_one_is_named(tmp_path):
-    with (tmp_path / "large.stl").open("wb") as large:
-        large.truncate(200_000_001)
-    for name, fault in (("large.stl", ": 200 MB"), ("scan.stl", "")):
-        with pytest.raises(InputError, match=rf"{name}{fault}"):
-            read_mesh(tmp_path / name)
+@pytest.mark.parametrize(("size", "fault"), [(200_000_001, ": 200 MB"), (None, "")])
+def test_a_file_that_is_too_large_is_not_opened_and_a_missing_one_is_named(tmp_path, size, fault):
+    if size:
+        (tmp_path / "scan.stl").touch()
+        os.truncate(tmp_path / "scan.stl", size)
+    with pytest.raises(InputError, match=rf"scan\.stl{fault}"):
+        read_mesh(tmp_path / "scan.stl")
 
 
 @pytest.mark.parametrize("sample", needing(SAMPLES))
@@ -276,16 +278,16 @@ def test_any_damage_gives_a_mesh_or_a_sentence(tmp_path, sample):
     for _ in range(150):
         damaged = bytearray(content)
         for _ in range(rng.integers(1, 6)):
-            at = int(rng.integers(len(damaged)))
+            i = int(rng.integers(len(damaged)))
             match rng.integers(4):
                 case 0:
-                    damaged[at] = rng.integers(256)
+                    damaged[i] = rng.integers(256)
                 case 1:
-                    del damaged[at : at + int(rng.integers(1, 40))]
+                    del damaged[i : i + int(rng.integers(1, 40))]
                 case 2:
-                    damaged[at:at] = bytes(rng.integers(0, 256, int(rng.integers(1, 9)), dtype=np.uint8))
+                    damaged[i:i] = rng.bytes(int(rng.integers(1, 9)))
                 case 3:
-                    damaged[at] ^= 1 << int(rng.integers(8))
+                    damaged[i] ^= 1 << int(rng.integers(8))
         try:
             read(tmp_path, suffix, bytes(damaged))
         except InputError:
@@ -311,12 +313,16 @@ else:
 """
 
 
-def _outcome(load):
-    return start_interruptible([sys.executable, "-c", IMPORTING.format(load=load)]).communicate()[0].strip()
-
-
 @pytest.mark.slow
-def test_an_interrupt_waits_for_trimesh_and_is_not_lost():
+@pytest.mark.parametrize(
+    ("load", "outcome"),
+    [
+        # trimesh keeps interrupts no more if this one fails: load_trimesh can go then.
+        ("import trimesh", "swallowed"),
+        ("from sealtwin.core.mesh_file import load_trimesh; load_trimesh()", "interrupted True"),
+    ],
+)
+def test_an_interrupt_waits_for_trimesh_and_is_not_lost(load, outcome):
     """Ctrl-C while trimesh is imported, in a process of its own, since a process imports it once."""
-    assert _outcome("import trimesh") == "swallowed", "trimesh keeps interrupts no more: load_trimesh can go"
-    assert _outcome("from sealtwin.core.mesh_file import load_trimesh; load_trimesh()") == "interrupted True"
+    ended = start_interruptible([sys.executable, "-c", IMPORTING.format(load=load)])
+    assert ended.communicate()[0].strip() == outcome

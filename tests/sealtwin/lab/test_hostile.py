@@ -17,32 +17,27 @@ from tests.support.photos import mortar, write_png
 
 
 def test_links_are_not_followed(small, tmp_path):
+    """Neither that of a photo, nor that of a sheet, whose sample is then not sound."""
     secret = write_png(tmp_path / "secret.png", mortar((200, 200)))
-    (small / "P03.png").symlink_to(secret)
-    (small / "loop").symlink_to(small)
+    (small / "P02_Messung.csv").rename(tmp_path / "elsewhere.csv")
+    for name, target in (("P03.png", secret), ("loop", small), ("P02_Messung.csv", tmp_path / "elsewhere.csv")):
+        (small / name).symlink_to(target)
     ingested = ingest(small, tmp_path / "lab", QUIET)
-    link, depth = (fault.sentence for fault in ingested.faults)
-    assert link == "P03.png: not a plain file; links are not followed: copy the file itself."
-    assert depth.startswith("lab.toml: crack.depth_mm is missing")
-    assert fates(ingested) == {"P01": "new", "P02": "new", "P03": "failed"}
+    sentences = {fault.sentence for fault in ingested.faults}
+    for name in ("P03.png", "P02_Messung.csv"):
+        assert f"{name}: not a plain file; links are not followed: copy the file itself." in sentences
+    assert fates(ingested) == {"P01": "new", "P02": "failed", "P03": "failed"}
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "sentence"),
-    [
-        ("P02 mesures.xlsb", b"PK\x03\x04", "damaged, or not a workbook"),
-        pytest.param("P02_Messung.csv", None, "not a plain file", id="a link"),
-    ],
-)
-def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path, name, content, sentence):
+def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path):
     """Once it was new, without readings, and nobody looked again."""
-    sheet = (small / "P02_Messung.csv").rename(tmp_path / "elsewhere.csv")
-    (small / name).symlink_to(sheet) if content is None else (small / name).write_bytes(content)
+    (small / "P02_Messung.csv").unlink()
+    (small / "P02 mesures.xlsb").write_bytes(b"PK\x03\x04")
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "failed"}
     (fault,) = ingested.faults
     assert fault.name == "P02"
-    assert fault.sentence.startswith(f"{name}: {sentence}")
+    assert fault.sentence.startswith("P02 mesures.xlsb: damaged, or not a workbook")
 
 
 def test_what_was_saved_anew_is_asked_about_beside_the_old(small, tmp_path):
@@ -54,19 +49,19 @@ def test_what_was_saved_anew_is_asked_about_beside_the_old(small, tmp_path):
 
 def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):
     (small / "shut").mkdir()
-    real = os.scandir
+    scandir = os.scandir
 
-    def scandir(place):
-        if str(place).endswith("shut"):
-            raise PermissionError(13, "Permission denied", str(place))
-        return real(place)
+    def refusing(folder):
+        if str(folder).endswith("shut"):
+            raise PermissionError(13, "Permission denied", str(folder))
+        return scandir(folder)
 
-    monkeypatch.setattr(lab_files.os, "scandir", scandir)
+    monkeypatch.setattr(lab_files.os, "scandir", refusing)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "new"}
     assert ingest_answer(ingested).exit_code == 6
     faults = {fault.name: fault.sentence for fault in ingested.faults}
-    assert faults["shut"] == "this folder cannot be read (Permission denied). Make it readable, or move it away."
+    assert faults["shut"].startswith("this folder cannot be read (Permission denied)")
 
 
 def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sound, tmp_path):

@@ -1,48 +1,180 @@
-"""After an ingest all sound samples are traced, once, into the folders that their runs go on in."""
+"""Samples are traced once after an ingest, and what only the traced crack raises is asked in pairing.csv."""
 
-import json
+from collections import Counter
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.support.ingested_lab import sealtwin
-from tests.support.photos import mortar, write_png
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import present
+from sealtwin.core.records import Profile
+from sealtwin.core.run_folder import look_into
+from sealtwin.lab import ingest as steps
+from sealtwin.lab.ingest import ingest
+from sealtwin.trial import digitise_stage
+from sealtwin.trial.trial_file import load_trial
+from tests.support.ingested_lab import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
+from tests.support.photos import mortar, wandering, with_crack, write_png
+
+
+def call_ingest(folder, lab, *more, code=0):
+    """Return what the command prints."""
+    answer = sealtwin("ingest", folder, "--out", lab, "--quiet", *more)
+    assert answer.exit_code == code, answer.output
+    return answer.stdout
 
 
 @pytest.fixture
-def traced(small, tmp_path):
-    """P01 has a crack; P02's photo shows none; a reading of P01 lies beyond its crack's end."""
-    write_png(small / "P02.png", mortar((200, 200), seed=3))
+def late(small, tmp_path):
+    """Two cracks in the photo of P02, of which nobody says the ends; a reading of P01 beyond its crack's end."""
+    one = with_crack(mortar((200, 200), seed=1), wandering([(40, 50), (160, 50)], 9.0), 12)
+    write_png(small / "P02.png", with_crack(one, wandering([(40, 150), (160, 150)], 9.0), 12))
+    edit(small / "lab.toml", "radius_mm = 0.45", "radius_mm = 0.3")
     (small / "P02_Notiz.toml").write_text("crack.depth_mm = 8.0\n")
     with (small / "P01.csv").open("a") as sheet:
         sheet.write("40.0,-1.0,-1.0,-1.0\n")
     return small, tmp_path / "lab"
 
 
-def _ingest(small, lab, *more):
-    return sealtwin("ingest", small, "--out", lab, "--quiet", *more)
+def test_a_sheet_in_question_is_held_against_its_crack_too(late):
+    folder, lab = late
+    edit(folder / "P01.csv", "level", "reading")
+    ingest(folder, lab, QUIET, jobs=1)
+    for words in ("sign = ...", "outside the crack"):
+        assert words in question(lab, "P01.csv")
 
 
-def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
-    """And a run goes on where tracing ended."""
-    small, lab = traced
-    answer = _ingest(small, lab, "--json")
-    assert answer.exit_code == 6
-    content = json.loads(answer.stdout)
-    assert [sample["state"] for sample in content["samples"]] == ["new", "new"]
-    photos = {photo["folder"]: photo["status"] for photo in content["traced"]["photos"]}
-    assert photos == {"P01/run": "ok", "P02/run": "failed"}
+def test_questions_of_traced_cracks_are_asked_at_their_files_and_answered_for_the_same_command(late):
+    """A fault of one sample costs no other; neither would run before its answer, and neither is traced again."""
+    folder, lab = late
+    before = hashes_of(folder)
+    assert "To answer the questions, edit" in call_ingest(folder, lab, code=6)
+    assert sealtwin("lab", "list", lab).stdout.count("not sound") == 2
+    assert "2 cracks compete" in (asked := question(lab, "P02.png"))
+    assert "such as photo.crack = 2" in asked
+    assert Path(asked.partition("Look at ")[2].rstrip(".")).is_file(), asked
+    assert question(lab, "P01.csv").startswith("P01.csv: 40 mm in A8 is outside the crack")
+    assert question(lab, "P01.png") == ""
+    again = call_ingest(folder, lab, code=6)
+    assert again.count("unchanged, not sound") == 2
+    assert "sealtwin run" not in again, "none of them would run"
+    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"settings": "photo.crack = 2"}})
+    assert "2 of 2 samples are sound" in call_ingest(folder, lab)
+    assert {row["question"] for row in pairing_rows(lab)} == {""}
+    assert hashes_of(folder) == before
+
+
+@pytest.mark.slow
+def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
+    lab = tmp_path / "lab"
+    edit(small / "lab.toml", "volume_ml = 0.08", 'volume_ml = "cavity"')
+    rows = [f"{s_mm},{z},{z - 0.1}" for s_mm, z in zip(range(1, 12, 2), np.linspace(-3.0, -0.5, 6), strict=True)]
+    (small / "P01.csv").write_text("\n".join(["s_mm,level_1_mm,level_2_mm", *rows]))
+    call_ingest(small, lab)
+    run = lab / "P01" / "run"
+    assert sealtwin("simulate", run, "--quiet").exit_code == 0
+    s_mm = np.linspace(0.0, 12.0, 25)
+    level_mm = np.interp(s_mm, [1, 11], [-0.5, -3.0])
+    record_files.write_profile(run, Profile(s_mm, level_mm, data="synthetic", source="simulation"))
+    assert "Give s_from = second." in call_ingest(small, lab, code=6)
+    assert "Give s_from = second." in question(lab, "P01.csv")
+    answer(lab, {"P01.csv": {"s_from": "second"}})
+    call_ingest(small, lab)
+    readings = present(load_trial(lab / "P01@2" / "trial.toml").readings, "readings")
+    assert present(readings.columns, "columns").s_from == "second"
+
+
+def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
+    folder, lab = late
+    traced = steps.digitise_many
+
+    def answered_meanwhile(*arguments, **more):
+        answer(lab, {"P02.png": {"crack": "2"}})
+        return traced(*arguments, **more)
+
+    for file in folder.glob("P01*"):
+        file.unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr(steps, "digitise_many", answered_meanwhile)
+        call_ingest(folder, lab, code=6)
+    trial = lab / "P02" / "trial.toml"
+    assert next(row["crack"] for row in pairing_rows(lab) if row["file"] == "P02.png") == "2"
+    assert "crack = 2" not in trial.read_text()
+    ingest(folder, lab, QUIET)
+    assert "crack = 2" in trial.read_text()
+
+
+@pytest.fixture
+def traced(monkeypatch):
+    """Number of tracings of each sample."""
+    counts, digitise = Counter(), digitise_stage._digitise
+
+    def counted(job):
+        counts[job.trial.name] += 1
+        return digitise(job)
+
+    monkeypatch.setattr(digitise_stage, "_digitise", counted)
+    return counts
+
+
+@pytest.fixture
+def waiting(small, tmp_path):
+    """A folder of which the sheet of P02 has no unit, and the lab to come."""
+    edit(small / "P02_Messung.csv", "[mm]", "")
+    return small, tmp_path / "lab"
+
+
+@pytest.fixture
+def answered(waiting, traced):
+    """P02 alone, traced and kept, with its answer in pairing.csv."""
+    folder, lab = waiting
+    for file in folder.glob("P01*"):
+        file.unlink()
+    call_ingest(folder, lab, code=3)
+    assert traced == {"P02": 1}
+    answer(lab, {"P02_Messung.csv": {"unit": "mm"}})
+    return folder, lab
+
+
+def test_rounds_of_questions_trace_no_photo_again(waiting, traced):
+    folder, lab = waiting
+    call_ingest(folder, lab, code=6)
+    assert "no unit" in question(lab, "P02_Messung.csv")
+    before = hashes_of(lab)
+    call_ingest(folder, lab, "--dry-run", code=6)
+    assert hashes_of(lab) == before
+    answer(lab, {"P02_Messung.csv": {"unit": "mm"}})
+    call_ingest(folder, lab)
+    assert traced == {"P01": 1, "P02": 1}
+    finished = look_into(lab / "P02" / "run")
+    assert finished.is_current("digitise", finished.manifest["stages"]["digitise"]["key"])
+    write_png(folder / "P01.png", with_crack(mortar((200, 200), seed=9), [(40, 101), (160, 98)], 20))
+    call_ingest(folder, lab)
+    assert traced["P01"] == 2, "another photo"
     assert "P01/run/overlay.png" in (lab / "index.html").read_text()
-    outside, unseen = content["faults"]
-    assert unseen["name"] == "P02"
-    assert "P01.csv: 40 mm in A8 is outside the crack, 0 to 1" in outside["sentence"]
-    traces = [lab / "P01" / "run" / name for name in ("overlay.png", "outline.json")]
-    before = [path.stat().st_mtime_ns for path in traces]
-    again = _ingest(small, lab)
-    assert again.stdout.count("unchanged, not sound") == 2
-    assert "sealtwin run" not in again.stdout, "none of them would run"
-    run = sealtwin("digitise", lab / "P01" / "trial.toml", "--out", lab / "P01" / "run", "--quiet")
-    assert run.exit_code == 0, run.output
-    assert [path.stat().st_mtime_ns for path in traces] == before
-    listed = sealtwin("lab", "list", lab).stdout
-    assert listed.count("not sound") == 2
-    assert "failed: P01: " in listed
+    assert (lab / "P01" / "run" / "overlay.png").is_file()
+
+
+@pytest.mark.parametrize("name", ["trial.toml", "record.json"])
+def test_a_process_killed_while_it_writes_a_trial_anew_continues(answered, monkeypatch, name):
+    folder, lab = answered
+    write = files.write_bytes
+
+    def killed(path, content):
+        if path.name == name:
+            raise KeyboardInterrupt
+        write(path, content)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(files, "write_bytes", killed)
+        call_ingest(folder, lab, code=130)
+    assert "left out: P02: " in sealtwin("lab", "run", lab, "--device", "cpu").stdout, "nor is it run before"
+    assert "1 of 1 sample is sound" in call_ingest(folder, lab)
+
+
+def test_a_kept_tracing_that_was_changed_is_not_used(answered, traced):
+    folder, lab = answered
+    (lab / "P02" / "run" / "outline.json").write_text("{}")
+    call_ingest(folder, lab)
+    assert traced["P02"] == 2

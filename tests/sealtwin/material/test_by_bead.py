@@ -141,7 +141,6 @@ def test_the_documented_command_makes_a_material_and_a_row_that_a_cell_takes(tmp
     [
         ("bead", "--start-mm", "200,30", 3, "--start-mm 200,30: x is outside the sheet's opening of 90 x 60 mm"),
         ("bead", "--cone-mm", "38x19x57", 2, "No such option: --cone-mm"),
-        ("bead", "--start-mm", "22", 2, "--start-mm 22: expected X,Y"),
         ("spread", "--cone-mm", "38,19,57", 2, "--cone-mm 38,19,57: expected AxBxH"),
         ("spread", "--cone-mm", "19x38x57", 2, "38 comes before 19"),
         ("spread", "--cone-mm", "3800x19x57", 2, "--cone-mm: cone_mm.0 = 3800.0: should be at most 1000"),

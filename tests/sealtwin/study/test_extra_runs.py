@@ -100,18 +100,15 @@ def test_three_sizes_of_three_runs_and_a_design_of_four(varied):
 def test_the_paste_is_as_stiff_at_every_size(varied):
     """U and D hang on radius and frame; what U amounts to in physical units and the drag of a second do not."""
     simulation = files.read_json(varied / "simulation.json")
-    base, radius_mm = simulation["health"], simulation["radius_mm"]
-    drag = 0.3 / base["frame_s"]
+    base = simulation["health"]
     for run in read_plan(varied / "uncertainty").runs[0:8:7]:
-        assert run.figures is not None
-        health = run.figures.health.recorded()
-        finer = run.checked_trial.solver.size_mm / radius_mm
+        health = present(run.figures, "figures").health.recorded()
+        finer = run.checked_trial.solver.size_mm / simulation["radius_mm"]
         as_stiff = base["U"] / finer**4 * health["frame_s"] / base["frame_s"]
         assert health["U"] == pytest.approx(as_stiff, rel=1e-6)
         assert health["viscosity_pa_s"] is None, "it has no yield stress"
-        fluid = run.checked_trial.fluid
-        assert fluid is not None
-        assert fluid.D_cm / health["frame_s"] == pytest.approx(drag, rel=1e-6)
+        drag = run.checked_trial.given_fluid.D_cm / health["frame_s"]
+        assert drag == pytest.approx(0.3 / base["frame_s"], rel=1e-6)
 
 
 def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
@@ -125,23 +122,22 @@ def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
 
 
 def test_the_comparison_tells_numerics_and_inputs(again, monkeypatch):
-    path, given = again, leave_out_pages(monkeypatch)
-    with job_in(path) as job:
+    given = leave_out_pages(monkeypatch)
+    with job_in(again) as job:
         result = run_stages(job, ("validate",)).result
     assert given[0].commands == ("sealtwin run trial.toml", "sealtwin validate reports/tiny --uncertainty")
     assert "uncertainty: finished" in given[0].provenance
     assert not [name for name in given[0].provenance if name.endswith(("outline.json", "profile.csv"))], "by a stage"
     lines = "\n".join(result_lines(result, "validate", verbose=True))
-    assert "Particle size: mean error " in lines
-    assert " mm, from 3, 3, 3 runs: ± " in lines
-    assert "the nozzle's speed " in lines
-    figures = present(read_comparison(path).uncertainty, "uncertainty")
+    for words in ("Particle size: mean error ", " mm, from 3, 3, 3 runs: ± ", "the nozzle's speed "):
+        assert words in lines
+    figures = present(read_comparison(again).uncertainty, "uncertainty")
     radii_mm = present(figures.numerics, "numerics").radii_mm
     assert radii_mm == pytest.approx([0.36 / 1.3, 0.36, 0.36 * 1.3], abs=1e-3)
     assert present(figures.mean_level.numerics_mm, "numerics_mm") > 0
-    assert [one.name for one in figures.inputs] == ["speed_mm_s", "volume_ml", "width_mm"]
-    effects = {one.name: one.mean_level_mm for one in figures.inputs}
-    # 0.01 of 0.08 ml stand some 0.4 mm high in this crack, a wider one lets them sink.
+    effects = {effect.name: effect.mean_level_mm for effect in figures.inputs}
+    assert list(effects) == ["speed_mm_s", "volume_ml", "width_mm"]
+    # 0.01 of 0.08 ml are some 0.4 mm of height in this crack; a wider one lets them sink.
     assert effects["volume_ml"] > 0.1
     assert effects["width_mm"] < 0
     assert "start_mm" in figures.inputs_left_out
@@ -149,25 +145,23 @@ def test_the_comparison_tells_numerics_and_inputs(again, monkeypatch):
 
 def test_what_was_done_before_a_kill_is_not_done_again(varied, again, monkeypatch, here):
     """Without its result but with its ledger, a folder computes only the run whose profile is gone; then nothing."""
-    path = again
-    edit(path / "trial.toml", "volume_ml = 0.01", "volume_ml = 0.0100")
-    (path / SPREAD).unlink()
-    lost = read_plan(path / "uncertainty").runs[9]
-    shutil.rmtree(path / "uncertainty" / "runs" / lost.key[:16])
-    waiting, real = [], runner.compute
+    edit(again / "trial.toml", "volume_ml = 0.01", "volume_ml = 0.0100")
+    (again / SPREAD).unlink()
+    lost = read_plan(again / "uncertainty").runs[9]
+    shutil.rmtree(again / "uncertainty" / "runs" / lost.key[:16])
+    waiting, compute = [], runner.compute
 
-    def compute(folder, runs, *rest):
+    def noted(folder, runs, *rest):
         waiting.extend(run.key for run in runs if run.state == "waiting")
-        return real(folder, runs, *rest)
+        return compute(folder, runs, *rest)
 
-    monkeypatch.setattr(runner, "compute", compute)
-    assert _vary(path)
+    monkeypatch.setattr(runner, "compute", noted)
+    assert _vary(again)
+    assert (again / SPREAD).read_bytes() == (varied / SPREAD).read_bytes()
+    assert not _vary(again)
     assert waiting == [lost.key]
-    assert (path / SPREAD).read_bytes() == (varied / SPREAD).read_bytes()
-    assert not _vary(path)
-    assert waiting == [lost.key]
-    edit(path / "trial.toml", "width_mm = 0.1", "width_mm = 0.2")
-    assert _spread(path) is None, "of other settings the old runs say nothing"
+    edit(again / "trial.toml", "width_mm = 0.1", "width_mm = 0.2")
+    assert _spread(again) is None, "of other settings the old runs say nothing"
 
 
 def test_a_failed_run_is_named_and_nothing_is_said(path, monkeypatch, here):
@@ -179,31 +173,29 @@ def test_a_failed_run_is_named_and_nothing_is_said(path, monkeypatch, here):
 
 def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeypatch):
     """The extra runs are those of a comparison, which need no reading."""
-    path = again
-    text = (path / "trial.toml").read_text()
-    (path / "trial.toml").write_text(re.sub(r"(?s)\[readings\].*?(?=\n\[|$)", "", text))
-    assert not _vary(path), "none is computed again"
+    text = (again / "trial.toml").read_text()
+    (again / "trial.toml").write_text(re.sub(r"(?s)\[readings\].*?(?=\n\[|$)", "", text))
+    assert not _vary(again), "none is computed again"
     given = leave_out_pages(monkeypatch)
     # The tiny trial's fluid has no yield stress, and so no mound.
     monkeypatch.setattr(BedEnds, "of", lambda trajectory, run: BedEnds(trajectory.s_mm[0], trajectory.s_mm[-1], 2.0))
-    with job_in(path) as job:
+    with job_in(again) as job:
         result = run_stages(job, ("validate",)).result
-    predicted = files.read_json(path / "prediction.json")
-    own = record_files.read_profile(path)
-    assert predicted["level_mm"] == pytest.approx(np.interp(predicted["s_mm"], own.s_mm, own.level_mm), abs=1e-3)
-    low_mm, high_mm = predicted["mean_level_95_mm"]
-    assert (low_mm + high_mm) / 2 == pytest.approx(predicted["mean_level_mm"])
+    predicted, computed = files.read_json(again / "prediction.json"), record_files.read_profile(again)
     assert result.prediction is not None
     assert result.prediction.model_dump(mode="json") == predicted
-    parts = [np.array(predicted[name]) for name in ("numerics_mm", "inputs_mm", "model_mm")]
+    level_mm = np.interp(predicted["s_mm"], computed.s_mm, computed.level_mm)
+    assert predicted["level_mm"] == pytest.approx(level_mm, abs=1e-3)
+    assert np.mean(predicted["mean_level_95_mm"]) == pytest.approx(predicted["mean_level_mm"])
+    parts = np.array([predicted[name] for name in ("numerics_mm", "inputs_mm", "model_mm")])
     assert parts[2].max() > 0.5
-    assert [one["setting"] for one in predicted["missing"]] == ["uncertainty.surface_tension_n_m"]
-    assert (predicted["fast_level_mm"], predicted["unfit"][0]["text"][:21]) == (None, "fluid.freeze_after_s:")
-    assert np.ptp(predicted["flat_level_mm"]) < 1e-3
     band_mm = np.array(predicted["band_95_mm"])
-    assert band_mm == pytest.approx(2 * np.sqrt(np.sum(np.square(parts), axis=0)), rel=0.25)
+    assert band_mm == pytest.approx(2 * np.sqrt(np.square(parts).sum(axis=0)), rel=0.25)
     assert (np.array(predicted["profile_band_95_mm"]) >= band_mm).all()
-    assert [one["name"] for one in predicted["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]
+    assert np.ptp(predicted["flat_level_mm"]) < 1e-3
+    assert [missing["setting"] for missing in predicted["missing"]] == ["uncertainty.surface_tension_n_m"]
+    assert (predicted["fast_level_mm"], predicted["unfit"][0]["text"][:21]) == (None, "fluid.freeze_after_s:")
+    assert [effect["name"] for effect in predicted["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]
     (fact,), outcome = headline(given[0])
     assert outcome == "open"
     assert fact.text in "\n".join(result_lines(result, "validate"))
@@ -235,17 +227,16 @@ def test_what_cannot_be_moved_as_declared_is_refused(path, declared, message, he
 
 def test_an_extra_run_that_was_computed_anew_is_named(again, monkeypatch):
     """Its substeps differ from those of the others, so that their scatter is not that of the seed alone."""
-
-    def resumed(*given, **how):
-        first, *others = resume(*given, **how)
-        figures = present(first.figures, "figures")
-        health = figures.health.model_copy(update={"finer": 2})
-        return [replace(first, figures=figures.model_copy(update={"health": health})), *others]
-
     resume = runner.resume
+
+    def resumed(*given, **more):
+        first, *others = resume(*given, **more)
+        figures = present(first.figures, "figures")
+        finer = figures.model_copy(update={"health": figures.health.model_copy(update={"finer": 2})})
+        return [replace(first, figures=finer), *others]
+
     monkeypatch.setattr(runner, "resume", resumed)
     monkeypatch.setattr("sealtwin.core.run_folder.RunFolder.is_current", lambda *_: False)
-    narration = Narration()
-    _vary(again, narration)
+    _vary(again, narration := Narration())
     (named,) = [note for note in narration.notes if "solver.substeps" in note]
     assert named.startswith("note: 1 of 12 extra runs failed, and were computed anew with more substeps (")

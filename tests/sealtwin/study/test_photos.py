@@ -28,6 +28,7 @@ def _digitise(photos, *arguments, scale=("--mm-per-px", 0.1)):
 
 
 def wave(y):
+    """A crack's line: straight ones would pass for joints."""
     return [(x, round(y + 7 * np.sin(x / 15 + y) + 3 * np.sin(x / 6))) for x in range(20, 231, 3)]
 
 
@@ -35,13 +36,17 @@ def wave(y):
 def lab(tmp_path_factory):
     """Two photos with a crack, a mortar face without one, and a text file that calls itself a photo."""
     folder = tmp_path_factory.mktemp("lab")
-    # Straight ones would pass for joints.
-    first, second = wave(75), wave(60)
-    write_png(folder / "first.png", with_crack(mortar(SIZE_PX), first))
-    write_png(folder / "second.png", with_crack(mortar(SIZE_PX), second))
+    write_png(folder / "first.png", with_crack(mortar(SIZE_PX), wave(75)))
+    write_png(folder / "second.png", with_crack(mortar(SIZE_PX), wave(60)))
     write_png(folder / "plain.png", mortar(SIZE_PX))
     (folder / "note.jpg").write_text("This is no photo.")
     return folder
+
+
+def rows_of(out):
+    """Return the rows of the table of a batch by the name of the photo."""
+    with (out / "photos.csv").open(newline="") as table:
+        return {Path(row["file"]).name: row for row in csv.DictReader(table)}
 
 
 def _both(lab, out, **how):
@@ -62,14 +67,13 @@ def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
     assert "failed: " in note
     assert "note.jpg: not a readable photo" in note
     assert "plain.png: no crack found" in plain
-    with (out / "photos.csv").open(newline="") as opened:
-        rows = {Path(row["file"]).name: row for row in csv.DictReader(opened)}
+    rows = rows_of(out)
     states = {name: row["status"] for name, row in rows.items()}
     assert states == {"first.png": "ok", "note.jpg": "failed", "plain.png": "failed", "second.png": "ok"}
-    drawn_mm = 0.1 * arc_length(np.array(wave(75), dtype=float))[-1] + 1.4  # A round end of 0.7 mm at each side
-    assert float(rows["first.png"]["length_mm"]) == pytest.approx(drawn_mm, rel=0.05)
-    assert float(rows["first.png"]["cavity_ml"]) == pytest.approx(float(rows["first.png"]["sealant_ml"]), rel=1e-3)
-    assert rows["first.png"]["path_source"] == "automatic"
+    first, drawn_mm = rows["first.png"], 0.1 * arc_length(np.array(wave(75), dtype=float))[-1]
+    assert float(first["length_mm"]) == pytest.approx(drawn_mm + 1.4, rel=0.05)  # A round end of 0.7 mm at each side
+    assert float(first["cavity_ml"]) == pytest.approx(float(first["sealant_ml"]), rel=1e-3)
+    assert first["path_source"] == "automatic"
     page = (out / "index.html").read_text()
     assert page.count("data:image/jpeg;base64,") == 2
     assert "2 of 4 photos digitised" in page
@@ -87,39 +91,32 @@ def test_a_second_call_redoes_nothing_and_tells_the_same(done, lab):
 
 def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
     """Of two alike none is taken; a picture numbers them, and a number in the table is asked for no second time."""
-    upper, lower = wave(35), wave(115)
-    (tmp_path / "photos").mkdir()
-    write_png(tmp_path / "photos" / "two.png", with_crack(with_crack(mortar(SIZE_PX), upper), lower))
-    out = tmp_path / "out"
-    arguments = (tmp_path / "photos", "--out", out)
-    asked = _digitise(*arguments)
+    photo, out, starts = tmp_path / "photos" / "two.png", tmp_path / "out", set()
+    photo.parent.mkdir()
+    write_png(photo, with_crack(with_crack(mortar(SIZE_PX), wave(35)), wave(115)))
+    asked = _digitise(photo.parent, "--out", out)
     assert asked.exit_code == 6
     assert "2 cracks compete" in asked.stdout
     assert "a 2 in the column crack" in asked.stdout
     assert (out / "two" / "refused.png").is_file()
     assert "two/refused.png" in (out / "index.html").read_text()
-    starts = set()
     for number in ("1", "2"):
-        table = (out / "photos.csv").read_text().splitlines()
-        row = dict(zip(table[0].split(","), next(csv.reader(table[1:])), strict=True)) | {"crack": number}
+        row = rows_of(out)["two.png"] | {"crack": number}
         with (out / "photos.csv").open("w", newline="") as opened:
             csv.writer(opened).writerows([row.keys(), row.values()])
-        assert _digitise(*arguments).exit_code == 0
+        assert _digitise(photo.parent, "--out", out).exit_code == 0
         starts.add(round(json.loads((out / "two" / "outline.json").read_text())["outline_px"][0][1], -2))
-        with (out / "photos.csv").open(newline="") as opened:
-            assert [row["crack"] for row in csv.DictReader(opened)] == [number]
+        assert rows_of(out)["two.png"]["crack"] == number
     assert len(starts) == 2
     assert not (out / "two" / "refused.png").exists()
 
 
 def test_names_with_markup_or_formulas_stay_text(tmp_path, lab):
-    name = "=cmd&<b>x.png"
-    shutil.copy(lab / "first.png", tmp_path / name)
+    shutil.copy(lab / "first.png", tmp_path / "=cmd&<b>x.png")
     report = digitise_many(plan([tmp_path], GIVEN), tmp_path / "out", Progress())
     assert report.exit_code == 0
     assert "<b>" not in (tmp_path / "out" / "index.html").read_text()
-    row = replace(report.rows[0], file="=cmd()", warnings=("+1", "x"))
-    batch.write_csv(tmp_path / "photos.csv", [row])
+    batch.write_csv(tmp_path / "photos.csv", [replace(report.rows[0], file="=cmd()", warnings=("+1", "x"))])
     row = (tmp_path / "photos.csv").read_text().splitlines()[1]
     assert row.startswith("'=cmd()")
     assert "'+1; x" in row
@@ -138,18 +135,14 @@ def test_each_photo_has_a_folder_of_its_own(tmp_path, photos, last):
     assert names[3] == last
 
 
-def test_a_mask_named_by_a_trial_and_a_hidden_file_are_no_photos_of_their_own(tmp_path):
-    for name in ("a.png", "a_mask.png"):
+def test_a_mask_named_by_a_trial_and_a_hidden_file_are_no_photos(tmp_path):
+    """What a Mac leaves beside a photo is none; a hidden file that is named is taken, as by any command."""
+    for name in ("a.png", "a_mask.png", "._a.png", ".hidden.jpg"):
         (tmp_path / name).touch()
-    (tmp_path / "a.toml").write_text(
-        'name = "a"\n[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\nmask = "a_mask.png"\n'
-        "[crack]\ndepth_mm = 16\n"
-    )
-    # What a Mac leaves beside a photo is none either; named by itself a hidden file is taken, as by any command.
-    for name in ("._a.png", ".hidden.jpg"):
-        (tmp_path / name).touch()
-    assert [item.file.name for item in plan([tmp_path], GIVEN)] == ["a.toml"]
-    assert [item.file.name for item in plan([tmp_path / ".hidden.jpg"], GIVEN)] == [".hidden.jpg"]
+    photo = '[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\nmask = "a_mask.png"\n'
+    (tmp_path / "a.toml").write_text(f'name = "a"\n{photo}[crack]\ndepth_mm = 16\n')
+    for path, names in ((tmp_path, ["a.toml"]), (tmp_path / ".hidden.jpg", [".hidden.jpg"])):
+        assert [item.file.name for item in plan([path], GIVEN)] == names
 
 
 @pytest.mark.parametrize("full", [False, True])
@@ -220,20 +213,19 @@ def test_a_full_disk_is_told_for_each_photo_and_is_no_bug(tmp_path, lab):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert report.exit_code == 6
-    for row in report.rows:
-        assert row.reason.startswith(str(tmp_path / row.folder))
-        assert "File too large" in row.reason
+    assert [row.reason.startswith(str(tmp_path / row.folder)) for row in report.rows] == [True, True]
+    assert all("File too large" in row.reason for row in report.rows)
     assert digitise_many(plan([lab / "first.png"], GIVEN), tmp_path, Progress()).exit_code == 0
 
 
-def test_what_only_one_photo_can_have_is_refused_for_several(lab):
-    for arguments, named in (
-        (("--ends", "1,2", "3,4", "--out", "x"), "photo.ends_px cannot be given for several photos"),
-        ((), "--out"),
-    ):
-        answer = _digitise(lab, *arguments)
-        assert answer.exit_code == 2
-        assert named in answer.stderr.replace("\n", " ")
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [("--ends 1,2 3,4 --out x", "photo.ends_px cannot be given for several photos"), ("", "--out")],
+)
+def test_what_only_one_photo_can_have_is_refused_for_several(lab, arguments, named):
+    answer = _digitise(lab, *arguments.split())
+    assert answer.exit_code == 2
+    assert named in answer.stderr.replace("\n", " ")
 
 
 @pytest.mark.slow

@@ -21,7 +21,6 @@ from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import SEEDS, StageName, resume_job
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import OF_SEEDS, read_spread
-from tests.support.ingested_lab import edit
 from tests.support.messages import Narration
 from tests.support.report_stubs import leave_out_pages
 from tests.support.tiny_study import HERE, TRIAL, job_in, run_tiny, tiny_lab
@@ -92,21 +91,18 @@ def test_the_level_is_the_mean_of_runs_that_differ_in_the_seed_alone(single, thr
 def test_every_reader_shows_the_mean(three):
     """The comparison, the record, the report, and a page that compares runs."""
     levels, result = _levels(three), files.read_json(three / "run.json")
-    readings_mm = {1.0: -2.0, 4.0: -2.0, 7.0: -1.0, 11.0: -1.0}
-    comparison = result["comparison"]
-    stations = comparison["uncertainty"]["stations"]
-    assert stations["error_mm"] == pytest.approx(
-        [np.interp(s_mm, levels["s_mm"], levels["level_mm"]) - level_mm for s_mm, level_mm in readings_mm.items()]
-    )
-    assert result["seeds"] == files.read_json(three / "seeds.json")
-    assert result["stages"] == ["digitise", "simulate", SEEDS, "validate"]
+    s_mm, readings_mm = [1.0, 4.0, 7.0, 11.0], np.array([-2.0, -2.0, -1.0, -1.0])
+    errors_mm = np.interp(s_mm, levels["s_mm"], levels["level_mm"]) - readings_mm
+    assert result["comparison"]["uncertainty"]["stations"]["error_mm"] == pytest.approx(errors_mm)
     report = files.read_json(three / "given.json")
-    assert report["seeds"] == result["seeds"]
+    assert report["seeds"] == result["seeds"] == files.read_json(three / "seeds.json")
+    assert result["stages"] == ["digitise", "simulate", SEEDS, "validate"]
     assert report["provenance"]["seed"] == "0, 1, 2"
     half = f"± {result['seeds']['band_95_mm']:.2f} mm"
-    assert any(
-        "mean of 3 runs, with seeds 0 to 2" in one["text"] and half in one["text"] for one in report["uncertainty"]
+    (sentence,) = (
+        fact["text"] for fact in report["uncertainty"] if "mean of 3 runs, with seeds 0 to 2" in fact["text"]
     )
+    assert half in sentence
     with job_in(three) as job:
         side = run_comparison._side(job, "three")
     assert side.profile.level_mm == pytest.approx(levels["level_mm"])
@@ -120,8 +116,9 @@ def test_one_seed_again_leaves_nothing_of_the_mean(single, path):
     assert not any((path / name).exists() for name in OF_SEEDS)
     for name in ("comparison.json", "trial.toml", "profile.csv"):
         assert (path / name).read_bytes() == (once / name).read_bytes(), name
-    assert "seeds" not in files.read_json(path / "run.json")
-    assert list(files.read_json(path / "run.json")) == list(files.read_json(once / "run.json"))
+    keys = list(files.read_json(path / "run.json"))
+    assert keys == list(files.read_json(once / "run.json"))
+    assert "seeds" not in keys
 
 
 def test_new_particles_clear_the_old_mean(path):
@@ -150,21 +147,18 @@ def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
     with job_in(path) as job:
         assert extra_runs.vary(job)
-        spread = read_spread(job)
-        assert spread is not None
+        spread = present(read_spread(job), "spread")
         assert "uncertainty.json" in job.folder.manifest["stages"]["uncertainty"]["outputs"]
     runs = read_plan(path / "uncertainty").runs
-    radii = [run.settings["solver.radius_mm"] for run in runs if "solver.radius_mm" in run.settings]
-    assert len(radii) == 6, "none of the trial's own size"
+    assert sum("solver.radius_mm" in run.settings for run in runs) == 6, "none of the trial's own size"
     assert not any("seeds" in run.trial for run in runs)
-    assert spread.sizes is not None
     levels = _levels(path)
-    assert spread.sizes[1].levels_mm == pytest.approx(np.array([levels[f"seed_{seed}_mm"] for seed in range(3)]))
+    sizes = present(spread.sizes, "sizes")
+    assert sizes[1].levels_mm == pytest.approx(np.array([levels[f"seed_{seed}_mm"] for seed in range(3)]))
     s_mm = levels["s_mm"][::10]
     of_mean, of_single = (
-        {one.name: one.draws_mm for one in numerical_errors(replicates, None)}
-        for replicates in (spread.at(s_mm), replace(spread, mean_of=1).at(s_mm))
-        if replicates is not None
+        {error.name: error.draws_mm for error in numerical_errors(present(runs.at(s_mm), "replicates"), None)}
+        for runs in (spread, replace(spread, mean_of=1))
     )
     assert of_mean["scatter of the mean of 3 runs"] == pytest.approx(of_single["scatter of single runs"] / np.sqrt(3))
     assert of_mean["particle size"] == pytest.approx(of_single["particle size"])
@@ -172,17 +166,18 @@ def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("change", "expected"),
-    {
-        "the fast model": (("substeps = 2", 'model = "slot"'), "seeds = 3: the fast model"),
-        "too many": (("seeds = 3", "seeds = 21"), "seeds"),
-    }.values(),
+    ("seeds", "old", "new", "named"),
+    [
+        pytest.param(3, "substeps = 2", 'model = "slot"', "seeds = 3: the fast model", id="the fast model"),
+        pytest.param(21, "", "", "seeds", id="too many"),
+    ],
 )
-def test_seeds_that_a_trial_cannot_have(tmp_path, change, expected):
+def test_seeds_that_a_trial_cannot_have(tmp_path, seeds, old, new, named):
     tiny_lab(tmp_path)
-    (tmp_path / "trial.toml").write_text("seeds = 3\n" + TRIAL, encoding="utf-8")
-    edit(tmp_path / "trial.toml", *change)
-    with pytest.raises(InputError, match=expected):
+    (tmp_path / "trial.toml").write_text(
+        f"seeds = {seeds}\n{TRIAL.replace(old, new) if old else TRIAL}", encoding="utf-8"
+    )
+    with pytest.raises(InputError, match=named):
         load_trial(tmp_path / "trial.toml")
 
 

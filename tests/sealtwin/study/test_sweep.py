@@ -20,70 +20,60 @@ from sealtwin.core.run_folder import holding
 from sealtwin.study import runner
 from sealtwin.study.study_folder import OUTCOME, profile_path, read_plan, run_path
 from sealtwin.study.sweep import sweep
-from simulate.injection import prepare
-from tests.support.ingested_lab import sealtwin
+from simulate.injection import Injection, prepare
+from tests.support.ingested_lab import edit, sealtwin
 from tests.support.messages import Narration
 from tests.support.tiny_study import HERE, compute_here, results_of, tiny_lab
 
 
-def _finished(out):
-    """When each run was finished that is."""
-    return {run.key: run.finished_unix_s for run in read_plan(out).runs if run.state == "done"}
-
-
 def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, done):
-    out = done
     narration = Narration()
-    report = sweep(lab, out, HERE, narration)
+    report = sweep(lab, done, HERE, narration)
     assert report["exit_code"] == 0
     assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
-    assert _finished(out) == _finished(unbroken)
+    finished_s, before_s = ([run.finished_unix_s for run in read_plan(out).runs] for out in (done, unbroken))
+    assert finished_s == before_s
     assert not [note for note in narration.notes if "fluid.U" in note], "a remark on what runs begin with"
-    shown = _status(out)
-    assert shown["states"] == report["states"]
-    ratios = {number: figures["volume_ratio"] for number, (_, figures) in results_of(out).items()}
-    off = [number for number, ratio in ratios.items() if not 0.9495 < ratio < 1.0505]
-    assert [run["number"] for run in shown["not_ranked"]] == off != []
-    errors_mm = {number: figures["mean_error_mm"] for number, (_, figures) in results_of(out).items()}
-    best = shown["best"]
-    assert best["number"] == min(set(errors_mm) - set(off), key=errors_mm.__getitem__)
+    status, figures_of = _status(done), {number: figures for number, (_, figures) in results_of(done).items()}
+    assert status["states"] == report["states"]
+    off = [number for number, figures in figures_of.items() if not 0.9495 < figures["volume_ratio"] < 1.0505]
+    assert [run["number"] for run in status["not_ranked"]] == off != []
+    best, ranked = status["best"], figures_of.keys() - {*off}
+    assert best["number"] == min(ranked, key=lambda number: figures_of[number]["mean_error_mm"])
     assert best["beats_flat_level"] is (best["mean_error_mm"] < best["flat_level_error_mm"])
-    assert any("Not ranked" in line for line in swept_lines(shown))
-    head, *rows = (out / "runs.csv").read_text().splitlines()
+    assert any("Not ranked" in line for line in swept_lines(status))
+    head, *rows = (done / "runs.csv").read_text().splitlines()
     assert len(rows) == 4
     assert head.startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
 
 
-def test_what_was_fitted_is_said_and_computes_nothing_again(lab, done, tmp_path):
-    """The keys of 132 runs must not hang on a word about them."""
-    other = shutil.copytree(lab.parent, tmp_path / "lab")
-    trial = other / "trial.toml"
-    undeclared = trial.read_text(encoding="utf-8")
-    declared = 'fitted = ["fluid.U", "crack.tilt", "seed"]'
-    # Two settings vary, one of which is declared too; four stations were read.
-    for text, fitted in ((undeclared, 2), (undeclared.replace('role = "calib', f'{declared}\nrole = "calib'), 4)):
-        trial.write_text(text, encoding="utf-8")
-        report = sweep(other / lab.name, done, replace(HERE, dry_run=True), Progress())
-        assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
-        (sentence,) = (line for line in swept_lines(report) if "settings fitted" in line)
-        assert sentence == report["best"]["against_baselines"]
-        assert f"({fitted} settings fitted)" in sentence
-        assert ("4 settings can fit any level at 4 stations" in sentence) is (fitted == 4)
+@pytest.mark.parametrize(
+    ("declared", "fitted"), [("", 2), ('fitted = ["fluid.U", "crack.tilt", "seed"]\n', 4)], ids=["none", "three"]
+)
+def test_what_was_fitted_is_said_and_computes_nothing_again(lab, done, tmp_path, declared, fitted):
+    """Two settings vary, one of which is declared too; four stations were read. No run's key changes by it."""
+    copied = shutil.copytree(lab.parent, tmp_path / "lab")
+    edit(copied / "trial.toml", 'role = "calib', f'{declared}role = "calib')
+    report = sweep(copied / lab.name, done, replace(HERE, dry_run=True), Progress())
+    assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
+    (sentence,) = (line for line in swept_lines(report) if "settings fitted" in line)
+    assert sentence == report["best"]["against_baselines"]
+    assert f"({fitted} settings fitted)" in sentence
+    assert ("4 settings can fit any level at 4 stations" in sentence) is (fitted == 4)
 
 
 def test_a_result_that_was_lost_edited_or_half_written_is_computed_again_and_no_other(lab, unbroken, done):
-    """And what a killed write has left is removed."""
-    out = done
-    runs = read_plan(out).runs
-    profile_path(out, runs[0]).unlink()
-    profile_path(out, runs[3]).write_text("s_mm,level_mm\n0,0\n")
-    (run_path(out, runs[2]) / OUTCOME).unlink()
-    (run_path(out, runs[2]) / ".sealtwin-tmp-4711-0123abcd.csv").write_text("s_mm,le")
-    sweep(lab, out, replace(HERE, dry_run=True), Progress())
-    assert [run.state for run in read_plan(out).runs] == ["waiting", "done", "waiting", "waiting"]
-    compute_here(out)
-    assert results_of(out) == results_of(unbroken)
-    assert not list(out.glob("runs/*/.*"))
+    """What a killed write has left is removed."""
+    runs = read_plan(done).runs
+    profile_path(done, runs[0]).unlink()
+    profile_path(done, runs[3]).write_text("s_mm,level_mm\n0,0\n")
+    (run_path(done, runs[2]) / OUTCOME).unlink()
+    (run_path(done, runs[2]) / ".sealtwin-tmp-4711-0123abcd.csv").write_text("s_mm,le")
+    sweep(lab, done, replace(HERE, dry_run=True), Progress())
+    assert [run.state for run in read_plan(done).runs] == ["waiting", "done", "waiting", "waiting"]
+    compute_here(done)
+    assert results_of(done) == results_of(unbroken)
+    assert not list(done.glob("runs/*/.*"))
 
 
 def test_a_study_that_grows_keeps_what_is_done(done, tmp_path, lab):
@@ -114,33 +104,22 @@ def test_runs_are_drafts_unless_the_study_is_about_the_solver(tmp_path, rows, dr
 def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
     """Paste carries pressure over in longer substeps; forced together, each still has the bits that it has alone."""
     lab = tiny_lab(tmp_path, '[grid]\n"fluid.freeze_after_s" = ["never"]\n"fluid.yield_stress_pa" = [0.0, 12.0]\n')
-    trial = tmp_path / "trial.toml"
-    text = trial.read_text(encoding="utf-8")
-    trial.write_text(text.replace("radius_mm = 0.45\nsubsteps = 2", "radius_mm = 0.42"), encoding="utf-8")
+    edit(tmp_path / "trial.toml", "radius_mm = 0.45\nsubsteps = 2", "radius_mm = 0.42")
     out = tmp_path / "out"
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
     liquid, paste = read_plan(out).runs
     assert liquid.kin != paste.kin
-    at, _ = _first(out)
-    trials = [liquid.checked_trial, paste.checked_trial]
-    assert [_prepared(at, each).engine.substeps for each in trials] == [6, 5]
-    alone = [runner.seal(at, [each], HERE)[0] for each in trials]
-    together = runner.seal(at, trials, HERE)
-    for one, other in zip(alone, together, strict=True):
-        assert isinstance(one, runner.Sealing)
-        assert isinstance(other, runner.Sealing)
-        assert np.array_equal(one.profile.level_mm, other.profile.level_mm, equal_nan=True)
+    sample, trials = _sample_of(out, liquid), [liquid.checked_trial, paste.checked_trial]
+    assert [prepare(trial.pour(sample)).engine.substeps for trial in trials] == [6, 5]
+    apart = [runner.seal(sample, [trial], HERE)[0] for trial in trials]
+    for single, joined in zip(apart, runner.seal(sample, trials, HERE), strict=True):
+        assert isinstance(single, runner.Sealing)
+        assert isinstance(joined, runner.Sealing)
+        np.testing.assert_array_equal(single.profile.level_mm, joined.profile.level_mm)
 
 
-def _first(out):
-    """Sample and trial of the first run."""
-    run = read_plan(out).runs[0]
-    trial = run.checked_trial
-    return record_files.read_sample(out / "samples" / run.sample), trial
-
-
-def _prepared(at, trial):
-    return prepare(trial.pour(at))
+def _sample_of(out, run):
+    return record_files.read_sample(out / "samples" / run.sample)
 
 
 def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
@@ -155,23 +134,24 @@ def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
 
 def test_explicit_runs_of_a_claim_are_computed_one_by_one(fresh, monkeypatch):
     """Their passes are counted over a whole launch: in company a thin fluid would be slowed in more of them."""
-    launches, real = [], runner._seal
+    launches, seal = [], runner._seal
 
     def noted(sample, trials, *rest):
         launches.append(len(trials))
-        return real(sample, trials, *rest)
+        return seal(sample, trials, *rest)
 
     monkeypatch.setattr(runner, "_seal", noted)
-    at, trial = _first(fresh)
+    run = read_plan(fresh).runs[0]
+    trial = run.checked_trial
     explicit = trial.model_copy(update={"solver": trial.solver.model_copy(update={"viscosity_solve": "explicit"})})
-    outcomes = runner.seal(at, [explicit] * 2, HERE)
+    outcomes = runner.seal(_sample_of(fresh, run), [explicit] * 2, HERE)
     assert launches == [1, 1]
     assert [type(outcome) for outcome in outcomes] == [runner.Sealing] * 2
 
 
 def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(lab, fresh, unbroken, monkeypatch):
-    """One diverges, one wakes a bug, in one launch with the two others."""
-    real = runner._seal
+    """One diverges and one wakes a bug, in one launch with the two others."""
+    seal = runner._seal
 
     def stumble(sample, trials, *rest):
         weights = {trial.fluid.U for trial in trials if trial.fluid.D_cm == 0.3}
@@ -179,71 +159,64 @@ def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(
             raise NumericalError("A position is no number any more. Frame 7.")
         if 300.0 in weights:
             raise ZeroDivisionError("on purpose")
-        return real(sample, trials, *rest)
+        return seal(sample, trials, *rest)
 
-    monkeypatch.setattr(runner, "_seal", stumble)
-    compute_here(fresh, batch=4)
-    first, diverged, other, bug = read_plan(fresh).runs
-    assert [run.state for run in (first, diverged, other, bug)] == ["done", "failed", "done", "failed"]
+    with monkeypatch.context() as patch:
+        patch.setattr(runner, "_seal", stumble)
+        compute_here(fresh, batch=4)
+        runs = first, diverged, other, bug = read_plan(fresh).runs
+        report = sweep(lab, fresh, HERE, Progress())
+    assert [run.state for run in runs] == ["done", "failed", "done", "failed"]
     assert (diverged.reason, diverged.trace) == ("A position is no number any more. Frame 7.", None)
     assert "ZeroDivisionError: on purpose" in (bug.reason or "")
     assert "in stumble" in (bug.trace or "")
-    assert diverged.figures is None
-    assert bug.figures is None
+    assert (diverged.figures, bug.figures) == (None, None)
     expected = results_of(unbroken)
     for run in (first, other):
         assert profile_path(fresh, run).read_bytes() == expected[run.number][0]
-
-    report = sweep(lab, fresh, HERE, Progress())
     assert report["exit_code"] == 1  # a bug's code, before that of runs that failed
     failed = "failed: run 2 (fluid.U = 3, fluid.D_cm = 0.3): A position is no number any more. Frame 7."
     assert failed in swept_lines(report)
-    monkeypatch.setattr(runner, "_seal", real)
     sweep(lab, fresh, replace(HERE, retry=True, dry_run=True), Progress())
     compute_here(fresh)
     assert results_of(fresh) == expected
 
 
 def test_a_run_with_a_particle_through_a_wall_is_no_number(fresh, monkeypatch):
-    from simulate.injection import Injection
-
-    real = Injection.outcomes
+    outcomes = Injection.outcomes
 
     def escaping(self):
-        return [replace(outcome, escaped_particles=2) for outcome in real(self) if isinstance(outcome, Run)]
+        return [replace(outcome, escaped_particles=2) for outcome in outcomes(self) if isinstance(outcome, Run)]
 
     monkeypatch.setattr(Injection, "outcomes", escaping)
     compute_here(fresh)
-    first = read_plan(fresh).runs[0]
-    assert first.state == "failed"
-    assert "2 particles went through a wall" in (first.reason or "")
-    assert first.figures is None
-    assert not profile_path(fresh, first).exists()
+    run = read_plan(fresh).runs[0]
+    assert (run.state, run.figures) == ("failed", None)
+    assert "2 particles went through a wall" in (run.reason or "")
+    assert not profile_path(fresh, run).exists()
 
 
 def test_another_terminal_sees_how_far_it_is(fresh, unbroken):
     """Two of four runs of equal size took 4 s; what computes them is the process that holds the folder."""
     figures_of = {number: figures for number, (_, figures) in results_of(unbroken).items()}
     # The two that kept the most of their volume: at least one of them is ranked.
-    off_by = {number: abs(figures["volume_ratio"] - 1) for number, figures in figures_of.items()}
-    done = sorted(read_plan(unbroken).runs, key=lambda run: off_by[run.number])[:2]
-    for run in done:
+    runs = sorted(read_plan(unbroken).runs, key=lambda run: abs(figures_of[run.number]["volume_ratio"] - 1))[:2]
+    for run in runs:
         shutil.copytree(run_path(unbroken, run), run_path(fresh, run))
     plan = read_json(fresh / "plan.json")
-    plan["started_unix_s"] = max(run.finished_unix_s or 0.0 for run in done) - 4.0
+    plan["started_unix_s"] = max(run.finished_unix_s or 0.0 for run in runs) - 4.0
     (fresh / "plan.json").write_text(json.dumps(plan))
-    assert _status(fresh)["computed_by"] is None
-    assert _status(fresh)["left_s"] is None
+    alone = _status(fresh)
+    assert (alone["computed_by"], alone["left_s"]) == (None, None)
     with holding(fresh):
-        shown = _status(fresh)
-    assert shown["states"] == {"waiting": 2, "done": 2, "failed": 0}
-    assert f"process {os.getpid()} on" in shown["computed_by"]
-    assert shown["left_s"] == pytest.approx(4.0, abs=0.1)
-    ranked = {run.number for run in done} - {run["number"] for run in shown["not_ranked"]}
-    assert shown["best"]["number"] == min(ranked, key=lambda number: figures_of[number]["mean_error_mm"])
-    with holding(fresh):
+        status = _status(fresh)
         (fresh / ".holder.json").write_text(json.dumps({"process": 2**22 + 1, "host": platform.node(), "since": ""}))
         assert _status(fresh)["computed_by"] is None  # killed, it has left its name
+    assert status["states"] == {"waiting": 2, "done": 2, "failed": 0}
+    assert f"process {os.getpid()} on" in status["computed_by"]
+    assert status["left_s"] == pytest.approx(4.0, abs=0.1)
+    ranked = {run.number for run in runs} - {run["number"] for run in status["not_ranked"]}
+    assert status["best"]["number"] == min(ranked, key=lambda number: figures_of[number]["mean_error_mm"])
 
 
 def _status(out):
@@ -280,7 +253,7 @@ def test_folders_that_are_somebody_else_s_in_use_or_edited_are_refused(lab, tmp_
     with pytest.raises(InputError, match=r"has files that no sweep wrote \(thesis.txt\)"):
         sweep(lab, tmp_path / "theirs", HERE, Progress())
     other = tiny_lab(tmp_path / "lab")
-    other.write_text(other.read_text().replace('name = "tiny"', 'name = "another"'))
+    edit(other, 'name = "tiny"', 'name = "another"')
     with pytest.raises(InputError, match="has the study 'tiny'; this is 'another'"):
         sweep(other, fresh, HERE, Progress())
     with holding(fresh), pytest.raises(BusyError, match="in use by process"):

@@ -6,21 +6,18 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.core.errors import InputError, NumericalError, present
+from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.run_folder import MANIFEST
-from simulate.injection import Injection, prepare
-from simulate.pour import Pour
-from simulate.settings import Fluid, Solver
+from simulate.injection import Injection
+from simulate.settings import Fluid
 from simulate.watchers import FrameFiles, ProgressFile, StillThere
-from tests.support.small_fluids import path, sample_of, slot
+from tests.support.small_fluids import injected, path, slot
 from tests.support.vtk_reader import read_polydata, read_pvd
 
 
 def injection() -> Injection:
-    crack, solver = slot(12.0), Solver.model_validate({"radius_mm": 0.6, "settle_s": 0.1})
-    fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
-    poured = sample_of(crack, path(crack[1], 0.12, 20.0))
-    return prepare(Pour(poured, (fluid,), solver, seed=1))
+    crack, fluid = slot(12.0), Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
+    return injected(crack, path(crack[1], 0.12, 20.0), fluid, seed=1, radius_mm=0.6, settle_s=0.1)
 
 
 def go_on(run: Injection, watcher: FrameFiles, frames: int) -> None:
@@ -40,30 +37,27 @@ def listed(folder: Path) -> list[tuple[float, str]]:
 def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
     """Frames behind the checkpoint stay, those beyond it and what was being written go."""
     folder, times_s = tmp_path / "frames", [0.05 * number for number in range(12)]
-    run, lengths = injection(), []
-    watcher = FrameFiles(folder / "fill.pvd", times_s)
+    run, watcher, lengths, checkpoint = injection(), FrameFiles(folder / "fill.pvd", times_s), [], {}
     watcher.begin(run)
-    checkpoint = None
-    while run.done < 50:
+    for _ in range(50):
         go_on(run, watcher, 1)
         lengths.append(len(listed(folder)))
         if run.done == 25:
             checkpoint = run.snapshot()
     assert lengths == sorted(lengths)
     assert lengths[24] < lengths[-1] == len(list(folder.glob("*.vtp")))
-    at_kill = listed(folder)
+    before_kill = listed(folder)
     (folder / ".sealtwin-tmp-4711-0123abcd.vtp").write_bytes(b"half")
     mine = {".notes.txt", "axes.vtp", "results.vtp"}
     for name in mine:
         (folder / name).write_text("mine")
-    resumed = injection()
-    resumed.restore(present(checkpoint, "checkpoint"))
-    watcher = FrameFiles(folder / "fill.pvd", times_s)
+    resumed, watcher = injection(), FrameFiles(folder / "fill.pvd", times_s)
+    resumed.restore(checkpoint)
     watcher.begin(resumed)
-    assert listed(folder) == at_kill[: lengths[24]]
+    assert listed(folder) == before_kill[: lengths[24]]
     assert {file.name for file in folder.iterdir()} == {"fill.pvd", *mine, *(name for _, name in listed(folder))}
     go_on(resumed, watcher, 25)
-    assert listed(folder) == at_kill
+    assert listed(folder) == before_kill
 
 
 def test_progress_is_said_in_numbers_that_a_program_can_use(tmp_path, monkeypatch):
@@ -80,14 +74,15 @@ def test_progress_is_said_in_numbers_that_a_program_can_use(tmp_path, monkeypatc
             run.advance()
             progress.after_frame(run)
         now = json.loads(file.read_text())
-        assert (now["state"], now["stage"], now["frame"], now["frames"]) == ("running", "simulate", frames, run.frames)
-        assert now["particles"] == run.out > 0
-        assert now["percent"] == pytest.approx(100 * frames / run.frames, abs=0.1)
-        assert now["t_s"] == pytest.approx(run.t_s, abs=1e-4)
-        assert now["eta_s"] >= 0
-    done = json.loads(file.read_text())
+    expected = {"state": "running", "stage": "simulate", "frame": frames, "frames": run.frames, "particles": run.out}
+    assert now | expected == now
+    assert now["particles"] > 0
+    assert now["percent"] == pytest.approx(100 * frames / run.frames, abs=0.1)
+    assert now["t_s"] == pytest.approx(run.t_s, abs=1e-4)
+    assert now["eta_s"] >= 0
     # A bed that comes to rest ends a run before its last frame, and then the run is done.
-    assert (done["state"], done["percent"], done["eta_s"], done["error"]) == ("finished", 100.0, None, None)
+    done = json.loads(file.read_text())
+    assert done | {"state": "finished", "percent": 100.0, "eta_s": None, "error": None} == done
 
 
 @pytest.mark.parametrize(

@@ -1,22 +1,27 @@
-"""A trial file: every fault named by key, value and what is allowed, before anything runs."""
+"""A trial file: every fault named by key, value and what is allowed, before anything runs; and its drafts."""
 
-import os
 import re
+import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import openpyxl
 import pytest
 
 from sealtwin.core.errors import InputError, present
-from sealtwin.trial.starter_files import DEMO, TRIAL, place_paper_trial, write_starter
-from sealtwin.trial.trial_file import load_trial, sample_trial, seen_from, trial_text, with_settings
+from sealtwin.core.records import Sample
+from sealtwin.trial.starter_files import TRIAL, write_starter
+from sealtwin.trial.trial_file import Trial, drafted, load_trial, sample_trial, seen_from, trial_text, with_settings
+from simulate.material_file import Material
 from simulate.settings import LAWS
+from simulate.setup.release_schedule import plan_releases
+from simulate.setup_checks import rheology_of
+from tests.support.ingested_lab import edit
 from tests.support.paths import FIXTURE
+from tests.support.small_fluids import injected, path, sample_of, slot
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
-
-ENDS = "ends_px = [[1, 2], [90, 2]]\n"
 
 
 def _trial(tmp_path, *changes):
@@ -34,21 +39,15 @@ def _trial(tmp_path, *changes):
     ("old", "new", "named"),
     [
         ("depth_mm = 16.0", "dept_mm = 16.0", ["crack.dept_mm", "did you mean 'depth_mm'"]),
-        ("depth_mm = 16.0", "depth_mm = 0.0", ["crack.depth_mm = 0.0", "greater than 0"]),
         ("depth_mm = 16.0", "depth_mm = nan", ["crack.depth_mm = nan", "finite"]),
         ("depth_mm = 16.0", "", ["crack.depth_mm is missing"]),
         ('tilt = "vertical"', 'tilt = "slanted"', ["crack.tilt = 'slanted'", "flare"]),
-        ('volume_ml = "cavity"', "volume_ml = -1.0", ["volume_ml", "-1"]),
         ("viscosity_pa_s = 0.3 ", "U = -30.0 ", ["fluid.U = -30.0", "0"]),
         ("# material = ", "U = 30.0 # ", ["fluid", "viscosity_pa_s", "U"]),
         ("# material = ", "D_cm = 0.3\nwall_share = 0.5 # ", ["fluid: wall_share is 0.5 and D_cm is 0.3"]),
         ('freeze_after_s = "never"', "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
-        (
-            "mm_per_px = 0.1 ",
-            "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #",
-            ["cannot be combined with face_mm"],
-        ),
+        ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["cannot be combined with face_mm"]),
         ("[nozzle]", "[sample]\ncrossfal_deg = 1\n[nozzle]", ["sample.crossfal_deg", "did you mean 'crossfall_deg'"]),
         ("# material = ", "density_kg_m3 = 1e-300 # ", ["fluid.density_kg_m3 = 1e-300", "1"]),
         ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
@@ -78,23 +77,21 @@ def test_all_faults_of_a_file_are_named_at_once_and_a_nozzle_wider_than_the_face
     assert len(str(fault.value).splitlines()) == 2
 
 
-def test_a_missing_trial_a_pipe_a_device_and_a_folder_are_refused(tmp_path):
-    os.mkfifo(tmp_path / "pipe.toml")
+def test_a_missing_trial_a_device_and_a_folder_are_refused(tmp_path):
     (tmp_path / "zero.toml").symlink_to("/dev/zero")
-    for name in ("none.toml", "pipe.toml", "zero.toml"):
-        with pytest.raises(InputError, match="no such file"):
+    for name, named in (("none.toml", "no such file"), ("zero.toml", "no such file"), ("", "a folder; give")):
+        with pytest.raises(InputError, match=named):
             load_trial(tmp_path / name)
-    with pytest.raises(InputError, match="a folder; give"):
-        load_trial(tmp_path)
 
 
 def test_the_starter_is_a_valid_trial_and_overwrites_nothing(tmp_path):
+    """Its paste is given as a rheometer gives it, and its readings point to the sheet."""
     trial_file, sheet = write_starter(tmp_path / "new")
     trial = load_trial(trial_file)
-    crack, fluid = present(trial.crack, "crack"), present(trial.fluid, "fluid")
+    crack, fluid = present(trial.crack, "crack"), trial.given_fluid
     assert (crack.depth_mm, crack.tilt, trial.solver.radius_mm) == (16.0, "vertical", "auto")
-    assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 5.0, None), "as a rheometer gives them"
-    assert sheet.name in trial_file.read_text(), "its readings point to the sheet"
+    assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 5.0, None)
+    assert sheet.name in trial_file.read_text()
     with pytest.raises(InputError, match="not overwritten"):
         write_starter(tmp_path / "new")
 
@@ -111,13 +108,6 @@ def test_the_starters_sheet_is_read_without_a_question_once_it_has_numbers(tmp_p
     assert not profile.doubts
     assert profile.s_mm.tolist() == fixture[:, 0].tolist()
     assert np.array_equal(present(profile.repeats_mm, "repeats"), fixture[:, 1:])
-
-
-def test_the_demo_copies_the_fixture_to_the_byte_and_may_be_repeated(tmp_path):
-    for _ in range(2):
-        place_paper_trial(tmp_path)
-        assert sorted(path.name for path in tmp_path.iterdir()) == sorted(DEMO)
-        assert all((tmp_path / name).read_bytes() == (FIXTURE / name).read_bytes() for name in DEMO)
 
 
 def test_the_resolved_trial_reads_back_as_itself(tmp_path):
@@ -137,37 +127,34 @@ def test_the_resolved_trial_reads_back_as_itself(tmp_path):
     ],
 )
 def test_what_was_fitted_is_a_setting_of_the_trial_named_once(tmp_path, name, says):
-    text = (FIXTURE / "trial.toml").read_text(encoding="utf-8")
-    assert '"fluid.U", ' in text
-    path = tmp_path / "trial.toml"
-    path.write_text(text.replace('"fluid.U", ', f'"{name}", '), encoding="utf-8")
+    trial = Path(shutil.copy(FIXTURE / "trial.toml", tmp_path))
+    edit(trial, '"fluid.U", ', f'"{name}", ')
     with pytest.raises(InputError, match=re.escape(says)):
-        load_trial(path)
+        load_trial(trial)
 
 
 @pytest.mark.parametrize(
     ("uncommented", "left_out"),
     [
-        (["ends_px", "via_px", "roi_px"], []),
-        (["ends_px", "mask"], []),
-        (["ruler_px", "ruler_mm"], ["mm_per_px", "scale_is"]),
-        (["face_mm"], ["mm_per_px", "scale_is"]),
-        (["fill"], []),
-        (["material"], ["viscosity_pa_s", "yield_stress_pa"]),
-        (["curve"], ["viscosity_pa_s", "yield_stress_pa"]),
+        ("ends_px via_px roi_px", ""),
+        ("ends_px mask", ""),
+        ("ruler_px ruler_mm", "mm_per_px scale_is"),
+        ("face_mm", "mm_per_px scale_is"),
+        ("fill", ""),
+        ("material", "viscosity_pa_s yield_stress_pa"),
+        ("curve", "viscosity_pa_s yield_stress_pa"),
     ],
 )
 def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left_out):
-    lines = []
-    for line in TRIAL.splitlines():
-        bare = line.removeprefix("# ")
-        key = bare.split(" ")[0]
-        lines.append(bare if key in uncommented else f"# {line}" if key in left_out else line)
-    path = tmp_path / "trial.toml"
-    path.write_text("\n".join(lines))
-    trial = load_trial(path)
-    given = {**vars(present(trial.photo, "photo")), **vars(trial.crack), **vars(present(trial.fluid, "fluid"))}
-    assert all(given[key] for key in uncommented)
+    text = TRIAL
+    for key in uncommented.split():
+        text = re.sub(rf"(?m)^# ({key} )", r"\1", text)
+    for key in left_out.split():
+        text = re.sub(rf"(?m)^({key} )", r"# \1", text)
+    (tmp_path / "trial.toml").write_text(text)
+    trial = load_trial(tmp_path / "trial.toml")
+    given = {**vars(present(trial.photo, "photo")), **vars(trial.crack), **vars(trial.given_fluid)}
+    assert all(given[key] for key in uncommented.split())
 
 
 def test_a_photo_of_any_name_makes_a_trial():
@@ -176,10 +163,10 @@ def test_a_photo_of_any_name_makes_a_trial():
     given = {"photo.mm_per_px": 0.1, "photo.scale_is": "assumed", "photo.ends_px": ends_px, "crack.depth_mm": 16.0}
     trial = sample_trial("photo", Path("some/photo.png"), given)
     photo = present(trial.photo, "photo")
-    assert (trial.name, photo.scale_is, photo.ends_px, photo.via_px) == ("photo", "assumed", ends_px, ())
+    assert (photo.scale_is, photo.ends_px, photo.via_px) == ("assumed", ends_px, ())
     assert (trial.path.volume_ml, trial.fluid) == ("cavity", None)
-    assert sample_trial("photo", Path("a\nb\x07.jpg"), given).name == "a-b-"
-    assert sample_trial("photo", Path(f"{'x' * 200}.jpg"), given).name == "x" * 80
+    for file, name in (("some/photo.png", "photo"), ("a\nb\x07.jpg", "a-b-"), (f"{'x' * 200}.jpg", "x" * 80)):
+        assert sample_trial("photo", Path(file), given).name == name
 
 
 @pytest.mark.parametrize(
@@ -217,3 +204,56 @@ def test_a_photo_is_found_from_a_folder_that_is_a_link(tmp_path):
     named = seen_from(reports / "a", {"photo.file": photo})["photo.file"]
     assert (reports / "a" / named).samefile(photo)
     assert not Path(named).is_absolute()
+
+
+def poured(width_mm: float = 3.1) -> Sample:
+    crack = slot(20.0, width_mm)
+    return sample_of(crack, path(crack[1], 0.3))
+
+
+def trial_of(fluid: dict[str, Any], **solver: Any) -> Trial:
+    mesh = {"file": Path("crack.stl"), "data": "synthetic", "units": "mm"}
+    fluid = {"freeze_after_s": "never", **fluid}
+    return Trial.model_validate({"name": "tiny", "mesh": mesh, "fluid": fluid, "solver": solver})
+
+
+@pytest.mark.parametrize(
+    "fluid",
+    [{"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0}, {"viscosity_pa_s": 0.3}, {"viscosity_pa_s": 2.0, "D_cm": 0.1}],
+)
+def test_a_draft_has_the_trials_viscosity_and_drag_per_time(fluid):
+    sample, trial = poured(), trial_of(fluid, radius_mm=0.4)
+    draft = drafted(trial, sample)
+    assert draft.solver.preset == "draft"
+    assert draft.solver.size_mm == pytest.approx(3.1 / 5.2, rel=2e-3)
+    flows = []
+    for each in (trial, draft):
+        radius_mm = each.solver.size_mm
+        frame_s = plan_releases(sample.trajectory, radius_mm, each.nozzle.diameter_mm, each.seed).frame_s
+        weights = rheology_of(each.given_fluid, 0.4 * radius_mm, frame_s)
+        flows.append((weights.viscosity_pa_s, weights.yield_cm2_s2, weights.wall_weight_cm / frame_s))
+    assert flows[0] == pytest.approx(flows[1], rel=1e-6)
+    crack = sample.solid, sample.outline
+    run = injected(crack, sample.trajectory, trial.given_fluid, preset="draft", radius_mm=0.4)
+    assert run.pour.solver == draft.solver
+    assert run.pastes[0].viscosity_pa_s == pytest.approx(flows[0][0])
+    assert draft.model_dump(exclude={"fluid", "solver"}) == trial.model_dump(exclude={"fluid", "solver"})
+
+
+@pytest.mark.parametrize(("radius_mm", "width_mm", "draft_mm"), [(0.7, 3.1, 0.7), (0.4, 9.0, 1.2)])
+def test_a_drafts_particles_are_not_smaller_than_the_trials_and_not_wider_than_the_nozzle(
+    radius_mm, width_mm, draft_mm
+):
+    trial = trial_of({"viscosity_pa_s": 0.3}, radius_mm=radius_mm)
+    assert drafted(trial, poured(width_mm)).solver.size_mm == draft_mm
+
+
+def test_a_calibrated_material_keeps_its_radius():
+    material = Material.model_validate({
+        "method": "calibration", "date": "2026-11-01", "data": "measured", "not_for": ["flow"], "radius_mm": 0.5,
+        "yield_stress_pa": 12.0, "yield_stress_error_pa": 1.0, "yield_stress_95_pa": (10.0, 14.0),
+        "viscosity_pa_s": 0.3, "viscosity_error_percent": 10.0, "density_kg_m3": 1690.0, "density_error_kg_m3": 0.0,
+    })  # fmt: skip
+    trial = trial_of({"viscosity_pa_s": 0.3}, radius_mm=0.5)
+    fluid = trial.given_fluid.model_copy(update={"material": material})
+    assert drafted(trial.model_copy(update={"fluid": fluid}), poured()).solver.size_mm == 0.5

@@ -32,18 +32,20 @@ def mapped_without_fills(folder, out=None, caliper=None, data=None):
     return map_study(folder, out, caliper, data, Progress(), fills=False, any_volume=True)
 
 
-def test_errors_are_those_of_the_ledger(unbroken, tmp_path):
+def test_errors_are_those_of_the_ledger_and_the_command_answers_with_them(unbroken, tmp_path):
     """Two ways to one integral: the pipeline's, and the map's of a profile that its file rounds to 1e-6 mm."""
     mapped = mapped_without_fills(unbroken, tmp_path)
     ledger = {run.number: present(run.figures, "figures") for run in read_plan(unbroken).runs}
     for run in mapped.chart.runs:
         figures = ledger[run.number]
-        assert run.mean_error_mm == pytest.approx(figures.mean_error_mm, abs=2e-6)
-        assert run.worst_error_mm == pytest.approx(figures.worst_error_mm, abs=2e-6)
+        errors_mm = figures.mean_error_mm, figures.worst_error_mm
+        assert (run.mean_error_mm, run.worst_error_mm) == pytest.approx(errors_mm, abs=2e-6)
     content = json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
     assert content["against_baselines"] in mapped_lines(mapped)
     assert content["best"]["number"] == mapped.chart.best.number
     assert all((tmp_path / name).is_file() for name in content["files"])
+    answer = sealtwin("map", unbroken, "--no-fills", "--out", tmp_path, "--any-volume", "--json", "--quiet")
+    assert json.loads(answer.stdout) == content
 
 
 @pytest.mark.parametrize("lost", [0, 1, 4])
@@ -101,8 +103,7 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking(done):
 
 
 def test_a_study_that_is_not_there_too_small_or_edited_is_refused(done, tmp_path):
-    with pytest.raises(InputError, match="not a study"):
-        mapped_without_fills(tmp_path / "nowhere")
+    assert "not a study" in json.loads(sealtwin("map", tmp_path, "--no-fills", "--json").stdout)["error"]
     with pytest.raises(InputError, match=r"of 4 finished runs can be ranked; .* at least 4"):
         map_study(done, None, None, None, Progress(), fills=False)
     run = read_plan(done).runs[2]
@@ -130,13 +131,3 @@ def test_other_readings_say_where_they_come_from(done, lab, tmp_path):
     # Readings a millimetre lower lift every bias by it.
     for first, second in zip(before.runs, after.runs, strict=True):
         assert second.bias_mm - first.bias_mm == pytest.approx(1.0, abs=1e-9)
-
-
-def test_the_command_answers_with_one_object(unbroken, tmp_path):
-    """And with exit code 3 and one sentence where there is nothing to map."""
-    options = "--any-volume", "--json", "--quiet"
-    answer = sealtwin("map", unbroken, "--no-fills", "--out", tmp_path, *options)
-    assert json.loads(answer.stdout) == json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
-    refused = sealtwin("map", tmp_path, "--no-fills", "--json")
-    assert refused.exit_code == 3
-    assert "not a study" in json.loads(refused.stdout)["error"]

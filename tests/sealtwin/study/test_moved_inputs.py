@@ -29,11 +29,19 @@ FAST = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", PASTE).replac
 )
 DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\ndepth_mm = 0.5\n"
 MM_PER_ML, MM_PER_MM, RUNS, UNFIT = 30.0, 0.3, 4 * PART, ("A mound.",)
+DIFFERENCES = "uncertainty.differences"
 
 
-def base_of(path: Path) -> Base:
+def base_of(path: Path, **uncertainty: float) -> Base:
+    """Return the base of draws from a run folder, with further uncertainties declared."""
     with job_in(path) as job:
-        return Base.of(job)
+        base = Base.of(job)
+    return with_uncertainty(base, **uncertainty)
+
+
+def with_uncertainty(base: Base, **uncertainty: float) -> Base:
+    declared = base.trial.uncertainty.model_copy(update=uncertainty)
+    return replace(base, trial=base.trial.model_copy(update={"uncertainty": declared}))
 
 
 @pytest.fixture(scope="module")
@@ -43,22 +51,22 @@ def fast(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def linear(monkeypatch):
-    """A level that is linear in the volume given and in the depth, in place of the fast model's."""
+    """A level that is linear in the dispensed volume and in the depth, in place of the fast model's."""
 
     def bed_of(pour, paste, trajectory, **coarser):
         if not coarser:
-            return whole(pour, paste, trajectory)
+            return fast_bed_of(pour, paste, trajectory)
         depth_mm, ends_mm = pour.sample.solid.sections.depth_mm.mean(), np.array([0.0, pour.sample.outline.length_mm])
         level_mm = MM_PER_ML * trajectory.dispensed_mm3 / 1e3 - MM_PER_MM * depth_mm
         return SimpleNamespace(sections=SimpleNamespace(s_mm=ends_mm), level_mm=np.full(2, level_mm))
 
-    whole = slot_run.bed_of
+    fast_bed_of = slot_run.bed_of
     monkeypatch.setattr(slot_run, "bed_of", bed_of)
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
     monkeypatch.setattr(extra_runs, "draw", partial(draw, runs=RUNS))
 
 
-def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch):
+def test_the_uncertainty_of_inputs_of_a_linear_model_is_the_closed_form(fast, linear, monkeypatch):
     leave_out_pages(monkeypatch)
     with job_in(fast) as job:
         assert vary(job)
@@ -66,20 +74,20 @@ def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch)
         result = run_stages(job, ("validate",)).result
     figures = files.read_json(fast / "comparison.json")["uncertainty"]
     volume_mm, depth_mm = MM_PER_ML * 0.01, -MM_PER_MM * 0.5
-    assert [one["mean_level_mm"] for one in figures["inputs"]] == pytest.approx([volume_mm, depth_mm], rel=1e-3)
+    inputs = {name: [entry[name] for entry in figures["inputs"]] for name in ("mean_level_mm", "share", "model")}
+    assert inputs["mean_level_mm"] == pytest.approx([volume_mm, depth_mm], rel=1e-3)
     assert figures["mean_level"]["inputs_mm"] == pytest.approx(0.98 * hypot(volume_mm, depth_mm), rel=0.03)
     share = volume_mm**2 / (volume_mm**2 + depth_mm**2)
-    assert [one["share"] for one in figures["inputs"]] == pytest.approx([share, 1 - share], abs=1e-3)
-    # Named beside each component; of a level by the fast model no sentence of V&V 20.
-    assert {one["model"] for one in figures["inputs"]} == {"slot"}
-    inputs = [one["name"] for one in figures["budget"]["parts"] if one["kind"] == "inputs"]
-    assert inputs == [f"{name}, by the fast model" for name in ("volume given", "the crack's depth", "inputs together")]
-    assert figures["input_draws"]["runs"] == RUNS
+    assert inputs["share"] == pytest.approx([share, 1 - share], abs=1e-3)
+    # The fast model is named beside each component, and V&V 20 is not applied to its level.
+    assert inputs["model"] == ["slot", "slot"]
+    parts = [part["name"] for part in figures["budget"]["parts"] if part["kind"] == "inputs"]
+    assert parts == [f"{name}, by the fast model" for name in ("volume given", "the crack's depth", "inputs together")]
+    assert figures["input_draws"]["runs"] == RUNS == len(files.read_json(fast / SPREAD)["draws"]["moved_mm"])
     assert figures["mean_level"]["numerics_mm"] is None
     assert "the fast model" in figures["findings"][0]["text"]
     assert result.comparison is not None
     assert result.comparison.model_dump(mode="json")["uncertainty"] == figures
-    assert len(files.read_json(fast / SPREAD)["draws"]["moved_mm"]) == RUNS
 
 
 def test_draws_of_all_parts_are_those_of_one_after_the_other(fast, linear):
@@ -88,53 +96,55 @@ def test_draws_of_all_parts_are_those_of_one_after_the_other(fast, linear):
     moved_mm = draw(base, 0, Progress(), 2 * PART).moved_mm
     inputs = drawn_inputs(base.inputs, 2 * PART)
     steps = moved_inputs._steps(base, dict(zip(base.inputs, inputs[PART].tolist(), strict=True)))
-    own_mm, level_mm = (moved_inputs.level_of(base, each, np.zeros(1)) for each in ({}, steps))
-    assert moved_mm[PART] == pytest.approx(float((level_mm - own_mm)[0]), abs=1e-4)
+    unmoved_mm, level_mm = (moved_inputs.level_of(base, each, np.zeros(1)) for each in ({}, steps))
+    assert moved_mm[PART] == pytest.approx(float((level_mm - unmoved_mm)[0]), abs=1e-4)
 
 
 def test_the_fast_model_itself_is_moved(fast):
-    """More sealant stands higher by its volume over the crack's area, and a deeper crack lowers its whole bed."""
+    """More sealant rises by its volume over the crack's area, and a deeper crack lowers its whole bed."""
     base = base_of(fast)
     outline = base.sample.outline
     s_mm = np.linspace(0, outline.length_mm, 101)
-    own = moved_inputs.level_of(base, {}, s_mm)
-    assert (moved_inputs.level_of(base, {"volume_ml": 0.01}, s_mm) - own).mean() == pytest.approx(
-        10 / outline.length_mm / outline.mean_width_mm, rel=0.15
+    unmoved_mm, more_mm, deeper_mm = (
+        moved_inputs.level_of(base, steps, s_mm) for steps in ({}, {"volume_ml": 0.01}, {"depth_mm": 0.5})
     )
-    assert (moved_inputs.level_of(base, {"depth_mm": 0.5}, s_mm) - own).mean() == pytest.approx(-0.5, abs=0.05)
-    # Without yield stress there is none to draw below 0, and a viscosity is never below 0 either.
-    unsure = _unsure(base, yield_stress_pa=50.0, viscosity_percent=80.0)
-    steps = moved_inputs._steps(unsure, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
+    rise_mm = 10 / outline.length_mm / outline.mean_width_mm
+    assert (more_mm - unmoved_mm).mean() == pytest.approx(rise_mm, rel=0.15)
+    assert (deeper_mm - unmoved_mm).mean() == pytest.approx(-0.5, abs=0.05)
+
+
+def test_no_draw_has_a_stress_or_a_viscosity_below_0(fast):
+    base = base_of(fast, yield_stress_pa=50.0, viscosity_percent=80.0)
+    steps = moved_inputs._steps(base, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
     assert steps == {"yield_stress_pa": -1.0, "viscosity_percent": pytest.approx(100 * (1.8**-3 - 1))}
-    moved_inputs.level_of(unsure, steps, s_mm)
+    moved_inputs.level_of(base, steps, np.zeros(1))
 
 
 def test_walls_are_moved_to_take_up_less_stress_and_never_more_than_all_of_it(fast):
     """Paste that slides levels out further."""
-    base = _unsure(base_of(fast), wall_share=0.2)
+    base = base_of(fast, wall_share=0.2)
     s_mm = np.linspace(0, base.sample.outline.length_mm, 101)
-    own_mm, slides_mm, sticks_mm = (
+    unmoved_mm, slides_mm, sticks_mm = (
         moved_inputs.level_of(base, steps, s_mm) for steps in ({}, {"wall_share": -0.4}, {"wall_share": 0.2})
     )
-    assert np.ptp(slides_mm) < 0.95 * np.ptp(own_mm)
-    assert np.array_equal(sticks_mm, own_mm)
+    assert np.ptp(slides_mm) < 0.95 * np.ptp(unmoved_mm)
+    assert np.array_equal(sticks_mm, unmoved_mm)
 
 
 @pytest.mark.parametrize("weighed", [False, True])
-def test_a_late_pump_leaves_the_beginning_empty_and_the_weighed_sealant_is_then_elsewhere(fast, weighed):
+def test_a_late_pump_leaves_the_beginning_empty_and_weighed_sealant_is_then_elsewhere(fast, weighed):
     base = base_of(fast)
     if weighed:
         mass_g = base.sample.trajectory.dispensed_mm3 / 1e3
-        weighed = Dispensed(mass_g=mass_g, mass_sd_g=0.01, density_kg_m3=1000.0, density_sd_kg_m3=1.0)
-        path = base.trial.path.model_copy(update={"weighed": weighed})
+        weight = Dispensed(mass_g=mass_g, mass_sd_g=0.01, density_kg_m3=1000.0, density_sd_kg_m3=1.0)
+        path = base.trial.path.model_copy(update={"weighed": weight})
         base = replace(base, trial=base.trial.model_copy(update={"path": path}))
-    own, late, early = (
+    unmoved, late, early = (
         moved_sample(base, {"pump_delay_s": delay_s}, meshed=False).trajectory for delay_s in (0.0, 0.5, -0.5)
     )
-    assert np.array_equal(early.t_s, own.t_s)
-    assert np.array_equal(early.flow_mm3_s, own.flow_mm3_s)
-    share = 1.0 if weighed else 1 - 0.5 / own.duration_s
-    assert late.dispensed_mm3 == pytest.approx(share * own.dispensed_mm3)
+    assert np.array_equal((early.t_s, early.flow_mm3_s), (unmoved.t_s, unmoved.flow_mm3_s))
+    share = 1.0 if weighed else 1 - 0.5 / unmoved.duration_s
+    assert late.dispensed_mm3 == pytest.approx(share * unmoved.dispensed_mm3)
     assert late.t_s[late.giving][0] == pytest.approx(0.5)
 
 
@@ -148,37 +158,31 @@ def test_an_input_at_its_end_is_moved_the_other_way_by_twice_its_uncertainty(tmp
 
 def test_a_delay_of_the_whole_pour_is_refused_and_a_share_of_walls_beside_their_drag(fast):
     """A draw could leave no flow at all."""
-    base = base_of(fast)
+    base = base_of(fast, wall_share=0.1)
     flows_s = base.sample.trajectory.duration_s
-    refuse_immovable(_unsure(base, pump_delay_s=0.2 * flows_s))
-    with pytest.raises(InputError, match=r"\[uncertainty\] pump_delay_s = "):
-        refuse_immovable(_unsure(base, pump_delay_s=0.3 * flows_s))
-    trial = _unsure(base, wall_share=0.1).trial
-    drags = trial.model_copy(update={"fluid": trial.given_fluid.model_copy(update={"D_cm": 0.3})})
-    with pytest.raises(InputError, match=r"\[uncertainty\] wall_share: fluid.D_cm"):
-        refuse_immovable(replace(base, trial=drags))
+    fluid = base.trial.given_fluid.model_copy(update={"D_cm": 0.3})
+    refuse_immovable(with_uncertainty(base, pump_delay_s=0.2 * flows_s))
+    for immovable, key in (
+        (with_uncertainty(base, pump_delay_s=0.3 * flows_s), r"pump_delay_s = "),
+        (replace(base, trial=base.trial.model_copy(update={"fluid": fluid})), r"wall_share: fluid.D_cm"),
+    ):
+        with pytest.raises(InputError, match=rf"\[uncertainty\] {key}"):
+            refuse_immovable(immovable)
 
 
-def _unsure(base: Base, **uncertainty: float) -> Base:
-    trial = base.trial.model_copy(update={"uncertainty": base.trial.uncertainty.model_copy(update=uncertainty)})
-    return replace(base, trial=trial)
-
-
-def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):
+def test_an_impossible_draw_is_named_with_its_inputs(fast):
     fault = moved_inputs.levels_of(base_of(fast), [{"volume_ml": -1.0}], np.zeros(1))
-    assert isinstance(fault, str)
-    assert "volume_ml -1" in fault
-    assert "uncertainty.differences" in fault
+    assert "volume_ml -1" in str(fault)
+    assert DIFFERENCES in str(fault)
 
 
 @pytest.mark.parametrize(
-    ("own", "declared", "unfit", "drawn"),
+    ("model", "declared", "unfit", "drawn"),
     [(None, None, (), True), (None, None, UNFIT, False), (None, "particles", (), False), ("slot", None, UNFIT, True)],
 )
-def test_the_fast_model_is_taken_in_its_domain_or_where_declared(fast, monkeypatch, own, declared, unfit, drawn):
+def test_the_fast_model_is_taken_in_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
     monkeypatch.setattr(moved_inputs, "fast_level", lambda _: (None, unfit))
     base = base_of(fast)
-    changes = {"solver.model": own, "uncertainty.differences": declared}
-    assert takes_draws(replace(base, trial=base.changed(changes))) is drawn
-    with pytest.raises(InputError, match=r"trial.toml: uncertainty.differences.*solver.model"):
-        takes_draws(replace(base, trial=base.changed({"uncertainty.differences": "particles"})))
+    assert takes_draws(replace(base, trial=base.changed({"solver.model": model, DIFFERENCES: declared}))) is drawn
+    with pytest.raises(InputError, match=rf"trial.toml: {DIFFERENCES}.*solver.model"):
+        takes_draws(replace(base, trial=base.changed({DIFFERENCES: "particles"})))

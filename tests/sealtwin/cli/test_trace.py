@@ -8,11 +8,13 @@ import socket
 import webbrowser
 from contextlib import closing
 from pathlib import Path
+from unittest.mock import Mock
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
 import pytest
 
+from digitise.trace_page.page import TracePage
 from sealtwin.core.errors import present
 from sealtwin.trial.trial_file import load_trial
 from tests.support.paths import FIXTURE
@@ -126,33 +128,30 @@ def test_leaving_saves_nothing(trial, browser):
     assert trial.read_bytes() == before
 
 
-def test_no_browser_is_opened_when_none_is_wanted(trial, browser, monkeypatch):
+def test_no_browser_is_opened_if_none_is_wanted(trial, browser, monkeypatch):
     """Ctrl-C ends it, with the exit code of an interruption, and nothing is written."""
-    from digitise.trace_page.page import TracePage
-
-    def interrupted(_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(TracePage, "wait", interrupted)
+    monkeypatch.setattr(TracePage, "wait", Mock(side_effect=KeyboardInterrupt))
     before = trial.read_bytes()
     answer = sealtwin("trace", trial, "--no-browser", "--quiet")
-    assert answer.exit_code == 130
-    assert browser.answers == ()
+    assert (answer.exit_code, browser.answers) == (130, ())
     assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
     assert answer.stderr.endswith("interrupted; nothing was saved.\n")
     assert trial.read_bytes() == before
 
 
 def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tmp_path):
-    assert f"{tmp_path}: contains neither a photo" in refusal("trace", tmp_path)
-    assert "not found" in refusal("trace", tmp_path / "none.jpg")
-    assert "no such file" in refusal("trace", tmp_path / "none.toml")
-    (trial.parent / "photo.toml").write_text("")
-    assert "already exists" in refusal("trace", trial.parent / "photo.jpg")
-    mesh = tmp_path / "mesh.toml"
+    photo, mesh = trial.with_name("photo.jpg"), tmp_path / "mesh.toml"
     mesh.write_text('name = "m"\n[mesh]\nfile = "m.stl"\ndata = "measured"\nunits = "mm"\n')
-    assert "no photo to trace" in refusal("trace", mesh)
-    (trial.parent / "photo.jpg").write_bytes(b"no photo")
+    trial.with_name("photo.toml").touch()
+    for path, named in (
+        (tmp_path, f"{tmp_path}: contains neither a photo"),
+        (tmp_path / "none.jpg", "not found"),
+        (tmp_path / "none.toml", "no such file"),
+        (photo, "already exists"),
+        (mesh, "no photo to trace"),
+    ):
+        assert named in refusal("trace", path)
+    photo.write_bytes(b"no photo")
     assert "not a readable photo" in refusal("trace", trial)
 
 

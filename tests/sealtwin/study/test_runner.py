@@ -1,21 +1,27 @@
-"""Studies on workers: those that are killed, and those of a scheduler."""
+"""Runs of a study: their progress, their workers, and those by the fast model."""
 
+import csv
 import os
 import signal
+import time
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from sealtwin.cli.studies import swept_lines
 from sealtwin.core.cluster import KILLED, Lost, run_tasks
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import runner
-from sealtwin.study.study_folder import profile_path, read_plan
+from sealtwin.study.runner import StudyOptions
+from sealtwin.study.study_folder import StudyRun, profile_path, read_plan
+from sealtwin.study.study_map import chart_of
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import NUMBERS, own_numbers
 from tests.support.ingested_lab import sealtwin
-from tests.support.tiny_study import HERE, results_of
+from tests.support.tiny_study import HERE, results_of, tiny_lab
+from validate.figures.map_page import map_page
 
 
 def _killed_at_300(bench, trials, options):
@@ -80,3 +86,64 @@ def test_a_worker_of_other_stage_numbers_is_refused(scheduler, monkeypatch):
     monkeypatch.setitem(NUMBERS, "simulate", 999)
     with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, but this machine has .*: 999"):
         next(run_tasks(pow, [(0, (1, 1))], 0, scheduler, own_numbers))
+
+
+FAST = """
+[fixed]
+"solver.model" = "slot"
+"solver.settle_s" = 1.0
+"fluid.freeze_after_s" = "never"
+
+[grid]
+"fluid.viscosity_pa_s" = [0.05, 0.5]
+"fluid.yield_stress_pa" = [0.5, 1.0, 40.0]
+"""
+
+
+def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
+    study, out = tiny_lab(tmp_path, FAST), tmp_path / "out"
+    swept = sweep(study, out, StudyOptions("cpu", 0), Progress())
+    assert swept["states"] == {"waiting": 0, "done": 6, "failed": 0}
+    with (out / "runs.csv").open(newline="", encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+    assert [row["model"] for row in rows] == ["slot"] * 6
+    assert {row["particles"] for row in rows} == {""}
+    # The stiff pastes stack under the nozzle.
+    assert ["slope" in row["unfit"] for row in rows] == [False, False, True] * 2
+    assert swept["screening"].startswith("6 of 6 runs are by the fast model")
+    assert "It is unfit for 2 of them" in swept["screening"]
+    assert swept["screening"] in swept_lines(swept)
+    plan = read_plan(out)
+    assert [run.ranked for run in plan.runs] == [True, True, False] * 2
+    chart = chart_of(out, [run for run in plan.runs if run.ranked], plan)
+    assert {run.number: run.reason.key for run in chart.excluded} == {3: "unfit", 6: "unfit"}
+    assert "do not scatter" in chart.flatness
+    assert map_page(chart, []).cautions[0] == swept["screening"]
+
+
+def test_a_study_asks_about_a_slip_of_unit_before_it_begins(tmp_path):
+    progress, slip = Progress(), FAST.replace("[0.05, 0.5]", "[0.5, 300.0]")
+    sweep(tiny_lab(tmp_path, slip), tmp_path / "out", StudyOptions("cpu", 0, dry_run=True), progress)
+    assert ("setting.viscosity_pa_s", 300) in [(fact.key, fact.value) for fact in progress.warned]
+
+
+def test_progress_goes_on_during_a_run_and_is_of_all_runs(monkeypatch):
+    """Once a lab's first run of eleven minutes showed "Running" and nothing else."""
+    monkeypatch.setattr(runner, "SHOWN_EVERY_S", 0.02)
+    steps, began_s = list[tuple[float, int]](), time.monotonic()
+
+    class Steps(Progress):
+        def advance(self, done, note=""):
+            steps.append((time.monotonic() - began_s, done))
+
+    runs = [StudyRun(number, f"{number}", {}, {}, "", f"{number}", 10.0) for number in (1, 2)]
+    work: Any = (time.sleep, lambda _: (0.3,), lambda run, _: replace(run, state="done", wall_s=0.3))
+    monkeypatch.setattr(
+        runner, "run_tasks", lambda function, tasks, *_: ((run, [function(*more)]) for run, more in tasks)
+    )
+    runner.launch(runs, runner.StudyOptions("cpu", 0), "Running", Steps(), work, left_s=lambda _: 0.1)
+    within = [done for at_s, done in steps if at_s < 0.28]
+    assert len(within) > 3
+    assert 0 < within[-1] < 1000, "of 2,000 hundredths of a second"
+    assert [done for _, done in steps] == sorted(done for _, done in steps)
+    assert steps[-1][1] == 2000

@@ -6,7 +6,7 @@ import pytest
 
 from digitise.trace_page.session import Hints, Shape
 from sealtwin.core.errors import InputError, present
-from sealtwin.trial import trace_sheets as hints_module
+from sealtwin.trial import trace_sheets
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trace_sheets import TrialFile, new_trial, sheet_of
 from sealtwin.trial.trial_file import load_trial
@@ -35,8 +35,12 @@ tilt     = "flare"
 """
 
 
-def _trial(folder, text=COMMENTED):
-    path = folder / "trial.toml"
+@pytest.fixture
+def path(tmp_path):
+    return written(tmp_path / "trial.toml")
+
+
+def written(path, text=COMMENTED):
     path.write_bytes(text.encode())
     return path
 
@@ -46,9 +50,7 @@ def test_only_the_hints_lines_change(tmp_path):
 
     A run reads what was saved; saving it again changes no byte; and a link stays a link.
     """
-    (tmp_path / "real").mkdir()
-    real = _trial(tmp_path / "real")
-    path = tmp_path / "trial.toml"
+    real, path = written(tmp_path / "real.toml"), tmp_path / "trial.toml"
     path.symlink_to(real)
     assert TrialFile(path).save(TRACED, SAME) == ["ends_px", "via_px", "mm_per_px"]
     assert path.is_symlink()
@@ -60,51 +62,47 @@ def test_only_the_hints_lines_change(tmp_path):
     ]
     assert [line for line in before if line not in after] == ["mm_per_px   =   0.2     # from the ruler"]
     assert after.index("ends_px = [[12.5, 340.0], [905.0, 377.1]]") < after.index("#   the lamp stood left")
-    photo = present(load_trial(path).photo, "photo")
-    assert (photo.ends_px, photo.via_px, photo.mm_per_px) == (ENDS, TRACED.via_px, 0.1)
-    assert Hints.of(photo) == TRACED
-    content, written = real.read_bytes(), real.stat().st_mtime_ns
+    assert Hints.of(photo_in(path)) == TRACED
+    content, written_ns = real.read_bytes(), real.stat().st_mtime_ns
     assert TrialFile(path).save(TRACED, SAME) == []
-    assert (real.read_bytes(), real.stat().st_mtime_ns) == (content, written)
+    assert (real.read_bytes(), real.stat().st_mtime_ns) == (content, written_ns)
 
 
-def test_the_shape_is_saved_into_its_table_and_what_is_not_said_stays(tmp_path):
-    path = _trial(tmp_path)
+def photo_in(path):
+    return present(load_trial(path).photo, "photo")
+
+
+def test_the_shape_is_saved_into_its_table_and_what_is_not_said_stays(path):
     shape = Shape(depth_mm=17.5, tilt="flare", wall_angle_deg=5.5)
     changed = TrialFile(path).save(Hints(ends_px=ENDS, branches="keep", mm_per_px=0.2), shape)
     assert changed == ["ends_px", "branches", "depth_mm", "wall_angle_deg"]
     assert "depth_mm = 17.5           # three places" in path.read_text()
+    TrialFile(path).save(TRACED, SAME)
     crack = present(load_trial(path).crack, "crack")
     assert (crack.depth_mm, crack.tilt, crack.wall_angle_deg) == (17.5, "flare", 5.5)
-    TrialFile(path).save(TRACED, SAME)
-    assert "wall_angle_deg = 5.5" in path.read_text()
 
 
-def test_a_path_alone_has_no_crack_until_a_depth_is_given(tmp_path):
+def test_a_path_alone_has_no_crack_until_a_depth_is_given(path):
     text = COMMENTED[: COMMENTED.index("# What calipers said")].replace("mm_per_px ", "path_only = true\nmm_per_px ")
-    path = _trial(tmp_path, text)
+    written(path, text)
     assert load_trial(path).crack is None
     TrialFile(path).save(TRACED, SAME)
     assert "[crack]" not in path.read_text()
     TrialFile(path).save(TRACED, Shape(depth_mm=12.0))
-    crack = present(load_trial(path).crack, "crack")
-    assert crack.depth_mm == 12.0
+    assert present(load_trial(path).crack, "crack").depth_mm == 12.0
 
 
-def test_a_hint_that_is_not_said_goes(tmp_path):
-    path = _trial(tmp_path)
-    ends_px = ((0.1, 1e-7), (12345.6, 3.0))  # Numbers are written as they were said.
+def test_another_scale_takes_the_place_of_the_old_one_and_numbers_are_written_as_said(path):
+    """Markers that the page wrote go with it."""
+    ends_px = ((0.1, 1e-7), (12345.6, 3.0))
     ruler = Hints(ends_px=ends_px, ruler_px=((0.0, 0.0), (100.0, 0.0)), ruler_mm=10.0)
     assert "mm_per_px" in TrialFile(path).save(ruler, SAME)
-    photo = present(load_trial(path).photo, "photo")
+    photo = photo_in(path)
     assert (photo.ends_px, photo.mm_per_px, photo.ruler_mm) == (ends_px, None, 10.0)
-
-
-def test_markers_that_the_page_wrote_go_with_another_scale(tmp_path):
-    trial = TrialFile(_trial(tmp_path))
+    trial = TrialFile(path)
     assert "markers" in trial.save(Hints(face_mm=(160.0, 40.0), frame=(16.0, "4x4_50", 8, None)), SAME)
-    assert trial.save(TRACED, SAME)[-2:] == ["face_mm", "markers"]
-    assert present(load_trial(trial.path).photo, "photo").markers is None
+    assert {"face_mm", "markers"} <= {*trial.save(TRACED, SAME)}
+    assert photo_in(path).markers is None
 
 
 LAYOUTS = {
@@ -129,31 +127,32 @@ LAYOUTS = {
 }
 
 
+GONE = {
+    "old ends over several lines": [" this one"],
+    "the starter's": [' or "assumed", which every output then states'],
+}
+"""Comments inside a value, which go with it."""
+
+
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_however_a_trial_is_laid_out(tmp_path, layout):
+def test_comments_and_line_ends_stay_however_a_trial_is_laid_out(path, layout):
     text = LAYOUTS[layout]
-    path = _trial(tmp_path, text)
+    written(path, text)
     TrialFile(path).save(Hints(ends_px=ENDS, mm_per_px=None if layout == "markers below" else 0.1), SAME)
     content = path.read_bytes().decode()
     comments = [line.partition("#")[2] for line in text.splitlines() if "#" in line]
-    # A value that goes takes the comments inside it along.
-    gone = {
-        "old ends over several lines": [" this one"],
-        "the starter's": [' or "assumed", which every output then states'],
-    }
-    assert [comment for comment in comments if comment not in content] == gone.get(layout, [])
-    assert load_trial(path).photo is not None
+    assert [comment for comment in comments if comment not in content] == GONE.get(layout, [])
+    assert photo_in(path).ends_px == ENDS
     assert content.count("\r\n") == (content.count("\n") if "\r\n" in text else 0)
     assert content.startswith("\ufeff") == text.startswith("\ufeff")
 
 
-def test_a_file_that_somebody_else_changed_is_not_overwritten(tmp_path):
-    path = _trial(tmp_path)
+def test_a_file_that_somebody_else_changed_is_not_overwritten(path):
     opened = TrialFile(path)
-    path.write_text(COMMENTED.replace("16 ", "17 "))
+    changed = written(path, COMMENTED.replace("16 ", "17 ")).read_text()
     with pytest.raises(InputError, match="changed since the page was opened"):
         opened.save(TRACED, SAME)
-    assert path.read_text() == COMMENTED.replace("16 ", "17 ")
+    assert path.read_text() == changed
     path.unlink()
     with pytest.raises(InputError, match="changed since"):
         opened.save(TRACED, SAME)
@@ -167,28 +166,26 @@ def test_a_file_that_somebody_else_changed_is_not_overwritten(tmp_path):
         (Hints(mm_per_px=0.1, via_px=((1.0, 2.0),)), "via_px is given without ends_px"),
     ],
 )
-def test_what_would_be_no_trial_is_not_written(tmp_path, hints, named):
-    path = _trial(tmp_path)
+def test_what_would_be_no_trial_is_not_written(path, hints, named):
     with pytest.raises(InputError, match=named):
         TrialFile(path).save(hints, SAME)
     assert path.read_text() == COMMENTED
-    assert list(tmp_path.iterdir()) == [path]
+    assert list(path.parent.iterdir()) == [path]
 
 
-def test_an_edit_that_would_change_more_is_refused(tmp_path, monkeypatch):
+def test_an_edit_that_would_change_more_is_refused(path, monkeypatch):
     """Trust, but look: what an editor of TOML left is read again before it is written."""
-    monkeypatch.setattr(hints_module, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
-    path = _trial(tmp_path)
+    monkeypatch.setattr(trace_sheets, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
     with pytest.raises(InputError, match=r"Write them yourself: ends_px = \[\[12.5, 340.0\]"):
         TrialFile(path).save(TRACED, SAME)
     assert path.read_text() == COMMENTED
 
 
-def test_a_photo_gets_a_trial_of_its_own_name(tmp_path):
+def test_a_photo_gets_a_trial_of_its_name(tmp_path):
     photo = tmp_path / 'crack "7".jpg'
     new = new_trial(photo)
     new.save(TRACED, Shape(depth_mm=16.0))
-    trial = load_trial(tmp_path / 'crack "7".toml')
+    trial = load_trial(photo.with_suffix(".toml"))
     read, crack = present(trial.photo, "photo"), present(trial.crack, "crack")
     assert (trial.name, read.file.name, read.data, crack.depth_mm) == ('crack "7"', photo.name, "undeclared", 16.0)
     assert Hints.of(read) == TRACED
@@ -207,10 +204,11 @@ def test_no_depth_is_ever_made_up_and_a_trial_that_is_there_is_not_replaced(tmp_
     assert (tmp_path / "crack.toml").read_text() == "mine"
 
 
-def test_settings_of_the_command_are_saved_with_the_hints(tmp_path):
+def test_settings_of_the_command_are_saved_with_the_hints(path):
     """They drew the walls on the page; those that exclude each other replace each other, and comments stay."""
-    path = _trial(tmp_path, f"{COMMENTED}\n[fluid]\nU = 30.0\nD_cm = 0.3\nfreeze_after_s = 2.58\n")
-    settings = {"photo.edge_fraction": 0.6, "photo.mask": tmp_path / "m.png", "fluid.viscosity_pa_s": 0.5, "seed": 3}
+    written(path, f"{COMMENTED}\n[fluid]\nU = 30.0\nD_cm = 0.3\nfreeze_after_s = 2.58\n")
+    mask = path.with_name("m.png")
+    settings = {"photo.edge_fraction": 0.6, "photo.mask": mask, "fluid.viscosity_pa_s": 0.5, "seed": 3}
     changed = TrialFile(path, settings).save(Hints(ends_px=ENDS, mm_per_px=0.1), SAME)
     assert {"edge_fraction", "mask", "viscosity_pa_s", "seed"} <= {*changed}
     read = tomllib.loads(path.read_text())

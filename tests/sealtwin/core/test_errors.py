@@ -1,15 +1,26 @@
-"""A file of settings from anybody: whatever is wrong with it is told in few words, each place once."""
+"""Faults of the machine, of names and of settings: told by the file that the user knows, in few words."""
 
-import json
+import errno
 import time
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import pytest
 from pydantic import Field
 
-from sealtwin.core.errors import InputError
-from sealtwin.core.settings import Settings, checked, read_settings
+from sealtwin.core.errors import InputError, naming
+from sealtwin.core.settings import Settings, read_settings
+
+NO_SPACE = OSError(errno.ENOSPC, "No space left on device")
+SHUT = PermissionError(errno.EACCES, "Permission denied", ".photos.123.csv")
+
+
+@pytest.mark.parametrize("fault", [NO_SPACE, SHUT], ids=["full disk", "temporary file"])
+def test_a_fault_of_the_machine_names_the_users_file(fault):
+    """What has no name would end as a bug of ours, with a traceback."""
+    with pytest.raises(OSError, match=r"photos\.csv") as named, naming(Path("out/photos.csv")):
+        raise fault
+    assert named.value.filename == "out/photos.csv"
 
 
 class Inner(Settings):
@@ -81,10 +92,3 @@ def test_what_is_no_toml_is_refused_at_once(tmp_path, text):
     began = time.process_time()
     assert "cell.toml" in refusal(text, tmp_path)
     assert time.process_time() - began < 2  # 0.1 s; tables in tables would take gigabytes and minutes
-
-
-def test_a_file_whose_name_is_not_utf8_is_refused_before_it_gets_into_any_record():
-    content: dict[str, Any] = {"names": ["caf\udce9"]}
-    with pytest.raises(InputError, match="rename it") as caught:
-        checked(Tables, Path("photos/caf\udce9.png"), content)
-    json.dumps(str(caught.value), ensure_ascii=False).encode()

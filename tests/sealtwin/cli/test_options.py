@@ -1,0 +1,271 @@
+"""Options of the command line: settings and numbers are read as people write them, or refused by the option."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import typer
+
+from sealtwin.cli.options import along, read_number, read_numbers, settings_of
+from sealtwin.core.errors import InputError
+from tests.house_rules import PACKAGES
+from tests.support.paths import FIXTURE, ROOT
+from tests.support.processes import commands, refusal, sealtwin
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import tiny_lab
+
+
+@pytest.mark.parametrize("text", ["1,2,3", "a,b", "nan,1", ""])
+def test_anything_but_two_finite_numbers_is_refused_by_its_option(text):
+    with pytest.raises(typer.BadParameter, match="--roi"):
+        read_numbers(text, "X,Y", "--roi")
+
+
+@pytest.mark.parametrize("text", ["deep", "nan", ""])
+def test_a_depth_that_is_no_number_is_refused_by_its_option(text):
+    with pytest.raises(typer.BadParameter, match="--depth-mm"):
+        along(text, "--depth-mm")
+
+
+TABLES = {
+    "plain": b"s_mm,depth_mm\n0,12\n40,16.5\n",
+    "UTF-16": "s_mm,depth_mm\n0,12\n40,16.5\n".encode("utf-16"),
+    "decimal comma": "\ufeffs_mm;depth_mm\r\n0;12\r\n40;16,5\r\n".encode(),
+    "other columns": b"note,depth_mm,s_mm\nbegin,12,0\nmiddle,16.5,40\n",
+}
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_a_table_is_read_as_spreadsheets_save_it(tmp_path, table):
+    (tmp_path / "depths.csv").write_bytes(TABLES[table])
+    assert along(str(tmp_path / "depths.csv"), "--depth-mm") == [[0.0, 12.0], [40.0, 16.5]]
+
+
+@pytest.mark.parametrize(
+    ("content", "named"),
+    [
+        ("s_mm,depth_mm\n", "0 rows"),
+        ("s_mm,tiefe\n0,12\n", "no column depth_mm"),
+        ("s_mm,depth_mm\n0,12\n40,deep\n", "row 3"),
+        ('s_mm,depth_mm\n0,"1,250"\n', "row 2: .*1,250"),
+        ("x" * 300_000, "larger than"),
+    ],
+)
+def test_a_table_of_depths_that_cannot_be_used_is_named(tmp_path, content, named):
+    (tmp_path / "depths.csv").write_text(content)
+    with pytest.raises(InputError, match=rf"depths\.csv.*{named}"):
+        along(str(tmp_path / "depths.csv"), "--depth-mm")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("crack.tilt=flare", "flare"),
+        ('crack.tilt = "flare"', "flare"),
+        ("path.volume_ml=1,5", 1.5),
+        ("photo.path_only=true", True),
+        ("note=1\nseed = 2", "1\nseed = 2"),
+        ("photo.mask=b.png", Path("b.png").absolute()),
+        ("crack.fill=fill.csv", Path("fill.csv").absolute()),
+        ('crack.fill={file="fill.csv"}', {"file": Path("fill.csv").absolute()}),
+        ("crack.wall_angle_deg=[4,9]", [4, 9]),
+    ],
+)
+def test_a_value_is_read_as_in_toml_or_as_a_bare_word(text, value):
+    assert settings_of({}, [text]) == {text.partition("=")[0].strip(): value}
+
+
+def test_no_help_has_brackets_that_a_terminal_takes_as_markup():
+    """Broken on purpose with "needs sealtwin[cluster]", a terminal shows "needs sealtwin"."""
+    helps = [getattr(part, "help", "") or "" for command in COMMANDS.values() for part in (command, *command.params)]
+    assert len(helps) > 100
+    assert [text for text in helps if re.search(r"\[/?[a-zA-Z@#]", text)] == []
+
+
+@pytest.mark.parametrize("text", ["crack.tilt", "=flare", "crack.=1", "a.b.c.d.e=1", "cra ck.tilt=1"])
+def test_what_names_no_setting_is_refused(text):
+    with pytest.raises(typer.BadParameter, match=r"TABLE\.KEY=VALUE"):
+        settings_of({}, [text])
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("crack.wall_angle_deg=11,8", r"11\.8 or \[11,8\]"),
+        ("crack.depth_mm=5,3", r"5\.3 or \[5,3\]"),
+        ("crack=3", r"crack\.KEY=VALUE"),
+    ],
+)
+def test_what_is_easily_misread_is_refused(text, named):
+    """``--wall-angle-deg 11,8`` was left and right; a table of 'quick' was lost beside what it assumes."""
+    with pytest.raises(typer.BadParameter, match=named):
+        settings_of({}, [text])
+
+
+@pytest.mark.parametrize(
+    ("options", "others"),
+    [
+        ({}, ["crack.tilt=lean", "crack.tilt=flare"]),
+        ({"crack.depth_mm": "8"}, ["crack.depth_mm=9"]),
+        ({}, ["photo.markers.size_mm=8", "photo.markers=frame.toml"]),
+    ],
+)
+def test_a_setting_is_given_once(options, others):
+    with pytest.raises(typer.BadParameter, match="given twice"):
+        settings_of(options, others)
+
+
+@pytest.mark.parametrize(
+    ("setting", "named"),
+    [
+        ("crack.tillt=lean", "settings of this call: crack.tillt: no such key; did you mean 'tilt'?"),
+        ("crack.depth_mm=[[0,5],[9,900]]", "settings of this call: crack.depth_mm.1.1 = 900"),
+        ("path.volume_ml=1,000", "settings of this call: path.volume_ml = '1,000'"),
+        ("photo.edge_fraction=\u0663", "settings of this call: photo.edge_fraction = '\u0663'"),
+    ],
+)
+def test_a_setting_is_checked_as_in_a_trial_file(tmp_path, setting, named):
+    answer = sealtwin("digitise", FIXTURE / "trial.toml", "--out", tmp_path / "run", "--set", setting)
+    assert answer.exit_code == 3
+    assert named in answer.stderr
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    tiny_lab(tmp_path / "lab")
+    leave_out_pages(monkeypatch)
+    return tmp_path / "lab"
+
+
+def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
+    """The same command redoes nothing; another value makes the stages anew that it concerns."""
+    out = lab / "out"
+
+    def recorded():
+        return tomllib.loads((out / "trial.toml").read_text())
+
+    def stages():
+        return json.loads((out / "manifest.json").read_text())["stages"]
+
+    line = ("run", lab / "trial.toml", "--out", out, "--device", "cpu", "--set", "crack.tilt=flare", "--seed", 5)
+    assert sealtwin(*line).exit_code == 0
+    assert (recorded()["crack"]["tilt"], recorded()["seed"]) == ("flare", 5)
+    assert "nothing to redo" in sealtwin(*line).stderr
+    before = stages()
+    answer = sealtwin("simulate", out, "--device", "cpu", "--set", "seed=6")
+    assert answer.exit_code == 0, answer.output
+    assert (recorded()["crack"]["tilt"], recorded()["seed"]) == ("flare", 6)
+    assert stages()["digitise"] == before["digitise"]
+    assert stages()["simulate"]["settings"]["seed"] == 6
+    trial = recorded()
+    named = "[crack] differs from the settings of digitise here"
+    assert named in refusal("simulate", out, "--set", "crack.tilt=lean")
+    assert recorded() == trial
+    (lab / "other.csv").write_bytes((lab / "readings.csv").read_bytes())
+    answer = sealtwin("validate", out, "--device", "cpu", "--set", f"readings.file={lab / 'other.csv'}")
+    assert answer.exit_code in (0, 5), answer.output
+    assert recorded()["readings"]["file"] == "inputs/other.csv"
+    assert (out / "inputs" / "other.csv").is_file()
+
+
+def test_a_quick_trial_assumes_nothing_that_is_given(lab):
+    line = ("quick", lab / "crack.png", "--mm-per-px", 0.4, "--ends", "40,101", "160,98", "--device", "cpu")
+    assert sealtwin(*line, "--out", lab / "out").exit_code == 2, "without a depth"
+    given = ("crack.depth_mm=8", "crack.tilt=vertical", "fluid.viscosity_pa_s=0.5", "solver.model=slot")
+    options = [word for setting in given for word in ("--set", setting)]
+    answer = sealtwin(*line, *options, "--seed", 3, "--out", lab / "out")
+    assert answer.exit_code == 0, answer.output
+    text = (lab / "out" / "trial.toml").read_text()
+    trial = tomllib.loads(text)
+    assert (trial["crack"]["tilt"], trial["fluid"]["viscosity_pa_s"], trial["seed"]) == ("vertical", 0.5, 3)
+    assert "U" not in trial["fluid"]
+    for name in ("crack.tilt", "fluid.U", "fluid.viscosity_pa_s"):
+        assert f"{name} = " not in trial["note"]
+    assert 'tilt = "vertical"\n' in text
+
+
+def test_a_study_starts_from_the_trial_with_what_is_set(lab):
+    line = ("sweep", lab / "study.toml", "--out", lab / "out", "--device", "cpu", "--dry-run", "--set")
+    assert sealtwin(*line, "nozzle.diameter_mm=1.9").exit_code == 0
+    runs = json.loads((lab / "out" / "plan.json").read_text())["runs"]
+    assert {run["trial"]["nozzle"]["diameter_mm"] for run in runs} == {1.9}
+    assert "fluid.U" in runs[0]["settings"]
+    # Each run's U would take the place of a viscosity.
+    for name in ("fluid.U", "fluid.viscosity_pa_s"):
+        assert f"--set {name}: {lab / 'study.toml'} also sets this setting" in refusal(*line, f"{name}=1")
+
+
+def test_what_a_calibration_finds_removes_nothing_that_is_set(lab):
+    line = ("calibrate", lab / "trial.toml", "--out", lab / "out", "--device", "cpu", "--free", "fluid.U=3:30", "--set")
+    named = "--set fluid.viscosity_pa_s: a --free setting replaces it"
+    assert named in refusal(*line, "fluid.viscosity_pa_s=1")
+
+
+COMMANDS = commands()
+ALL_OPTIONS = {"--help", "--version"} | {
+    name for command in COMMANDS.values() for parameter in command.params for name in parameter.opts if name[0] == "-"
+}
+OTHERS = {"--nworkers", "--nthreads", "--constraint", "--editable"}
+"""Options of Dask and of pip."""
+
+
+def test_no_sentence_names_an_option_or_a_command_that_does_not_exist():
+    # Variables of a style sheet begin with two hyphens as well.
+    drawn = {"theme.py", "charts.py"}
+    code = (path for name in PACKAGES for path in (ROOT / name).rglob("*.py") if path.name not in drawn)
+    pages = (ROOT / "README.md", *(ROOT / "docs").rglob("how-to/*.md"))
+    texts = {
+        path: path.read_text(encoding="utf-8") for path in (*code, *ROOT.glob("sealtwin/templates/*.toml"), *pages)
+    }
+    for pattern, names, count in (
+        (r"(?<![\w(-])--[a-z][a-z-]*[a-z](?![\w:-])", ALL_OPTIONS | OTHERS, 50),
+        (r"(?<='sealtwin )[a-z][a-z-]+", {*" ".join(COMMANDS).split()}, 10),
+    ):
+        named = {(path, name) for path, text in texts.items() for name in re.findall(pattern, text)}
+        assert len(named) > count
+        assert {(path, name) for path, name in named if name not in names} == set()
+
+
+@pytest.mark.parametrize(
+    ("name", "texts"), [("--depth-mm", "1_0 nan 1e999 \u0663 1,000 0x1"), ("--jobs", "1_0 2,5 0 65")]
+)
+def test_a_decimal_comma_is_read_and_half_a_number_is_not(name, texts):
+    """Code 3 is of a photo that is not there: the number was read."""
+    line = ("digitise", "none.png", "--mm-per-px", "0.1", "--depth-mm", "0,5")
+    assert sealtwin(*line).exit_code == 3
+    given = line[:-2] if name in line else line
+    assert [text for text in ("", *texts.split()) if sealtwin(*given, name, text).exit_code != 2] == []
+
+
+@pytest.mark.parametrize(("text", "value"), [("0,125", 0.125), ("-1,5e2", -150), (".5", 0.5), ("5.", 5), (" 12 ", 12)])
+def test_numbers_as_people_write_them(text, value):
+    assert read_number(text) == value
+
+
+ASIDE = """
+import logging, os, warnings
+from sealtwin.cli import app
+
+def command():
+    warnings.warn("aside", RuntimeWarning)
+    logging.getLogger("library").warning("aside")
+    print("płyta", os.environ.get("COLUMNS"))
+
+app.app = command
+app.main()
+"""
+
+
+@pytest.mark.parametrize(("options", "printed"), [((), b"p\\u0142yta None"), (("--json",), "płyta None".encode())])
+def test_any_name_is_printed_and_what_a_library_says_aside_is_not(options, printed, tmp_path):
+    """A page that lacks a letter gets an escape, as pipes on Windows; JSON is UTF-8. Width 0 would make help blank."""
+    environment = os.environ | {"PYTHONIOENCODING": "ascii", "COLUMNS": "0"}
+    command = [sys.executable, "-c", ASIDE, *options]
+    answer = subprocess.run(command, capture_output=True, cwd=tmp_path, env=environment, check=False)
+    assert (answer.returncode, answer.stdout.strip(), answer.stderr) == (0, printed, b"")

@@ -1,0 +1,199 @@
+"""The short answer of commands that run a trial: its length, and what it never leaves out."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sealtwin.cli.trial_answer import result_lines
+from sealtwin.core.errors import present
+from sealtwin.core.facts import doubt, texts
+from sealtwin.core.records import Profile
+from sealtwin.core.solid_figures import WeighedCavity
+from sealtwin.trial.job import StageName
+from tests.support.evidence import FAST_FILL, SEEDS, make_evidence, slope
+from tests.validate.test_assess import LIFTED, NO_PASSES, SHEET, spread
+from validate.compare import assess
+from validate.comparison import Baseline, Comparison
+from validate.intervals import PredictedLevel, StationError
+from validate.result import Evidence, FluidFigures, SampleFigures, TrialResult
+from validate.settings import Gate, Uncertainty
+
+GATE = Gate(mean_error_mm=1.6)
+FITTED = ("fluid.U", "fluid.D_cm", "crack.tilt", "crack.wall_angle_deg")
+REMARK = doubt("fluid.liquid", "fluid.U is 30: at any U, sealant levels like a thin liquid until it freezes.")
+SAMPLE: dict[str, Any] = {
+    "data": "synthetic", "length_mm": 79.5, "mean_width_mm": 3.12, "width_source": "walls", "width_95_mm": None,
+    "cavity_volume_mm3": 5949.0, "cavity_volume_95_mm3": None, "weighed": None, "sealant_mm3": 4800.0,
+    "path_source": "ends", "scale_source": "8 4x4_50 markers of 16 mm", "mm_per_px": 0.1001,
+    "scale_uncertainty": 0.00045, "scale_residual_mm": 0.004, "camera_tilt_deg": 3.4, "warnings": (),
+}  # fmt: skip
+FLUID: dict[str, Any] = {
+    "particles": 14527, "escaped_particles": 0, "spilled_particles": 0, "above_face_mm3": 110.0, "unfit": None,
+    "volume_ratio": 0.999, "device": "CPU", "warnings": (REMARK,),
+}  # fmt: skip
+WEIGHED = WeighedCavity(
+    *((-9.0, -6.0), (100.0, 200.0), (1.0, 2.0), (3.0, 3.0), 3.1, 2.0, 12.0),
+    *(((0.1, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.3)), (900.0, 1100.0)),
+)
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory) -> Evidence:
+    """A slope that is simulated 0.5 mm too high, read at nine stations."""
+    return make_evidence(tmp_path_factory.mktemp("evidence"), error_mm=0.5)
+
+
+def compared(evidence: Evidence, *, runs=None, gate: Gate | None = GATE, declared=NO_PASSES, **changes) -> Comparison:
+    """Return a comparison; ``changes`` are settings of the readings."""
+    return assess(evidence, SHEET.model_copy(update=changes), declared, runs, gate)
+
+
+def lines_of(comparison: Comparison | None, last: StageName = "validate", printed=(), **parts: Any) -> list[str]:
+    """Return the answer; of ``parts``, sample and fluid are figures that differ from the shipped trial's."""
+    return result_lines(result_of(comparison, **parts), last, can_be_varied=True, printed=printed)
+
+
+def result_of(comparison: Comparison | None, sample: Any = (), fluid: Any = (), **more: Any) -> TrialResult:
+    return TrialResult.model_construct(
+        folder="run",
+        report="run/report.html",
+        sample=SampleFigures.model_construct(**SAMPLE | dict(sample)),
+        fluid=FluidFigures.model_construct(**FLUID | dict(fluid)),
+        comparison=comparison,
+        **more,
+    )
+
+
+@pytest.fixture
+def shipped(evidence) -> TrialResult:
+    """The result of the shipped trial with its figures: readings off between stations, and four settings fitted."""
+    readings = replace(present(evidence.readings, "readings"), data="reconstructed", dialect="CSV, commas")
+    comparison = compared(replace(evidence, readings=readings), role="calibrated-on", fitted=FITTED)
+    baselines = Baseline("a flat line", 1, 3.69), Baseline("a parabola", 3, 0.59), Baseline("a curve", 4, 0.39)
+    uncertainty = present(comparison.uncertainty, "uncertainty")
+    uncertainty = uncertainty.model_copy(update={"worst_at_a_station": StationError(5.82, 0.0)})
+    errors = replace(comparison.errors, mean_error_mm=1.14, worst_error_mm=5.98, worst_at_mm=0.6)
+    figures = {"errors": errors, "baselines": baselines, "uncertainty": uncertainty}
+    return result_of(comparison.model_copy(update=figures))
+
+
+def test_the_answer_of_the_shipped_trial_is_short(shipped):
+    """With its remark, as of a command that computes nothing."""
+    lines = result_lines(shipped, "validate", can_be_varied=True)
+    assert len(lines) <= 8
+    assert len(" ".join(lines).split()) <= 110
+    beginnings = [f"Warning  {REMARK}", "Result", "A parabola (0.59 mm) is nearer, unlike a flat line (3.69 mm)"]
+    beginnings += ["Worst 6.0 mm at s = 0.6 mm, between readings; 5.8 mm at a station.", "Gate     1.6 mm: passed"]
+    for line, beginning in zip(lines[2:], [*beginnings, "Report   run/report.html"], strict=True):
+        assert line.strip().startswith(beginning)
+    assert lines[3].endswith("Fitted to these reconstructed readings (4 settings): not a test.")
+
+
+def test_verbose_prints_what_the_short_answer_leaves_out(shipped):
+    short, full = (result_lines(shipped, "validate", can_be_varied=True, verbose=verbose) for verbose in (False, True))
+    assert full[: len(short)] == short
+    rest, comparison = "\n".join(full[len(short) :]), shipped.comparison
+    sentences = [*texts((*comparison.headline, *comparison.findings)), comparison.readings_dialect]
+    figures = ["residual 0.004 mm", "tilted 3.4 degrees", "14,527 particles; volume ratio 0.999; CPU", "crack: ends"]
+    assert [text for text in (*sentences, *figures) if text not in rest] == []
+
+
+@pytest.mark.parametrize("last", ["simulate", "validate"])
+def test_each_warning_of_the_fluid_is_a_line_unless_it_was_printed(evidence, last):
+    warnings = REMARK, *(doubt(key, f"About {key}.") for key in ("method.draft", "fluid.escaped", "fluid.compressed"))
+    for printed in ((), warnings[:1], warnings):
+        lines = lines_of(compared(evidence), last, printed, fluid={"warnings": warnings})
+        shown = [line.removeprefix("Warning").strip() for line in lines]
+        assert [shown.count(fact.text) for fact in warnings] == [int(fact not in printed) for fact in warnings]
+
+
+def test_each_reason_why_the_fast_model_is_unfit_is_a_line(evidence):
+    unfit = doubt("unfit.mound", "A mound."), doubt("unfit.over", "It runs over the face.")
+    method, other = doubt("method.fast", "By the fast model."), doubt("fluid.bond", "The Bond number is 0.9.")
+    fluid = dict.fromkeys(("particles", "escaped_particles", "spilled_particles"))
+    comparison = compared(replace(evidence, run=replace(evidence.run, fast_fill=FAST_FILL)))
+    lines = lines_of(comparison, fluid=fluid | {"unfit": unfit, "warnings": (method, *unfit, other)})
+    assert lines[1].startswith("Fluid    fast model, UNFIT for this case")
+    assert lines[2:5] == [*(f"         {reason}" for reason in unfit), f"Warning  {other}"]
+    assert lines[-2].startswith("Gate     No verdict: the level was computed by the fast model")
+    assert lines[-1] == "Report   run/report.html"
+    within = lines_of(comparison, fluid=fluid | {"unfit": (), "warnings": (method,)})
+    assert within[1].startswith("Fluid    fast model, without particles; for screening only")
+
+
+def few(evidence: Evidence) -> Evidence:
+    """Return the evidence with readings at three of the nine stations."""
+    s_mm = np.array([5.0, 10.0, 15.0])
+    return replace(evidence, readings=Profile(s_mm, slope(s_mm), data="measured"))
+
+
+def contradicted(comparison: Comparison) -> Comparison:
+    unused = (doubt("readings.repeatability-unused", "Not used."),)
+    uncertainty = present(comparison.uncertainty, "uncertainty").model_copy(update={"unused": unused})
+    return comparison.model_copy(update={"uncertainty": uncertainty})
+
+
+PREDICTED = PredictedLevel.model_construct(
+    mean_level_mm=-5.0, mean_level_95_mm=(-6.0, -4.0), band_95_mm=np.array([1.0, 2.0, 9.0])
+)
+# fmt: off
+COMPARED = {
+    "held out": (lambda e: compared(e), [
+        "Held out, as declared", "No baseline is nearer: the dispensed volume lying flat (",
+        "Beyond the readings' own error at 9 of 9 stations.", "Gate     1.6 mm: passed"]),
+    "gate undecided": (lambda e: compared(e, gate=Gate(mean_error_mm=0.5)), ["Gate     0.5 mm: undecided"]),
+    "no gate": (lambda e: compared(e, gate=None), ["Gate     none declared"]),
+    "inside it": (lambda e: compared(replace(e, profile=Profile(e.profile.s_mm, e.profile.level_mm - 0.5))),
+        ["Within the readings' own error at all of 9 stations."]),
+    "extra runs": (lambda e: compared(e, runs=spread(effects=[LIFTED]), declared=Uncertainty(volume_ml=0.1)),
+        ["the errors of readings, numerics and inputs at", "Mean level off by +0.50 ± ", "ASME V&V 20"]),
+    "few readings": (lambda e: compared(few(e)),
+        ["Result   No verdict: the readings cover", "Held out", "Gate     1.6 mm: undecided"]),
+    "edited": (lambda e: compared(replace(e, edited=("profile.csv",))),
+        ["Result   Files were edited by hand after the run (profile.csv)", "Gate     1.6 mm: undecided"]),
+    "contradicted declaration": (lambda e: contradicted(compared(e)), ["Not used."]),
+    "escaped": (lambda e: compared(replace(e, run=replace(e.run, escaped_particles=2))),
+        ["Result   Do not use this run: 2 particles", "Gate     1.6 mm: failed"]),
+}
+WITHOUT_READINGS: dict[str, tuple[dict[str, Any], list[str]]] = {
+    "edited": ({"edited": ("profile.csv",)},
+        ["Warning  ", "Files were edited by hand after the run (profile.csv).", "No readings: "]),
+    "escaped": ({"fluid": {"escaped_particles": 2}}, ["Fluid    2 particles escaped"]),
+    "spilled": ({"fluid": {"spilled_particles": 12}}, ["face, 12 particles ran over "]),
+    "on the face": ({"fluid": {"above_face_mm3": 1110.0}}, ["; 1.1 ml are above the "]),
+    "no readings": ({}, ["Result   No readings: ", "adds a 95 % band)"]),
+    "prediction": ({"prediction": PREDICTED},
+        ["the mean level is -5.00 mm from the face (95 %: -6.00 to -4.00 mm)", "± 2.00 mm (95 %, median)"]),
+    "seeds": ({"seeds": SEEDS}, ["Seeds    The level is the mean of 3 runs"]),
+    "weighed": ({"sample": {"weighed": WEIGHED}}, ["Cavity   by weight (2 steps, 95 %): width 3.10 ± 0.20 mm"]),
+}
+# fmt: on
+UNVARIED = {"extra runs", "few readings", "edited", "escaped"}
+"""Results to which extra runs can add nothing."""
+
+
+@pytest.mark.parametrize("kind", COMPARED)
+def test_each_kind_of_comparison_has_its_line(evidence, kind):
+    comparison, expected = COMPARED[kind]
+    lines = lines_of(comparison(evidence))
+    assert [text for text in expected if text not in "\n".join(lines)] == []
+    assert kind not in UNVARIED or "--uncertainty" not in lines[-1]
+
+
+@pytest.mark.parametrize("kind", WITHOUT_READINGS)
+def test_each_kind_of_result_without_readings_has_its_line(kind):
+    parts, expected = WITHOUT_READINGS[kind]
+    lines = lines_of(None, **parts)
+    assert [text for text in expected if text not in "\n".join(lines)] == []
+    assert kind != "prediction" or "--uncertainty" not in lines[-1]
+
+
+def test_a_digitised_crack_shows_its_scale_and_no_fluid():
+    """A path alone has no width."""
+    lines = lines_of(None, "digitise")
+    assert [line.split()[0] for line in lines] == ["Crack", "Scale", "Folder"]
+    assert lines[1] == "Scale    8 4x4_50 markers of 16 mm, 0.1001 mm/px, uncertain by 0.045 %"
+    path = {"mean_width_mm": None, "cavity_volume_mm3": None, "sealant_mm3": 0.0}
+    assert lines_of(None, "digitise", sample=path)[0].startswith("Crack    79.5 mm long, a path alone")

@@ -1,0 +1,136 @@
+"""Run folders side by side."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from sealtwin.cli.studies import compared_lines
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Profile
+from sealtwin.core.run_folder import open_folder
+from sealtwin.study.pipeline import run_stages
+from sealtwin.study.run_comparison import compare_runs
+from sealtwin.trial.job import StageName, stage_settings
+from sealtwin.trial.trial_file import load_trial
+from tests.support.ingested_lab import edit, sealtwin
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import TRIAL, job_in, run_tiny
+
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A tiny run, compared. It freezes late, and so keeps enough volume for a ranking."""
+    late = TRIAL.replace("freeze_after_s = 0.2", "freeze_after_s = 0.6")
+    path = run_tiny(tmp_path_factory.mktemp("lab"), late)
+    validate(path)
+    return path
+
+
+def validate(path: Path) -> None:
+    with pytest.MonkeyPatch.context() as patch, job_in(path) as job:
+        leave_out_pages(patch)
+        run_stages(job, ("validate",))
+
+
+def change(path: Path, stage: StageName, old: str, new: str) -> None:
+    """Change a setting of the trial and of a stage in the manifest."""
+    edit(path / "trial.toml", old, new)
+    with open_folder(path, create=False) as folder:
+        folder.manifest["stages"][stage]["settings"] = stage_settings(load_trial(path / "trial.toml"), stage)
+        folder.save()
+
+
+@pytest.fixture
+def other(run, tmp_path):
+    path = shutil.copytree(run, tmp_path / "second")
+    change(path, "simulate", "U = 30.0", "U = 3.0")
+    return path
+
+
+def forge(path: Path, name: str, old: str, new: str) -> None:
+    """Edit an input of validate, and its hash in the manifest."""
+    edit(path / name, old, new)
+    with open_folder(path, create=False) as folder:
+        folder.manifest["stages"]["validate"]["inputs"][name] = files.sha256(path / name)
+        folder.save()
+
+
+def test_runs_are_told_apart_by_the_setting_that_differs(run, other, tmp_path):
+    """Two trials of one name are named by their folders."""
+    page = tmp_path / "page"
+    text = sealtwin("compare", run, other, "--out", page).stdout
+    content = json.loads(sealtwin("compare", run, other, "--out", page, "--json").stdout)
+    assert content == files.read_json(page / "compare.json")
+    assert content["differing"] == {"fluid.U": [30.0, 3.0]}
+    facts = [[run[name] for name in ("name", "number", "readings_of_run", "edited")] for run in content["runs"]]
+    assert facts == [[f"tiny ({run})", 1, 1, []], [f"tiny ({other})", 2, 1, []]]
+    assert content["runs"][0]["mean_error_mm"] == files.read_json(run / "comparison.json")["errors"]["mean_error_mm"]
+    assert all((page / name).is_file() for name in content["files"])
+    (warning,) = [warning for warning in content["fluid_warnings"] if warning.startswith("2 of 2 runs: fluid.U is 3")]
+    assert text.count(warning) == 1
+    assert sealtwin("compare", run).exit_code == 2
+
+
+@pytest.mark.parametrize(("model", "idle"), [("particles", []), ("slot", ["solver.relaxation"])])
+def test_settings_without_effect_come_last(run, other, tmp_path, model, idle):
+    """Uncertainties and gates move no level, and particles' settings none of the fast model."""
+    gate = "[gate]\nmean_error_mm = 1.0\n"
+    change(other, "validate", "[uncertainty]", f"{gate}\n[uncertainty]\nspeed_mm_s = 0.1\nwidth_mm = 0.1")
+    change(other, "simulate", "relaxation = 1.5", "relaxation = 1.25")
+    if model == "slot":
+        for path in (run := shutil.copytree(run, tmp_path / "first"), other):
+            forge(path, "simulation.json", '"solver": {', '"solver": {"model": "slot", "settle_s": 0.0}, "was": {')
+    content, _ = compare_runs([run, other], tmp_path / "page")
+    effective = [name for name in ("fluid.U", "solver.relaxation") if name not in idle]
+    names = [*content["differing"]]
+    assert names[: len(effective)] == effective
+    without_effect = ["gate.mean_error_mm", "gate.reason", "uncertainty.speed_mm_s", "uncertainty.width_mm", *idle]
+    assert sorted(names[len(effective) :]) == sorted(without_effect)
+
+
+def test_a_folder_that_is_no_finished_run_of_its_trial_is_refused_by_name(run, other, tmp_path):
+    def refused(second: Path, match: str) -> None:
+        with pytest.raises(InputError, match=match):
+            compare_runs([run, second], tmp_path / "page")
+
+    refused(tmp_path / "nowhere", "nowhere: not a run folder")
+    refused(run, "named twice")
+    for name, old, new, match in (
+        ("trial.toml", b"U = 3.0", b"U = 4.0", r"\[fluid\] differs from the settings of simulate here"),
+        ("profile.csv", b",-", b",", r"profile\.csv was changed since the readings were compared"),
+        ("manifest.json", b"{", b"[", r"manifest\.json: damaged"),
+    ):
+        content = (other / name).read_bytes()
+        (other / name).write_bytes(content.replace(old, new, 1))
+        refused(other, match)
+        (other / name).write_bytes(content)
+    compare_runs([run, other], tmp_path / "page")
+    edit(other / "comparison.json", '"rmse_mm": ', '"rmse_mm": "many", "was": ')
+    refused(other, r"comparison\.json: .* = 'many'")
+    for name, stage in (("comparison.json", "validate"), ("profile.csv", "simulate")):
+        (other / name).unlink()
+        refused(other, rf"second: {stage} is not finished \({name} is missing\)")
+
+
+def test_an_edited_level_and_a_gained_volume_are_in_no_ranking(run, other, tmp_path):
+    """Edited and then validated, a level is taken as it is, and the page says so."""
+    profile = record_files.read_profile(other)
+    record_files.write_profile(other, Profile(profile.s_mm, profile.level_mm + 1.0))
+    validate(other)
+    content, sheet = compare_runs([run, other], tmp_path / "page")
+    assert content["finding"] == sheet.finding
+    assert content["runs"][1]["edited"] == ["profile.csv"]
+    lines = compared_lines(content, sheet)
+    assert any("run 2, because files were edited by hand after the run (profile.csv)" in line for line in lines)
+    assert not any("Run 2 is nearest" in line for line in lines)
+    simulation = files.read_json(other / "simulation.json")
+    simulation["health"]["volume_ratio"] = 1.66
+    files.write_json(other / "simulation.json", simulation)
+    validate(other)
+    lines = compared_lines(*compare_runs([run, other], tmp_path / "page"))
+    assert any("1.660 of the dispensed volume" in line for line in lines if "run 2," in line)

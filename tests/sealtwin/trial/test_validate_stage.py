@@ -1,0 +1,134 @@
+"""Readings of a trial: whose they are, and what is doubted of them."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.core.errors import InputError, present
+from sealtwin.core.files import sha256
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Profile
+from sealtwin.core.run_folder import RunFolder
+from sealtwin.trial.job import Job
+from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.validate_stage import ORIGIN, RECORD, keep_origin, readings_of, sheet_of
+from tests.support.paths import FIXTURE
+from tests.support.report_stubs import leave_out_pages
+from tests.support.tiny_study import job_in, run_tiny
+
+
+@pytest.fixture
+def job(tmp_path) -> Job:
+    """The fixture's trial as a lab's ingest leaves it, about to be run elsewhere."""
+    source, run = tmp_path / "lab", tmp_path / "run"
+    (source / "inputs").mkdir(parents=True)
+    run.mkdir()
+    sheet = source / "inputs" / "readings.csv"
+    sheet.write_bytes((FIXTURE / "caliper.csv").read_bytes())
+    file = {"role": "readings", "original": "P01 Messung.csv", "kept_as": "inputs/readings.csv"}
+    file["sha256"] = sha256(sheet)
+    record = {"ingested_utc": "2026", "source": "/home/a", "files": [file], "operator": "A. B.", "date": "1.3.2026"}
+    (source / RECORD).write_text(json.dumps(record))
+    trial = load_trial(FIXTURE / "trial.toml")
+    readings = present(trial.readings, "readings").model_copy(update={"file": Path("inputs/readings.csv")})
+    trial = trial.model_copy(update={"readings": readings})
+    return Job(trial, source, RunFolder(run, {"version": 1, "stages": {}}), sheet, "cpu", Progress())
+
+
+def test_a_sheet_is_named_as_the_lab_named_it_and_in_the_run_folder_still(job):
+    sheet = present(sheet_of(job), "sheet")
+    assert (sheet.name, sheet.operator, sheet.date) == ("P01 Messung.csv", "A. B.", "1.3.2026")
+    keep_origin(job)
+    assert "/home/a" not in (job.path / ORIGIN).read_text()
+    assert sheet_of(replace(job, source=job.path)) == sheet
+
+
+def test_another_sheet_than_the_lab_gave_has_no_operator(job):
+    job.sheet.write_text("s_mm,level_1_mm\n0,1\n")
+    sheet = present(sheet_of(job), "sheet")
+    assert (sheet.name, sheet.operator) == ("readings.csv, not as the lab gave it", None)
+    assert sheet.sha256 == sha256(job.sheet)
+
+
+@pytest.mark.parametrize("content", [None, '{"made": "by something else"}'])
+def test_a_trial_of_no_lab_has_the_name_of_its_file(job, content):
+    (job.source / RECORD).unlink()
+    if content is not None:
+        (job.source / RECORD).write_text(content)
+    sheet = present(sheet_of(job), "sheet")
+    assert (sheet.name, sheet.operator, sheet.date) == ("readings.csv", None, None)
+    keep_origin(job)
+    assert not (job.path / ORIGIN).exists()
+
+
+def test_a_record_that_somebody_broke_is_named(job):
+    for files in (7, [{"role": "readings", "original": 7, "sha256": "73cf"}], [{"role": "readings"}]):
+        record = {"ingested_utc": "", "files": files, "operator": None, "date": None}
+        (job.source / RECORD).write_text(json.dumps(record))
+        with pytest.raises(InputError, match=r"record\.json: not as its stage wrote it"):
+            sheet_of(job)
+
+
+SHEET = """s_mm,level_1_mm,level_2_mm,level_3_mm
+1,-2.0,-2.1,-1.95
+4,-2.05,0.00,-2.0
+7,-1.9,-2.0,-1.85
+11,-1.95,-2.0,-2.05
+"""
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """A finished run folder whose readings have a 0 for a missing one in cell C3."""
+    leave_out_pages(monkeypatch)
+    path = run_tiny(tmp_path)
+    (path / "inputs" / "readings.csv").write_text(SHEET)
+    return path
+
+
+def _warnings(run) -> str:
+    """Return what 'sealtwin validate --quiet' writes beside its answer, on one line."""
+    answer = CliRunner().invoke(app, ["validate", str(run), "--quiet"])
+    assert answer.exit_code == 0, answer.output
+    return " ".join(answer.stderr.split())
+
+
+def test_a_doubt_is_said_until_the_trial_answers_it(run):
+    narration = _warnings(run)
+    for words in ("warning:", "cell C3: 0 mm at s = 4 mm", 'readings.as_written = ["C3"]'):
+        assert words in narration
+    trial = run / "trial.toml"
+    trial.write_text(trial.read_text().replace("[readings]\n", '[readings]\nas_written = ["C3"]\n'))
+    assert "cell C3" not in _warnings(run)
+
+
+def test_readings_are_held_against_no_volume_that_nobody_said(run):
+    """The default fills the cavity: how much was dispensed is then not known."""
+    (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n0.5,-0.5\n4,-0.5\n8,-0.5\n13.5,-0.5\n")
+    with job_in(run) as job:
+        unsaid = job.trial.model_copy(update={"path": job.trial.path.model_copy(update={"volume_ml": "cavity"})})
+        shrunk = present(job.trial.readings, "readings").model_copy(
+            update={"state": "cured", "shrinkage_percent": 50.0}
+        )
+        cured = job.trial.model_copy(update={"readings": shrunk})
+        ratios = [
+            [doubt.finding.split()[6] for doubt in present(readings_of(each), "readings").questions]
+            for each in (job, replace(job, trial=cured), replace(job, trial=unsaid))
+        ]
+        assert ratios == [["2.74"], ["5.48"], []]
+
+
+def test_a_level_from_settings_that_are_in_doubt_does_not_accuse_the_readings(run):
+    turned, simulation = Profile(np.array([0.0, 14.2]), np.array([0.0, -6.0])), run / "simulation.json"
+    (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n1,-5\n4,-4\n7,-3\n10,-2\n13,-1\n")
+    with job_in(run) as job:
+        for directions in (1, 0):
+            readings = present(readings_of(job, turned), "readings")
+            assert sum(doubt.kind == "direction" for doubt in readings.questions) == directions
+            doubts = '{"doubts": [{"key": "density", "text": "is it in g/cm3?"}],'
+            simulation.write_text(simulation.read_text().replace("{", doubts, 1))
