@@ -4,7 +4,7 @@
 
 A tolerance follows from a source or a reason that stands beside it in the code, never from what was measured. Particles
 count for what they count for when a run begins; where a level or a current is judged, their volume is kept as in a run.
-Six minutes of one core; tests/simulate/test_physics.py runs the same cases, and test_channels.py some of the channels.
+Six minutes of one core; tests/simulate/test_physics.py and test_remarks.py run some of the cases.
 """
 
 from collections.abc import Callable, Iterator
