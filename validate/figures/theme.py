@@ -95,7 +95,7 @@ FOOT_IN, HEAD_IN = 0.46, 0.3
 def plate(height_in: float) -> Figure:
     """Return an empty figure whose text is legible on a phone and at half the width of an A4 page."""
     figure = Picture(figsize=(PLATE_IN, height_in))
-    figure.subplots_adjust(0.12, FOOT_IN / height_in, 0.965, 1 - HEAD_IN / height_in, 0.1)
+    figure.subplots_adjust(0.125, FOOT_IN / height_in, 0.965, 1 - HEAD_IN / height_in, 0.1)
     return figure
 
 

@@ -62,18 +62,18 @@ def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
 
 
 def grid_of(points, out, **options: Any) -> CellGrid:
-    """A grid of cells of 0.25 cm over the unit cube."""
+    """A grid of cells of 0.25 cm over a box of 6, 4 and 5 cells."""
     position = wp.array(np.pad(points, ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
     fate = wp.array(out, dtype=int, device="cpu")
     launcher = Launcher("cpu", fixed(len(points), "cpu"))
-    return CellGrid(np.zeros(3), np.ones(3), 0.25, position, fate, launcher, **options)
+    return CellGrid(np.zeros(3), np.array([1.5, 1.0, 1.25]), 0.25, position, fate, launcher, **options)
 
 
 @pytest.mark.parametrize("runs", [1, 3])
 def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
     """Run by run, with points that are gone and points beyond the grid."""
     many, random = 9000, np.random.default_rng(5)
-    points = random.uniform(-0.5, 1.5, (many, 3))
+    points = random.uniform(-0.5, 1.7, (many, 3))
     fate = random.choice([status.MOVING, status.FROZEN, status.SPILLED], many)
     tables = []
     for in_order in (True, False):

@@ -8,7 +8,7 @@ import pytest
 
 from sealtwin.core.facts import texts
 from tests.support.evidence import axes_of
-from validate.report.chapters import Paragraph, chapters, fill_plates, first_figure
+from validate.report.chapters import Paragraph, Plate, chapters, fill_plates, first_figure
 from validate.report.write_report import report_data
 from validate.settings import Uncertainty
 from validate.uncertainty.computed import Effect, Spread
@@ -49,3 +49,11 @@ def test_a_report_shows_the_fill_where_the_run_left_snapshots(evidence, frames):
     (fill,) = [plate for plate in filled if plate.caption not in {each.caption for each in plain}]
     assert "as in the paper's Fig. 6" in fill.caption
     assert len(axes_of(fill.draw())) == 3 + 1
+
+
+def test_figures_of_the_report_have_room_for_all_that_they_show(evidence, frames):
+    """Their margins are fixed."""
+    plates = [item for chapter in chapters(replace(evidence, frames=tuple(frames))) for item in chapter.items]
+    for figure in (item.draw() for item in plates if isinstance(item, Plate)):
+        (left, lower), (right, upper) = figure.get_tightbbox().get_points()
+        assert min(left, lower, *(figure.get_size_inches() - (right, upper))) >= 0
