@@ -3,7 +3,6 @@
 import csv
 import hashlib
 import io
-import json
 import math
 import os
 import re
@@ -14,7 +13,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
-from pydantic_core import from_json, to_jsonable_python
+from pydantic_core import from_json, to_json
 
 from sealtwin.core import plain_files
 from sealtwin.core.arrays import Pixels
@@ -98,8 +97,7 @@ def as_json(content: Any) -> str:
 
     The text is indented, with each list of numbers on one line.
     """
-    plain = to_jsonable_python(content, inf_nan_mode="null", fallback=_plain)
-    text = json.dumps(plain, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    text = to_json(content, indent=2, inf_nan_mode="null", fallback=_plain).decode() + "\n"
     return NUMBERS.sub(lambda match: " ".join(match.group().split()).replace("[ ", "[").replace(" ]", "]"), text)
 
 

@@ -33,7 +33,7 @@ from validate.result import COMPARISON, PREDICTION, Evidence, ReadingsSheet, See
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
-REPORT_FORM = 14  # Version of the report; those of another version, also of other words or looks, are written anew
+REPORT_FORM = 15  # Version of the report; those of another version, also of other words or looks, are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
 SEED_RUNS = "seeds.json"

@@ -191,11 +191,12 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:
-    """Yield figures of the fill: over time if the run has snapshots, and at rest."""
+    """Yield figures of the fill: along the crack, over time if the run has snapshots, else at rest; and from above."""
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
     if evidence.frames:
         yield Plate(sentence("figure_fill"), lambda: draw_fill(evidence.frames, scene_of(evidence)))
-    yield Plate(sentence("figure_side", e=evidence), lambda: draw_side_view(run, outline, solid, evidence.profile))
+    else:
+        yield Plate(sentence("figure_side", e=evidence), lambda: draw_side_view(run, outline, solid, evidence.profile))
     yield Plate(sentence("figure_above"), lambda: draw_top_view(run, outline, solid, evidence.trajectory))
 
 

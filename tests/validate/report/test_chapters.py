@@ -44,11 +44,11 @@ def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(eviden
     assert [part.mean_level_mm for part in data.prediction.parts] == pytest.approx([0.098], rel=0.01)
 
 
-def test_a_report_shows_the_fill_where_the_run_left_snapshots(evidence, frames):
-    plain, filled = (list(fill_plates(replace(evidence, frames=moments))) for moments in ((), tuple(frames)))
-    (fill,) = [plate for plate in filled if plate.caption not in {each.caption for each in plain}]
+def test_a_report_shows_the_fill_over_time_if_the_run_left_snapshots(evidence, frames):
+    (rest, above), (fill, same) = (list(fill_plates(replace(evidence, frames=moments))) for moments in ((), tuple(frames)))
+    assert above.caption == same.caption
     assert "as in the paper's Fig. 6" in fill.caption
-    assert len(axes_of(fill.draw())) == 3 + 1
+    assert [len(axes_of(plate.draw())) for plate in (rest, fill)] == [1 + 1, 3 + 1]
 
 
 def test_figures_of_the_report_have_room_for_all_that_they_show(evidence, frames):
