@@ -22,7 +22,7 @@ from typer import Option
 
 from benchmarks.outlines import KINDS, Kind, odd_outline
 from benchmarks.table import Row, run_benchmark
-from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
+from digitise.geometry.mesh_topology import examine_mesh, mesh_volume_mm3
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_out
@@ -125,8 +125,10 @@ def faults_of_the_file(solid: Solid) -> list[str]:
     trimesh.Trimesh(solid.vertices_mm, solid.faces, process=False).export(file, file_type="stl")
     file.seek(0)
     stl = trimesh.load_mesh(file, file_type="stl")
-    faults = check_mesh(solid.vertices_mm, solid.faces, expected_euler=2)
-    faults += check_mesh(np.array(stl.vertices, dtype=float), np.array(stl.faces, dtype=np.int64), expected_euler=2)
+    faults = examine_mesh(solid.vertices_mm, solid.faces, expected_euler=2)[0]
+    faults += examine_mesh(np.array(stl.vertices, dtype=float), np.array(stl.faces, dtype=np.int64), expected_euler=2)[
+        0
+    ]
     if not (stl.is_watertight and stl.is_winding_consistent):
         faults.append("the STL is not watertight or its faces look both ways")
     off = abs(float(stl.volume) / mesh_volume_mm3(solid.vertices_mm, solid.faces) - 1)

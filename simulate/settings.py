@@ -333,14 +333,6 @@ class Solver(Settings):
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release of sealant and the measurement of the profile. The paper has 0."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _without_former(cls, content: Any) -> Any:
-        # Run folders of earlier versions have this key, with the only value that is left.
-        if isinstance(content, dict) and content.get("pressure") == "local":
-            return {key: value for key, value in content.items() if key != "pressure"}
-        return content
-
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.accurate_radius_mm is not None and (self.preset != "draft" or self.radius_mm == "auto"):

@@ -99,15 +99,13 @@ class MeshFigures:
     self_intersections: int
 
 
-def check_mesh(vertices_mm: Floats, faces: Integers, expected_euler: int | None = None) -> list[str]:
-    """Return the faults of a mesh, an empty list for a solid. ``expected_euler`` is 2 for a ball, 0 for a ring."""
-    return examine_mesh(vertices_mm, faces, expected_euler)[0]
-
-
 def examine_mesh(
     vertices_mm: Floats, faces: Integers, expected_euler: int | None = None
 ) -> tuple[list[str], MeshFigures | None]:
-    """Return the faults of a mesh, and its figures. The figures are None if the mesh is not closed."""
+    """Return the faults of a mesh, and its figures. The figures are None if the mesh is not closed.
+
+    ``expected_euler`` is 2 for a ball, 0 for a ring.
+    """
     if fault := edge_fault(vertices_mm, faces):
         return [fault], None
     edges, crossing = directed_edges(faces), intersecting_faces(vertices_mm, faces)

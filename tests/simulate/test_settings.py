@@ -42,10 +42,6 @@ def test_only_the_record_of_a_draft_has_the_radius_that_it_replaced(others):
         Solver.model_validate({"accurate_radius_mm": 0.4, **others})
 
 
-def test_the_settings_of_earlier_run_folders_are_read():
-    assert Solver.model_validate({"pressure": "local", "settle_s": 2.0}) == Solver(settle_s=2.0)
-
-
 def test_the_walls_drag_is_the_papers_beside_u_and_follows_from_a_viscosity_unless_it_is_given():
     """A trial with U is the same file, with the same hash, whether or not it says D_cm = 0.3."""
     stated, unsaid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), Fluid(U=30.0, freeze_after_s="never")

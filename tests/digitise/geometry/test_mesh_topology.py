@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from digitise.geometry.mesh_topology import check_mesh, intersecting_faces, mesh_volume_mm3
+from digitise.geometry.mesh_topology import examine_mesh, intersecting_faces, mesh_volume_mm3
 
 FLAT = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]
 CUBE = trimesh.creation.box((10.0, 10.0, 10.0))
@@ -59,7 +59,7 @@ def test_the_sweep_misses_no_pair(monkeypatch, few):
 
 
 def test_a_cube_is_sound_and_keeps_its_volume_far_from_the_origin():
-    assert check_mesh(V, F, expected_euler=2) == []
+    assert examine_mesh(V, F, expected_euler=2)[0] == []
     assert mesh_volume_mm3(V + 1e6, F) == pytest.approx(1000.0, rel=1e-9)
 
 
@@ -75,7 +75,7 @@ def test_a_cube_is_sound_and_keeps_its_volume_far_from_the_origin():
     ids=["hole", "turned face", "fin", "overlap", "ring for a ball"],
 )
 def test_a_fault_is_told_in_one_sentence(vertices, faces, euler, says):
-    (fault,) = check_mesh(vertices, faces, expected_euler=euler)
+    (fault,) = examine_mesh(vertices, faces, expected_euler=euler)[0]
     assert all(words in fault for words in says)
 
 
@@ -86,6 +86,6 @@ def test_a_tiny_edge_and_vertices_that_a_file_would_merge_are_told():
     # That face gets the new vertex, and slivers close the gaps on both sides of it.
     a, b, c = np.roll(face, -list(face).index(corner))
     mended = np.vstack([F[(face != F).any(axis=1)], [8, b, c], [a, b, 8], [a, 8, c]])
-    faults = check_mesh(np.vstack([V, V[corner] - [0, 0, 1e-6]]) + np.array([0.0, 0.0, 100.0]), mended)
+    faults = examine_mesh(np.vstack([V, V[corner] - [0, 0, 1e-6]]) + np.array([0.0, 0.0, 100.0]), mended)[0]
     assert any("1e-06 mm" in fault for fault in faults)
     assert any("1 vertices that coincide" in fault for fault in faults)

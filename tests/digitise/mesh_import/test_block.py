@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from manifold3d import Manifold
 
-from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
+from digitise.geometry.mesh_topology import examine_mesh, mesh_volume_mm3
 from digitise.mesh_import.block import FacePlane, closed_body, cut_block, find_face, one_surface, parted
 from digitise.solid.float_mesh import without_needles
 from sealtwin.core.errors import InputError
@@ -132,7 +132,7 @@ TURN = (np.random.default_rng(0).random(9322) < 0.3)[:, None]
 )
 def test_a_solid_is_one_surface(damage, notes):
     vertices, faces, sentences = one_surface(*damage(*SAMPLE))
-    assert check_mesh(vertices, faces, expected_euler=2) == []
+    assert examine_mesh(vertices, faces, expected_euler=2)[0] == []
     assert mesh_volume_mm3(vertices, faces) == pytest.approx(VOLUME_MM3, rel=1e-9)
     assert len(faces) == 9322
     assert len(sentences) == notes
@@ -153,7 +153,7 @@ def test_triangles_without_height_leave_with_an_edge_that_is_turned():
     mended = without_needles(vertices, np.vstack([faces[1:], split]))
     edges = np.diff(vertices[mended], axis=1)
     assert np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).min() > 0.1
-    assert check_mesh(vertices, mended, expected_euler=2) == []
+    assert examine_mesh(vertices, mended, expected_euler=2)[0] == []
     assert mesh_volume_mm3(vertices, mended) == pytest.approx(VOLUME_MM3, rel=1e-12)
 
 

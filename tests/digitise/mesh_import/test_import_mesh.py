@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from scipy.spatial import KDTree
 
-from digitise.geometry.mesh_topology import check_mesh
+from digitise.geometry.mesh_topology import examine_mesh
 from digitise.geometry.polyline import resampled
 from digitise.mesh_import.import_mesh import UPRIGHT_DEG, import_sample, label_imported, upright, upright_mm
 from digitise.settings import CrackShape, MeshInput
@@ -128,7 +128,7 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper):
     # To 0.2 percent: where a dam's edge would meet what is left of an old dam's, it is 0.02 mm wider.
     for label in FaceLabel:
         assert labelled_mm2(back.solid, label) == pytest.approx(labelled_mm2(solid, label), rel=2e-3), label.name
-    assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []
+    assert examine_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2)[0] == []
 
 
 def test_sections_hold_below_each_level_what_our_own_solid_holds(tmp_path, paper):

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from manifold3d import Manifold, Mesh64
 
-from digitise.geometry.mesh_topology import check_mesh
+from digitise.geometry.mesh_topology import examine_mesh
 from digitise.geometry.polyline import signed_area
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.build_solid import build_solid
@@ -93,7 +93,7 @@ def test_the_file_is_the_solid(tmp_path, crack, tilt):
     goes away from them.
     """
     solid = solid_of(crack, tilt)
-    assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+    assert examine_mesh(solid.vertices_mm, solid.faces, expected_euler=2)[0] == []
     write_solid(tmp_path, solid)
     stl = trimesh.load_mesh(tmp_path / "crack.stl")
     assert (stl.is_watertight, stl.is_winding_consistent, stl.euler_number) == (True, True, 2)
@@ -196,8 +196,8 @@ def test_any_crack_becomes_sound_in_every_tilt(seed):
     for outline in outlines:
         for tilt in TILTS:
             solid = build_solid(outline, shape(tilt))
-            assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+            assert examine_mesh(solid.vertices_mm, solid.faces, expected_euler=2)[0] == []
             rounded = solid.vertices_mm.astype(np.float32).astype(float)
-            assert check_mesh(rounded, solid.faces, expected_euler=2) == []
+            assert examine_mesh(rounded, solid.faces, expected_euler=2)[0] == []
             footprint = lay_out(outline, shape(tilt), max(wall_shifts_mm(shape(tilt))))
             assert solid.cavity_volume_mm3 == pytest.approx(cavity_volume_mm3(footprint, shape(tilt), 8), rel=1e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from manifold3d import Manifold, OpType
 
-from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
+from digitise.geometry.mesh_topology import examine_mesh, mesh_volume_mm3
 from digitise.solid.float_mesh import DUST_MM3, SHORT_MM, tidy
 from sealtwin.core.records import Floats, Integers
 
@@ -26,7 +26,7 @@ def test_a_step_below_the_limit_is_collapsed_without_losing_volume():
     body = Manifold.batch_boolean([cube(10), cube(10, (5.0, 1e-3, 0.0))], OpType.Add)
     assert shortest_mm(*arrays(body)) == pytest.approx(1e-3)
     vertices, faces = tidy(body)
-    assert check_mesh(vertices, faces, expected_euler=2) == []
+    assert examine_mesh(vertices, faces, expected_euler=2)[0] == []
     assert shortest_mm(vertices, faces) >= SHORT_MM
     assert mesh_volume_mm3(vertices, faces) == pytest.approx(body.volume(), rel=1e-4)
 

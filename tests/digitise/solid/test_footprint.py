@@ -5,7 +5,7 @@ import pytest
 from manifold3d import Manifold, Mesh64
 
 from digitise.drawing.given_lines import outline_of_line
-from digitise.geometry.mesh_topology import check_mesh
+from digitise.geometry.mesh_topology import examine_mesh
 from digitise.geometry.polyline import signed_area
 from digitise.geometry.region import traced_region
 from digitise.settings import CrackShape, Tilt
@@ -89,7 +89,7 @@ HILLS: Table = ((0.0, 6.0), (30.0, 16.0), (50.0, 10.0))
 
 def build(outline: Outline, table: Table, tilt: Tilt = "vertical", **changes) -> Solid:
     solid = build_solid(outline, CrackShape.model_validate({"depth_mm": table, "tilt": tilt} | changes))
-    assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+    assert examine_mesh(solid.vertices_mm, solid.faces, expected_euler=2)[0] == []
     return solid
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from digitise.geometry.mesh_topology import check_mesh
+from digitise.geometry.mesh_topology import examine_mesh
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
@@ -48,7 +48,7 @@ NARROW = replace(straight_slot(40.0, 3.0, CLOSED), face_mm=(-5.0, -5.0, 45.0, 5.
 def build(outline: Outline, angle_deg: Any, tilt: str = "undercut", depth_mm: Any = 16.0) -> Solid:
     settings = {"depth_mm": depth_mm, "tilt": tilt, "wall_angle_deg": angle_deg}
     solid = build_solid(outline, CrackShape.model_validate(settings))
-    assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+    assert examine_mesh(solid.vertices_mm, solid.faces, expected_euler=2)[0] == []
     return solid
 
 

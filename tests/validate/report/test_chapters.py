@@ -45,7 +45,9 @@ def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(eviden
 
 
 def test_a_report_shows_the_fill_over_time_if_the_run_left_snapshots(evidence, frames):
-    (rest, above), (fill, same) = (list(fill_plates(replace(evidence, frames=moments))) for moments in ((), tuple(frames)))
+    (rest, above), (fill, same) = (
+        list(fill_plates(replace(evidence, frames=moments))) for moments in ((), tuple(frames))
+    )
     assert above.caption == same.caption
     assert "as in the paper's Fig. 6" in fill.caption
     assert [len(axes_of(plate.draw())) for plate in (rest, fill)] == [1 + 1, 3 + 1]
