@@ -67,9 +67,9 @@ MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
 
-def by_station(given: float | DepthTable) -> Floats:
+def by_station(value: float | DepthTable) -> Floats:
     """Return a table along the crack, (k, 2), from one number or rows."""
-    return np.array(given if isinstance(given, tuple) else [(0.0, given)], dtype=float)
+    return np.array(value if isinstance(value, tuple) else [(0.0, value)], dtype=float)
 
 
 def require_order(name: str, stations_mm: Floats) -> None:

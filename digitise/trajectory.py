@@ -95,20 +95,20 @@ def turns_deg(points_mm: Floats) -> Floats:
 def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats, off_mm: Floats) -> Facts:
     warnings = []
     if turn_deg.max(initial=0.0) > SHARP_TURN_DEG:
-        at = int(turn_deg.argmax()) + 1
+        row = int(turn_deg.argmax()) + 1
         text = (
-            f"the nozzle's path turns by {turn_deg[at - 1]:.0f} degrees at s = {s_mm[at]:.1f} mm, where an arm slows "
+            f"the nozzle's path turns by {turn_deg[row - 1]:.0f} degrees at s = {s_mm[row]:.1f} mm, where an arm slows "
             f"down and leaves a lump; set smoothing_mm above {path.smoothing_mm:g} to round the path"
         )
-        warnings.append(doubt("nozzle.sharp-turn", text, float(turn_deg[at - 1]), "deg"))
+        warnings.append(doubt("nozzle.sharp-turn", text, float(turn_deg[row - 1]), "deg"))
     if off_mm.max() > outline.mean_width_mm / 2:
-        at = int(off_mm.argmax())
+        row = int(off_mm.argmax())
         text = (
-            f"at s = {s_mm[at]:.1f} mm smoothing takes the nozzle {off_mm[at]:.2f} mm off the middle of a crack that "
+            f"at s = {s_mm[row]:.1f} mm smoothing takes the nozzle {off_mm[row]:.2f} mm off the middle of a crack that "
             f"is {outline.mean_width_mm:.2f} mm wide; set smoothing_mm below {path.smoothing_mm:g} to keep the nozzle "
             "over the crack"
         )
-        warnings.append(doubt("nozzle.off-centre", text, float(off_mm[at]), "mm"))
+        warnings.append(doubt("nozzle.off-centre", text, float(off_mm[row]), "mm"))
     return tuple(warnings)
 
 

@@ -141,16 +141,16 @@ class Injection:
         Raises KeyError or ValueError, and changes nothing, if the snapshot is of another kind of run.
         """
         lasting = self.engine.lasting()
-        for name, here in self.snapshot().items():
+        for name, template in self.snapshot().items():
             array = snapshot[name]
             # The statistics grow during a run.
-            alike = array.shape == here.shape if name in lasting else array.ndim == here.ndim
-            if array.dtype != here.dtype or not alike:
-                raise ValueError(f"{name} is {array.dtype} {array.shape}, not {here.dtype} {here.shape}")
+            alike = array.shape == template.shape if name in lasting else array.ndim == template.ndim
+            if array.dtype != template.dtype or not alike:
+                raise ValueError(f"{name} is {array.dtype} {array.shape}, not {template.dtype} {template.shape}")
         if not 0 <= snapshot["done"] <= self.frames:
             raise ValueError(f"{snapshot['done']} of {self.frames} frames are done")
-        for name, there in lasting.items():
-            there.assign(snapshot[name])
+        for name, target in lasting.items():
+            target.assign(snapshot[name])
         self.done, self.earlier_mm = int(snapshot["done"]), snapshot["earlier_mm"]
         self.statistics.restore(snapshot)
         self.engine.resume(self.done)

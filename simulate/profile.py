@@ -157,8 +157,8 @@ class _SideView:
         height_mm = np.zeros(columns)
         stretch = np.cumsum(covered & ~np.roll(covered, 1))
         for number in np.unique(stretch[covered]):
-            here, read = np.flatnonzero(covered & (stretch == number)), stretch[column] == number
-            height_mm[here] = np.interp(here, column[read], mean_mm[read])
+            indices, read = np.flatnonzero(covered & (stretch == number)), stretch[column] == number
+            height_mm[indices] = np.interp(indices, column[read], mean_mm[read])
         window = slice(self.margin, self.margin + stations)
         return covered[window], height_mm[window]
 

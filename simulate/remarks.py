@@ -52,12 +52,12 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     paste, substeps = solved_as(fluid, solver, frame_s, frames)
     added_mm2_s = 1e6 * added_viscosity(radius_mm * CM, frame_s / (finer * substeps)) / CM2_IN_M2
     lasts_s, pours_s = frames * frame_s, len(schedule.released) * frame_s
-    given = "" if fluid.curve else f"{fluid.given_by} is {getattr(fluid, str(fluid.given_by)):g}"
+    law = "" if fluid.curve else f"{fluid.given_by} is {getattr(fluid, str(fluid.given_by)):g}"
     viscosity_pa_s = paste.viscosity_pa_s
     viscosity_mm2_s = 1e6 * viscosity_pa_s / fluid.density_kg_m3
     if not fluid.yields and viscosity_mm2_s * THIN < added_mm2_s:
         text = (
-            f"fluid.{given or 'curve begins thin'}: {viscosity_mm2_s:.3g} mm2/s, to which particles of "
+            f"fluid.{law or 'curve begins thin'}: {viscosity_mm2_s:.3g} mm2/s, to which particles of "
             f"solver.radius_mm = {radius_mm:g} add about {added_mm2_s:.2g} mm2/s (within a factor of two). The fluid "
             f"flows as if it had about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest: "
             "particles of a fluid as thin as water keep moving. Smaller particles add less."
@@ -66,8 +66,7 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     elif fluid.U and not fluid.yields:
         until = " until it freezes" if fluid.freezes else ""
         text = (
-            f"fluid.{given}: at any U, sealant levels like a thin liquid{until}; viscous flow needs "
-            "fluid.viscosity_pa_s."
+            f"fluid.{law}: at any U, sealant levels like a thin liquid{until}; viscous flow needs fluid.viscosity_pa_s."
         )
         yield doubt("fluid.levels-at-any-U", text)
     stands_pa = standing_stress_pa(fluid.density_kg_m3, width_mm)
@@ -106,7 +105,7 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     # With a D_cm walls drag less than no slip; with the paper's U, which has one, particles move before viscosity acts.
     if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
         text = (
-            f"fluid.{given or 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant "
+            f"fluid.{law or 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant "
             f"sinks by its own weight at up to {sinks_mm_s.max():.2g} mm/s, which is {sinks_mm:.2g} mm in the "
             f"{lasts_s:.3g} s of this run, but the crack is {solid.depth_mm:.3g} mm deep. Sealant that the jet does "
             "not push down heaps up over hollows; give a longer solver.settle_s to let it sink farther."

@@ -60,7 +60,7 @@ VISCOSITIES_PA_S = tuple(key for key in LAWS if key not in ("material", "curve",
 
 def excluded_by(key: str) -> list[str]:
     """Return the settings that cannot be given beside a key of ``LAWS``, since they belong to other laws."""
-    of_laws = dict.fromkeys(name for given, law in LAWS.items() for name in (given, *law.beside))
+    of_laws = dict.fromkeys(name for law_key, law in LAWS.items() for name in (law_key, *law.beside))
     return [name for name in of_laws if name not in (key, "material", *LAWS[key].beside)]
 
 
@@ -237,8 +237,8 @@ class Fluid(Settings):
             raise ValueError(f"no viscosity is given: give one of {', '.join(reversed(LAWS))}")
         # A flow index of 1 is any law's but Herschel and Bulkley's.
         unset = {name: field.default for name, field in Fluid.model_fields.items()}
-        given = [name for name in excluded_by(key) if getattr(self, name) != unset[name]]
-        if beside := [name for name in given if (name, self.flow_index) != ("flow_index", 1.0)]:
+        conflicts = [name for name in excluded_by(key) if getattr(self, name) != unset[name]]
+        if beside := [name for name in conflicts if (name, self.flow_index) != ("flow_index", 1.0)]:
             belongs = "; flow_index needs consistency_pa_s_n" if beside == ["flow_index"] else ""
             raise ValueError(
                 f"{key} cannot be combined with {', '.join(beside)}, since each gives the law of flow: leave out "

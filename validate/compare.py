@@ -189,15 +189,15 @@ def error_uncertainty(
         data_mm=standard_mm("readings"),
         numerics_mm=standard_mm("numerics") if budget.of("numerics").components else None,
         inputs_mm=standard_mm("inputs") if inputs else None,
-        inputs_waiting=bool(declared.moved.keys() - {one.name for one in inputs}),
+        inputs_waiting=bool(declared.moved.keys() - {part.name for part in inputs}),
         volume_level_mm=volume_level_mm,
     )
     stations, summary = _station_errors(simulated, measured, budget), budget.summary(curve)
-    missing = [one.name for one in summary.missing]
+    missing = [part.name for part in summary.missing]
     return ErrorUncertainty(
         mean_error_interval_mm=of_readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
-        bias_systematic_mm=of_readings.only(lambda one: one.shared).mean_mm(curve.weights()) / COVERAGE,
+        bias_systematic_mm=of_readings.only(lambda component: component.shared).mean_mm(curve.weights()) / COVERAGE,
         levels=StationBands(
             s_mm=measured.s_mm, band_95_mm=of_readings.band_mm, profile_band_95_mm=of_readings.profile_band_mm
         ),
@@ -234,7 +234,7 @@ def _station_errors(simulated: Profile, measured: Profile, budget: Budget) -> St
     """Return the error at each compared station, with its standard uncertainties."""
     stations = compared_stations(simulated, measured)
     covered = budget.at(np.isin(measured.s_mm, stations.s_mm))
-    kinds: set[Kind] = {one.kind for one in budget.components}
+    kinds: set[Kind] = {component.kind for component in budget.components}
     parts = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}
     return StationErrors(
         s_mm=stations.s_mm,

@@ -98,9 +98,9 @@ def names_of(seeds: SeedRuns) -> str:
     return f"{', '.join(map(str, seeds.seeds[:-1]))} and {last}"
 
 
-def levels_in_words(seeds: SeedRuns | None, one: str) -> str:
-    """Return the plural of ``one``, a simulated level, of which several may be averaged."""
-    return f"{one}s" if seeds is None else f"means of {len(seeds.seeds)} {one}s"
+def levels_in_words(seeds: SeedRuns | None, noun: str) -> str:
+    """Return the plural of ``noun``, a simulated level, of which several may be averaged."""
+    return f"{noun}s" if seeds is None else f"means of {len(seeds.seeds)} {noun}s"
 
 
 def mean_sentence(seeds: SeedRuns | None) -> str:

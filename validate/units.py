@@ -69,8 +69,8 @@ def words(key: str) -> str:
 
 def setting_name(setting: str) -> str:
     """Return a setting of a trial, given by dotted name, in words without a unit: "yield stress"."""
-    own: dict[str, str] = LABELS["settings"]
-    return own.get(setting) or name_and_unit(setting.rpartition(".")[2])[0]
+    labels: dict[str, str] = LABELS["settings"]
+    return labels.get(setting) or name_and_unit(setting.rpartition(".")[2])[0]
 
 
 LONGEST_VALUE = 120

@@ -67,9 +67,9 @@ def longest_line(region: Booleans) -> Integers:
     return cells[max(walks, key=lambda walk: walk[1])[0]]
 
 
-def nearest_cell(cells: Integers, place: Floats | Integers) -> int:
+def nearest_cell(cells: Integers, position: Floats | Integers) -> int:
     """Return the index of the cell, (n, 2) as row and column, that is nearest to a place."""
-    return int(np.argmin(np.sum((cells - place) ** 2, axis=1)))
+    return int(np.argmin(np.sum((cells - position) ** 2, axis=1)))
 
 
 def along_middle(region: Booleans, ends: Floats) -> Integers:
@@ -79,7 +79,7 @@ def along_middle(region: Booleans, ends: Floats) -> Integers:
     a row.
     """
     cells = np.argwhere(region)
-    start, end = (cells[nearest_cell(cells, place[::-1])] for place in ends)
+    start, end = (cells[nearest_cell(cells, position[::-1])] for position in ends)
     to_rim = radius(region)
     share = np.minimum(to_rim / max(2 * np.median(to_rim[region]), 1.0), 1.5)
     way, _ = route_through_array(np.where(region, 1 / (0.03 + share**2), np.inf), start, end)
@@ -153,14 +153,14 @@ def side_lines(region: Booleans, way: Integers, least: float) -> list[tuple[Inte
     lines = []
     for number in range(piece.max() + 1):
         members = np.flatnonzero(piece == number)
-        own = outside[members]
-        root = int(np.argmin(beyond[own]))
-        foot = nearest[own[root]]
+        indices = outside[members]
+        root = int(np.argmin(beyond[indices]))
+        foot = nearest[indices[root]]
         # A crack continues past an end beside the path if the click was off its middle.
-        if beyond[own].max() < least or min(foot, len(trunk) - 1 - foot) <= to_rim[foot]:
+        if beyond[indices].max() < least or min(foot, len(trunk) - 1 - foot) <= to_rim[foot]:
             continue
         walk, _ = _walk(graph[members][:, members], root)
-        lines.append((cells[own[walk]], bool(beyond[own[walk[-1]]] <= AT_RIM)))
+        lines.append((cells[indices[walk]], bool(beyond[indices[walk[-1]]] <= AT_RIM)))
     return sorted(lines, key=lambda line: -len(line[0]))
 
 
@@ -168,8 +168,8 @@ def _beside(cells: Integers, way: Integers) -> Integers:
     """Return the walk along a skeleton from one end of ``way`` to the other. ``way`` itself may be off the middle."""
     away = np.asarray(KDTree(way).query(cells)[0])
     _, piece = connected_components(linked(cells), directed=False)
-    own = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
-    cells, away = cells[own], away[own]
+    indices = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
+    cells, away = cells[indices], away[indices]
     first, last = (nearest_cell(cells, end) for end in way[[0, -1]])
     graph = linked(cells, worth=1 + away / max(np.median(away), 1.0))
     return cells[_walk(graph, first, last)[0]]

@@ -78,7 +78,7 @@ class GivenDrawing(Settings):
     def _one_way(self) -> Self:
         if (self.line is None) != (self.width_mm is None):
             raise ValueError("give both line and width_mm or neither: a line has no width of its own")
-        if sum(given is not None for given in (self.outline, self.walls, self.line)) > 1:
+        if sum(value is not None for value in (self.outline, self.walls, self.line)) > 1:
             raise ValueError("give only one of outline, walls and line")
         return self
 

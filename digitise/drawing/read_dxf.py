@@ -161,8 +161,8 @@ class Drawing:
         return rings, lines
 
 
-def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
-    """Open a drawing. A ``given`` unit replaces the drawing's own.
+def open_drawing(path: Path, option: DrawnUnit | None) -> Drawing:
+    """Open a drawing. The unit of ``option``, if any, replaces the drawing's own.
 
     Raises InputError if the file is missing, too large or not a DXF, or if the unit is neither stated nor given.
     """
@@ -174,7 +174,7 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
     try:
         # ezdxf's recovering reader would silently read 53.Q3 as 53.
         document = ezdxf.filemanagement.readfile(path)
-        unit, unit_source = _unit(path, given, document.units)
+        unit, unit_source = _unit(path, option, document.units)
         for number, (layer, entity) in enumerate(_parts(document.modelspace())):
             if number == MOST_ENTITIES:
                 raise ValueError(f"it has over {MOST_ENTITIES} parts: save only the crack's layers")
@@ -205,12 +205,12 @@ def _parts(space: Iterable[Any], inherited: str | None = None, depth: int = 0) -
             yield layer, entity
 
 
-def _unit(path: Path, given: DrawnUnit | None, number: int) -> tuple[DrawnUnit, str]:
+def _unit(path: Path, option: DrawnUnit | None, number: int) -> tuple[DrawnUnit, str]:
     """Return the unit of the drawing, and the source of the unit."""
     stated = STATED.get(number)
     unit = stated or ("no unit" if number == 0 else f"unit {number} of $INSUNITS, which is not accepted")
-    if given is not None:
-        return given, f"by --units; the drawing states {unit}" if given != stated else "by --units and by the drawing"
+    if option is not None:
+        return option, f"by --units; the drawing states {unit}" if option != stated else "by --units and by the drawing"
     if stated is None:
         raise InputError(f"{path}: the drawing states {unit}; give --units.")
     return stated, "by the drawing"
@@ -246,18 +246,18 @@ def drawn_crack(
         line_mm = _way(drawing, line[0])
         _require_size(drawing, line_mm)
         name = f"{drawing.file}, layer {line[0]}"
-        given = outline_of_line(line_mm - origin_mm, np.array([[0.0, line[1]]]), face_mm, name)
+        crack = outline_of_line(line_mm - origin_mm, np.array([[0.0, line[1]]]), face_mm, name)
     else:
         edge_mm, stones_mm = _edge(drawing, outline, walls)
         _require_size(drawing, edge_mm)
         region, warnings = traced_region(edge_mm, stones_mm)
         drawing.notes += warnings
         region = region.translate((-origin_mm[0], -origin_mm[1]))
-        given = outline_within(region, face_mm, str(drawing.file))
-    size = _size(given[0].outline_mm)
+        crack = outline_within(region, face_mm, str(drawing.file))
+    size = _size(crack[0].outline_mm)
     text = f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {size}"
     drawing.notes.append(Fact("drawing.unit", text, drawing.unit))
-    return given
+    return crack
 
 
 def _edge(drawing: Drawing, outline: str | None, walls: tuple[str, str] | None) -> tuple[Floats, list[Floats]]:

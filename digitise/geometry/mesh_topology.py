@@ -69,22 +69,22 @@ def _close_pairs(low: Floats, high: Floats, some: Integers) -> Iterator[Integers
         near = rows[:, None] < some
         for lower, upper in zip(low.T, high.T, strict=True):
             near &= (lower[rows, None] < upper[some]) & (lower[some] < upper[rows, None])
-        one, other = near.nonzero()
-        yield np.column_stack([rows[one], some[other]])
+        row, column = near.nonzero()
+        yield np.column_stack([rows[row], some[column]])
 
 
-def _piercing(corners: Floats, normal: Floats, one: Integers, other: Integers) -> Integers:
-    """Return the indices of the pairs in which an edge of ``one`` pierces ``other`` by more than a contact."""
-    height = np.einsum("nij,nj->ni", corners[one] - corners[other, :1], normal[other])
+def _piercing(corners: Floats, normal: Floats, face: Integers, other_face: Integers) -> Integers:
+    """Return the indices of the pairs in which an edge of ``face`` pierces ``other_face`` by more than a contact."""
+    height = np.einsum("nij,nj->ni", corners[face] - corners[other_face, :1], normal[other_face])
     end_height = np.roll(height, -1, axis=1)
     # An edge that shares a vertex with the triangle has a height of 0 there.
     through = (np.minimum(height, end_height) < -CONTACT_MM) & (np.maximum(height, end_height) > CONTACT_MM)
     pair, edge = through.nonzero()
     share = height[pair, edge] / (height - end_height)[pair, edge]
-    start, end, triangle = corners[one[pair], edge], corners[one[pair], (edge + 1) % 3], corners[other[pair]]
+    start, end, triangle = corners[face[pair], edge], corners[face[pair], (edge + 1) % 3], corners[other_face[pair]]
     point = start + share[:, None] * (end - start)
     side = np.roll(triangle, -1, axis=1) - triangle
-    inward = np.cross(normal[other[pair], None], side)
+    inward = np.cross(normal[other_face[pair], None], side)
     inside = ((point[:, None] - triangle) * inward).sum(axis=2) > CONTACT_MM * np.linalg.norm(side, axis=2)
     return pair[inside.all(axis=1)]
 
@@ -146,8 +146,8 @@ def edge_fault(vertices_mm: Floats, faces: Integers) -> str:
         (upward != 1, "Mesh has no inside; edges with two faces that point to opposite sides"),
     ):
         if count := int(wrong.sum()):
-            place = near(vertices_mm[edges[wrong[group]][0]].mean(axis=0))
-            return f"{fault}: {count}, the first {place}."
+            position = near(vertices_mm[edges[wrong[group]][0]].mean(axis=0))
+            return f"{fault}: {count}, the first {position}."
     return ""
 
 

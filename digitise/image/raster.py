@@ -46,16 +46,16 @@ def scaled_down(picture: Map | Mask, scale: float) -> Map:
 
 
 def sampled(
-    picture: NDArray, places_px: Floats, how: int = cv2.INTER_LINEAR, beyond: int = cv2.BORDER_REPLICATE
+    picture: NDArray, places_px: Floats, method: int = cv2.INTER_LINEAR, beyond: int = cv2.BORDER_REPLICATE
 ) -> NDArray:
-    """Interpolate the picture at places (..., 2). ``how`` is OpenCV's interpolation, ``beyond`` its border mode."""
+    """Interpolate the picture at places (..., 2). ``method`` is OpenCV's interpolation, ``beyond`` its border mode."""
     x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
     if x.size == 0:
         return np.zeros(x.shape, picture.dtype)
     # OpenCV has a limit on rows; a list of places is split into columns.
     rows = min(len(x), MOST_ROWS)
-    columns, lines = (np.resize(axis, (rows, -(-x.size // rows))) for axis in (x, y))
-    return cv2.remap(picture, columns, lines, how, borderMode=beyond, borderValue=0).ravel()[: x.size].reshape(x.shape)
+    map_x, map_y = (np.resize(axis, (rows, -(-x.size // rows))) for axis in (x, y))
+    return cv2.remap(picture, map_x, map_y, method, borderMode=beyond, borderValue=0).ravel()[: x.size].reshape(x.shape)
 
 
 def resized(picture: Map, shape: tuple[int, ...]) -> Map:

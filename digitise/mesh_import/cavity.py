@@ -201,20 +201,20 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
     """Return the outline with the given line as its centreline."""
     middle_s_mm = np.maximum.accumulate(arc_length_at(line_mm, outline.centreline_mm).clip(0, outline.length_mm))
     left_mm, right_mm = _walls_at(outline, middle_s_mm)
-    given = replace(
+    outline = replace(
         outline,
         **photo.in_both_units(centreline=line_mm, left_wall=left_mm, right_wall=right_mm),
         path_source="line",
     )
-    followed = given.mean_width_mm * given.length_mm / ((photo.brightness < 0.5).sum() * photo.mm_per_px**2)
+    followed = outline.mean_width_mm * outline.length_mm / ((photo.brightness < 0.5).sum() * photo.mm_per_px**2)
     if followed < WHOLE:
         text = (
-            f"the given path, {given.length_mm:.1f} mm long, follows {100 * followed:.0f} % of the crack's mouth: "
+            f"the given path, {outline.length_mm:.1f} mm long, follows {100 * followed:.0f} % of the crack's mouth: "
             'volume_ml = "cavity" would put the sealant for the whole crack on this part. Set volume_ml to a number, '
             "or give a path along the whole crack"
         )
-        given = replace(given, warnings=(*given.warnings, doubt("mesh.path-short", text, followed)))
-    return given
+        outline = replace(outline, warnings=(*outline.warnings, doubt("mesh.path-short", text, followed)))
+    return outline
 
 
 def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:

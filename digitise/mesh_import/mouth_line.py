@@ -115,7 +115,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
         _end_before(ring_mm, way_mm, width_mm, face_mm, between_mm is None) for way_mm in (path_mm, path_mm[::-1])
     )
     right_mm, left_mm = _stretch(ring_mm, first.leaves, last.arrives), _stretch(ring_mm, last.leaves, first.arrives)
-    tips_mm = [_at(ring_mm, end.tip) for end in (first, last)]
+    tips_mm = [_ring_points(ring_mm, end.tip) for end in (first, last)]
     lines_mm = _middle(left_mm[::-1], right_mm, tips_mm, width_mm)
     _require_swept(lines_mm)
     centre_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
@@ -235,23 +235,23 @@ def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box,
     inner = min(inner, len(path_mm) - 1)
     aside = to_left(unit(path_mm[begin] - path_mm[inner]))
     sides = [[_exit(ring_mm, path_mm[number], turn * aside)[1] for turn in (-1, 1)] for number in (begin, inner)]
-    near_mm, far_mm = (_at(ring_mm, places).mean(axis=0) for places in sides)
-    distance_mm, place = _exit(ring_mm, near_mm, unit(near_mm - far_mm))
-    end_mm = _at(ring_mm, [place])[0]
+    near_mm, far_mm = (_ring_points(ring_mm, places).mean(axis=0) for places in sides)
+    distance_mm, tip = _exit(ring_mm, near_mm, unit(near_mm - far_mm))
+    end_mm = _ring_points(ring_mm, [tip])[0]
     side = nearest_side(end_mm, face_mm)
     if abs(end_mm[side % 2] - face_mm[side]) < ON_SIDE_MM:
-        beside, edge = np.abs(ring_mm[:, side % 2] - face_mm[side]) < ON_SIDE_MM, int(place) + 1
+        beside, edge = np.abs(ring_mm[:, side % 2] - face_mm[side]) < ON_SIDE_MM, int(tip) + 1
         before, after = (int(np.argmin(np.roll(on, turn))) for on, turn in ((beside[::-1], edge), (beside, -edge)))
         return _End("open", (edge - before) % len(ring_mm), (edge - 1 + after) % len(ring_mm))
     if not whole and distance_mm > AHEAD * width_mm:
         return _End("cut", sides[0][0], sides[0][1])
-    before, after = _corner(ring_mm, sides[0][0], place), _corner(ring_mm, place, sides[0][1])
-    return _End("closed", before, after, (place,))
+    before, after = _corner(ring_mm, sides[0][0], tip), _corner(ring_mm, tip, sides[0][1])
+    return _End("closed", before, after, (tip,))
 
 
 def _corner(ring_mm: Floats, begin: float, end: float) -> float:
     """Return the place on the ring, between two others, that is farthest from the straight line between them."""
-    points_mm = _stretch(ring_mm, begin, end) - _at(ring_mm, [begin])
+    points_mm = _stretch(ring_mm, begin, end) - _ring_points(ring_mm, [begin])
     corner = int(np.abs(cross(points_mm, points_mm[-1])).argmax())
     return (int(begin) + corner) % len(ring_mm) if corner else begin
 
@@ -267,7 +267,7 @@ def _exit(ring_mm: Floats, place_mm: Floats, ahead: Floats) -> tuple[float, floa
     return float(away_mm[first]), first + float(share[first])
 
 
-def _at(ring_mm: Floats, places: Sequence[float] | Floats) -> Floats:
+def _ring_points(ring_mm: Floats, places: Sequence[float] | Floats) -> Floats:
     """Return places on the ring in mm. A number beyond its last corner continues on the next round."""
     twice_mm = np.vstack([ring_mm, ring_mm, ring_mm[:1]])
     return at_arc_length(twice_mm, np.arange(len(twice_mm), dtype=float), np.asarray(places, dtype=float))
@@ -276,7 +276,7 @@ def _at(ring_mm: Floats, places: Sequence[float] | Floats) -> Floats:
 def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:
     """Return the stretch of the ring from one place on it, counter-clockwise, to another."""
     end += len(ring_mm) * (end <= begin)
-    return _at(ring_mm, np.concatenate([[begin], np.arange(np.floor(begin) + 1, np.ceil(end)), [end]]))
+    return _ring_points(ring_mm, np.concatenate([[begin], np.arange(np.floor(begin) + 1, np.ceil(end)), [end]]))
 
 
 def _middle(left_mm: Floats, right_mm: Floats, tips_mm: Sequence[Floats], width_mm: float) -> Floats:

@@ -295,7 +295,7 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     asked, weighed_g, time_s = (np.array(columns[name]) for name in NEEDED)
     flow = 1e6 * weighed_g / pump.density_kg_m3 / time_s
     flows, group, count = np.unique(asked, return_inverse=True, return_counts=True)
-    given, delay = (
+    outflow, delay = (
         np.bincount(group, values) / count for values in (flow, columns.get("delay_s", np.zeros(len(asked))))
     )
     freedom = len(asked) - len(flows)
@@ -304,24 +304,25 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
             f"{path}: {len(asked)} weighings of {len(flows)} flows; at least 2 flows are needed, and 2 weighings that "
             "repeat an earlier flow, since a single weighing shows no scatter."
         )
-    times = np.median(given / flows)
+    times = np.median(outflow / flows)
     if not 1 / MISTYPED < times < MISTYPED:
         raise InputError(
             f"{path}: according to its weighings the pump gives {times:.3g} times the requested flow, and no pump is "
             f"off by a factor of {MISTYPED:g}. Check the units: asked_mm3_s in mm³/s, weighed_g in g, time_s in "
             "seconds and not minutes, density_kg_m3 of the cell's pump in kg/m³."
         )
-    if (falls := np.diff(given) <= 0).any():
+    if (falls := np.diff(outflow) <= 0).any():
         after = int(falls.argmax()) + 1
         raise InputError(
-            f"{path}: at a request of {flows[after]:g} mm³/s the pump gave {given[after]:.4g}, no more than the "
-            f"{given[after - 1]:.4g} at {flows[after - 1]:g}: no flow between them can be requested. Weigh again, or "
+            f"{path}: at a request of {flows[after]:g} mm³/s the pump gave {outflow[after]:.4g}, no more than the "
+            f"{outflow[after - 1]:.4g} at {flows[after - 1]:g}: no flow between them can be requested. Weigh again, or "
             "omit the request that the pump does not follow."
         )
-    scatter = np.sqrt(((flow / given[group] - 1) ** 2).sum() / freedom)
+    scatter = np.sqrt(((flow / outflow[group] - 1) ** 2).sum() / freedom)
     # A curve between two flows is off the line by about a quarter of a flow's distance from its neighbours' line.
     off = [
-        np.interp(flows[n], np.delete(flows, n), np.delete(given, n)) / given[n] - 1 for n in range(1, len(flows) - 1)
+        np.interp(flows[n], np.delete(flows, n), np.delete(outflow, n)) / outflow[n] - 1
+        for n in range(1, len(flows) - 1)
     ]
     bend = np.abs(off).max(initial=0.0) / 4
     # The flow with the fewest weighings is known worst.
@@ -329,4 +330,4 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     half = float(np.linalg.norm([of_mean, 1.96 * pump.density_error_kg_m3 / pump.density_kg_m3, bend]))
     error_95, warning = (half, SCATTERS.format(scatter, half)) if scatter >= ROUNDING else (None, NO_SCATTER)
     doubtful = error_95 is None or error_95 > DOUBTFUL
-    return PumpTable(path.name, flows, given, delay, error_95, (f"{path.name}: {warning}",) * doubtful)
+    return PumpTable(path.name, flows, outflow, delay, error_95, (f"{path.name}: {warning}",) * doubtful)

@@ -205,8 +205,8 @@ def urscript_text(path: "RobotPath") -> str:
     flow_mm3_s, full_mm3_s = it.flow_mm3_s[:-1], settings.full_flow_mm3_s
     largest_mm3_s, closest_mm = flow_mm3_s.max(), np.linalg.norm(np.diff(it.position_mm, axis=0), axis=1).min()
     if full_mm3_s is None:
-        one = "a digital output gives one flow or none"
-        limit = path.even_limit(one, "mm³/s", path.flow_mm3_s, 'Set urscript.dispenser = "analog"')
+        reason = "a digital output gives one flow or none"
+        limit = path.even_limit(reason, "mm³/s", path.flow_mm3_s, 'Set urscript.dispenser = "analog"')
         levels = ["False", *map(str, flow_mm3_s > 0)]
     else:
         limit = (
@@ -227,8 +227,8 @@ def urscript_text(path: "RobotPath") -> str:
     )
     motions = list(zip(it.position_mm[1:], it.speed_mm_s, levels[1:], levels, strict=False))
     # z of the tool points into the face exactly, and x is as near to the robot's as it can be, before the tool's turn.
-    axes, own = [-path.frame.normal, [1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
-    tool = Rotation.align_vectors(axes, own, weights=[np.inf, 1.0])[0]
+    axes, tool_axes = [-path.frame.normal, [1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
+    tool = Rotation.align_vectors(axes, tool_axes, weights=[np.inf, 1.0])[0]
     tool = tool * Rotation.from_euler("z", settings.tool_turn_deg, degrees=True)
     turn = ", ".join(f"{angle:z.6f}" for angle in tool.as_rotvec())
     return filled(URSCRIPT_TEMPLATE, "#", path, settings=settings, turn=turn, motions=motions)

@@ -125,7 +125,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
     With a weighed ``pump``, the flow becomes the request to it.
     """
     _check_rows(trajectory)
-    sample_mm, robot_mm = (np.array([getattr(at, of) for at in cell.taught]) for of in ("sample_mm", "robot_mm"))
+    sample_mm, robot_mm = (np.array([getattr(point, of) for point in cell.taught]) for of in ("sample_mm", "robot_mm"))
     frame = fit_frame(sample_mm, robot_mm, limit_mm=cell.frame_limit_mm, where=cell_file)
     placed = replace(trajectory, position_mm=frame.to_robot_mm(trajectory.position_mm))
     warnings, hold_s = _warnings(trajectory, frame, cell), 0.0

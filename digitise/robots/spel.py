@@ -189,7 +189,7 @@ def _curve_limits(path: "RobotPath", points: int, speed_mm_s: Floats) -> "list[L
 def _spel_limits(path: "RobotPath", settings: Spel, places: Floats, speed_mm_s: Floats) -> "list[Limit]":
     """Return the limits of all points of a program, (n, 4), and of the arm's speeds between those of the path."""
     last, fastest_mm_s = settings.first_point + len(places) - 1, speed_mm_s.max()
-    one = "an output that is on or off gives one flow or none"
+    reason = "an output that is on or off gives one flow or none"
     return [
         path.tilt_limit,
         path.reach_limit("the SPEL+ program, on its way to the path, along it or from it,", places[:, :3]),
@@ -210,7 +210,7 @@ def _spel_limits(path: "RobotPath", settings: Spel, places: Floats, speed_mm_s: 
             "Digitise with a lower path.speed_mm_s.",
             EVEN,
         ),
-        *[path.even_limit(one, "mm³/s", path.flow_mm3_s, "Let an axis press the plunger")]
+        *[path.even_limit(reason, "mm³/s", path.flow_mm3_s, "Let an axis press the plunger")]
         * (settings.dispenser == "output"),
     ]
 

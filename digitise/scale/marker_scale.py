@@ -204,9 +204,9 @@ def _detected(image: NDArray[np.uint8], side_px: int, dictionary: str) -> list[t
     shrink = min(1.0, side_px / max(image.shape))
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     copy = cv2.resize(grey, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
-    how = cv2.aruco.DetectorParameters()
-    how.minMarkerDistanceRate = LEAST_APART
-    corners, ids, _ = cv2.aruco.ArucoDetector(_dictionary(dictionary), how).detectMarkers(copy)
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.minMarkerDistanceRate = LEAST_APART
+    corners, ids, _ = cv2.aruco.ArucoDetector(_dictionary(dictionary), parameters).detectMarkers(copy)
     if ids is None:
         return []
     quads = (np.array(corners, dtype=float).reshape(-1, 4, 2) + 0.5) / shrink - 0.5

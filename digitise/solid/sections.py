@@ -117,7 +117,7 @@ class Slicer:
             return crack
         if self._stretches:
             # All have the same orientation, so overlaps add up.
-            rings = [np.vstack([at, (at + share * (moved - at))[::-1]]) for at, moved in self._stretches]
+            rings = [np.vstack([ring, (ring + share * (moved - ring))[::-1]]) for ring, moved in self._stretches]
             walls = CrossSection(rings, FillRule.NonZero)
             return crack + walls if outward else crack - walls
         return crack.offset(share * shift_mm * (1 if outward else -1), JoinType.Round, circular_segments=ARC_SEGMENTS)

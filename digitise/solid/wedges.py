@@ -54,14 +54,14 @@ def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch
     stretches = list[tuple[list[Floats], list[Floats]]]()
     for i in range(len(ring)):
         j = (i + 1) % len(ring)
-        here, there = fans[i], fans[j]
+        fan, next_fan = fans[i], fans[j]
         shift = inward_mm[i] * normal[i]
         if inward_mm[i] == 0:
             # After a wall that does not move, a fan is a stretch of its own.
             stretches.append(([], []))
-        elif i == 0 or here is None or inward_mm[i - 1] == 0:
-            stretches.append(([ring[i]], [ring[i] + shift if here is None else here[-1]]))
-        ends = [*there] if there is not None else [ring[j] + shift] if inward_mm[i] else []
+        elif i == 0 or fan is None or inward_mm[i - 1] == 0:
+            stretches.append(([ring[i]], [ring[i] + shift if fan is None else fan[-1]]))
+        ends = [*next_fan] if next_fan is not None else [ring[j] + shift] if inward_mm[i] else []
         stretches[-1][0].extend([ring[j]] * len(ends))
         stretches[-1][1].extend(ends)
     return [(np.array(corners), np.array(moved)) for corners, moved in stretches if corners]

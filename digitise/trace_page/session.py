@@ -123,10 +123,10 @@ def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:
 
     Raises InputError for an incomplete scale.
     """
-    given = hints.said(SCALE_KEYS)
-    if not rest.get("markers") and not given.keys() - {"scale_is"}:
+    scale = hints.said(SCALE_KEYS)
+    if not rest.get("markers") and not scale.keys() - {"scale_is"}:
         return None
-    return checked(PhotoInput, Path(rest["file"]), {**rest, **given})
+    return checked(PhotoInput, Path(rest["file"]), {**rest, **scale})
 
 
 def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:

@@ -71,10 +71,10 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
     # What is surely crack or ground comes last, so that no lightness changes it.
     for line in sorted(lines, key=lambda line: line.kind == "wall"):
         low, window = window_around(line.place_px, reach_px, photo.size_px)
-        part, place, foot = light[window], line.place_px - low, line.foot_px - low
-        outward = (place - foot) / np.maximum(np.linalg.norm(place - foot, axis=1), 1.0)[:, None]
-        areas = _between(part.shape, place, foot), _between(part.shape, place, place + width_px * outward)
-        near = _stroke(part.shape, place, 1 if line.kind == "wall" else 2 * reach_px)
+        part, line_px, foot = light[window], line.place_px - low, line.foot_px - low
+        outward = (line_px - foot) / np.maximum(np.linalg.norm(line_px - foot, axis=1), 1.0)[:, None]
+        areas = _between(part.shape, line_px, foot), _between(part.shape, line_px, line_px + width_px * outward)
+        near = _stroke(part.shape, line_px, 1 if line.kind == "wall" else 2 * reach_px)
         bright = float(np.percentile(part, GROUND))
         between, beyond = (float(np.percentile(part[area], DARKEST)) for area in areas)
         if line.kind == "ground" and beyond < between:
@@ -84,7 +84,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
             )
         if line.kind != "wall":
             soft = blurred(lightness(part), SOFT_PX)
-            under = float(np.median(sampled(soft, place)))
+            under = float(np.median(sampled(soft, line_px)))
             crack, ground = (float(lightness(np.array(level))) for level in (dark, bright))
             if line.kind == "crack":
                 part[near & (soft < (under + ground) / 2)] = dark
@@ -92,7 +92,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
                 lighter = near & (soft > (under + crack) / 2)
                 part[lighter] = np.maximum(part[lighter], bright)
         decided[window][near] = 255
-        body = _stroke(part.shape, place, BRUSH_PX)
+        body = _stroke(part.shape, line_px, BRUSH_PX)
         for number, kind in enumerate(("crack", "ground")):
             crossed = body & (sure[1 - number][window] > 0)
             if line.kind == kind and crossed.any():

@@ -36,8 +36,8 @@ class Canvas:
 
     def __init__(self, photo: Photo) -> None:
         self.scale: float = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
-        how = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_CUBIC
-        picture = cv2.resize(photo.image, None, fx=self.scale, fy=self.scale, interpolation=how)
+        interpolation = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_CUBIC
+        picture = cv2.resize(photo.image, None, fx=self.scale, fy=self.scale, interpolation=interpolation)
         self.picture: Pixels = np.asarray(picture, np.uint8)
         self.unit: float = max(self.picture.shape[:2]) / 1000
         self.extent = np.array(self.picture.shape[1::-1])
@@ -102,8 +102,8 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     if trajectory is not None:
         nozzle = canvas.at(photo.to_px(trajectory.position_mm[:, :2]))
         # Beads are so small that the centreline shows between them.
-        given = nozzle[trajectory.giving]
-        for bead in resampled(given, BEADS * canvas.unit) if len(given) > 1 else ():
+        path_px = nozzle[trajectory.giving]
+        for bead in resampled(path_px, BEADS * canvas.unit) if len(path_px) > 1 else ():
             canvas.dot(bead, 1.6, NOZZLE, INK)
     _mark_ends(canvas, outline)
     _legend(canvas, outline, trajectory)
@@ -125,9 +125,9 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Pixels:
     for crack in cracks:
         canvas.line(crack.outline_px, ENDS, 1.5, closed=True)
     for number, crack in enumerate(cracks, 1):
-        place = canvas.at(crack.middle_px)
-        canvas.dot(place, 15, INK, PAPER)
-        canvas.text(place + 2 * canvas.text_size(str(number)) * (-0.5, 0.5), str(number), PAPER, 2)
+        middle = canvas.at(crack.middle_px)
+        canvas.dot(middle, 15, INK, PAPER)
+        canvas.text(middle + 2 * canvas.text_size(str(number)) * (-0.5, 0.5), str(number), PAPER, 2)
     return canvas.picture
 
 
@@ -163,8 +163,8 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
         lines += [(LEFT, "left wall"), (RIGHT, "right wall"), (ENDS, "rest of the rim")]
     if outline.bands_mm:
         lines.append((ENDS, "dashed: crack or ground"))
-    if trajectory is not None and len(given := trajectory.s_mm[trajectory.giving]):
-        lines.append((NOZZLE, f"nozzle, from s = {given[0]:.1f} to {given[-1]:.1f} mm"))
+    if trajectory is not None and len(pour_s_mm := trajectory.s_mm[trajectory.giving]):
+        lines.append((NOZZLE, f"nozzle, from s = {pour_s_mm[0]:.1f} to {pour_s_mm[-1]:.1f} mm"))
     width = max(canvas.text_size(text)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
     size, taken = np.array([width, row * len(lines) + pad]), canvas.at(outline.outline_px)
     low, high = np.clip(canvas.at(outline.shown_px), 0, canvas.extent)

@@ -254,8 +254,8 @@ def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
     """
     most = max(1, round(STEEPEST_WALL * station_px / sample_px))
     price = STIFFNESS / station_px * (np.arange(-most, most + 1) * sample_px) ** 2
-    place = cheapest_way(np.cumsum(excess, axis=2) * sample_px, np.asarray(price, float))
-    return np.asarray((place + 0.5) * sample_px, float)
+    sample = cheapest_way(np.cumsum(excess, axis=2) * sample_px, np.asarray(price, float))
+    return np.asarray((sample + 0.5) * sample_px, float)
 
 
 def cheapest_way(cost: Floats, price: Floats) -> Integers:
@@ -273,13 +273,13 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
     for station in range(1, stations):
         least = (options[station - 1] + price[:, None]).min(axis=1)
         reached[station, :, most:-most] = least + cost[:, station]
-    place = np.empty((ways, stations), np.int64)
-    place[:, -1] = reached[-1, :, most:-most].argmin(axis=1)
+    route = np.empty((ways, stations), np.int64)
+    route[:, -1] = reached[-1, :, most:-most].argmin(axis=1)
     for station in range(stations - 1, 0, -1):
-        for way, sample in enumerate(place[:, station]):
+        for way, sample in enumerate(route[:, station]):
             came_by = reached[station - 1, way, sample : sample + len(price)] + price
-            place[way, station - 1] = sample + came_by.argmin() - most
-    return place
+            route[way, station - 1] = sample + came_by.argmin() - most
+    return route
 
 
 def completed(walls: Floats, clear_step: Booleans, usual: int, along_edge: bool) -> Floats:

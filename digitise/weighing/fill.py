@@ -91,5 +91,5 @@ def _fall(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str] | None
     return None
 
 
-FillOrFile = Annotated[WeighedFill, BeforeValidator(lambda given: {"file": given} if isinstance(given, str) else given)]
+FillOrFile = Annotated[WeighedFill, BeforeValidator(lambda value: {"file": value} if isinstance(value, str) else value)]
 """The table [crack.fill], or only the name of its file."""

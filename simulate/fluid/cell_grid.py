@@ -92,12 +92,12 @@ class CellGrid:
         launcher: Launcher,
         runs: int = 1,
         in_order: bool | None = None,
-        place: wp.array[int] | None = None,
+        index: wp.array[int] | None = None,
         present: wp.array[int] | None = None,
     ) -> None:
         """Prepare the cells. ``in_order`` is True if the device takes one point after the other, as a CPU does.
 
-        None: decided by the device. ``place`` and ``present`` are those of ``State``. Default: all points, as they are.
+        None: decided by the device. ``index`` and ``present`` are those of ``State``. Default: all points, as they are.
         """
         device, points = str(position.device), len(position)
         count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
@@ -120,7 +120,7 @@ class CellGrid:
             cloud = in_order_code.Points()
             cloud.runs, cloud.position, cloud.status, cloud.cell, cloud.rank = runs, position, status, cell, rank
             cloud.present = self._present
-            cloud.place = wp.array(np.arange(points), int, device=device) if place is None else place
+            cloud.index = wp.array(np.arange(points), int, device=device) if index is None else index
             bind, of_points = partial(launcher.bind, extent=Extent(self._present, TOGETHER)), fixed(1, device)
             self._find_cells = bind(in_order_code.find_cells_of, cloud, cells)
             self._count = bind(in_order_code.count_in_order, cloud, cells, extent=of_points)

@@ -56,10 +56,10 @@ class FaultChecks:
         """Return the first fault of each run that has one. The keys are the numbers of the runs."""
         faults = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._runs_unsolved())}
         if self._faults().any():
-            for run, own in enumerate(self._state.by_release(self._state.fault).reshape(self._state.runs, -1)):
-                if kinds := np.bitwise_or.reduce(own):
+            for run, bits in enumerate(self._state.by_release(self._state.fault).reshape(self._state.runs, -1)):
+                if kinds := np.bitwise_or.reduce(bits):
                     kind = int(kinds & -kinds)
-                    faults[run] = RunFault(kind, int(np.argmax(own & kind > 0)))
+                    faults[run] = RunFault(kind, int(np.argmax(bits & kind > 0)))
         return faults
 
     def forget(self, run: int) -> None:

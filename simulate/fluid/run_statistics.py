@@ -56,9 +56,9 @@ class RunStatistics:
 
     def summary(self, run: int) -> dict[str, Any]:
         """Return the figures of one run."""
-        own = [slice(*np.searchsorted(owner, [run, run + 1])) for owner in self.owner]
+        slices = [slice(*np.searchsorted(owner, [run, run + 1])) for owner in self.owner]
         # Sorted, because the order of movers depends on the other runs of a launch.
-        error = np.sort(np.concatenate([density[rows] for density, rows in zip(self.density, own, strict=True)]))
+        error = np.sort(np.concatenate([density[rows] for density, rows in zip(self.density, slices, strict=True)]))
         moving = np.array(self.moving).reshape(-1, self._runs)[:, run]
         iterations: dict[str, Any] = {}
         if self.solves:

@@ -164,7 +164,7 @@ class FluidSolver:
         low, high, size = domain.low, domain.high, self._support
         points = state.position, state.status
         self.fluid_cells = CellGrid(
-            low, high, size, *points, launcher, state.runs, place=state.place, present=state.present
+            low, high, size, *points, launcher, state.runs, index=state.index, present=state.present
         )
         wall_cells = CellGrid(low, high, size, walls, wp.zeros(len(walls), int, state.device), launcher)
         wall_cells.fill(len(walls))

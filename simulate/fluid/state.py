@@ -64,7 +64,7 @@ class State:
         self.status = particles.status = full(count, int(device_code.WAITING), int)
         self.number = wp.array(np.arange(count), int, device=device)
         """Place of each particle in the order of release, over all runs."""
-        self.place = wp.clone(self.number)
+        self.index = wp.clone(self.number)
         """Place in memory of each particle in the order of release."""
         self.release_frame = particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), int, device=device)
         self.quiet_s = particles.quiet_s = zeros(count)
@@ -113,16 +113,16 @@ class State:
         self.find_places()
 
     def find_places(self) -> None:
-        """Compute ``place``, the inverse of ``number``."""
-        place = np.empty(self.count, np.int32)
-        place[np.asarray(self.number.numpy(), dtype=np.int64)] = np.arange(self.count, dtype=np.int32)
-        self.place.assign(place)
+        """Compute ``index``, the inverse of ``number``."""
+        index = np.empty(self.count, np.int32)
+        index[np.asarray(self.number.numpy(), dtype=np.int64)] = np.arange(self.count, dtype=np.int32)
+        self.index.assign(index)
 
     def by_release(self, column: wp.array) -> Any:
         """Return a copy of an array by particle, sorted into the order of release."""
-        values, place = column.numpy(), np.asarray(self.number.numpy(), dtype=np.int64)
+        values, release_index = column.numpy(), np.asarray(self.number.numpy(), dtype=np.int64)
         ordered = np.empty_like(values)
-        ordered[place] = values
+        ordered[release_index] = values
         return ordered
 
     def position_mm(self) -> Floats:

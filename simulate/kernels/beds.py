@@ -65,14 +65,14 @@ class Beds:
 # Several particles raise the same top, and Warp's ``atomic_max`` is not atomic on a CPU.
 @wp.func_native("""
 #ifdef __CUDA_ARCH__
-wp::atomic_max(top_mm, at, z_mm);
+wp::atomic_max(top_mm, line, z_mm);
 #else
-double* top = top_mm.data + at;
+double* top = top_mm.data + line;
 double before = *top;
 while (before < z_mm && !__atomic_compare_exchange(top, &before, &z_mm, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED));
 #endif
 """)
-def raise_top(top_mm: wp.array[wp.float64], at: int, z_mm: wp.float64): ...
+def raise_top(top_mm: wp.array[wp.float64], line: int, z_mm: wp.float64): ...
 
 
 @wp.func
@@ -85,22 +85,22 @@ def raise_around(
     lines: Lines,
     liquid: Liquid,  # in, out: top_mm
 ):
-    here = liquid.position_mm[first + k]
-    if not wp.isfinite(here):
+    position = liquid.position_mm[first + k]
+    if not wp.isfinite(position):
         return
     tops = k // per_run * lines.z_mm.shape[0]
     size = lines.cell_mm
     reach = int(wp.ceil(reach_mm / size))
-    row = int(wp.floor(here[0] / size))
-    column = int(wp.floor(here[1] / size))
+    row = int(wp.floor(position[0] / size))
+    column = int(wp.floor(position[1] / size))
     for a in range(row - reach, row + reach + 1):
         if a < lines.low[0] or a >= lines.low[0] + lines.shape[0]:
             continue
-        along = (wp.float64(a) + wp.float64(0.5)) * size - here[0]
+        along = (wp.float64(a) + wp.float64(0.5)) * size - position[0]
         for b in range(column - reach, column + reach + 1):
             if b < lines.low[1] or b >= lines.low[1] + lines.shape[1]:
                 continue
-            across = (wp.float64(b) + wp.float64(0.5)) * size - here[1]
+            across = (wp.float64(b) + wp.float64(0.5)) * size - position[1]
             if along * along + across * across > reach_mm * reach_mm:
                 continue
             cell = (a - lines.low[0]) * lines.shape[1] + b - lines.low[1]
@@ -108,12 +108,12 @@ def raise_around(
             while below >= 0:
                 if lines.cell[below] != cell:
                     below = -1
-                elif lines.z_mm[below] >= here[2]:
+                elif lines.z_mm[below] >= position[2]:
                     below = below - 1
                 else:
                     break
             if below >= 0 and lines.upward[below] == 1:
-                raise_top(liquid.top_mm, tops + below, here[2] + half_mm)
+                raise_top(liquid.top_mm, tops + below, position[2] + half_mm)
 
 
 @run_kernel
@@ -181,25 +181,25 @@ def find_lying(
     """
     lane = wp.tid() % wp.block_dim()
     for i in range(rows.begin + wp.tid() // wp.block_dim(), rows.end, rows.step):
-        here = is_here(particles, i)
-        if not here or not falls(particles, sizes, i):
+        present = is_here(particles, i)
+        if not present or not falls(particles, sizes, i):
             if lane == 0:
-                keep_in_bed(particles, sizes, beds, i, here)
+                keep_in_bed(particles, sizes, beds, i, present)
             continue
-        place = place_of(particles, sizes, i)
+        position = place_of(particles, sizes, i)
         first = i // particles.per_run * particles.per_run
         around = wp.float64(2.0) * sizes.radius_mm
         bed_mm = sizes.floor_mm
         for j in range(first + lane, first + particles.per_run, wp.block_dim()):
-            other = place_of(particles, sizes, j)
-            along = other[0] - place[0]
-            across = other[1] - place[1]
+            neighbour = place_of(particles, sizes, j)
+            along = neighbour[0] - position[0]
+            across = neighbour[1] - position[1]
             near = along * along + across * across <= around * around
             if near and is_here(particles, j) and not falls(particles, sizes, j):
-                bed_mm = wp.max(bed_mm, other[2])
+                bed_mm = wp.max(bed_mm, neighbour[2])
         highest_mm = most_over_block(bed_mm)
         if lane == 0:
-            keep_in_bed(particles, sizes, beds, i, place[2] <= highest_mm + sizes.radius_mm)
+            keep_in_bed(particles, sizes, beds, i, position[2] <= highest_mm + sizes.radius_mm)
 
 
 @run_kernel
@@ -214,7 +214,7 @@ def count_particles(
         run = part // PARTS
         width = (particles.per_run + PARTS - 1) // PARTS
         begin = part % PARTS * width
-        own = wp.vec4i(0, 0, 0, 0)
+        counts = wp.vec4i(0, 0, 0, 0)
         for k in range(begin + lane, wp.min(begin + width, particles.per_run), wp.block_dim()):
             i = run * particles.per_run + k
             lies = wp.where(wp.isfinite(beds.liquid.position_mm[i]), 1, 0)
@@ -224,8 +224,8 @@ def count_particles(
                 moves = 1
                 if wp.length(speed_of(particles, sizes, i)) >= sizes.flows_mm_s:
                     flows = 1
-            own += wp.vec4i(lies, moves, moves * lies, flows * lies)
-        total = over_block(own)
+            counts += wp.vec4i(lies, moves, moves * lies, flows * lies)
+        total = over_block(counts)
         if lane == 0:
             beds.count[run, part % PARTS] = total
 
@@ -244,11 +244,11 @@ def sum_lines(
         crossings = lines.z_mm.shape[0]
         width = (crossings + PARTS - 1) // PARTS
         begin = part % PARTS * width
-        own = wp.float64(0.0)
+        length_mm = wp.float64(0.0)
         for k in range(begin + lane, wp.min(begin + width, crossings), wp.block_dim()):
             top_mm = beds.liquid.top_mm[run * crossings + k]
             if wp.isfinite(top_mm):
-                own += wp.min(top_mm, lines.ceiling_mm[k]) - lines.z_mm[k]
-        total = over_block(own)
+                length_mm += wp.min(top_mm, lines.ceiling_mm[k]) - lines.z_mm[k]
+        total = over_block(length_mm)
         if lane == 0:
             beds.length_mm[first_run + run, part % PARTS] = total

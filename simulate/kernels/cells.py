@@ -94,26 +94,26 @@ def put_in_order(
     key = sorting.cell[i]
     if key < 0:
         return
-    at = cells.start[key]
+    slot = cells.start[key]
     for k in range(cells.start[key], cells.start[key + 1]):
         if sorting.number[k] < i:
-            at += 1
-    here = position[i]
-    cells.x[at] = here[0]
-    cells.y[at] = here[1]
-    cells.z[at] = here[2]
-    cells.number[at] = i
+            slot += 1
+    point = position[i]
+    cells.x[slot] = point[0]
+    cells.y[slot] = point[1]
+    cells.z[slot] = point[2]
+    cells.number[slot] = i
 
 
 @wp.func
-def beside(x: float, corner: float, size: float, cell: int, at: int):
-    """Return the least distance along an axis from ``x`` to a point in cell ``at``, divided by ``size``.
+def beside(x: float, corner: float, size: float, cell: int, other_cell: int):
+    """Return the least distance along an axis from ``x`` to a point in ``other_cell``, divided by ``size``.
 
     ``x`` is in ``cell``.
     """
     part = (x - corner) / size - float(cell)
-    if at < cell:
+    if other_cell < cell:
         return wp.max(part, 0.0)
-    if at > cell:
+    if other_cell > cell:
         return wp.max(1.0 - part, 0.0)
     return 0.0

@@ -19,8 +19,8 @@ class Points:
     runs: int
     position: wp.array[wp.vec4]
     status: wp.array[int]
-    place: wp.array[int]
-    """Place in memory of each point in the order that is kept within a cell."""
+    index: wp.array[int]
+    """Index in memory of each point in the order that is kept within a cell."""
     present: wp.array[int]  # Number of the first points, which are sorted: the only value
     cell: wp.array[int]
     rank: wp.array[int]  # Of a point in its cell
@@ -45,10 +45,10 @@ const auto along = [size](float x, float corner, int count) {
 for (int i = begin; i < end; ++i) {
     cell[i] = absent;
     if (status[i] <= FROZEN) {
-        const wp::vec4 here = position[i];
+        const wp::vec4 point = position[i];
         const int base = i / cells.points_per_run * in_run;
-        const int line = along(here[middle], y0, ny) + ny * along(here[slow], z0, nz);
-        cell[i] = base + along(here[fast], x0, nx) + nx * line;
+        const int line = along(point[middle], y0, ny) + ny * along(point[slow], z0, nz);
+        cell[i] = base + along(point[fast], x0, nx) + nx * line;
     }
 }""",
     )
@@ -59,15 +59,15 @@ def find_cells(begin: int, end: int, cells: CellArrays, points: Points): ...
 @wp.func_native(
     cpu_block(
         """
-const int *cell = points.cell.data, *place = points.place.data, count = points.present.data[0];
+const int *cell = points.cell.data, *index = points.index.data, count = points.present.data[0];
 const int cells_of_all = cells.start.shape[0] - 1;
 int *rank = points.rank.data, *start = cells.start.data, before = 0;
 __builtin_memset(start, 0, cells_of_all * sizeof(int));
-for (int k = 0; k < count; ++k) rank[place[k]] = start[cell[place[k]]]++;
+for (int k = 0; k < count; ++k) rank[index[k]] = start[cell[index[k]]]++;
 for (int c = 0; c < cells_of_all; ++c) {
-    const int here = start[c];
+    const int in_cell = start[c];
     start[c] = before;
-    before += here;
+    before += in_cell;
 }
 start[cells_of_all] = before;""",
     )
@@ -84,8 +84,8 @@ float *x = cells.x.data, *y = cells.y.data, *z = cells.z.data;
 int* number = cells.number.data;
 for (int i = begin; i < end; ++i) {
     const int to = start[cell[i]] + rank[i];
-    const wp::vec4 here = position[i];
-    x[to] = here[0], y[to] = here[1], z[to] = here[2], number[to] = i;
+    const wp::vec4 point = position[i];
+    x[to] = point[0], y[to] = point[1], z[to] = point[2], number[to] = i;
 }""",
     )
 )

@@ -124,9 +124,9 @@ def rows_of(particles: Particles, part: int):
 
 
 @wp.func
-def keep_sum(search: Search, part: int, lane: int, own: Sums):
+def keep_sum(search: Search, part: int, lane: int, lane_sums: Sums):
     """Store the sum over the threads of a part's block. All threads must call it."""
-    total = over_block(own)
+    total = over_block(lane_sums)
     if lane == 0:
         search.partial[part // CHUNKS, part % CHUNKS] = total
 
@@ -134,10 +134,10 @@ def keep_sum(search: Search, part: int, lane: int, own: Sums):
 @wp.func
 def whole_sum(search: Search, run: int, lane: int):
     """Return the sum over the parts of a run to all threads of a block. All threads must call it."""
-    own = Sums(0.0)
+    lane_sums = Sums(0.0)
     for chunk in range(lane, CHUNKS, wp.block_dim()):
-        own += search.partial[run, chunk]
-    return over_block(own)
+        lane_sums += search.partial[run, chunk]
+    return over_block(lane_sums)
 
 
 @wp.func
@@ -159,16 +159,16 @@ def sum_residuals(
         if part + lane == 0:
             search.more[0] = 0
         rows = rows_of(particles, part)
-        own = Sums(0.0)
+        lane_sums = Sums(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
             inverse = full(system.inverse[row])
             right = particles.velocity[particles.mover[row]]
-            own[0] += wp.dot(right, inverse * right)
-            own[1] += wp.dot(search.residual[row], inverse * search.residual[row])
-            own[2] += wp.dot(search.product[row], inverse * search.product[row])
-            own[3] += 1.0 + system.restraint[row]
-            own[4] += wp.dot(right, right)
-        keep_sum(search, part, lane, own)
+            lane_sums[0] += wp.dot(right, inverse * right)
+            lane_sums[1] += wp.dot(search.residual[row], inverse * search.residual[row])
+            lane_sums[2] += wp.dot(search.product[row], inverse * search.product[row])
+            lane_sums[3] += 1.0 + system.restraint[row]
+            lane_sums[4] += wp.dot(right, right)
+        keep_sum(search, part, lane, lane_sums)
 
 
 @wp.func
@@ -261,10 +261,10 @@ def sum_curvature(
         if is_solved(search, part // CHUNKS):
             continue
         rows = rows_of(particles, part)
-        own = Sums()
+        lane_sums = Sums()
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own[0] += search.curvature[row]
-        keep_sum(search, part, lane, own)
+            lane_sums[0] += search.curvature[row]
+        keep_sum(search, part, lane, lane_sums)
 
 
 @wp.func
@@ -299,7 +299,7 @@ def advance_search(
         rows = rows_of(particles, part)
         if begins_run(part, begin):
             way = way_of(search, run, whole_sum(search, run, lane)[0])
-        own = float(0.0)
+        lane_sum = float(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
             i = particles.mover[row]
             direction = particles.scaled_residual[i] + way[1] * search.direction[row]
@@ -311,8 +311,8 @@ def advance_search(
             search.residual[row] = r
             scaled = full(system.inverse[row]) * r
             particles.scaled_residual[i] = scaled
-            own += wp.dot(r, scaled)
-        total = over_block(own)
+            lane_sum += wp.dot(r, scaled)
+        total = over_block(lane_sum)
         if lane == 0:
             search.left[run, part % CHUNKS] = total
 
@@ -329,11 +329,11 @@ def find_turn(
         if is_solved(search, run):
             continue
         along = whole_sum(search, run, lane)[0]
-        own = float(0.0)
+        lane_sum = float(0.0)
         for chunk in range(lane, CHUNKS, wp.block_dim()):
-            own += search.left[run, chunk]
+            lane_sum += search.left[run, chunk]
         # The sum waits for all threads: all have read above what one of them writes below.
-        error = over_block(own)
+        error = over_block(lane_sum)
         if lane == 0:
             way = way_of(search, run, along)
             search.length[run] = way[0]
@@ -352,10 +352,10 @@ def sum_left(
     lane = wp.tid() % wp.block_dim()
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
         rows = rows_of(particles, part)
-        own = Sums()
+        lane_sums = Sums()
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own[:3] += search.residual[row]
-        keep_sum(search, part, lane, own)
+            lane_sums[:3] += search.residual[row]
+        keep_sum(search, part, lane, lane_sums)
 
 
 @run_kernel

@@ -137,16 +137,16 @@ def push_out(solid: Distance, x: wp.vec3):
     A step is shorter than the present distance, so that it cannot cross a thin wall. In a corner each step moves away
     from the nearest wall.
     """
-    here = x
+    position = x
     enough = 0.999 * solid.clearance
-    there = wp.vec4(0.0)
+    wall = wp.vec4(0.0)
     for turn in range(9):
         # Called in one place only, because a compiler copies the function for each call.
-        there = distance_at(solid, here, 2.0 * solid.clearance)
-        if there[3] >= enough or there[3] <= 0.0 or turn == 8:
+        wall = distance_at(solid, position, 2.0 * solid.clearance)
+        if wall[3] >= enough or wall[3] <= 0.0 or turn == 8:
             break
-        here += wp.min(solid.clearance - there[3], 0.9 * there[3]) * there[:3]
-    return Landing(here, there[:3], there[3])
+        position += wp.min(solid.clearance - wall[3], 0.9 * wall[3]) * wall[:3]
+    return Landing(position, wall[:3], wall[3])
 
 
 @wp.func
@@ -232,24 +232,24 @@ def move_along(
     length = wp.length(step)
     pieces = wp.min(int(length / (0.45 * solid.clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * solid.clearance))
-    here = Landing(start, wp.vec3(0.0), 0.0)
+    landing = Landing(start, wp.vec3(0.0), 0.0)
     # Summed up piece by piece: a difference of two positions has their rounding errors.
     moved = wp.vec3(0.0)
     for _piece in range(pieces):
-        ahead = here.position + piece
-        there = push_out(solid, ahead)
-        if there.distance < 0.5 * solid.clearance:
+        ahead = landing.position + piece
+        next_landing = push_out(solid, ahead)
+        if next_landing.distance < 0.5 * solid.clearance:
             break
-        moved += piece + (there.position - ahead)
-        here = there
-    x = here.position
-    n = here.slope
+        moved += piece + (next_landing.position - ahead)
+        landing = next_landing
+    x = landing.position
+    n = landing.slope
     if rounded_at(solid, x):
         n = wp.vec3(ROUNDED)
     # At most the grid's margin around the walls; 0 next to the sample's block, whose sides are not in the grid.
-    radius = wp.where(here.distance < BESIDE, wp.min(here.distance - solid.clearance, solid.clearance), 0.0)
+    radius = wp.where(landing.distance < BESIDE, wp.min(landing.distance - solid.clearance, solid.clearance), 0.0)
     free[i] = wp.vec4(*x, radius)
-    beside[i] = wp.vec4(*n, wp.dot(n, x) - here.distance)
+    beside[i] = wp.vec4(*n, wp.dot(n, x) - landing.distance)
     return moved
 
 

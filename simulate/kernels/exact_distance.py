@@ -90,8 +90,8 @@ if (squared_at(MIDDLE) > farthest * farthest) return;
 float* nearest = blocks.distance.data + (size_t)row * NODES;
 #pragma clang loop vectorize(enable) interleave(disable)
 for (int node = 0; node < NODES; ++node) {
-    const float here = squared_at(node), before = nearest[node];
-    nearest[node] = here < before ? here : before;
+    const float squared = squared_at(node), before = nearest[node];
+    nearest[node] = squared < before ? squared : before;
 }""",
 )
 def measure_from_triangle(
@@ -127,8 +127,8 @@ def measure_nodes(
     row = wp.tid()
     block = blocks.number[row]
     for node in range(NODES):
-        place = place_of(node)
-        step = wp.vec3i(place[0] // BLOCK, place[1] // BLOCK, place[2] // BLOCK)
+        coordinates = place_of(node)
+        step = wp.vec3i(coordinates[0] // BLOCK, coordinates[1] // BLOCK, coordinates[2] // BLOCK)
         # The last nodes of a block are the first ones of the next, if that has nodes.
         owner = row_at(solid, block[0] + step[0], block[1] + step[1], block[2] + step[2])
         if owner < 0:
@@ -136,7 +136,7 @@ def measure_nodes(
         if not shared:
             blocks.distance[row, node] = wp.where(owner == row, float(LARGEST), float(NOT_OWN))
         elif owner != row:
-            blocks.distance[row, node] = blocks.distance[owner, node_at(place - BLOCK * step)]
+            blocks.distance[row, node] = blocks.distance[owner, node_at(coordinates - BLOCK * step)]
     if shared:
         return
     half = 0.5 * float(BLOCK) * solid.spacing
@@ -154,14 +154,14 @@ def measure_nodes(
     before = wp.sign(centre) * wp.sqrt(blocks.distance[row, NODES // 2])
     last = wp.vec3(0.5 * float(BLOCK))
     for turn in range(NODES):
-        place = place_on_path(turn)
-        node = node_at(place)
+        coordinates = place_on_path(turn)
+        node = node_at(coordinates)
         if blocks.distance[row, node] != NOT_OWN:
-            here = wp.vec3(place)
-            away = solid.spacing * (1.001 * wp.length(here - last) + 0.001)
-            before = with_sign(mesh, low + solid.spacing * here, wp.sqrt(blocks.distance[row, node]), before, away)
+            position = wp.vec3(coordinates)
+            away = solid.spacing * (1.001 * wp.length(position - last) + 0.001)
+            before = with_sign(mesh, low + solid.spacing * position, wp.sqrt(blocks.distance[row, node]), before, away)
             blocks.distance[row, node] = before
-            last = here
+            last = position
 
 
 @wp.func
@@ -172,9 +172,9 @@ def place_of(node: int) -> wp.vec3i:
 
 
 @wp.func
-def node_at(place: wp.vec3i) -> int:
+def node_at(coordinates: wp.vec3i) -> int:
     side = BLOCK + 1
-    return (place[0] * side + place[1]) * side + place[2]
+    return (coordinates[0] * side + coordinates[1]) * side + coordinates[2]
 
 
 @wp.func

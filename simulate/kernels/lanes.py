@@ -31,39 +31,39 @@ def lane() -> int: ...
 # A CPU's blocks of one thread must not have tiles. A tile exists from the call of its function on, in memory that all
 # threads of the process share.
 @wp.func
-def tile_total(own: Any):
-    return wp.tile_sum(wp.tile(own, preserve_type=True))[0]
+def tile_total(value: Any):
+    return wp.tile_sum(wp.tile(value, preserve_type=True))[0]
 
 
 @wp.func
-def tile_most(own: Any):
-    return wp.tile_max(wp.tile(own))[0]
+def tile_most(value: Any):
+    return wp.tile_max(wp.tile(value))[0]
 
 
 @wp.func
-def over_lanes(own: Any):
+def over_lanes(value: Any):
     """Return the sum over the threads of a row to all of them. All threads must call it."""
-    total = own
+    total = value
     if lanes() > 1:
-        total = tile_total(own)
+        total = tile_total(value)
     return total
 
 
 @wp.func
-def over_block(own: Any):
+def over_block(value: Any):
     """Return the sum over the threads of a block to all of them. All threads must call it."""
-    total = own
+    total = value
     if wp.block_dim() > 1:
-        total = tile_total(own)
+        total = tile_total(value)
     return total
 
 
 @wp.func
-def most_over_block(own: Any):
+def most_over_block(value: Any):
     """Return the largest value of the threads of a block to all of them. All threads must call it."""
-    most = own
+    most = value
     if wp.block_dim() > 1:
-        most = tile_most(own)
+        most = tile_most(value)
     return most
 
 

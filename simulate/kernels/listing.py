@@ -16,22 +16,22 @@ ROWS = wp.constant(1)  # Rows that are listed together
 
 
 @wp.func
-def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.array2d[int], row: int):
+def collect(cells: CellArrays, run: int, position: wp.vec4, self: int, listed: wp.array2d[int], row: int):
     """List the points of a run's cells that are nearer than a cell's size, without ``self``. Return their number.
 
     Points beyond the row's last slot are only counted. The order is the same for any number of lanes.
     """
     reach = cells.size
     count = cells.count
-    a = cell_along(here[cells.axis[0]], cells.corner[0], reach, count[0])
-    b = cell_along(here[cells.axis[1]], cells.corner[1], reach, count[1])
-    c = cell_along(here[cells.axis[2]], cells.corner[2], reach, count[2])
+    a = cell_along(position[cells.axis[0]], cells.corner[0], reach, count[0])
+    b = cell_along(position[cells.axis[1]], cells.corner[1], reach, count[1])
+    c = cell_along(position[cells.axis[2]], cells.corner[2], reach, count[2])
     base = run * cells_per_run(cells)
     total = int(0)
     for cc in range(wp.max(c - 1, 0), wp.min(c + 2, count[2])):
-        above = beside(here[cells.axis[2]], cells.corner[2], reach, c, cc)
+        above = beside(position[cells.axis[2]], cells.corner[2], reach, c, cc)
         for bb in range(wp.max(b - 1, 0), wp.min(b + 2, count[1])):
-            aside = beside(here[cells.axis[1]], cells.corner[1], reach, b, bb)
+            aside = beside(position[cells.axis[1]], cells.corner[1], reach, b, bb)
             if above * above + aside * aside <= NEARLY_ONE:
                 line = base + count[0] * (bb + count[1] * cc)
                 low = cells.start[line + wp.max(a - 1, 0)]
@@ -40,7 +40,7 @@ def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.ar
                     k = first + lane()
                     is_near = int(0)
                     if k < high:
-                        offset = wp.vec3(cells.x[k], cells.y[k], cells.z[k]) - here[:3]
+                        offset = wp.vec3(cells.x[k], cells.y[k], cells.z[k]) - position[:3]
                         if wp.length_sq(offset) < reach * reach and cells.number[k] != self:
                             is_near = 1
                     marks = count_marks(is_near)
@@ -63,9 +63,9 @@ def list_rows(
     """List the fluid and the wall particles near the movers of some rows. Each row has a window of its own."""
     for row in range(first, last):
         i = particles.mover[row]
-        here = particles.position[i]
-        fluid = collect(cells, i // cells.points_per_run, here, i, near.fluid, row)
-        wall = collect(wall_cells, 0, here, -1, near.wall, row)
+        position = particles.position[i]
+        fluid = collect(cells, i // cells.points_per_run, position, i, near.fluid, row)
+        wall = collect(wall_cells, 0, position, -1, near.wall, row)
         if lane() == 0:
             near.fluid_at[row] = row
             near.wall_at[row] = row

@@ -81,14 +81,14 @@ const auto bring = [](const auto& cells, int base, const int* cell, Around& to) 
 # Appends the near points of a range to a list with room for ``most``; returns their number so far.
 TAKE = """
 const float reach2 = cells.size * cells.size;
-const auto take = [reach2](Points of, int begin, int end, wp::vec4 here, int self, int* list, int most, int so_far)
+const auto take = [reach2](Points of, int begin, int end, wp::vec4 point, int self, int* list, int most, int so_far)
     __attribute__((always_inline)) {
     for (int k = begin; k < end; k += AT_ONCE) {
         floats dx, dy, dz;
         __builtin_memcpy(&dx, of.x + k, sizeof dx);
         __builtin_memcpy(&dy, of.y + k, sizeof dy);
         __builtin_memcpy(&dz, of.z + k, sizeof dz);
-        dx -= here[0]; dy -= here[1]; dz -= here[2];
+        dx -= point[0]; dy -= point[1]; dz -= point[2];
         const ints near_by = dx * dx + dy * dy + dz * dz < reach2;
         ints who;
         __builtin_memcpy(&who, of.number + k, sizeof who);
@@ -121,7 +121,7 @@ const auto take = [reach2](Points of, int begin, int end, wp::vec4 here, int sel
         """
 const int end = (first / BLOCK + 1) * near.room;
 int at = first / BLOCK * near.room;
-const auto list_one = [&](const auto& of, const Around& around, wp::vec4 here, int self, int slots, int dummy) {
+const auto list_one = [&](const auto& of, const Around& around, wp::vec4 point, int self, int slots, int dummy) {
     int* list = near.store.data + 16 * (size_t)at;
     const int room = 16 * (end - at), most = room < slots ? room : slots;
     int found = 0;
@@ -130,7 +130,7 @@ const auto list_one = [&](const auto& of, const Around& around, wp::vec4 here, i
     const Points points = together ? Points{around.x, around.y, around.z, around.number}
                                    : Points{of.x.data, of.y.data, of.z.data, of.number.data};
     for (int line = 0, lines = together ? 1 : around.lines; line < lines; ++line)
-        found = take(points, together ? 0 : around.begin[line], together ? around.count : around.end[line], here, self,
+        found = take(points, together ? 0 : around.begin[line], together ? around.count : around.end[line], point, self,
                      list, most, found);
     if (found > most && most < slots) near.lacking.data[0] = 1;
     int slot = found < most ? found : most;
@@ -142,10 +142,10 @@ Around fluid, wall;
 int last_cell = -1;
 for (int row = first; row < last; ++row) {
     const int i = particles.mover.data[row];
-    const wp::vec4 here = particles.position.data[i];
+    const wp::vec4 point = particles.position.data[i];
     int cell[3];
     for (int k = 0; k < 3; ++k) {
-        const int along = (int)__builtin_elementwise_floor((here[cells.axis[k]] - cells.corner[k]) / cells.size);
+        const int along = (int)__builtin_elementwise_floor((point[cells.axis[k]] - cells.corner[k]) / cells.size);
         cell[k] = along < 0 ? 0 : along < cells.count[k] ? along : cells.count[k] - 1;
     }
     const int base = i / cells.points_per_run * cells.count[0] * cells.count[1] * cells.count[2];
@@ -156,9 +156,9 @@ for (int row = first; row < last; ++row) {
         last_cell = key;
     }
     near.fluid_at.data[row] = at;
-    near.fluid_count.data[row] = list_one(cells, fluid, here, i, near.fluid.shape[1], particles.position.shape[0]);
+    near.fluid_count.data[row] = list_one(cells, fluid, point, i, near.fluid.shape[1], particles.position.shape[0]);
     near.wall_at.data[row] = at;
-    near.wall_count.data[row] = list_one(wall_cells, wall, here, -1, near.wall.shape[1], near.wall_particle.shape[0]);
+    near.wall_count.data[row] = list_one(wall_cells, wall, point, -1, near.wall.shape[1], near.wall_particle.shape[0]);
 }""",
     )
 )

@@ -52,12 +52,12 @@ def spike(support: float, distance: float):
 
 @wp.func
 def sum_density(particles: Particles, near: Neighbours, row: int, support: float):
-    here = particles.position[particles.mover[row]]
+    position = particles.position[particles.mover[row]]
     sums = DensitySums()
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):
-        other = particles.position[near.fluid[window, slot]]
-        offset = here[:3] - other[:3]
+        neighbour = particles.position[near.fluid[window, slot]]
+        offset = position[:3] - neighbour[:3]
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
         slope = spike(support, wp.sqrt(squared))
@@ -69,16 +69,16 @@ def sum_density(particles: Particles, near: Neighbours, row: int, support: float
 
 @wp.func
 def sum_walls(particles: Particles, near: Neighbours, row: int, support: float):
-    here = particles.position[particles.mover[row]]
+    position = particles.position[particles.mover[row]]
     sums = WallSums()
     window = near.wall_at[row]
     for slot in range(lane(), near.wall_count[row], lanes()):
-        other = near.wall_particle[near.wall[window, slot]]
-        offset = here[:3] - other[:3]
+        wall = near.wall_particle[near.wall[window, slot]]
+        offset = position[:3] - wall[:3]
         squared = wp.length_sq(offset)
         rest = wp.max(support * support - squared, 0.0)
-        slope = other[3] * spike(support, wp.sqrt(squared))
-        sums[0] += other[3] * rest * rest * rest
+        slope = wall[3] * spike(support, wp.sqrt(squared))
+        sums[0] += wall[3] * rest * rest * rest
         sums[1:4] += slope * offset
     return over_lanes(sums)
 
@@ -86,16 +86,16 @@ def sum_walls(particles: Particles, near: Neighbours, row: int, support: float):
 @wp.func
 def sum_correction(particles: Particles, near: Neighbours, row: int, support: float, resting: float):
     """Sum (lambda_i + lambda_j) (h - r)^2 times the unit offset. For a particle at rest lambda_j is ``resting``."""
-    here = particles.position[particles.mover[row]]
+    position = particles.position[particles.mover[row]]
     total = wp.vec3(0.0)
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):
-        other = particles.position[near.fluid[window, slot]]
-        offset = here[:3] - other[:3]
-        answer = other[3]
+        neighbour = particles.position[near.fluid[window, slot]]
+        offset = position[:3] - neighbour[:3]
+        answer = neighbour[3]
         if answer == RESTS:
             answer = resting
-        total += (here[3] + answer) * spike(support, wp.length(offset)) * offset
+        total += (position[3] + answer) * spike(support, wp.length(offset)) * offset
     return over_lanes(total)
 
 
@@ -144,14 +144,14 @@ WEIGHTS = {"poly6": poly6, "gaussian": gauss}
 def sum_gradient(particles: Particles, near: Neighbours, row: int, support: float):
     """Sum the terms of a linear fit to the velocities around a particle, with the weights of pairs in the viscosity."""
     i = particles.mover[row]
-    here = particles.position[i]
+    position = particles.position[i]
     moves = particles.velocity[i]
     sums = GradientSums()
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):
         j = near.fluid[window, slot]
-        other = particles.position[j]
-        offset = here[:3] - other[:3]
+        neighbour = particles.position[j]
+        offset = position[:3] - neighbour[:3]
         apart = moves - particles.velocity[j]
         weight = poly6(wp.length_sq(offset), support)
         sums[0] += weight * offset[0] * offset[0]
@@ -185,20 +185,20 @@ def link_pairs_by(kernel: str) -> Any:
         vectors, without rounding.
         """
         i = particles.mover[row]
-        here = particles.position[i]
-        own = particles.volume_and_viscosity[i]
+        position = particles.position[i]
+        material = particles.volume_and_viscosity[i]
         moves = particles.velocity[i]
         guessed = particles.scaled_residual[i]
         sums = CoupleSums()
         window = near.fluid_at[row]
         for slot in range(lane(), near.fluid_count[row], lanes()):
             j = near.fluid[window, slot]
-            other = particles.position[j]
-            offset = here[:3] - other[:3]
+            neighbour = particles.position[j]
+            offset = position[:3] - neighbour[:3]
             squared = wp.length_sq(offset)
-            theirs = particles.volume_and_viscosity[j]
-            mean = 0.5 * (own[1] + theirs[1])
-            weight = 0.5 * wp.static(along) * (own[0] + theirs[0]) * mean * weigh(squared, support)
+            neighbour_material = particles.volume_and_viscosity[j]
+            mean = 0.5 * (material[1] + neighbour_material[1])
+            weight = 0.5 * wp.static(along) * (material[0] + neighbour_material[0]) * mean * weigh(squared, support)
             link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
             links[window, slot] = wp.vec3h(link)
             sums[0] += link[0] * link[0]
@@ -207,7 +207,7 @@ def link_pairs_by(kernel: str) -> Any:
             sums[3] += link[0] * link[1]
             sums[4] += link[1] * link[2]
             sums[5] += link[2] * link[0]
-            if other[3] == RESTS:
+            if neighbour[3] == RESTS:
                 sums[6] += weight
             still = wp.dot(moves - particles.velocity[j], link)
             moved = wp.dot(guessed - particles.scaled_residual[j], link)
@@ -235,18 +235,18 @@ def sum_eq5_by(kernel: str) -> Any:
         Two different viscosities are replaced by their harmonic mean.
         """
         i = particles.mover[row]
-        here = particles.position[i]
+        position = particles.position[i]
         viscosity = particles.volume_and_viscosity[i][1]
         moves = velocity[i]
         sums = wp.vec4(0.0)
         window = near.fluid_at[row]
         for slot in range(lane(), near.fluid_count[row], lanes()):
             j = near.fluid[window, slot]
-            other = particles.position[j]
-            offset = here[:3] - other[:3]
-            theirs = particles.volume_and_viscosity[j]
-            mean = 2.0 * viscosity * theirs[1] / wp.max(viscosity + theirs[1], 1.0e-20)
-            weight = wp.static(factor) * theirs[0] * mean * weigh(wp.length_sq(offset), support)
+            neighbour = particles.position[j]
+            offset = position[:3] - neighbour[:3]
+            neighbour_material = particles.volume_and_viscosity[j]
+            mean = 2.0 * viscosity * neighbour_material[1] / wp.max(viscosity + neighbour_material[1], 1.0e-20)
+            weight = wp.static(factor) * neighbour_material[0] * mean * weigh(wp.length_sq(offset), support)
             apart = weight * (moves - velocity[j])
             sums += wp.vec4(*apart, weight)
         return over_lanes(sums)
@@ -257,16 +257,16 @@ def sum_eq5_by(kernel: str) -> Any:
 @wp.func
 def sum_drag(particles: Particles, near: Neighbours, row: int, support: float):
     """Sum D of Eq. 5 (share times Gaussian over the wall particles), and the terms of the no-slip drag."""
-    here = particles.position[particles.mover[row]]
+    position = particles.position[particles.mover[row]]
     sums = DragSums()
     window = near.wall_at[row]
     for slot in range(lane(), near.wall_count[row], lanes()):
-        other = near.wall_particle[near.wall[window, slot]]
-        offset = here[:3] - other[:3]
+        wall = near.wall_particle[near.wall[window, slot]]
+        offset = position[:3] - wall[:3]
         squared = wp.length_sq(offset)
-        far = other[3] * distance_weight(squared, support)
-        sums[0] += other[3] * gauss(squared, support)
-        sums[1] += other[3] * no_slip_weight(squared, support)
+        far = wall[3] * distance_weight(squared, support)
+        sums[0] += wall[3] * gauss(squared, support)
+        sums[1] += wall[3] * no_slip_weight(squared, support)
         sums[2] += far
         sums[3:6] += far * offset
     return over_lanes(sums)
@@ -276,10 +276,10 @@ def sum_drag(particles: Particles, near: Neighbours, row: int, support: float):
 def sum_pulled(particles: Particles, near: Neighbours, row: int, links: wp.array2d[wp.vec3h]):
     """Sum the links times the scaled residuals' difference along them. Particles at rest have one of 0."""
     vector = particles.scaled_residual
-    own = vector[particles.mover[row]]
+    scaled_residual = vector[particles.mover[row]]
     total = wp.vec3(0.0)
     window = near.fluid_at[row]
     for slot in range(lane(), near.fluid_count[row], lanes()):
         link = wp.vec3(links[window, slot])
-        total += wp.dot(own - vector[near.fluid[window, slot]], link) * link
+        total += wp.dot(scaled_residual - vector[near.fluid[window, slot]], link) * link
     return over_lanes(total)

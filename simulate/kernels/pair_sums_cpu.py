@@ -87,7 +87,7 @@ const float h2 = support * support;
 """
 LISTED = """
 const int i = particles.mover.data[row];
-const wp::vec4 here = particles.position.data[i];
+const wp::vec4 position = particles.position.data[i];
 const int* list = (const int*)WINDOW(near.KIND, KIND);
 const int count = near.KIND_count.data[row];
 """
@@ -95,7 +95,7 @@ OFFSETS = """
 for (int s = 0; s < count; s += LANES) {
     const int* l = list + s;
     LOADS(X, Y, Z, W, POSITIONS.data, 16, l)
-    X = here[0] - X; Y = here[1] - Y; Z = here[2] - Z;
+    X = position[0] - X; Y = position[1] - Y; Z = position[2] - Z;
     const floats d2 = X * X + Y * Y + Z * Z;
 """
 SPIKE = """
@@ -171,7 +171,7 @@ def sum_walls(particles: Particles, near: Neighbours, row: int, support: float) 
         "x y z",
         SPIKE,
         """
-    spike *= here[3] + (W == RESTS ? none + resting : W);
+    spike *= position[3] + (W == RESTS ? none + resting : W);
     x += spike * X; y += spike * Y; z += spike * Z;
 """,
         constants=f"const float RESTS = {float(RESTS)!r}f;",

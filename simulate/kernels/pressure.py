@@ -278,10 +278,10 @@ def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
             run = i // particles.per_run
             if not takes_part(iteration_state, run, iteration):
                 continue
-            own = particles.position[i][3]
+            lambda_i = particles.position[i][3]
             slope = particles.swelling[run] * kernel.slope
-            step = own * particles.pressed[i][:3]
-            step += slope * sum_correction(particles, neighbours, row, kernel.support, frozen_answer * own)
+            step = lambda_i * particles.pressed[i][:3]
+            step += slope * sum_correction(particles, neighbours, row, kernel.support, frozen_answer * lambda_i)
             squared = wp.length_sq(step)
             if squared > longest * longest:
                 step *= longest / wp.sqrt(squared)

@@ -111,11 +111,11 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             at_wall = fresh_shear
             age = particles.frame[0] - particles.release_frame[i]
             if age > 0:
-                own = particles.velocity[i]
+                velocity = particles.velocity[i]
                 walls = sum_drag(particles, neighbours, row, support)
                 sums = sum_gradient(particles, neighbours, row, support)
-                gamma = shear_of(sums, walls, own, particles.volume_and_viscosity[i][0], support)
-                at_wall = wp.length(own) * walls[1] / wp.max(walls[2], 1.0e-20)
+                gamma = shear_of(sums, walls, velocity, particles.volume_and_viscosity[i][0], support)
+                at_wall = wp.length(velocity) * walls[1] / wp.max(walls[2], 1.0e-20)
             if lane() > 0:
                 continue
             system.shear[i] = gamma
@@ -141,10 +141,10 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
             pulled = sum_pulled(particles, neighbours, row, system.links)
             if lane() > 0:
                 continue
-            own = particles.scaled_residual[i]
-            product = (1.0 + system.drag[row]) * own + pulled
+            scaled_residual = particles.scaled_residual[i]
+            product = (1.0 + system.drag[row]) * scaled_residual + pulled
             search.product[row] = product
-            search.curvature[row] = wp.dot(own, product)
+            search.curvature[row] = wp.dot(scaled_residual, product)
 
     return (
         measure_shear,
@@ -171,7 +171,7 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
         """Compute the links of pairs, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            own = particles.velocity[i]
+            velocity = particles.velocity[i]
             guess = particles.scaled_residual[i]
             sums = link_pairs(particles, neighbours, row, support, system.links)
             walls = sum_drag(particles, neighbours, row, support)
@@ -184,10 +184,12 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
             block = full(sums[:6])
             for axis in range(3):
                 block[axis, axis] += 1.0 + drag
-            it = wp.inverse(block)
-            system.inverse[row] = Symmetric(it[0, 0], it[1, 1], it[2, 2], it[0, 1], it[1, 2], it[2, 0])
-            search.residual[row] = -(sums[7:10] + drag * own)
-            search.product[row] = own - guess - (sums[10:13] + drag * guess)
+            inverse = wp.inverse(block)
+            system.inverse[row] = Symmetric(
+                inverse[0, 0], inverse[1, 1], inverse[2, 2], inverse[0, 1], inverse[1, 2], inverse[2, 0]
+            )
+            search.residual[row] = -(sums[7:10] + drag * velocity)
+            search.product[row] = velocity - guess - (sums[10:13] + drag * guess)
 
     return weigh_pairs
 
@@ -211,7 +213,7 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
         """Make one of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
-            own = before[i]
+            velocity = before[i]
             pulled = sum_eq5(particles, before, neighbours, row, support)
             walls = sum_drag(particles, neighbours, row, support)
             if lane() > 0:
@@ -219,6 +221,6 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
             system.drag[row] = drag
             system.restraint[row] = drag + pulled[3]
-            after[i] = own - (drag * own + pulled[:3]) / passes
+            after[i] = velocity - (drag * velocity + pulled[:3]) / passes
 
     return pass_velocity

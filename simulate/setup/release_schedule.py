@@ -139,11 +139,11 @@ def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -
     """
     flow_mm3_s, lasts_s = trajectory.flow_mm3_s[:-1], np.diff(trajectory.t_s)
     volume, weighted = (np.cumulative_sum(flow_mm3_s**power * lasts_s, include_initial=True) for power in (1, 2))
-    given, weight = (
+    volume_mm3, weight = (
         np.interp(ends_s, trajectory.t_s, so_far) - np.interp(ends_s - frame_s, trajectory.t_s, so_far)
         for so_far in (volume, weighted)
     )
-    return np.divide(weight, given, out=np.full(len(given), np.nan), where=given > 0)
+    return np.divide(weight, volume_mm3, out=np.full(len(volume_mm3), np.nan), where=volume_mm3 > 0)
 
 
 def pack_disc(disc_radius: float, radius: float) -> Floats:

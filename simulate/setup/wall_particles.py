@@ -183,11 +183,11 @@ def _axes(normal: Floats) -> Floats:
 def _crossed(corner: Floats, row: Integers) -> tuple[Integers, Integers]:
     """Return the first and last whole number in each triangle (n, 3, 2), on the line of first coordinate ``row``."""
     low, high = np.full(len(row), np.inf), np.full(len(row), -np.inf)
-    for one, other in ((0, 1), (1, 2), (2, 0)):
-        a, b = corner[:, one], corner[:, other]
+    for start, end in ((0, 1), (1, 2), (2, 0)):
+        a, b = corner[:, start], corner[:, end]
         crosses = (a[:, 0] - row) * (b[:, 0] - row) < 0
         share = (row - a[:, 0]) / np.where(crosses, b[:, 0] - a[:, 0], 1.0)
-        at = a[:, 1] + share * (b[:, 1] - a[:, 1])
-        low, high = np.where(crosses, np.minimum(low, at), low), np.where(crosses, np.maximum(high, at), high)
+        y = a[:, 1] + share * (b[:, 1] - a[:, 1])
+        low, high = np.where(crosses, np.minimum(low, y), low), np.where(crosses, np.maximum(high, y), high)
     met = low <= high
     return np.ceil(np.where(met, low, 0.0)).astype(np.int64), np.floor(np.where(met, high, -1.0)).astype(np.int64)

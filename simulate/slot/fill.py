@@ -201,9 +201,9 @@ def supplied_mm3(
     return landed_mm3
 
 
-def _below(place: Floats) -> Floats:
+def _below(position: Floats) -> Floats:
     """Return the share of a disc of radius 1 below each place, (n, edges); 0 at the first edge and 1 at the last."""
-    x = np.clip(place, -1.0, 1.0)
+    x = np.clip(position, -1.0, 1.0)
     share = 0.5 + (np.arcsin(x) + x * np.sqrt(1 - x**2)) / np.pi
     share[:, 0], share[:, -1] = 0.0, 1.0
     return share
@@ -275,9 +275,9 @@ def _net(flow: Floats) -> Floats:
 
 
 def conduits(
-    paste: HerschelBulkley, sections: Trapezoids, area_mm2: Floats, height_mm: Floats, at: Integers
+    paste: HerschelBulkley, sections: Trapezoids, area_mm2: Floats, height_mm: Floats, rows: Integers
 ) -> PlaneFlow:
-    """Return the flow through sections ``at``, (k,), which are filled to ``area_mm2`` and ``height_mm``, (n,) each.
+    """Return the flow through sections ``rows``, (k,), which are filled to ``area_mm2`` and ``height_mm``, (n,) each.
 
     It is that between plates, with two radii of the section in place of half the gap: one for its yield stress, one for
     its viscous flow.
@@ -294,4 +294,4 @@ def conduits(
     slenderness = np.minimum(wide_mm / high_mm, high_mm / wide_mm)
     radius_mm = area_mm2 / wetted_mm * np.sqrt(1 / np.polynomial.polynomial.polyval(slenderness, DUCT))
     viscosity = paste.wall_share * paste.consistency_pa_s_n
-    return flow_between_plates(paste.law, threshold[at], radius_mm[at], viscosity, paste.flow_index, area_mm2[at])
+    return flow_between_plates(paste.law, threshold[rows], radius_mm[rows], viscosity, paste.flow_index, area_mm2[rows])

@@ -110,15 +110,15 @@ def _fine(outline: Outline, solid: Solid, sections: Trapezoids, height_mm: Float
 def _below(cuts: _Cuts, surface_mm: Floats) -> tuple[Floats, Floats, Floats]:
     """Return area, wetted length and number of gaps of the cuts below the surface of their cell."""
     layer_mm = cuts.levels_mm[1] - cuts.levels_mm[0]
-    place = np.clip((np.repeat(surface_mm, FINER) - cuts.levels_mm[0]) / layer_mm, 0.0, len(cuts.levels_mm) - 1.0)
-    lower = np.minimum(place.astype(int), len(cuts.levels_mm) - 2)
-    rows, share = np.arange(len(lower)), place - lower
+    level = np.clip((np.repeat(surface_mm, FINER) - cuts.levels_mm[0]) / layer_mm, 0.0, len(cuts.levels_mm) - 1.0)
+    lower = np.minimum(level.astype(int), len(cuts.levels_mm) - 2)
+    rows, share = np.arange(len(lower)), level - lower
 
-    def at(values: Floats) -> Floats:
+    def value_at(values: Floats) -> Floats:
         between = values[rows, lower] + share * (values[rows, lower + 1] - values[rows, lower])
         return between.reshape(-1, FINER)
 
-    return at(cuts.area_mm2), at(cuts.wetted_mm), at(cuts.gaps)
+    return value_at(cuts.area_mm2), value_at(cuts.wetted_mm), value_at(cuts.gaps)
 
 
 _BY_SOLID: WeakKeyDictionary[Solid, tuple[Outline, _Cuts]] = WeakKeyDictionary()
@@ -175,9 +175,9 @@ def _gaps(
     ends, others = cut, np.roll(cut, -1, axis=1)
     crosses = (away_mm[ends] >= 0) != (away_mm[others] >= 0)
     # Each cut triangle has two sides that cross the plane. In a fixed order, so that neighbours have the same bits.
-    one, other = np.minimum(ends, others)[crosses], np.maximum(ends, others)[crosses]
-    share = away_mm[one] / (away_mm[one] - away_mm[other])
-    points_mm = solid.vertices_mm[one] + share[:, None] * (solid.vertices_mm[other] - solid.vertices_mm[one])
+    first, second = np.minimum(ends, others)[crosses], np.maximum(ends, others)[crosses]
+    share = away_mm[first] / (away_mm[first] - away_mm[second])
+    points_mm = solid.vertices_mm[first] + share[:, None] * (solid.vertices_mm[second] - solid.vertices_mm[first])
     place_mm = np.column_stack([(points_mm[:, :2] - at_mm) @ left, points_mm[:, 2]]).reshape(-1, 2, 2)
     (y0, z0), (y1, z1) = place_mm[:, 0].T, place_mm[:, 1].T
     level, side = np.nonzero((z0[None] >= levels_mm[:, None]) != (z1[None] >= levels_mm[:, None]))

@@ -123,7 +123,7 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
         )
         for start in STARTS
     ]
-    return min(fits, key=lambda one: one.fun).x
+    return min(fits, key=lambda fit: fit.fun).x
 
 
 @dataclass(frozen=True)

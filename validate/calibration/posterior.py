@@ -270,7 +270,7 @@ class Posterior:
         return [_Misfit(*pair, discrepancy_mm, smooth) for pair in pairs]
 
     def _expected(self, points: Floats) -> list[tuple[Floats, Floats, Floats]]:
-        return [(*one.processes.at(points), one.scatter.relative(points)) for one in self.emulators]
+        return [(*emulator.processes.at(points), emulator.scatter.relative(points)) for emulator in self.emulators]
 
     def log_densities(self, points: Floats) -> Floats:
         """Return ln of the density up to a constant, for each size of the model discrepancy, (sizes, m)."""
@@ -283,8 +283,8 @@ class Posterior:
         rows = []
         for size_mm, fits in zip(self.discrepancies_mm, self._misfits, strict=True):
             total = prior - (size_mm / DISCREPANCY_MM) ** 2 / 2
-            for one, predicted in zip(fits, expected, strict=True):
-                square, log_size = one.misfit(*predicted)
+            for fit, predicted in zip(fits, expected, strict=True):
+                square, log_size = fit.misfit(*predicted)
                 total = total - (square + log_size) / 2
             rows.append(np.where(inside, total, -np.inf))
         return np.array(rows)
@@ -301,8 +301,8 @@ class Posterior:
         from scipy.stats import chi2
 
         ratios = [
-            fit.misfit(*one)[0] / chi2.ppf(POSSIBLE, len(fit.off))
-            for fit, one in zip(self._exact, self._expected(points), strict=True)
+            fit.misfit(*prediction)[0] / chi2.ppf(POSSIBLE, len(fit.off))
+            for fit, prediction in zip(self._exact, self._expected(points), strict=True)
         ]
         return np.max(ratios, axis=0)
 
@@ -329,18 +329,18 @@ class Posterior:
         weight = np.exp((log_density - log_density.max()) / 4)
         walkers = self._candidates[random.choice(len(weight), WALKERS, p=weight / weight.sum())]
         walkers = np.clip(walkers + 0.01 * random.standard_normal(walkers.shape), 1e-6, 1 - 1e-6)
-        here, chain, dimensions = self.log_density(walkers), [], len(self.frees)
+        log_densities, chain, dimensions = self.log_density(walkers), [], len(self.frees)
         half = np.arange(WALKERS) < WALKERS // 2
         for _ in range(steps):
             for moving in (half, ~half):
                 others = walkers[~moving][random.integers(WALKERS // 2, size=WALKERS // 2)]
                 stretch = (1 + (STRETCH - 1) * random.random(WALKERS // 2)) ** 2 / STRETCH
                 tried = others + stretch[:, None] * (walkers[moving] - others)
-                there = self.log_density(tried)
-                chance = (dimensions - 1) * np.log(stretch) + there - here[moving]
+                tried_log_densities = self.log_density(tried)
+                chance = (dimensions - 1) * np.log(stretch) + tried_log_densities - log_densities[moving]
                 taken = np.log(random.random(WALKERS // 2)) < chance
                 walkers[moving] = np.where(taken[:, None], tried, walkers[moving])
-                here[moving] = np.where(taken, there, here[moving])
+                log_densities[moving] = np.where(taken, tried_log_densities, log_densities[moving])
             chain.append(walkers.copy())
         sampled = np.array(chain[steps // 2 :])
         flat = sampled.reshape(-1, dimensions)

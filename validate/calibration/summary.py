@@ -120,16 +120,17 @@ class Calibrated:
         if self.draws is None:
             return " ".join(self._impossible)
         sentences = [
-            f"{_capital(one.free.label)}: 90 % interval {one.low:.3g} to {one.high:.3g}, "
-            f"{'' if one.identified else 'not '}identified, {percent(one.width_over_prior, 0)} of the prior width."
-            for one in self.marginals
+            f"{_capital(marginal.free.label)}: 90 % interval {marginal.low:.3g} to {marginal.high:.3g}, "
+            f"{'' if marginal.identified else 'not '}identified, {percent(marginal.width_over_prior, 0)} of the prior "
+            "width."
+            for marginal in self.marginals
         ]
-        return " ".join(
-            [
-                *sentences,
-                *(f"{one.trial}, held out: {one.judged}" for one in self.predictions if one.role == "held out"),
-            ]
-        )
+        sentences += [
+            f"{prediction.trial}, held out: {prediction.judged}"
+            for prediction in self.predictions
+            if prediction.role == "held out"
+        ]
+        return " ".join(sentences)
 
     @property
     def _impossible(self) -> list[str]:
@@ -150,10 +151,10 @@ class Calibrated:
     def advice(self) -> list[str]:
         """Sentences on settings that are not identified, and on the remedy."""
         sentences = [
-            f"{_capital(one.free.label)} is not identified ({one.low:.3g} to {one.high:.3g}): measure it and remove "
-            "it from --free, or calibrate on a second trial as well."
-            for one in self.marginals
-            if not one.identified
+            f"{_capital(marginal.free.label)} is not identified ({marginal.low:.3g} to {marginal.high:.3g}): measure "
+            "it and remove it from --free, or calibrate on a second trial as well."
+            for marginal in self.marginals
+            if not marginal.identified
         ]
         return sentences + [
             f"{_capital(setting_name(a.name))} and {setting_name(b.name)} are confounded (correlation {r:.2f}): "
@@ -178,10 +179,10 @@ class Calibrated:
             reasons = "; ".join(sorted({reason for _, _, reason in self.unused})[:3])
             sentences.append(f"{len(self.unused)} runs are not used by the emulator. {reasons}")
         sentences += [
-            f"{one.trial}, held out: only {percent(one.held, 0)} of the stations are in the 95 % band. The "
-            "calibrated material does not fit this trial."
-            for one in self.predictions
-            if one.role == "held out" and one.held < LEAST_IN_BAND
+            f"{prediction.trial}, held out: only {percent(prediction.held, 0)} of the stations are in the 95 % band. "
+            "The calibrated material does not fit this trial."
+            for prediction in self.predictions
+            if prediction.role == "held out" and prediction.held < LEAST_IN_BAND
         ]
         return sentences
 

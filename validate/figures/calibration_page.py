@@ -29,7 +29,9 @@ DIGITS = "{:.3g}".format
 
 
 def calibration_page(calibrated: Calibrated) -> Page:
-    sections = [_levels(calibrated, one, number) for number, one in enumerate(calibrated.predictions, start=1)]
+    sections = [
+        _levels(calibrated, prediction, number) for number, prediction in enumerate(calibrated.predictions, start=1)
+    ]
     if calibrated.draws is not None:
         sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
     drafts = f", with {sum(calibrated.drafts)} drafts among them" if any(calibrated.drafts) else ""
@@ -43,44 +45,46 @@ def calibration_page(calibrated: Calibrated) -> Page:
         cautions=calibrated.cautions,
         finding=calibrated.finding,
         key_figures=[
-            (one.free.label, f"{one.best:.3g} ({one.low:.3g} to {one.high:.3g})") for one in calibrated.marginals
+            (marginal.free.label, f"{marginal.best:.3g} ({marginal.low:.3g} to {marginal.high:.3g})")
+            for marginal in calibrated.marginals
         ],
         sections=[*sections, _gates(calibrated)],
     )
 
 
-def _levels(calibrated: Calibrated, one: Prediction, number: int) -> Section:
+def _levels(calibrated: Calibrated, prediction: Prediction, number: int) -> Section:
     used = (
         "The settings were fitted to these readings, so this error is the residual of the fit, not a test."
-        if one.role == "calibrated"
+        if prediction.role == "calibrated"
         else "No setting was fitted to these readings, so this is a prediction."
     )
-    mark = "EMULATED " if calibrated.emulated and one.data != "measured" else ""
+    mark = "EMULATED " if calibrated.emulated and prediction.data != "measured" else ""
     plot = Plot(
         f"levels-{number}",
-        f"Readings ({one.data}) with their 95 % intervals, and the mean and 95 % band that the posterior predicts.",
-        partial(draw_prediction, one, mark),
+        f"Readings ({prediction.data}) with their 95 % intervals, and the mean and 95 % band that the posterior "
+        "predicts.",
+        partial(draw_prediction, prediction, mark),
         {
-            "s_mm": one.s_mm,
-            "read_mm": one.read_mm,
-            "reading_half_width_mm": one.error_mm,
-            "predicted_mm": one.mean_mm,
-            "band_half_width_mm": one.half_mm,
+            "s_mm": prediction.s_mm,
+            "read_mm": prediction.read_mm,
+            "reading_half_width_mm": prediction.error_mm,
+            "predicted_mm": prediction.mean_mm,
+            "band_half_width_mm": prediction.half_mm,
         },
     )
-    return Section(f"{one.trial}: {one.role}", [one.judged, used, plot])
+    return Section(f"{prediction.trial}: {prediction.role}", [prediction.judged, used, plot])
 
 
 @themed()
-def draw_prediction(one: Prediction, mark: str = "") -> Figure:
+def draw_prediction(prediction: Prediction, mark: str = "") -> Figure:
     """Draw the readings over the band that is predicted for them."""
     _, axes = wide_axes(3.8, face=True)
     draw_curve(
         axes,
-        one.s_mm,
-        one.mean_mm,
+        prediction.s_mm,
+        prediction.mean_mm,
         "-",
-        one.half_mm,
+        prediction.half_mm,
         0.25,
         "95 % band of a reading",
         color=SIMULATED,
@@ -88,9 +92,9 @@ def draw_prediction(one: Prediction, mark: str = "") -> Figure:
         label="predicted mean",
     )
     axes.errorbar(
-        one.s_mm,
-        one.read_mm,
-        one.error_mm,
+        prediction.s_mm,
+        prediction.read_mm,
+        prediction.error_mm,
         color=MEASURED,
         linestyle="none",
         marker="o",
@@ -98,14 +102,16 @@ def draw_prediction(one: Prediction, mark: str = "") -> Figure:
         elinewidth=1.2,
         label=f"{mark}readings, 95 %",
     )
-    ends_mm = np.concatenate([one.mean_mm - one.half_mm, one.mean_mm + one.half_mm, one.read_mm])
+    ends_mm = np.concatenate(
+        [prediction.mean_mm - prediction.half_mm, prediction.mean_mm + prediction.half_mm, prediction.read_mm]
+    )
     axes.set_ylim(ends_mm.min() - 0.5, max(ends_mm.max(), 0.0) + 0.5)
     axes.legend(loc="best")
-    return label_axes(axes, ALONG, LEVEL, f"{printable(one.trial)}: {one.role}")
+    return label_axes(axes, ALONG, LEVEL, f"{printable(prediction.trial)}: {prediction.role}")
 
 
 def _settings(calibrated: Calibrated, draws: Floats) -> Section:
-    frees = [one.free for one in calibrated.marginals]
+    frees = [marginal.free for marginal in calibrated.marginals]
     ranges = [f"{free.low:g} to {free.high:g}{', measured' if free.measured else ''}" for free in frees]
     columns = [
         FigureColumn("setting", "free.label", name=""),
@@ -133,20 +139,20 @@ def draw_marginals(calibrated: Calibrated, draws: Floats) -> Figure:
     lines = -(-len(calibrated.marginals) // columns)
     figure = wide_figure(2.6 * lines)
     edges, shares = np.linspace(0, 1, BARS + 1), np.linspace(0, 1, 200)
-    for number, one in enumerate(calibrated.marginals):
-        axes, free = figure.add_subplot(lines, columns, number + 1), one.free
+    for number, marginal in enumerate(calibrated.marginals):
+        axes, free = figure.add_subplot(lines, columns, number + 1), marginal.free
         density, _ = np.histogram(draws[:, number], edges, density=True)
         axes.stairs(density, free.values(edges), fill=True, color=SIMULATED, alpha=0.6)
         prior = np.exp(free.log_prior(shares) - free.log_prior(shares).max())
         axes.plot(free.values(shares), prior / prior.mean(), color=INK, linewidth=1.2)
-        axes.axvline(one.best, color=MEASURED, linewidth=1.4, linestyle="--")
+        axes.axvline(marginal.best, color=MEASURED, linewidth=1.4, linestyle="--")
         if free.logarithmic:
             axes.set_xscale("log")
             axes.minorticks_off()
         ticks = free.values(np.array([0.0, 0.5, 1.0]))
         axes.set_xticks(ticks, [f"{value:.2g}" for value in ticks])
         axes.set(xlim=(free.low, free.high), yticks=[])
-        label_axes(axes, free.label, "", "identified" if one.identified else "not identified")
+        label_axes(axes, free.label, "", "identified" if marginal.identified else "not identified")
     return figure
 
 
@@ -156,9 +162,9 @@ def _combinations(calibrated: Calibrated) -> Section:
         "the prior: 1 means that the readings contain no information on the combination."
     )
     combinations, frees = calibrated.combinations, calibrated.frees
-    shares = np.transpose([one.parts for one in combinations])
+    shares = np.transpose([combination.parts for combination in combinations])
     columns = [
-        FigureColumn("combination", [one.said(frees) for one in combinations], name=""),
+        FigureColumn("combination", [combination.said(frees) for combination in combinations], name=""),
         *(FigureColumn("", parts, name=free.name) for free, parts in zip(frees, shares, strict=True)),
         FigureColumn("deviation", "deviation", "{:.2f}".format, "deviation_over_prior"),
     ]

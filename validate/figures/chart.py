@@ -119,7 +119,7 @@ class Excluded:
 class HeldRun(Finished, ErrorFigures):
     """A finished run with the exact errors of its level (simulated minus measured) over the common stretch of s."""
 
-    at: tuple[float, float]  # Values of the two settings of the map
+    values: tuple[float, float]  # Of the two settings of the map
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
     """Compare a run with the readings. Raises InputError if they share no stretch of s."""
     errors = error_figures(level_difference(run.profile, readings), readings)
     across, up = (float(run.settings[axis.setting]) for axis in axes)
-    return HeldRun(**vars(run), **vars(errors), at=(across, up))
+    return HeldRun(**vars(run), **vars(errors), values=(across, up))
 
 
 def first_of_each_pair(
@@ -148,7 +148,7 @@ def first_of_each_pair(
     """
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
-        pairs.setdefault(run.at, []).append(run)
+        pairs.setdefault(run.values, []).append(run)
     firsts, repeated = tuple(alike[0] for alike in pairs.values()), [] if fast else list(pairs.values())
     for alike in repeated:
         names = [f"{run.number} (seed {run.settings.get(REPEATED, 0)})" for run in alike]
@@ -213,7 +213,7 @@ class Chart:
     @property
     def pairs(self) -> Floats:
         """The two settings of each run, (n, 2)."""
-        return np.array([run.at for run in self.runs])
+        return np.array([run.values for run in self.runs])
 
     @property
     def places(self) -> Floats:
@@ -235,7 +235,7 @@ class Chart:
 
     def said(self, run: HeldRun) -> str:
         """Return the two settings of a run, for a sentence."""
-        return ", ".join(axis.said(value) for axis, value in zip(self.axes, run.at, strict=True))
+        return ", ".join(axis.said(value) for axis, value in zip(self.axes, run.values, strict=True))
 
     @property
     def flatness(self) -> str:

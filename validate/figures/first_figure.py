@@ -138,11 +138,11 @@ class FirstFigure:
             away_mm = np.where(np.abs(along_mm) < OBLIQUE * np.abs(away_mm), away_mm, np.nan)
             for colour, width in (("white", 2.2), (ON_GROUND, 1.1)):
                 axes.plot(outline.s_mm, away_mm, color=colour, linewidth=width)
-        given = self.trajectory.s_mm[self.trajectory.giving]
-        if len(given):
+        pour_s_mm = self.trajectory.s_mm[self.trajectory.giving]
+        if len(pour_s_mm):
             arrow = {"arrowstyle": "-|>", "color": "white", "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
-            axes.plot(given[0], 0.0, "o", color="white", markersize=4.5, markerfacecolor="none")
-            axes.annotate("", (given[-1], 0.0), (given[0], 0.0), arrowprops=arrow)
+            axes.plot(pour_s_mm[0], 0.0, "o", color="white", markersize=4.5, markerfacecolor="none")
+            axes.annotate("", (pour_s_mm[-1], 0.0), (pour_s_mm[0], 0.0), arrowprops=arrow)
         axes.set_yticks([-round(shown_mm / 2), 0, round(shown_mm / 2)])
         _title(axes, "Crack from above, straightened, mm", "; arrow: nozzle's direction", layout)
 

@@ -289,7 +289,7 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun]) -> Figure:
     )
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
     near = chart.pairs[np.array(chart.as_near) & (chart.replicates is not None)]
-    for pairs, size, label in ((near, 9, "fit equally well"), (np.array([chart.best.at]), 18, chart.nearest)):
+    for pairs, size, label in ((near, 9, "fit equally well"), (np.array([chart.best.values]), 18, chart.nearest)):
         if len(pairs):
             axes.plot(
                 *pairs.T,
@@ -317,16 +317,16 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun]) -> Figure:
 def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
     """Write letters of runs. Without a surface, each run has its number too, and its error unless there are many."""
     surface, few = chart.has_surface, len(chart.runs) <= MOST_LABELS
-    for run, place in zip(chart.runs, chart.places, strict=True):
+    for run, position in zip(chart.runs, chart.places, strict=True):
         letter = letters.get(run.number, "")
         style: Any = {"textcoords": "offset points", "ha": "center"}
         if surface:
             # Toward the middle, since title and colour bar are at the edges.
             style |= {"va": "center", "fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
-            axes.annotate(letter, run.at, tuple(np.where(place > 0.5, -11, 11)), **style)
+            axes.annotate(letter, run.values, tuple(np.where(position > 0.5, -11, 11)), **style)
         else:
             name = f"run {run.number}: {run.mean_error_mm:.2f} mm" if few else str(run.number)
-            axes.annotate(f"{letter}, {name}" if letter else name, run.at, (0, 13), **style, fontsize=8.0)
+            axes.annotate(f"{letter}, {name}" if letter else name, run.values, (0, 13), **style, fontsize=8.0)
 
 
 @themed()

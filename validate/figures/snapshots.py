@@ -116,7 +116,7 @@ class FillScene(Views):
 def draw_fill(frames: Sequence[Frame], scene: FillScene) -> Figure:
     """Draw a section along the crack for each frame, below each other, with the particles coloured by speed."""
     if len(frames) > MOST_ROWS:
-        frames = [frames[round(place)] for place in np.linspace(0, len(frames) - 1, MOST_ROWS)]
+        frames = [frames[round(index)] for index in np.linspace(0, len(frames) - 1, MOST_ROWS)]
     figure = plate(1.0 + 1.35 * len(frames))
     grid = draw_sections(figure, [[(scene, frame)] for frame in frames], "speed")
     for axes, frame in zip(grid.flat, frames, strict=True):

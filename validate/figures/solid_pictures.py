@@ -152,16 +152,16 @@ def render(
     right, up, toward = view_axes(azimuth_deg, elevation_deg)
     used, corner = np.unique(faces, return_inverse=True)
     # To the right and down in the picture, and toward the viewer, in samples.
-    place = vertices_mm[used] @ np.column_stack([right, -up, toward])
-    place -= place.min(axis=0)
-    place *= width_px * SMOOTHING / place[:, 0].max()
-    width, height = width_px * SMOOTHING, int(np.ceil(place[:, 1].max() / SMOOTHING)) * SMOOTHING
+    vertices = vertices_mm[used] @ np.column_stack([right, -up, toward])
+    vertices -= vertices.min(axis=0)
+    vertices *= width_px * SMOOTHING / vertices[:, 0].max()
+    width, height = width_px * SMOOTHING, int(np.ceil(vertices[:, 1].max() / SMOOTHING)) * SMOOTHING
 
     normal = facet_normals(vertices_mm, faces) if face_normal is None else face_normal
     # Facets that face away are lit from their back.
     normal = np.copysign(1.0, normal @ toward)[:, None] * normal
     shade = DARKEST + (1 - DARKEST) * np.clip(normal @ (LIGHT @ np.array([right, up, toward])), 0.0, 1.0)
-    triangle, owner = place[corner.reshape(faces.shape)], np.full(height * width, -1)
+    triangle, owner = vertices[corner.reshape(faces.shape)], np.full(height * width, -1)
     nearest = np.full(height * width, -np.inf)
     sizes = np.cumsum(np.prod(np.ptp(triangle[..., :2], axis=1) + 1, axis=1))
     batches = np.searchsorted(sizes, np.arange(MOST_AT_ONCE, sizes[-1], MOST_AT_ONCE))

@@ -113,8 +113,8 @@ class Turntable:
         """Facets of the first view, (f, 3), and the lower left and the upper right corner of their picture."""
         right, up, toward = view_axes(self.azimuth_deg, self.elevation_deg)
         shown = self.faces[facet_normals(self.vertices_mm, self.faces) @ toward > 0]
-        place = self.vertices_mm[np.unique(shown)] @ np.column_stack([right, up])
-        return shown, place.min(axis=0), place.max(axis=0)
+        picture_mm = self.vertices_mm[np.unique(shown)] @ np.column_stack([right, up])
+        return shown, picture_mm.min(axis=0), picture_mm.max(axis=0)
 
     @property
     def _across_mm(self) -> float:
@@ -229,25 +229,25 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
         blur_mm = BLUR * max(spacing_mm, cell_mm)
         margin_mm = 4 * blur_mm + cell_mm
         low_mm = position_mm.min(axis=0) - margin_mm
-        place = (position_mm - low_mm) / cell_mm
-        shape = tuple(np.ceil(place.max(axis=0) + margin_mm / cell_mm).astype(int) + 2)
+        position = (position_mm - low_mm) / cell_mm
+        shape = tuple(np.ceil(position.max(axis=0) + margin_mm / cell_mm).astype(int) + 2)
         share = particle_volume_mm3 / cell_mm**3
-        filled = share * ndimage.gaussian_filter(_spread(place, np.ones(len(place)), shape), blur_mm / cell_mm)
+        filled = share * ndimage.gaussian_filter(_spread(position, np.ones(len(position)), shape), blur_mm / cell_mm)
         if filled.max() <= HALF_FULL:
             return NOTHING
         vertices, faces, normal, _ = marching_cubes(filled, HALF_FULL, gradient_direction="ascent")
         if len(vertices) <= MOST_VERTICES:
             break
         cell_mm *= COARSER_SURFACE
-    weighted = share * ndimage.gaussian_filter(_spread(place, value, shape), blur_mm / cell_mm)
-    at = ndimage.map_coordinates(weighted, vertices.T, order=1) / ndimage.map_coordinates(filled, vertices.T, order=1)
-    return Surface(vertices * cell_mm + low_mm, faces.astype(np.int64), normal.astype(float), at)
+    weighted = share * ndimage.gaussian_filter(_spread(position, value, shape), blur_mm / cell_mm)
+    sums, counts = (ndimage.map_coordinates(grid, vertices.T, order=1) for grid in (weighted, filled))
+    return Surface(vertices * cell_mm + low_mm, faces.astype(np.int64), normal.astype(float), sums / counts)
 
 
-def _spread(place: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:
+def _spread(position: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:
     """Return weights on a grid, each distributed over the eight nodes around its place."""
-    base, corners = np.floor(place).astype(np.int64), np.array([*np.ndindex(2, 2, 2)])
-    part = (place - base)[:, None]
+    base, corners = np.floor(position).astype(np.int64), np.array([*np.ndindex(2, 2, 2)])
+    part = (position - base)[:, None]
     share = np.prod(np.where(corners, part, 1 - part), axis=2) * weight[:, None]
     node = np.ravel_multi_index(tuple(np.moveaxis(base[:, None] + corners, 2, 0)), shape)
     return np.bincount(node.ravel(), share.ravel(), int(np.prod(shape))).reshape(shape).astype(float)

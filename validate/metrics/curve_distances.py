@@ -187,7 +187,7 @@ def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: flo
 
     points = min(MOST_FRECHET, max(2, round((to_mm - from_mm) / FRECHET_MM) + 1))
     s_mm = np.linspace(from_mm, to_mm, points)
-    first, second = (np.column_stack([s_mm, one.level_at_mm(s_mm)]) for one in (simulated, measured))
+    first, second = (np.column_stack([s_mm, profile.level_at_mm(s_mm)]) for profile in (simulated, measured))
     return float(similaritymeasures.frechet_dist(first, second))
 
 

@@ -97,7 +97,7 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
     is no such baseline.
     """
     most = 0 if role == "held-out" else 1 if fitted is None else fitted
-    fair = [one.mean_error_mm for one in baselines if one.numbers <= most]
+    fair = [baseline.mean_error_mm for baseline in baselines if baseline.numbers <= most]
     return error_mm < min(fair) if fair else None
 
 

@@ -246,14 +246,14 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
     count = max(int(np.ceil(outline.length_mm / raster.cell_mm)), 2)
     ends_mm = np.linspace(0.0, outline.length_mm, count + 1)
     # A cell is as long as a bin and is divided between the two bins that it overlaps; bin ``count`` is for no crack.
-    place = s_mm / ends_mm[1] - 0.5
-    first = np.floor(place)
-    later = place - first
-    one, other = (np.where(s_mm < 0, count, bins.clip(0, count - 1)).astype(np.int32) for bins in (first, first + 1))
+    bin_position = s_mm / ends_mm[1] - 0.5
+    first = np.floor(bin_position)
+    later = bin_position - first
+    lower, upper = (np.where(s_mm < 0, count, bins.clip(0, count - 1)).astype(np.int32) for bins in (first, first + 1))
     area_mm2 = np.empty((count, len(cuts)))
-    for level, (at, share) in enumerate(zip(cells, shares, strict=True)):
-        to_other = share * later[at]
-        sums = np.bincount(one[at], share - to_other, count + 1) + np.bincount(other[at], to_other, count + 1)
+    for level, (cell, share) in enumerate(zip(cells, shares, strict=True)):
+        to_upper = share * later[cell]
+        sums = np.bincount(lower[cell], share - to_upper, count + 1) + np.bincount(upper[cell], to_upper, count + 1)
         area_mm2[:, level] = sums[:count] * raster.cell_mm**2
     area_mm2 = _up_to_the_ends(levels_mm, area_mm2, noise_mm, ends_mm[1])
     return CavityByLevel(ends_mm, levels_mm, area_mm2, -solid.depth_at_mm((ends_mm[1:] + ends_mm[:-1]) / 2))
@@ -351,7 +351,9 @@ def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
     total_mm2 = np.bincount(height, _plan_areas_mm2(corners_mm[flat]))
     large = np.argsort(-total_mm2, kind="stable")[:MOST_FLATS]
     large = large[total_mm2[large] > LEAST_OF_MOUTH * outline.mean_width_mm * outline.length_mm]
-    ends_mm = [(low_mm[height == one].min() - BESIDE_MM, high_mm[height == one].max() + BESIDE_MM) for one in large]
+    ends_mm = [
+        (low_mm[height == level].min() - BESIDE_MM, high_mm[height == level].max() + BESIDE_MM) for level in large
+    ]
     return np.array(ends_mm).ravel()
 
 
@@ -378,23 +380,23 @@ def cell_areas(rings: Iterable[Floats], shape: tuple[int, int]) -> Floats:
     if not edges:
         return np.zeros(shape)
     start, step = (edge := np.concatenate(edges))[:, 0], edge[:, 1] - edge[:, 0]
-    numbers, places = [np.arange(len(start))], [np.zeros(len(start))]
+    numbers, fractions = [np.arange(len(start))], [np.zeros(len(start))]
     for axis in (0, 1):
         low = np.ceil(edge[:, :, axis].min(axis=1)).astype(int)
         count = np.maximum(np.floor(edge[:, :, axis].max(axis=1)).astype(int) - low + 1, 0)
         count[step[:, axis] == 0] = 0
         number, border = counted_up(count, low)
         numbers.append(number)
-        places.append(((border - start[number, axis]) / step[number, axis]).clip(0.0, 1.0))
-    number, place = np.concatenate(numbers), np.concatenate(places)
-    order = np.lexsort((place, number))
-    number, place = number[order], place[order]
-    end = np.where(np.append(number[1:] == number[:-1], False), np.append(place[1:], 1.0), 1.0)
-    middle = start[number] + ((place + end) / 2)[:, None] * step[number]
+        fractions.append(((border - start[number, axis]) / step[number, axis]).clip(0.0, 1.0))
+    number, fraction = np.concatenate(numbers), np.concatenate(fractions)
+    order = np.lexsort((fraction, number))
+    number, fraction = number[order], fraction[order]
+    end = np.where(np.append(number[1:] == number[:-1], False), np.append(fraction[1:], 1.0), 1.0)
+    middle = start[number] + ((fraction + end) / 2)[:, None] * step[number]
     column, row = np.floor(middle).astype(int).T
-    height = -(end - place) * step[number, 1]
+    height = -(end - fraction) * step[number, 1]
     to_the_right = np.zeros(shape[0] * (shape[1] + 1))
-    at, before = row * (shape[1] + 1) + column, middle[:, 0] - column
-    to_the_right += np.bincount(at, height * (1 - before), len(to_the_right))
-    to_the_right += np.bincount(at + 1, height * before, len(to_the_right))
+    index, before = row * (shape[1] + 1) + column, middle[:, 0] - column
+    to_the_right += np.bincount(index, height * (1 - before), len(to_the_right))
+    to_the_right += np.bincount(index + 1, height * before, len(to_the_right))
     return np.cumsum(to_the_right.reshape(shape[0], -1), axis=1)[:, :-1]

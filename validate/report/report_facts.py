@@ -34,7 +34,7 @@ def parts_of(evidence: Evidence) -> dict[str, Any]:
         "m": m,
         "p": p,
         "case": case_of(m, run.escaped_particles, evidence.edited, fast=fast, predicted=p is not None),
-        "ml": {place: volume_mm3 / ML for place, volume_mm3 in _volumes_mm3(run).items()},
+        "ml": {location: volume_mm3 / ML for location, volume_mm3 in _volumes_mm3(run).items()},
         "room_ml": evidence.solid.cavity_volume_mm3 / ML,
         "levels": lambda noun: levels_in_words(evidence.seeds, noun),
         "other_levels": "" if p is None else other_levels(p),
@@ -106,15 +106,15 @@ def volumes(evidence: Evidence) -> Facts:
     """Return the volume of the dispensed sealant at each place, in mm³."""
     fast = evidence.run.fast_fill is not None
     return tuple(
-        Fact(f"volume.{place}", sentence("place", place=place, fast=fast), volume_mm3, "mm³", "figure")
-        for place, volume_mm3 in _volumes_mm3(evidence.run).items()
+        Fact(f"volume.{location}", sentence("place", place=location, fast=fast), volume_mm3, "mm³", "figure")
+        for location, volume_mm3 in _volumes_mm3(evidence.run).items()
     )
 
 
 def _volumes_mm3(run: Run) -> dict[str, float]:
     if (filled := run.fast_fill) is not None:
-        places = "dispensed", "in_crack", "above_face", "in_flight"
-        return {place: getattr(filled, f"{place}_mm3") for place in places}
+        locations = "dispensed", "in_crack", "above_face", "in_flight"
+        return {location: getattr(filled, f"{location}_mm3") for location in locations}
     height_mm = run.position_mm[~run.spilled, 2]
     counts = {
         "dispensed": len(run.position_mm),
@@ -123,7 +123,7 @@ def _volumes_mm3(run: Run) -> dict[str, float]:
         "spilled": run.spilled_particles,
         "escaped": run.escaped_particles,
     }
-    return {place: count * run.particle_volume_mm3 for place, count in counts.items()}
+    return {location: count * run.particle_volume_mm3 for location, count in counts.items()}
 
 
 def health_facts(evidence: Evidence) -> Facts:
@@ -161,14 +161,14 @@ def _included(uncertainty: ErrorUncertainty) -> Facts:
 
 def prediction_facts(p: PredictedLevel) -> Facts:
     """Return facts on the parts of a prediction's band, and on what it does not include."""
-    causes = list(dict.fromkeys(f"the {one.name}" if one.kind == "model" else one.kind for one in p.parts))
+    causes = list(dict.fromkeys(f"the {part.name}" if part.kind == "model" else part.kind for part in p.parts))
     facts = [stated("uncertainty.band", float(np.median(p.band_95_mm)), "mm", p=p, causes=causes)]
     if p.numerics_mm is None:
         facts.append(doubted("uncertainty.numerics"))
-    by_fast = any(one.model == FAST for one in p.inputs)
+    by_fast = any(effect.model == FAST for effect in p.inputs)
     if p.fast_level_mm is None:
         facts.append(doubted("uncertainty.two-models", unfit=() if by_fast else texts(p.unfit)))
-    missing = [one.name for one in p.missing]
+    missing = [part.name for part in p.missing]
     return (*facts, *_inputs(p.inputs_left_out, p.unfit if by_fast else (), "the band", missing))
 
 

@@ -94,17 +94,21 @@ class Budget:
     """Change of the mean error, either way, by steps of the bed between few stations. It is no error of a level."""
 
     def only(self, keep: Callable[[Component], bool]) -> "Budget":
-        return replace(self, components=tuple(one for one in self.components if keep(one)))
+        return replace(self, components=tuple(component for component in self.components if keep(component)))
 
     def of(self, *kinds: Kind) -> "Budget":
-        return self.only(lambda one: one.kind in kinds)
+        return self.only(lambda component: component.kind in kinds)
 
     def joined(self, *more: Component) -> "Budget":
         return replace(self, components=(*self.components, *more))
 
     def at(self, which: Booleans) -> "Budget":
         """Return the budget of a selection of stations, without the bed's shape between them."""
-        components = [replace(one, draws_mm=one.draws_mm[:, which]) for one in self.components if not one.between]
+        components = [
+            replace(component, draws_mm=component.draws_mm[:, which])
+            for component in self.components
+            if not component.between
+        ]
         return replace(self, stations=int(which.sum()), components=tuple(components))
 
     @property
@@ -116,14 +120,15 @@ class Budget:
     def at_stations_mm(self) -> Floats:
         """Draws of the error of each station's level, (draws, n)."""
         return sum(
-            (one.draws_mm for one in self.components if not one.between), start=np.zeros((self.draws, self.stations))
+            (component.draws_mm for component in self.components if not component.between),
+            start=np.zeros((self.draws, self.stations)),
         )
 
     @cached_property
     def between_mm(self) -> Floats:
         """Draws of the straight line's height above the bed between two stations, (draws, n - 1)."""
         start = np.zeros((self.draws, self.stations - 1))
-        return sum((one.draws_mm for one in self.components if one.between), start=start)
+        return sum((component.draws_mm for component in self.components if component.between), start=start)
 
     def along_mm(self, curve: Curve) -> Floats:
         """Return draws of the error at each x of a curve, (``CURVES``, len(x))."""
@@ -201,7 +206,7 @@ class Budget:
             else 0.0
             for share in (high, low)
         )
-        moved_mm = mean_absolute(x, curve.error_mm + self.only(lambda one: one.shared).along_mm(curve))
+        moved_mm = mean_absolute(x, curve.error_mm + self.only(lambda component: component.shared).along_mm(curve))
         upper_mm = max(mean_mm, most * likely_mm, float(np.quantile(moved_mm, high)))
         return min(mean_mm, least * likely_mm), upper_mm
 
@@ -212,32 +217,37 @@ class Budget:
         """
         signs = np.sign(curve.error_mm[:-1] + curve.error_mm[1:])
         parts, missing = (
-            tuple(self.part(one, curve, signs) for one in group) for group in (self.components, self.missing)
+            tuple(self.part(component, curve, signs) for component in group)
+            for group in (self.components, self.missing)
         )
         if self.steps_mm:
             parts += (BudgetPart(STEPS, "", "assumed", "readings", 0.0, self.steps_mm / 2, station_mm=0.0),)
-        notes = (*self.notes, *(self._allowed(one, curve) for one in self.components if one.source == "allowed for"))
+        notes = self.notes + tuple(
+            self._allowed(component, curve) for component in self.components if component.source == "allowed for"
+        )
         return BudgetSummary(parts=parts, missing=missing, scatter_known=self.scatter_known, notes=notes)
 
-    def _allowed(self, one: Component, curve: Curve) -> Fact:
+    def _allowed(self, component: Component, curve: Curve) -> Fact:
         """Return the doubt about an undeclared error that the data cannot exclude."""
         with_it, without = (
             budget.mean_mm(curve.weights())
-            for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not one))
+            for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not component))
         )
         times = with_it / max(without, 1e-9)
-        return doubted("readings.allowed-for", times, pass_mm=PASS_MM, setting=one.setting)
+        return doubted("readings.allowed-for", times, pass_mm=PASS_MM, setting=component.setting)
 
-    def part(self, one: Component, curve: Curve, signs: Floats | None = None) -> BudgetPart:
+    def part(self, component: Component, curve: Curve, signs: Floats | None = None) -> BudgetPart:
         """Return the standard uncertainties by one error alone.
 
         ``signs`` of the error between its points are needed for that of the mean error.
         """
-        alone = replace(self, components=(one,))
+        alone = replace(self, components=(component,))
         level_mm = alone.mean_mm(curve.weights()) / 2
         error_mm = None if signs is None else alone.mean_mm(curve.weights(signs)) / 2
-        station_mm = 0.0 if one.between else float(np.sqrt(np.mean(half_width(one.draws_mm) ** 2))) / 2
-        return BudgetPart(one.name, one.setting, one.source, one.kind, level_mm, error_mm, station_mm)
+        station_mm = 0.0 if component.between else float(np.sqrt(np.mean(half_width(component.draws_mm) ** 2))) / 2
+        return BudgetPart(
+            component.name, component.setting, component.source, component.kind, level_mm, error_mm, station_mm
+        )
 
 
 def half_width(draws_mm: Floats) -> Floats:

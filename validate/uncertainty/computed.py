@@ -58,7 +58,7 @@ class Inputs:
     def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
         """Return the effects at ``s_mm``, interpolated from ``known_mm``."""
         changes_mm = self.straight_mm, self.curved_mm, self.together_mm
-        return Inputs(self.model, self.standards, *(along(s_mm, known_mm, one) for one in changes_mm))
+        return Inputs(self.model, self.standards, *(along(s_mm, known_mm, change_mm) for change_mm in changes_mm))
 
     def errors(self) -> list[Component]:
         """Return the errors of the levels that the effects cause, at the stations for which the effects are given."""
@@ -318,8 +318,8 @@ class Spread:
         """Return the effects of the inputs, interpolated at ``s_mm``."""
         if self.draws is not None:
             return self.draws.inputs.at(self.draws.s_mm, s_mm)
-        levels_mm = np.reshape([one.level_mm for one in self.effects], (-1, len(self.s_mm)))
-        standards = {one.name: one.standard for one in self.effects}
+        levels_mm = np.reshape([effect.level_mm for effect in self.effects], (-1, len(self.s_mm)))
+        standards = {effect.name: effect.standard for effect in self.effects}
         return Inputs("particles", standards, levels_mm, 0 * levels_mm, levels_mm[:0]).at(self.s_mm, s_mm)
 
     def content(self) -> dict[str, Any]:
@@ -332,7 +332,8 @@ class Spread:
     def of(cls, content: dict[str, Any]) -> Self:
         """Return the spread from the content of a JSON file. Raises ValueError if it does not fit."""
         spread = TypeAdapter(cls).validate_python(content)
-        levels_mm = [*(size.levels_mm for size in spread.sizes or ()), *(one.level_mm[None] for one in spread.effects)]
+        levels_mm = [size.levels_mm for size in spread.sizes or ()]
+        levels_mm += [effect.level_mm[None] for effect in spread.effects]
         levels_mm += [] if spread.fast_mm is None else [spread.fast_mm[None]]
         if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
             raise ValueError("the levels of a run and s_mm differ in length")

@@ -36,17 +36,17 @@ def shapes_of_passes(s_mm: Floats) -> Floats:
     Fewer than six stations allow only the first two, fewer than four only the offset.
     """
     most = min(3, max(1, len(s_mm) // 2))
-    place = (s_mm - s_mm.mean()) / np.ptp(s_mm)
-    orthogonal, _ = np.linalg.qr(np.vander(place, most, increasing=True))
+    position = (s_mm - s_mm.mean()) / np.ptp(s_mm)
+    orthogonal, _ = np.linalg.qr(np.vander(position, most, increasing=True))
     return orthogonal * np.sqrt(len(s_mm))
 
 
 def coefficients(residual_mm: Floats, shapes: Floats) -> Floats:
     """Return each repeat's coefficient of each shape, (k, repeats), minus the mean of all repeats."""
     columns: list[Floats] = []
-    for one in residual_mm.T:
-        read = ~np.isnan(one)
-        columns.append(np.linalg.lstsq(shapes[read], one[read])[0] if shapes.shape[1] else np.zeros(0))
+    for repeat_mm in residual_mm.T:
+        read = ~np.isnan(repeat_mm)
+        columns.append(np.linalg.lstsq(shapes[read], repeat_mm[read])[0] if shapes.shape[1] else np.zeros(0))
     by_repeat = np.array(columns).T
     return by_repeat - by_repeat.mean(axis=1, keepdims=True)
 

@@ -49,7 +49,7 @@ class Mouth:
         capillary_mm = capillary_length_mm(surface_tension_n_m, density) if density else np.inf
         width_mm = self.at_mm(s_mm)
         some_mm = np.linspace(0.0, width_mm.max(), WIDTHS + 1)
-        some = np.array([(0.0, 0.0), *(raise_and_height_mm(one, capillary_mm) for one in some_mm[1:].tolist())])
+        some = np.array([(0.0, 0.0), *(raise_and_height_mm(width, capillary_mm) for width in some_mm[1:].tolist())])
         mean_mm, wall_mm = (np.interp(width_mm, some_mm, column) for column in some.T)
         climb_mm = wall_mm if read else wall_mm - mean_mm
         return mean_mm * np.clip(-level_mm / np.maximum(climb_mm, 1e-9), 0.0, 1.0)

@@ -216,8 +216,8 @@ def _hidden_errors(
         toward = {"down": 1.0 if measured.is_depth else -1.0, "toward_zero": -np.sign(height_mm)}
         shift_mm = step_mm / 2 * toward[settings.rounding] if settings.rounding else UNDECLARED_MM
         draws_mm = shift_mm * np.ones((draws_for(stations), stations))
-        one = Component("one-sided rounding", "declared", draws_mm, shared=True, setting=ROUNDING)
-        (missing if settings.rounding is None else present).append(one)
+        component = Component("one-sided rounding", "declared", draws_mm, shared=True, setting=ROUNDING)
+        (missing if settings.rounding is None else present).append(component)
     tension_n_m = declared.surface_tension_n_m
     if (meniscus := mouth.meniscus(measured.s_mm, measured.level_mm, tension_n_m, "readings")) is not None:
         (missing if tension_n_m is None else present).append(meniscus)
@@ -240,7 +240,7 @@ def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Compon
     """Return draws of an error of the size ``size_mm``. ``height_mm`` is that of the level above the datum."""
     slope, mean_slope, turn = _slopes(s_mm, height_mm)
     stations, ones, draws = len(s_mm), np.ones(len(s_mm)), draws_for(len(s_mm))
-    common, own = normals(name, 1, draws), normals(f"{name}, each", stations, draws)
+    common, independent = normals(name, 1, draws), normals(f"{name}, each", stations, draws)
     shared = name not in ("uncertainty.station_each_mm", "uncertainty.common_mm")
     match name:
         case "readings.datum_error_mm" | "uncertainty.operator_mm":
@@ -251,26 +251,26 @@ def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Compon
         case "readings.probe_mm":
             # A probe reads the highest point below it. Its half meets slopes that stations do not show.
             label = f"width of a probe of {size_mm:g} mm on a slope"
-            draws_mm = size_mm / 2 * np.abs(mean_slope + UNSURE * turn * own)
+            draws_mm = size_mm / 2 * np.abs(mean_slope + UNSURE * turn * independent)
         case "uncertainty.station_mm":
             label, draws_mm = "common shift of the stations", slope * size_mm * common
         case "uncertainty.station_each_mm":
             # The slope itself is uncertain, by stations out of place.
             label = "place of each station"
             unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
-            draws_mm = slope * unsure * size_mm * own
+            draws_mm = slope * unsure * size_mm * independent
         case "uncertainty.common_mm":
             label = "error that all repeats of a station share"
             # A scan has many stations: the error is interpolated between some of them.
             place_mm = s_mm if stations <= FEW_STATIONS else np.linspace(s_mm[0], s_mm[-1], FEW_STATIONS)
             alike = np.exp(-(((place_mm[:, None] - place_mm) / ALIKE_MM) ** 2) / 2)
             root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
-            draws_mm = size_mm * own[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
+            draws_mm = size_mm * independent[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
         case "uncertainty.datum_tilt_mm":
             # The caliper was set to zero at either end. A zero between them gives smaller errors.
-            label, place = "tilted datum or bowed face", (s_mm - s_mm[0]) / np.ptp(s_mm)
+            label, position = "tilted datum or bowed face", (s_mm - s_mm[0]) / np.ptp(s_mm)
             zero = np.round(uniforms(f"{name}, zero", 1, draws))
-            draws_mm = size_mm * common * (place - zero)
+            draws_mm = size_mm * common * (position - zero)
         case _:
             label, draws_mm = "sinking probe", -size_mm * np.abs(common) * ones
     return Component(label, "declared", draws_mm, shared=shared, setting=name)
@@ -314,8 +314,8 @@ def _log_chance(level_mm2: Floats, behind: Floats, squares_mm2: Floats, freedom:
     from scipy.special import gammaln
 
     both = behind + freedom
-    one = gammaln(both / 2) - gammaln(behind / 2) - freedom / 2 * np.log(behind * level_mm2)
-    return (one - both / 2 * np.log1p(squares_mm2 / (behind * level_mm2))).sum(axis=-1)
+    log_norm = gammaln(both / 2) - gammaln(behind / 2) - freedom / 2 * np.log(behind * level_mm2)
+    return (log_norm - both / 2 * np.log1p(squares_mm2 / (behind * level_mm2))).sum(axis=-1)
 
 
 def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:

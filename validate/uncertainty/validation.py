@@ -70,7 +70,7 @@ def level_findings(
         above=int(stations.above.sum()),
         by_chance=stations.by_chance,
         included=_included(mean),
-        largest=max(parts, key=lambda one: one.station_mm).name,
+        largest=max(parts, key=lambda part: part.station_mm).name,
     )
     return stated(MEAN_LEVEL, value_mm, "mm", **terms), of_stations
 
@@ -173,8 +173,8 @@ def predict(
         model_mm=standard_mm("model"),
         mean_level_mm=mean_mm,
         mean_level_95_mm=(mean_mm - half_mm, mean_mm + half_mm),
-        parts=tuple(budget.part(one, curve) for one in budget.components),
-        missing=tuple(budget.part(one, curve) for one in budget.missing),
+        parts=tuple(budget.part(component, curve) for component in budget.components),
+        missing=tuple(budget.part(component, curve) for component in budget.missing),
         inputs=effects,
         inputs_left_out=declared.left_out,
         fast_level_mm=None if fast_mm is None else np.round(fast_mm, DIGITS),

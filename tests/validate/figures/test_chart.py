@@ -27,10 +27,10 @@ def compare(runs, readings):
 def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
     """Exact: 1e-9 is rounding over 400 pieces."""
     chart = make_chart()
-    expected = [error_mm(*run.at) for run in chart.runs]
+    expected = [error_mm(*run.values) for run in chart.runs]
     assert [run.mean_error_mm for run in chart.runs] == pytest.approx(expected, abs=1e-9)
     assert [run.bias_mm for run in chart.runs] == pytest.approx(expected, abs=1e-9)
-    assert (chart.best.at, chart.best.share_under_1_mm) == (BEST, 1)
+    assert (chart.best.values, chart.best.share_under_1_mm) == (BEST, 1)
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
 )
 def test_a_surface_needs_enough_runs_around_enough_of_the_map(is_run, has_surface):
     chart = make_chart()
-    runs = [run for run in chart.runs if is_run(U.index(run.at[0]), D_CM.index(run.at[1]))]
+    runs = [run for run in chart.runs if is_run(U.index(run.values[0]), D_CM.index(run.values[1]))]
     few = replace(chart, runs=tuple(runs), axes=axes_of([run.settings for run in runs]))
     assert few.has_surface is has_surface
 
@@ -66,7 +66,7 @@ def test_pairs_are_as_near_as_the_doubts_of_readings_and_runs_allow(readings_mm,
     readings = make_readings(scatter_mm=readings_mm)
     compared, _ = compare(make_runs(), readings)
     alike = as_near_as_the_best(compared, readings, make_budget(readings), runs_mm)
-    assert {run.at for run, is_near in zip(compared, alike, strict=True) if is_near} == near
+    assert {run.values for run, is_near in zip(compared, alike, strict=True) if is_near} == near
     assert 0 < len(near) < len(compared)
 
 
@@ -109,7 +109,7 @@ def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
 
 def test_chosen_runs_span_the_map_and_hold_the_best():
     chart = make_chart()
-    places = {run.at for run in chosen_few(chart)}
+    places = {run.values for run in chosen_few(chart)}
     assert {(U[0], D_CM[0]), (U[-1], D_CM[0]), (U[0], D_CM[-1]), (U[-1], D_CM[-1]), BEST} <= places
     assert len(places) == 9
 
