@@ -129,7 +129,7 @@ def _bring_another_mask(shot: Shot) -> None:
 REFUSALS = (
     Refusal("no crack, searched for", r"no crack found", lambda shot: shot.hint(ends_px=None), NO_CRACK),
     Refusal("no crack, ends given", r"no crack between the ends|is not on a crack", lambda shot: None, NO_CRACK),
-    Refusal("two cracks", r"2 cracks compete|choose one by its number", _double),
+    Refusal("two cracks", r"2 cracks compete|Choose one by its number", _double),
     Refusal("no markers", r"found 0 of 8 markers", _cover_markers),
     Refusal("marker twice", r"marker 0 is in the photo more than once", _show_marker_twice),
     Refusal("marker misplaced", r"markers misfit by", _misplace_marker),
@@ -148,6 +148,6 @@ REFUSALS = (
     ),
     Refusal("via point beside the crack", r"the via point .* (is not on a crack|the path runs back)", _put_via_beside),
     Refusal("region beside the crack", r"no crack found", _put_region_beside),
-    Refusal("mask of another photo", r"the mask is \d+ x \d+ px, the photo", _bring_another_mask),
+    Refusal("mask of another photo", r"the mask is \d+ x \d+ px, but the photo", _bring_another_mask),
     Refusal("both ends in one place", r"only 5 px apart", _put_ends_alike),
 )

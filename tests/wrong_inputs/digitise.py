@@ -85,7 +85,7 @@ DRAWINGS = [
         lambda _, space: (ring(space), space.add_circle((20, 3), 1, dxfattribs=on("OUTLINE"))), "a.dxf",
         "(20, 3) is not inside"),
     drawn("round sample", lambda _, space: (ring(space), space.add_circle((20, 1.5), 60, dxfattribs=on("FACE"))),
-        "a.dxf", "layer FACE", "expected one rectangle", lacks=OF_A_MESH),
+        "a.dxf", "layer FACE", "Expected is one rectangle", lacks=OF_A_MESH),
     drawn("no crack but a square", lambda _, space: space.add_circle((5, 5), 6, dxfattribs=on("OUTLINE")), "a.dxf",
         "mm wide", "--units", lacks=OF_A_MESH),
     drawn("far line", lambda _, space: lines(space, ((0, 0), (9e9, 0))), "layer L: its LINE #", more=ALONG),
@@ -155,7 +155,7 @@ OF_A_LIBRARY = ("charset_normalizer", "unmatched data", "codec")
 # fmt: off
 MESHES = [
     imported("a pocket in place of a crack", mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(POCKET), process=False))),
-        "m.stl", "long", lacks=("px", "--ends", "photo", "mask", "walls not found")),
+        "m.stl", "long", lacks=("px", "--ends", "photo", "mask", "walls were not found")),
     imported("binary STL that is cut short", mesh(lambda shape: as_stl(shape)[:-60]), "m.stl", "28 triangles",
         "1340 bytes", lacks=OF_A_LIBRARY),
     *(
@@ -175,7 +175,7 @@ MESHES = [
         "2 separate bodies", "8 x 40 x 20 mm around (106, 20, -10)"),
     imported("mesh with a side arm",
         mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(slotted(SIDE_ARM)), process=False))),
-        "side arms (1) of up to 12 mm are not on the path", code=0),
+        "side arms (1, up to 12 mm long", code=0),
 ]
 # fmt: on
 CASES: list[WrongInput] = [*DRAWINGS, *MESHES]

@@ -80,7 +80,7 @@ ALIKE = [wandering([(30, 60), (470, 80)]), wandering([(30, 240), (470, 220)])]
         ([], ((50.0, 60.0), (450.0, 250.0)), "no crack between the ends"),
         ([], None, "no crack found"),
         # The rim of a stain comes back to where it begins: "only 9 px apart" would name ends that nobody gave.
-        ([RIM], None, "no crack found: .*; give ends_px"),
+        ([RIM], None, "no crack found: .*[gG]ive ends_px"),
         (GAP, ((30.0, 150.0), (470.0, 150.0)), "plain ground"),
         # Two of like strength are the user's choice.
         (ALIKE, None, r"\d cracks compete"),

@@ -66,7 +66,7 @@ def test_a_line_that_bounds_no_crack_is_refused(points_mm, face_mm, words):
 
 def test_exchanged_walls_and_those_beside_the_face_are_refused():
     left_mm, right_mm = _walls_mm(0.0)
-    with pytest.raises(InputError, match="walls: 0 pieces of the crack are on the face"):
+    with pytest.raises(InputError, match="walls: the crack has 0 pieces on the face"):
         outline_between(left_mm, right_mm, (0.0, 60.0, 80.0, 90.0), "walls")
     with pytest.raises(InputError, match="exchange"):
         outline_between(right_mm, left_mm, None, "walls")

@@ -138,9 +138,9 @@ def test_lines_in_blocks_are_read_as_they_are_inserted(tmp_path):
 @pytest.mark.parametrize(
     ("asked", "named"),
     [
-        ({}, "layer OUTLINE has no lines to read in model space; left out: nothing; layers with lines: A"),
+        ({}, "layer OUTLINE has no readable lines in model space. Left out: nothing. Layers with lines: A"),
         ({"outline": "A"}, "layer A: 1 open lines: the smallest gap is 3 mm at (0, -0.002)"),
-        ({"walls": ("A", "B")}, "layer B has no lines"),
+        ({"walls": ("A", "B")}, "layer B has no readable lines"),
         ({"line": ("A", 3.0)}, "within 3 mm of itself, at s = "),
         ({"unit": 0}, "--units"),
     ],

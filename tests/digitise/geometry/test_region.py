@@ -54,9 +54,9 @@ def test_a_small_island_is_filled_and_its_place_named():
 
 
 def test_islands_that_fill_the_crack_are_refused():
-    with pytest.raises(InputError, match="outside its islands: this is not a crack"):
+    with pytest.raises(InputError, match="outside its islands, which is too little for a crack"):
         lay_out(with_islands(stone(10.0, 0.0, 30.0)), VERTICAL, 0.0)
-    with pytest.raises(InputError, match="only finite numbers, also in its islands"):
+    with pytest.raises(InputError, match="only finite numbers, for the outline and its islands"):
         lay_out(with_islands(np.full((4, 2), np.nan)), VERTICAL, 0.0)
 
 

@@ -185,7 +185,7 @@ def write_tiff(path, **tags):
 @pytest.mark.parametrize(
     ("content", "name", "kind"),
     [
-        (iso_box(b"hevc"), "burst.heic", "videos are not read"),
+        (iso_box(b"hevc"), "burst.heic", "videos are not accepted"),
         (iso_box(b"avif"), "photo.avif", "AVIF"),
         (iso_box(b"crx "), "photo.cr3", "raw file"),
         (b"FUJIFILMCCD-RAW 0201", "photo.raf", "raw file"),

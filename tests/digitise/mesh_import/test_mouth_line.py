@@ -58,7 +58,7 @@ def test_side_cracks_are_lines_of_their_own():
     assert np.abs(line.centreline_mm[:, 1]).max() < 0.2
     assert swept_mm2(line) == pytest.approx(180.0, rel=0.005)
     assert sorted(arc_length(side)[-1] for side in line.side_lines_mm) == pytest.approx([10, 12, 15], abs=1)
-    assert "side arms (3) of up to 15 mm are not on the path, the longest at s = 30 mm" in line.warnings[0].text
+    assert "side arms (3, up to 15 mm long; the longest at s = 30 mm)" in line.warnings[0].text
 
 
 @pytest.mark.parametrize(

@@ -55,9 +55,12 @@ def test_what_the_cell_asks_for_stands_before_the_first_move():
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"plunger": {"travel_mm": 15.2}}, r"cell.toml: the path needs 15\.3 mm .*; plunger.travel_mm allows 15\.2"),
-        ({"plunger": {"largest_speed_mm_s": 0.9}}, r"0\.999 mm/s of the plunger; plunger.largest_speed_mm_s allows 0"),
-        ({"tip_deg": 6.0}, r"6\.0 degrees.* motion.largest_tilt_deg allows 5"),
+        (
+            {"plunger": {"travel_mm": 15.2}},
+            r"cell.toml: the path needs 15\.3 mm .* plunger.travel_mm allows at most 15\.2",
+        ),
+        ({"plunger": {"largest_speed_mm_s": 0.9}}, r"0\.999 mm/s, but plunger.largest_speed_mm_s allows at most 0"),
+        ({"tip_deg": 6.0}, r"6\.0 degrees.* motion.largest_tilt_deg allows at most 5"),
         (HIGH, r"1\d\.\d mm out of the reach box, .* 13\d\.\d\) mm"),
     ],
 )

@@ -25,9 +25,9 @@ from tests.support.shapes import arc_slot, straight_slot
         (
             {},
             {"motion": {"largest_speed_mm_s": 5.0}},
-            r"approach_speed_mm_s is 20; motion.largest_speed_mm_s allows 5\.",
+            r"approach_speed_mm_s is 20, but motion.largest_speed_mm_s allows at most 5\.",
         ),
-        ({"ramp_mm": 3.0, "speed_mm_s": 120.0}, {}, r"2\d{3} mm/s²; motion.acceleration_mm_s2 allows 2000"),
+        ({"ramp_mm": 3.0, "speed_mm_s": 120.0}, {}, r"2\d{3} mm/s², but motion.acceleration_mm_s2 allows at most 2000"),
         ({}, {"reach": {"low_mm": (400.0, -800.0, -800.0)}}, r"the path leads \d+\.\d mm out of the reach box, to \("),
         # All faults are named at once.
         ({"speed_mm_s": 250.0, "nozzle_height_mm": 50.0}, {}, r"safe_height_mm is 50(.|\n)*cell.toml: .* 250 mm/s"),
@@ -42,7 +42,7 @@ def test_what_a_cell_does_not_allow_is_refused_by_name(planned, changes, says):
 def test_a_bend_needs_v_squared_over_r():
     """10 mm/s round 5 mm: 20 mm/s², which an arm of 19 cannot and one of 21 can."""
     it = trajectory(arc_slot(5.0, 300.0), smoothing_mm=0.0, speed_mm_s=10.0, trim_mm=2.0, spacing_mm=0.5)
-    with pytest.raises(InputError, match=r"the ramp or bend at s = \d+\.\d mm needs 2[01]\.?\d* mm/s²; .* allows 19"):
+    with pytest.raises(InputError, match=r"the ramp or bend at s = \d+\.\d mm needs 2[01]\.?\d* mm/s², .* at most 19"):
         placed(it, motion={"acceleration_mm_s2": 19.0})
     assert placed(it, motion={"acceleration_mm_s2": 22.0})
 

@@ -132,7 +132,7 @@ def test_corners_that_no_face_has_are_refused(specimen, tmp_path, corners, says)
 
 def test_a_photo_without_a_face_is_refused(tmp_path):
     path = write_png(tmp_path / "plain.png", mortar())
-    with pytest.raises(InputError, match=r"no face 4\.00 times as wide as high, as face_mm"):
+    with pytest.raises(InputError, match=r"no face that is 4\.00 times as wide as high, like face_mm"):
         load_photo(PhotoInput(file=path, data="synthetic", face_mm=(160, 40)), tmp_path)
 
 

@@ -172,7 +172,7 @@ BOW_TIE = with_ring(SHORT, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.
         (NARROW, {"depth_mm": 0.2}, "less than 1: .* depth_mm and the scale"),
         *((oblique_slot(W), {"depth_mm": 500.0, "tilt": tilt}, r"97\.2 mm sideways") for tilt in ("lean", "flare")),
         (with_ring(straight_slot(), np.zeros((2, 2))), {}, "2 points"),
-        (with_ring(straight_slot(), np.full((4, 2), np.nan)), {}, "give 3 or more, and only finite numbers"),
+        (with_ring(straight_slot(), np.full((4, 2), np.nan)), {}, "Give 3 or more points, and only finite numbers"),
         (arc_slot(10.0, 359.0, 3.0, CLOSED), {}, "no side to lean to"),
     ],
 )

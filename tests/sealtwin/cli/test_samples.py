@@ -42,7 +42,7 @@ def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "unit", "named"),
-    [("scan.stl", "m", "The file is probably in mm"), ("none.stl", "mm", "none.stl: not found")],
+    [("scan.stl", "m", "The unit of the file is probably mm"), ("none.stl", "mm", "none.stl: not found")],
 )
 def test_a_wrong_unit_and_a_missing_mesh_are_refused(tmp_path, name, unit, named):
     write(tmp_path / "scan.stl")

@@ -97,7 +97,7 @@ def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
     asked = _digitise(photo.parent, "--out", out)
     assert asked.exit_code == 6
     assert "2 cracks compete" in asked.stdout
-    assert "a 2 in the column crack" in asked.stdout
+    assert "2 in the column crack" in asked.stdout
     assert (out / "two" / "refused.png").is_file()
     assert "two/refused.png" in (out / "index.html").read_text()
     for number in ("1", "2"):
