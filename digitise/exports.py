@@ -52,10 +52,11 @@ def mask_png(outline: Outline, name: str) -> bytes:
 
 
 def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
-    """Return COCO's images and annotations of cracks. Each crack is given with the file name of its photo.
+    """Return COCO's images and annotations of cracks.
 
-    As in COCO, pixel coordinates count from the corner of the first pixel. A crack with an island is stored as run
-    lengths, since COCO's polygons cannot have holes.
+    ``labelled`` has the file name of the photo and the outline of each crack. As in COCO, pixel coordinates count from
+    the corner of the first pixel. A crack with an island is stored as run lengths, since COCO's polygons cannot have
+    holes.
     """
     images, annotations = list[dict[str, Any]](), list[dict[str, Any]]()
     for number, (name, outline) in enumerate(labelled, start=1):

@@ -102,7 +102,7 @@ class Marker(Settings):
 class MarkerBoard(Settings):
     """Markers whose positions in the plane of the face are known.
 
-    Markers above or below that plane change the scale: by their distance from it, divided by the camera's distance.
+    If the markers are above or below that plane, the scale is off by that distance divided by the camera's distance.
     """
 
     dictionary: Dictionary = "4x4_50"
@@ -154,7 +154,7 @@ class PhotoInput(Settings):
     them with 'sealtwin trace'."""
     ground_strokes_px: Strokes | None = None
     """Strokes over areas beside the crack that are surely ground. A wall passes between the strokes and the crack. Near
-    them and on their side, the lightness under them counts as ground."""
+    the strokes and on their side of the wall, the lightness under them counts as ground."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is absolute or relative to the trial file's folder."""
@@ -195,7 +195,7 @@ class PhotoInput(Settings):
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
     """Scale of a photo taken square to the face, in mm per pixel."""
     scale_is: Literal["measured", "assumed"] = "measured"
-    """Origin of mm_per_px. Reports repeat with every length that the scale is assumed."""
+    """Origin of mm_per_px. If the scale is assumed, reports say so with every length."""
 
     @property
     def hints(self) -> tuple[PixelPair | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
@@ -327,7 +327,7 @@ class Dispensed(Settings):
     """Mass of the sample after the pour, less its mass before: the sealant that arrived, whatever the pump did. Or the
     mass of the cartridge before, less its mass after, if nothing drips beside the sample."""
     mass_sd_g: float = Field(gt=0, le=100)
-    """Standard uncertainty of mass_g, which is 1.4 times that of one weighing."""
+    """Standard uncertainty of mass_g, which is 1.4 times the uncertainty of a single weighing."""
     density_kg_m3: float = Field(ge=500, le=5000)
     """Density of the sealant, for example from a cup of known volume that is weighed empty and full."""
     density_sd_kg_m3: float = Field(gt=0, le=500)

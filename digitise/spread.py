@@ -109,7 +109,10 @@ def _opening(photo: Photo) -> Booleans:
 
 
 def _levelled(brightness: Map, inside: Booleans) -> Map:
-    """Divide by the light on the sheet. The logarithm of that light is a plane, fitted to the rim of the field."""
+    """Return the brightness, divided by the light on the sheet.
+
+    The logarithm of that light is a plane, fitted to the rim of the field.
+    """
     distance = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 3)
     y, x = np.nonzero(inside & (distance < 0.06 * float(distance.max()) + 2))
     light = np.log(np.maximum(blurred(brightness, 1.0)[y, x], 1e-4)).astype(float)

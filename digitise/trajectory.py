@@ -213,7 +213,7 @@ def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> Facts:
     text = (
         f"volume_ml gives {sealant_mm3 / 1000:.4g} ml of sealant to a cavity of {cavity_mm3 / 1000:.4g} ml, "
         f"{times:.3g} times as much: "
-        f"{'most of the sealant will spill' if times > 1 else 'the crack will hardly be wetted'}; check volume_ml and "
+        f"{'most of the sealant will spill' if times > 1 else 'the crack will hardly be wetted'}. Check volume_ml and "
         'depth_mm, or set volume_ml = "cavity"'
     )
     return (doubt("nozzle.volume", text, times),)

@@ -226,7 +226,10 @@ def _stepped(turns: Floats, lengths: Floats) -> float:
 
 
 def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:
-    """Return the lightness difference of a line's two sides, over the step from the line to the darker side."""
+    """Return how much a line's two sides differ.
+
+    The number is the difference of their lightness, divided by the step from the line to the darker side.
+    """
     near_px, far_px = (widths * width_px + px for widths, px in zip(SIDES, SIDES_PX, strict=True))
     profiles = profiles_across(photo, line_px, width_px, far_px)
     light, away_px = lightness(profiles.light).astype(float), np.abs(profiles.offset_px)

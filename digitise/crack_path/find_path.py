@@ -59,9 +59,9 @@ def find_path(
     """Return the path between the ends, past the via points in their order, inside ``roi_px``.
 
     In a painted photo the path is the middle of the paint. Without ends it runs from left to right along the found
-    crack with the number ``crack``. Without a number it follows the first found crack, if that surely is one. Raises
-    InputError if a point is outside the photo or off any crack, or if no crack is found. Raises RivalCracksError if
-    several cracks compete.
+    crack with the number ``crack``. Without a number it follows the first found line, if that line surely is a crack.
+    Raises InputError if a point is outside the photo or off any crack, or if no crack is found. Raises RivalCracksError
+    if several cracks compete.
     """
     if photo.drawn is not None:
         return painted_path(photo, ends_px)
@@ -94,7 +94,7 @@ class CrackSearch:
         """Return the path along the crack with this number, or along the likeliest crack, from left to right.
 
         Numbers count from 1. Raises InputError if there is no such crack. Without a number, raises RivalCracksError if
-        the first crack is not surely one, if several are about equally likely, or if a gate doubts the path.
+        the first line may not be a crack, if several are about equally likely, or if a gate doubts the path.
         """
         photo, ranked = self.photo, self.cracks
         if not ranked:

@@ -85,8 +85,8 @@ def dark_enough(route: Route) -> Fact | None:
 def bare_stretch(route: Route) -> Fact | None:
     """Find the longest stretch of the path that is as bright as the ground.
 
-    Clicks at both ends of the stretch confirm it. If the stretch begins or ends the path and a click was moved, the
-    click is beside the crack.
+    Clicks at both ends of the stretch confirm that the crack runs there. If the stretch begins or ends the path and a
+    click was moved, the click is beside the crack.
     """
     count = int(max(STRETCH, STRETCH_WIDTHS * route.width_px * route.field.scale))
     mean = _means(route.clear, count)

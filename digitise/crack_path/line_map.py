@@ -103,7 +103,7 @@ class LineMap:
         return np.minimum(clear, CLEAR).astype(float)
 
     def cost(self, clear: float = CLEAR) -> Floats:
-        """Return the cost of a step through each cell. A line clearer than ``clear`` costs no less."""
+        """Return the cost of a step through each cell. A clearness above ``clear`` does not lower it further."""
         usual = np.percentile(self.contrast[self.allowed], 99) if self.allowed.any() else 0.0
         share = np.clip(self.contrast / max(usual, LEAST_CONTRAST), 0, 1)
         worth = BY_CLEARNESS * np.clip(self.clear, 0, clear) / clear + (1 - BY_CLEARNESS) * share
@@ -167,7 +167,7 @@ def surroundings(shown: Map, crack: Floats | None = None) -> Booleans:
 
 
 def _filtered(shown: Map, allowed: Booleans) -> tuple[Map, Map, Map]:
-    """Return clearness, contrast and width of the best line at each cell, three maps."""
+    """Return three maps: clearness, contrast and width of the best line at each cell."""
     clear, contrast, width = (np.zeros_like(shown) for _ in range(3))
     for octave, sigmas in enumerate(SIGMAS):
         size = (shown.shape[1] >> octave, shown.shape[0] >> octave)
@@ -229,9 +229,9 @@ def _noise(responses: NDArray[np.float32], usable: Booleans, sigma: float) -> Ma
 
 
 def cheapest_legs(cost: Floats, stops: Integers, scale: float) -> list[Integers]:
-    """Return the cheapest path between consecutive stops, as rows and columns, (n, 2). It stays near their common box.
+    """Return the cheapest path between consecutive stops, as rows and columns, (n, 2) each.
 
-    ``scale`` is the number of cells per pixel of the photo.
+    Each path stays near the bounding box of its two stops. ``scale`` is the number of cells per pixel of the photo.
     """
     legs = []
     for start, end in pairwise(stops):

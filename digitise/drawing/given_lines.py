@@ -45,9 +45,9 @@ Given = tuple[Outline, Photo]  # An outline, and the picture that shows it
 def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, name: str) -> Given:
     """Return the outline of a crack along a line, (n, 2). ``width_mm`` has arc lengths and widths, (k, 2).
 
-    Widths are linear between them. An end on or beyond the edge of the face is open, any other end is cut. Raises
-    InputError, with ``name`` first, if the line is too short for its width, turns back on itself, or is outside the
-    face.
+    Between these arc lengths, widths are linear. An end on or beyond the edge of the face is open, any other end is
+    cut. Raises InputError, with ``name`` first, if the line is too short for its width, turns back on itself, or is
+    outside the face.
     """
     points_mm = without_repeats(points_mm, ON_EDGE_MM)
     s_mm = arc_length(points_mm)

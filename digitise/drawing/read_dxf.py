@@ -63,9 +63,9 @@ class Drawing:
     def lines(self, layer: str) -> tuple[list[Floats], list[Floats]]:
         """Return the closed lines and the open lines of a layer, each (n, 2), in mm and in plan view.
 
-        Lines that meet end to end are joined. A closed line does not repeat its first point. What is left out, such as
-        widths of polylines, is added to ``notes``. Raises InputError if there are no lines, if more than two lines meet
-        at a point, or if a line is not level or is far from the drawing's origin.
+        Lines that meet end to end are joined. A closed line does not repeat its first point. Parts that are not read,
+        such as widths of polylines, are listed in ``notes``. Raises InputError if there are no lines, if more than two
+        lines meet at a point, or if a line is not level or is far from the drawing's origin.
         """
         left_out, ways, count = Counter[str](), dict[Any, Floats](), 0
         for entity in self.entities.get(layer.upper(), ()):
@@ -236,10 +236,10 @@ def drawn_crack(
 ) -> Given:
     """Return the crack inside an ``outline``, between ``walls``, or along a ``line`` with a width in mm.
 
-    By default the crack is inside the closed line of the layer OUTLINE and outside those of the layer ISLANDS. A
-    rectangle on the layer FACE is the edge of the sample, and its lower left corner is the origin. Notes are added to
-    the drawing. Raises InputError if a layer is missing or its lines are of the wrong kind, and ShapeError if the lines
-    bound no crack.
+    By default the crack is inside the closed line of the layer OUTLINE and outside the closed lines of the layer
+    ISLANDS. A rectangle on the layer FACE is the edge of the sample, and its lower left corner is the origin. Notes are
+    added to the drawing. Raises InputError if a layer is missing or its lines are of the wrong kind, and ShapeError if
+    the lines bound no crack.
     """
     face_mm, origin_mm = _face(drawing) if FACE in drawing.entities else (None, np.zeros(2))
     if line is not None:
@@ -350,8 +350,8 @@ def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
     fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest_mm * MM[unit] / MM[drawing.unit] <= MOST_MM]
     remedy = f"Give --units {' or '.join(fitting)} if it is drawn in that unit." if fitting else "Draw it to scale."
     raise InputError(
-        f"{drawing.file}: the crack measures {_size(crack_mm)}; a length of {LEAST_CRACK_MM:g} to {MOST_MM:g} mm is "
-        f"expected. The unit is {drawing.unit}, {drawing.unit_source}. {remedy}"
+        f"{drawing.file}: the crack measures {_size(crack_mm)}, but a length of {LEAST_CRACK_MM:g} to {MOST_MM:g} mm "
+        f"is expected. The unit is {drawing.unit}, {drawing.unit_source}. {remedy}"
     )
 
 

@@ -164,7 +164,7 @@ def _check_header(path: Path, photo: Image.Image) -> None:
 
 def _check_size(name: Path | str, width: int, height: int) -> None:
     if width * height > MAX_PIXELS:
-        raise InputError(f"{name}: {width} x {height} pixels are {TOO_LARGE}")
+        raise InputError(f"{name}: the picture has {width} x {height} pixels, {TOO_LARGE}")
     if min(width, height) < MIN_SIDE_PX:
         raise InputError(
             f"{name}: the picture has {width} x {height} pixels. Each side must have at least {MIN_SIDE_PX}."
@@ -207,10 +207,10 @@ MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Pillow mode for each colour space of
 
 
 def _require_usual_tone(path: Path, photo: Image.Image) -> None:
-    """Raise InputError if the file states a tone curve unlike a camera's. Widths would be off by several percent.
+    """Raise InputError if the file states a tone curve unlike a camera's.
 
-    The pixels are not converted. Photos in other colour spaces with the curve of sRGB, as phones save them, stay as
-    they are.
+    With such a curve, widths would be off by several percent. The pixels are not converted. Photos in other colour
+    spaces with the curve of sRGB, as phones save them, stay as they are.
     """
     for source, stated in _stated(photo).items():
         try:
@@ -239,8 +239,8 @@ def _stated(photo: Image.Image) -> dict[str, Any]:
 def _of_profile(content: bytes | None) -> float | None:
     """Return the exponent of an ICC profile. NaN if it cannot be read.
 
-    Returns None if the profile is not for red, green and blue, or for grey. A grey is converted to sRGB, whose exponent
-    is ``DISPLAY_GAMMA``.
+    Returns None if the profile is not for red, green and blue, or for grey. The exponent comes from the conversion of a
+    middle grey to sRGB, whose exponent is ``DISPLAY_GAMMA``.
     """
     if not content:
         return None

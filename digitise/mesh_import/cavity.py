@@ -144,8 +144,8 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
     if width_mm < LEAST_ACROSS_PX * photo.mm_per_px:
         x, y = np.ptp(np.reshape(cavity.mouth.bounds(), (2, 2)), axis=0)
         raise ShapeError(
-            f"The crack is {width_mm:.3f} mm wide and extends over {x:.0f} x {y:.0f} mm, which is too narrow to be "
-            "followed.",
+            f"The crack is {width_mm:.3f} mm wide and extends over {x:.0f} x {y:.0f} mm: it is too narrow to be "
+            "followed over this length.",
             "Crop the mesh to a shorter piece.",
             "narrow",
         )

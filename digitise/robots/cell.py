@@ -217,8 +217,8 @@ class RobotFrame:
     def error_growth(self, sample_mm: Floats) -> float:
         """Return the factor by which a touch error grows at the worst point, sqrt(1 / n + x' S^-1 x).
 
-        ``sample_mm`` is (m, 2 or 3). n is the number of taught points, x the point's position from their mean, and S
-        the sum of squares of the taught positions.
+        ``sample_mm`` is (m, 2 or 3). n is the number of taught points, x the worst point's position from their mean,
+        and S the sum of x x' over the taught points.
         """
         planes = [np.column_stack([np.ones(len(at_mm)), at_mm[:, :2]]) for at_mm in (self.taught_mm, sample_mm)]
         return float(np.linalg.norm(planes[1] @ np.linalg.pinv(planes[0]), axis=1).max())

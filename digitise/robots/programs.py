@@ -73,7 +73,7 @@ class Gcode(LanguageSettings):
     """Settings of a gantry with an extruder, programmed in G-code."""
 
     cold_extrusion: bool = False
-    """Write M302 P1. Without it, Marlin silently does not move the extruder below 170 degrees."""
+    """True to write M302 P1. Without it, Marlin silently does not move the extruder below 170 degrees."""
 
     @property
     def presses_plunger(self) -> bool:

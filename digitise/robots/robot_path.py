@@ -92,7 +92,7 @@ class RobotPath:
     def even_limit(self, what: str, unit: str, values: Floats, remedy: str) -> Limit:
         """Return the limit of a program that keeps one speed or flow over the crack.
 
-        ``what`` says so in the message.
+        The message begins with ``what``.
         """
         return (
             values.max() > values.min() * (1 + EVEN),

@@ -37,7 +37,7 @@ class Spel(LanguageSettings):
     axis_start_mm: InCell | None = None
     """Coordinate of the axis z, s or t at which the plunger is ready to give sealant."""
     axis_gives: Literal["+", "-"] = "-"
-    """Direction of the axis, + or -, that presses the plunger. With the paper's z axis it is down."""
+    """Direction of the axis, + or -, that presses the plunger. The paper's z axis presses it downward."""
     hand: Literal["right", "left"] = "right"
     """Posture of the arm. The elbow of a SCARA is on the opposite side."""
     u_deg: Angle = 0.0

@@ -175,7 +175,7 @@ def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Pat
         f"according to the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm, but "
         f"face_mm is {width_mm:g} x {height_mm:g}, a difference of {abs(grown):.1%}. Possible causes: a print at "
         f"{1 / (1 + grown):.1%} (measure the frame's ruler, photo.markers.printed_ruler_mm), or markers "
-        f"{abs(grown) * away_mm:.1f} mm {'below' if grown > 0 else 'above'} the face, at {away_mm:.0f} mm from the "
+        f"{abs(grown) * away_mm:.1f} mm {'below' if grown > 0 else 'above'} the face, {away_mm:.0f} mm from the "
         "camera"
     )
     if abs(grown) > MOST_OFF:

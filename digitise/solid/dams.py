@@ -37,7 +37,7 @@ def label_faces(
 
 
 def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> Booleans:
-    """Label the faces in the planes of the block's sides. Return a mask that is True for them, (f,)."""
+    """Label the faces in the planes of the block's sides. Return a mask that is True for these faces, (f,)."""
     normal, labelled = normals(corners_mm), np.zeros(len(label), dtype=bool)
     for side in range(4):
         in_plane = _within(corners_mm[:, :, side % 2], box_mm[side])

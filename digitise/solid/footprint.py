@@ -174,7 +174,7 @@ class Footprint:
 def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     """Prepare the outline for its solid. The tilt may shift walls by up to ``spread_mm`` to either side.
 
-    Raises InputError if the crack is not on the face, or if its ends do not fit the face or each other.
+    Raises InputError if the crack is not on the face, or if an end does not fit the face or the rest of the crack.
     """
     ring, width_mm = outline.outline_mm, outline.mean_width_mm
     traced, crossing_warnings = traced_region(ring, outline.islands_mm)
@@ -248,8 +248,8 @@ def _beyond(
     """Return the run-out of a flat end, and its stopper: the ground beyond a cut, which fills the tilted run-out.
 
     Other parts of the crack, which the tilt moves as in ``swept``, are cut out of the stopper. This includes parts
-    farther than ``near_mm`` that only the tilt takes there. The shorter of the reaches is used if parts are just beyond
-    the end. Raises InputError if the crack touches its own end.
+    farther than ``near_mm`` that only the tilt takes there. The shorter of the two reaches is used if other parts are
+    just beyond the end. Raises InputError if the crack touches its own end.
     """
     (x, y), touching_mm2, width_mm = end.centre_mm, 0.0, np.linalg.norm(end.left_mm - end.right_mm)
     for reach_mm in reaches_mm:

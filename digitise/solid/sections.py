@@ -1,4 +1,4 @@
-"""Compute sections of a cavity: upright ones at the stations of its outline, and horizontal ones at any depth.
+"""Compute upright sections of a cavity at the stations of its outline, and horizontal sections at any depth.
 
 An upright section consists of two straight walls and a floor, less stones. Horizontal sections give the volume of a
 weighed fill, and detect walls that meet.

@@ -55,7 +55,7 @@ BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}
 
 
 class WallsMissingError(InputError):
-    """Raised if too little of the walls is clear to follow them."""
+    """Raised if too few parts of the walls are clear enough to be followed."""
 
 
 class TooThinError(InputError):

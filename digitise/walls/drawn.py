@@ -1,9 +1,10 @@
 """Change the photo where a user drew, so that the walls are then measured where they were drawn.
 
 Everything between the path and a line along a wall, or a stroke over crack, is surely crack. Everything beyond a line
-along a wall, or a stroke over ground, is surely ground. Near a stroke over crack, pixels whose lightness is nearer to
-that under the stroke than to the ground's become crack. Near a stroke over ground, pixels whose lightness is nearer to
-that under the stroke than to the crack's become ground. Therefore a few strokes are enough.
+along a wall, or a stroke over ground, is surely ground. Near a stroke over crack, pixels become crack if their
+lightness is nearer to the lightness under the stroke than to the ground's. Near a stroke over ground, pixels become
+ground if their lightness is nearer to the lightness under the stroke than to the crack's. Therefore a few strokes are
+enough.
 """
 
 from dataclasses import replace
@@ -80,7 +81,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
         between, beyond = (float(np.percentile(part[area], DARKEST)) for area in areas)
         if line.kind == "ground" and beyond < between:
             raise InputError(
-                f"{photo.file}: {line.name}, at {listed(line.place_px[:1])} px has darker ground beyond it than "
+                f"{photo.file}: {line.name}, at {listed(line.place_px[:1])} px, has darker ground beyond it than "
                 "between it and the path. If the crack takes another way, give via_px there."
             )
         if line.kind != "wall":
@@ -123,7 +124,7 @@ def _stroke(shape: tuple[int, ...], line: Floats, width: float) -> Booleans:
 
 
 def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float, warnings: list[Fact]) -> list[_Line]:
-    """Return the drawn lines beside the path, and add a warning for each stroke over ground that is elsewhere.
+    """Return the drawn lines beside the path, and add a warning for each stroke over ground elsewhere.
 
     Raises InputError for a line that leaves the photo, is not on this crack, or crosses it.
     """

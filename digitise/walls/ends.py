@@ -44,7 +44,8 @@ class Traced:
     missing: float = 0.0  # Share of the crack along which one or both walls are missing
     beyond_mm: float = 0.0  # Length of path left out at its ends because a wall is outside the photo
     width_spread: float | None = None
-    """Half the 95 % interval of a dark region's mean width, over that width. None if walls were followed."""
+    """Relative uncertainty of a dark region's mean width: half of its 95 % interval, divided by the width. None if
+    walls were followed."""
     clear_step: Booleans | None = None
     """True for stations with a clear step at the left and at the right wall, (2, n). None if walls are not followed by
     steps."""

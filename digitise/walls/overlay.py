@@ -148,7 +148,10 @@ def _mark_ends(canvas: Canvas, outline: Outline) -> None:
 
 
 def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> None:
-    """Draw the legend, with a scale bar. It is in the corner of the shown part where it hides least of the crack."""
+    """Draw the legend, with a scale bar.
+
+    The legend is in the corner of the shown part in which it hides least of the crack.
+    """
     unit = canvas.unit
     pad, row, swatch = 8 * unit, 17 * unit, 60 * unit
     mm = canvas.scale / outline.mm_per_px

@@ -226,7 +226,7 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
 def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
     """Return the width that dirty edges may have added to a crack, in px.
 
-    It is three times the width of dark in the outer halves of the edges.
+    It is three times the width of crack that would be as dark as the outer halves of the edges together.
     """
     dark = 1 - np.median(light / light[:, [0, -1]].mean(axis=1, keepdims=True), axis=0)
     beside_px = np.abs(places_px) - width_px / 2

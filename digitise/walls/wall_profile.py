@@ -87,7 +87,7 @@ class Patch:
     mm_per_px: float
 
     def light(self, places_px: Floats) -> Floats:
-        """Return the brightness at each position. Beyond the patch it is that of the patch's border."""
+        """Return the brightness at each position. Beyond the patch, the brightness of its border is used."""
         return sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC).astype(float)
 
     def on_sample(self, places_px: Floats, places_mm: Floats) -> Booleans:

@@ -36,7 +36,7 @@ class WeighedFill(Settings):
     """Height of the liquid above the face after each step, measured at the lowest line of the meniscus. It is negative
     below the face, and 0 if the liquid is flush with the face."""
     density_kg_m3: float = Field(default=998.0, ge=500, le=3000)
-    """Density of the liquid. The default is that of water at 20 °C, within 0.2 %."""
+    """Density of the liquid. The default is the density of water at 20 °C, right to 0.2 %."""
     surface_tension_n_m: float = Field(default=0.030, ge=0, le=0.1)
     """Surface tension of the liquid, which lifts the liquid at the walls above the lowest line of its surface. Default:
     water with a drop of detergent. Pure water, with 0.073, wets poorly. Give 0 if the levels are means across the
@@ -54,7 +54,7 @@ class WeighedFill(Settings):
         mass_g, level_mm = self.mass_g or (), self.level_mm or ()
         if kinds not in ([True, False, False], [False, True, True]) or len(mass_g) != len(level_mm):
             raise ValueError(
-                "give either file, a CSV with the columns mass_g and level_mm, or both mass_g and level_mm with a "
+                "give file, a CSV with the columns mass_g and level_mm, or give both mass_g and level_mm with a "
                 "value for every step"
             )
         if fault := _fall({"mass_g": mass_g, "level_mm": level_mm}):

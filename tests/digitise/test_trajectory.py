@@ -155,7 +155,7 @@ def test_the_cavity_s_volume_or_a_share_of_it_is_given_if_asked_for(path, share)
     [
         (20.5, {}, 0.0, "20.5 mm .* 10 and 10 mm"),
         (20.5, {"trim_mm": (18.0, 2.0)}, 0.0, "18 and 2 mm .* 1 mm"),
-        (40.0, {"ramp_mm": 10.5}, 0.0, "ramp_mm is 10.5: .* 20.0 mm.* at most 10, or"),
+        (40.0, {"ramp_mm": 10.5}, 0.0, "ramp_mm is 10.5, .* 20.0 mm.* at most 10, or"),
         (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0}, 0.0, "30.0 mm, leads included.* at most 15"),
         (80.0, {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}, 0.0, "100000 waypoints"),
         # volume_ml has a limit of 1000; "cavity" must not be a way round it.

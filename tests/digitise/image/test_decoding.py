@@ -51,7 +51,7 @@ def deep(path, picture):
 @pytest.mark.parametrize(
     ("name", "write", "says"),
     [
-        ("a.jpg", lambda path, _: path.mkdir(), "no file"),
+        ("a.jpg", lambda path, _: path.mkdir(), "not a regular file"),
         ("a.jpg", lambda path, _: path.touch(), "0 MB"),
         ("a.jpg", lambda path, _: path.write_text("this is not a photo\n" * 50), "JPEG, PNG"),
         ("a.png", lambda path, picture: Image.fromarray(picture[:20]).save(path), "100 x 20"),

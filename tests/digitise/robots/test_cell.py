@@ -141,9 +141,13 @@ def test_errors_of_touch_grow_outside_the_taught_points():
         # The arm hangs.
         (CORNERS, seen(CORNERS, tip_deg=0.0) * [1, -1, -1], "whose z points up"),
         (CORNERS, seen(CORNERS[[0, 2, 1]]), r"do not fit .* are 0\.6\d* times"),
-        (FOUR, seen(FOUR) + np.outer([0, 0, 0, 6], [1, 0, 0]), r"point 4, .*\[160, 40\], .*4\.04 mm off; 0.5"),
-        (NEARLY_A_LINE, seen(NEARLY_A_LINE), r"0\.47 mm of a line"),
-        (np.zeros((3, 2)), seen(np.zeros((3, 2))), "within 0 mm of a line"),
+        (
+            FOUR,
+            seen(FOUR) + np.outer([0, 0, 0, 6], [1, 0, 0]),
+            r"point 4, .*\[160, 40\], .*4\.04 mm off, and at most 0.5",
+        ),
+        (NEARLY_A_LINE, seen(NEARLY_A_LINE), r"0\.47 mm \(RMS\) of a line"),
+        (np.zeros((3, 2)), seen(np.zeros((3, 2))), r"within 0 mm \(RMS\) of a line"),
     ],
 )
 def test_points_that_no_rigid_sample_has_are_refused_by_what_is_wrong(sample_mm, robot_mm, says):

@@ -129,7 +129,7 @@ def test_a_digital_output_is_on_over_the_crack_only():
 @pytest.mark.parametrize(
     ("path", "changes", "says"),
     [
-        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5: .*0\.98\d+ mm.* than 0\.49"),
+        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5, .*0\.98\d+ mm.* than 0\.49"),
         ({"ramp_mm": 5.0}, {"urscript": DIGITAL}, r"one flow or none, .* to 31\d\.\d mm³/s"),
         ({}, {"urscript": {"full_flow_mm3_s": 300.0}}, r"313\.9 mm³/s, .* urscript.full_flow_mm3_s = 300"),
         # The way over the sample.

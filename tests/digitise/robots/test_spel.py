@@ -89,7 +89,7 @@ LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)
     ("path", "changes", "says"),
     [
         ({"spacing_mm": 0.25}, {}, r'the path has \d+ points .* 3 to 200\. Set spel\.motion = "move"'),
-        ({"ramp_mm": 5.0}, {}, r'one speed, .* from 0\.\d+ to 4 mm/s\. Set spel.motion = "move"'),
+        ({"ramp_mm": 5.0}, {}, r'one speed, .* 0\.\d+ to 4 mm/s over the crack\. Set spel.motion = "move"'),
         ({"flow": "cross_section"}, {}, 'one flow, .* Set spel.motion = "move"'),
         ({"flow": "cross_section"}, {"spel": {"motion": "move"}}, "one flow or none, .* axis"),
         ({"speed_mm_s": 0.05}, {}, r"at least 0\.1 mm/s, but the path has 0\.05"),

@@ -76,9 +76,9 @@ def with_marker_2_moved(specimen: Specimen) -> dict:
 @pytest.mark.parametrize(
     ("paint", "changes", "says"),
     [
-        (cover, lambda _: {}, r"found 3 of 8 .* 4 are needed \(missing \[3, 4, 5, 6, 7\]\)"),
+        (cover, lambda _: {}, r"found 3 of 8 .* 4 are needed \(missing: \[3, 4, 5, 6, 7\]\)"),
         (paste, lambda _: {}, "marker 0 is in the photo more than once"),
-        (None, with_marker_2_moved, r"photo\.jpg: markers misfit by 0\.\d+ mm.* marker 2"),
+        (None, with_marker_2_moved, r"photo\.jpg: the markers misfit by 0\.\d+ mm.* marker 2"),
         (None, lambda _: {"face_mm": (900.0, 40.0)}, "face_mm is outside the photo"),
     ],
     ids=["too few", "printed twice", "not where the board says", "face outside the photo"],
@@ -121,7 +121,10 @@ def test_given_corners_give_the_same_scale(specimen, tmp_path):
         (lambda corners_px: np.roll(corners_px, 1, axis=0), r"photo\.jpg: face_corners_px = .* 1\.75 times as wide"),
         (lambda corners_px: corners_px + np.array([[0], [9e5], [0], [0]]), r"face_corners_px = .* \d+ x \d+ px"),
         # On four neighbouring pixels.
-        (lambda _: np.array([[100.0, 102], [103, 102], [103, 100], [100, 100]]), r"is \d+ mm wide; 0\.001 to 2"),
+        (
+            lambda _: np.array([[100.0, 102], [103, 102], [103, 100], [100, 100]]),
+            r"is \d+ mm wide, but only 0\.001 to 2",
+        ),
     ],
     ids=["mirrored", "from another corner", "far off", "centimetres a pixel"],
 )

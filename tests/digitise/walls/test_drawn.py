@@ -204,7 +204,7 @@ def test_ground_that_cuts_off_the_darker_part_is_refused(tmp_path):
     light[151:190] = mortar()[151:190] * 0.35
     photo = photo_of_light(tmp_path, soft(light, 0.8))
     path = CrackPath(np.array([(20.0, 165.0), (480.0, 165.0)]), 55.0, "ends")
-    with pytest.raises(InputError, match="ground_strokes_px, stroke 1, has darker ground beyond it"):
+    with pytest.raises(InputError, match=r"ground_strokes_px, stroke 1, at .* has darker ground beyond it"):
         traced((photo, path), ground=(((100.0, 156.0), (400.0, 156.0)),))
 
 
