@@ -20,8 +20,7 @@ from sealtwin.core.records import Booleans, Floats, Integers
 
 # Limits of a line. Lengths are in cells of the line map.
 #
-# The values were chosen on 127 real photos with masks: in 85 the first line is a crack, in 91 one of the first three
-# is.
+# Chosen on 127 real photos with masks: in 85 the first line is a crack, and in 91 one of the first three is.
 # Lower limits of clearness link cracks with grain and joints.
 LIKELY, SURE = 3.0, 5.0  # Least clearness of a cell that continues a line, and of one that starts it
 # A line's middle has at least this share of the largest clearness in a window of this many cells
@@ -34,7 +33,7 @@ LARGEST_GAP = 0.05  # Longest interruption of a joint over the diagonal, for exa
 BESIDE_JOINT = 16.0  # Cells within this distance of a joint belong to it: its two rims are up to 14 cells apart
 LONGEST_BRIDGE = 20.0  # Longest gap that a line may bridge, for example at a coarse grain or a stain
 FADING = 0.5  # Share of a line's median worth; an end below it is cut off, because it has left the crack
-SAME_CELLS, SAME = 5.0, 0.5  # Two lines are the same if at least this share of one is within this distance of the other
+SAME_CELLS, SAME = 5.0, 0.5  # Two lines are the same if they are this close over at least this share
 
 # Limits of a line that surely is a crack, on the same photos: 48 lines pass them, and each is a crack.
 STRAIGHT, LEAST_LEG = 1.5, 24.0  # Largest distance of a straight leg from its chord, and its least length

@@ -30,7 +30,7 @@ EDGES_FOUND = doubt(
     "the photo shows the edges of the sample, and the crack was searched for only inside them. If the crack is open "
     "at an edge, give face_mm, the size of the face",
 )
-# A path strays from the chosen line if more than this share of it is farther than this many cells from the line
+# A path strays from the chosen line if it is more than this many cells away over more than this share of its length
 FOLLOWS_CELLS, MOST_ASTRAY = 5.0, 0.2
 RUNNER_UP = 0.5  # The user must choose if a second line has more than this share of the first line's score
 ON_CRACK = 3.0  # Clearness of a cell on a crack: the darkest paths through bare ground have 2 on average

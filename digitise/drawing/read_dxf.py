@@ -93,7 +93,7 @@ class Drawing:
                 f"{counted or 'nothing'}. Layers with lines: {', '.join(with_lines) or 'none'}."
             )
         if counted:
-            text = f"{self.file.name}, layer {layer}: these parts were not read: {counted}"
+            text = f"{self.file.name}, layer {layer}: these parts were left out: {counted}"
             self.notes.append(doubt("drawing.left-out", text, layer))
         return self._joined(list(ways.values()), layer)
 

@@ -31,7 +31,7 @@ ROUGHEST_MM = 1.0  # Largest distance of grain and warp from the face's plane: c
 # Number of least-squares fits of the plane: a third fit rotates that of a rough scan by under 0.0001 degrees
 REFINEMENTS = 2
 LEAST_SHARE = 0.5  # Share of the upward surface in one plane from which it is a face
-LEVEL_RAD = 1e-6  # Largest slope of a level face, 0.2 µm over 160 mm: leveling it would only cost exact coordinates
+LEVEL_RAD = 1e-6  # Largest slope of a level face, 0.2 µm over 160 mm: levelling it would only cost exact coordinates
 BELOW_MM = 0.05  # Depth under the face at which the mouth is cut: walls at 11 degrees move by 0.01 mm over it
 # The same depth in multiples of a rough face's RMS: all but 60 in a million of its points are higher
 BELOW_ROUGHNESS = 4.0

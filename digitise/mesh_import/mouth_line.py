@@ -52,7 +52,7 @@ ACROSS, MOST_STEPS = 20, 2000  # Steps along a wall per width, and largest numbe
 STATIONS = 16  # Stations of the outline per width
 # Sigma of the centreline's smoothing, and number of corrections, which keep bends over 1.5 widths
 SMOOTHING, RETURNS = 0.25, 4
-# A path is out of a corner when the circles that fit grow by less than the second number over the first
+# Distance over which the growth of fitting circles is measured, and largest growth per distance outside a corner
 OPENS_OVER, OPENS = 0.25, 0.15
 AHEAD = 2.0  # A crack that ends within this many widths beyond a path from a file ends there; a longer one is cut
 ON_SIDE_MM = 1e-3  # The rim is an opening within this distance of the face's edge

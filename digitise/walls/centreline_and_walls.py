@@ -262,8 +262,8 @@ def _check_found(photo: Photo, strip: Strip, seen: Booleans, span_mm: Span, most
     if missing > most_missing or not seen.any():
         raise WallsMissingError(
             f"{photo.file}: walls were not found along {missing:.0%} of the path (at most {MOST_MISSING:.0%} is "
-            "allowed). Look at the photo for shadows and dirt along the crack, and give ends_px of a clearer part. "
-            "Or draw over what is surely crack and surely ground in crack_strokes_px and ground_strokes_px. Or paint "
+            "allowed). Check the photo for shadows and dirt along the crack, and give ends_px of a clearer part. Or "
+            "draw over what is surely crack and surely ground in crack_strokes_px and ground_strokes_px. Or paint "
             "the crack by hand in photo.mask, for example if the ground is coarse."
         )
     return missing

@@ -23,7 +23,7 @@ from sealtwin.core.solid_figures import EndKind
 
 # Constants of bands and of a darker line. "widths" are crack widths.
 #
-# Chosen on 86 drawn roads. With a lower ``LEAST`` or ``WORTH_SAYING``, or with levels farther apart, more plain roads
+# Chosen on 86 drawn roads. A lower ``LEAST`` or ``WORTH_SAYING``, or levels farther apart, give more false warnings.
 EVERY = 2  # Number of stations from one profile to the next
 SAMPLE = 0.05  # Spacing of samples of a profile in widths, at least 1 px
 REACH = 1.2  # The search extends this many widths beside a wall, plus ``REACH_PX``

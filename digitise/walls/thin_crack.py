@@ -29,8 +29,7 @@ from sealtwin.core.records import Booleans, Floats, Integers
 
 # Assumptions about a thin crack, its camera and its ground. Lengths are in pixels.
 #
-# Set on drawn photos of cracks of 2 to 8 px so that the 95 % intervals hold: on 399 photos drawn later they hold on
-# 381.
+# Set on drawn photos of cracks of 2 to 8 px so that the 95 % intervals hold. They hold on 381 of 399 later photos.
 # A larger ``INNER_LIGHT`` or ``GAMMA_SD`` widens the intervals, and so does a smaller ``STRICTNESS``.
 # Usual upper bound of the light inside a crack over the light next to it, and the bound's softness
 INNER_LIGHT, FADE = 0.2, 0.03

@@ -107,7 +107,7 @@ def test_a_line_with_a_width_is_the_same_crack_as_from_its_points(tmp_path, clos
     assert _volume_mm3(outline) == pytest.approx(_volume_mm3(same), rel=1e-9)
     assert outline.centreline_mm == pytest.approx(same.centreline_mm)
     assert outline.ends == same.ends == ("cut" if closed else "open", "cut")
-    assert any("layer L: these parts were not read: widths of polylines (1)" in note.text for note in drawing.notes)
+    assert any("layer L: these parts were left out: widths of polylines (1)" in note.text for note in drawing.notes)
 
 
 def test_an_island_stands_in_the_crack(tmp_path):
