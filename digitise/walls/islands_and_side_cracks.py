@@ -233,10 +233,7 @@ def with_side_cracks(
         text = f'{_left_out(wide_mm, photo.unit)}. Set branches = "keep" to include side cracks'
         warnings.append(doubt("walls.side-cracks", text, len(wide_mm)))
     if narrow_mm:
-        text = (
-            f"{_left_out(narrow_mm, photo.unit)}, because they are under {least_width_px:g} px wide, too narrow to "
-            "measure"
-        )
+        text = f"{_left_out(narrow_mm, photo.unit)}: under {least_width_px:g} px wide, which is too narrow to measure"
         warnings.append(doubt("walls.narrow-side-cracks", text, len(narrow_mm)))
     return with_doubts(
         outline,
