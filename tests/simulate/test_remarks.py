@@ -38,7 +38,6 @@ THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last 
         ({"U": 30.0, "freeze_after_s": 2.58}, f"U is 30: {LEVELS} until it freezes; viscous flow needs", ""),
         # Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa between rough walls.
         ({"viscosity_pa_s": 1.0, "yield_stress_pa": 15.3}, "yield_stress_pa: a yield stress of 15.3 Pa", HOLDS),
-        ({"U": 30.0, "yield_stress_pa": 15.3}, "yield_stress_pa: a yield stress of 15.3 Pa", "15 Pa"),
         ({"viscosity_pa_s": 1.0, "yield_stress_pa": 30.0, "wall_share": 0.9}, "yield_stress_pa: a yield", HOLDS),
         ({"curve": STANDS}, f"curve: a yield stress of 20 Pa {HOLDS}", ""),
     ],

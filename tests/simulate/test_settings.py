@@ -20,7 +20,6 @@ from tests.support.small_fluids import injected, path, sample_of, sealant, slot
 @pytest.mark.parametrize(
     ("table", "fault"),
     [
-        ({"freeze_after_s": 1.0}, "no viscosity .* U,"),
         ({"U": 1.0, "viscosity_pa_s": 0.1, "freeze_after_s": 1.0}, "U cannot .* viscosity_pa_s"),
         ({"U": 1.0, "freeze_after_s": 0.0}, "freeze_after_s is 0"),
         ({"U": 1.0, "yield_stress_pa": 12.0, "yield_stress_most_pa": 5.0}, "yield_stress_most_pa is 5, .* which is 12"),

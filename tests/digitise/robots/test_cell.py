@@ -60,15 +60,12 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
         (None, "robot_mm = [250.0, 80.0, 55.0]", "robot_mm = [250.0, 80.0, 5e9]", ["taught.1.robot_mm.2", "10000"]),
         (None, '["spel", "csv"]', '["gcode"]', ['formats has "gcode", but there is no [gcode] table']),
         (None, '["spel", "csv"]', '["krl"]', ["formats.0 = 'krl'", "urscript"]),
-        (None, 'dispenser = "output"', 'dispenser = "z"', ["spel: ", "needs output_bit"]),
         (None, "output_bit = 8", "", ["spel: ", "needs output_bit"]),
         (None, "output_bit = 8", "output_bit = 8\naxis_start_mm = 3.0", ["spel: ", "need axis_start_mm"]),
         (None, BY_S[0], BY_S[1], ["spel: ", 'dispenser = "s" ', 'motion = "curve"']),
-        (None, "largest_speed_mm_s = 100.0", "largest_speed_mm_s = nan", ["motion.largest_speed_mm_s = nan", "finite"]),
         (None, SECOND_POINT, "", ["taught: give at least 3 values, not 2"]),
         ("plunger", "# diameter_mm = 20.0 ", "#", ["plunger.diameter_mm is missing"]),
         ("urscript", "# port = 0", "port = 2", ["port is 2: give 0 or 1"]),
-        ("urscript", "# full_flow_mm3_s = 1000.0", "#", [ONLY_ANALOG]),
         ("urscript", '# dispenser = "analog"', 'dispenser = "digital"', [ONLY_ANALOG]),
         ("urscript", "# port = 0", BY_A_VECTOR, ["rotation_vector_rad: no such key"]),
     ],
@@ -135,7 +132,6 @@ def test_errors_of_touch_grow_outside_the_taught_points():
 @pytest.mark.parametrize(
     ("sample_mm", "robot_mm", "says"),
     [
-        (CORNERS, seen(CORNERS) / 25.4, r"0\.03937 times as far apart"),
         (CORNERS, seen(CORNERS * 1.013), r"1\.013 times as far apart"),
         (CORNERS, seen(CORNERS * [1, -1], tip_deg=0.0), "mirrored"),
         # The arm hangs.

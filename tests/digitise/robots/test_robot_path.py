@@ -94,12 +94,9 @@ def test_the_table_is_a_trajectory_in_the_robot_s_frame(tmp_path):
 PATH = placed()
 HOSTILE = [
     "bench\nG1 Z-500 F9000",
-    "bench\r\nMove P999",
     "a ; G28\u2028G1 Z-500",
-    "x\") : Motor Off '",
     "*) (*) ! ? ~ \x18 % $X\x85G0 Z0",
     "'''\"\"\" end\ndef evil():\n",
-    "\x00\x0b\x0c\x1c\x1d\x1e\u2029 G0 Z-9",
 ]
 
 

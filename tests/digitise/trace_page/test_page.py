@@ -332,7 +332,7 @@ def test_whatever_is_refused_says_so_and_leaks_nothing(server, fault):
     assert _ask(server)[0] == 200
 
 
-@pytest.mark.parametrize("request_line", ["GET /{token}/", "GET / ", "PUT /", "nonsense", "GET /{long}"])
+@pytest.mark.parametrize("request_line", ["GET /{token}/", "GET / ", "nonsense"])
 def test_every_answer_carries_the_security_headers(server, request_line):
     """A library's own error page would carry none, and echo what it was sent."""
     line = request_line.format(token=server.gate.token, long="x" * 70_000)

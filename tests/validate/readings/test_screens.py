@@ -75,7 +75,6 @@ FILLED = paper_filling()
 ASKED = {
     "the paper's sheet": (TABLE, {"filling": paper_filling(simulated=Profile(TABLE[:, 0], TABLE[:, 1] + 1.0))}, []),
     "zero among deep readings": (changed({(2, 2): 0.0}), {}, ["C4"]),
-    "two zeros of three": (changed({(2, 2): 0.0, (2, 3): 0.0}), {}, ["C4", "D4"]),
     "-999": (changed({(2, 2): -999}), {"depth_mm": None}, ["C4"]),
     "zero at a filled end": (changed({(i, j): 0.0 for i in (-2, -1) for j in (1, 2, 3)}), {}, []),
     "zero at a steep end": (bed([-9.0, -9.0, -8.5, -8.5, -6.5, 0.0], every_mm=10.0), {}, []),
@@ -98,14 +97,12 @@ ASKED = {
     "levels above the face": (HIGH, {"depth_mm": 8.0}, ["sign"]),
     "depths above the face": (HIGH * [1, -1, -1], {"depth_mm": 8.0, "is_depth": True}, ["sign"]),
     "centimetres under millimetres": (IN_CM, {}, ["unit"]),
-    "centimetres, of three digits": (IN_CM[:, :2], {"digits": 3}, ["unit"]),
     "centimetres, read once": (IN_CM[:, :2], {}, []),
     "centimetres, read once, in a solid": (IN_CM[:, :2], {"filling": FILLED}, ["unit"]),
     "a datum below": (shifted(-3.0), {}, ["datum"]),
     "a datum above": (shifted(5.0), {"filling": FILLED}, ["sign", "datum"]),
     "a declared datum": (shifted(-3.0), {"datum_level_mm": 3.0, "filling": FILLED}, []),
     "places in centimetres": (TABLE / [10, 1, 1, 1], {"filling": FILLED}, ["unit"]),
-    "a third of the crack": (TABLE[:6], {"filling": FILLED}, []),
 }
 
 
