@@ -48,13 +48,6 @@ def photo(specimen, tmp_path_factory):
     return photo_of(specimen, tmp_path_factory.mktemp("photo"))
 
 
-def test_the_path_runs_in_the_crack_from_the_first_end_to_the_second(specimen, photo):
-    path = find_path(photo, specimen.ends_px)
-    assert distance_to(photo.to_mm(path.points_px), specimen.centreline_mm).max() < 0.9
-    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(specimen.ends_px), axis=1).max() < 15
-    assert (path.source, path.width_px) == ("ends", pytest.approx(31, rel=0.15))
-
-
 @pytest.mark.parametrize(
     ("off_px", "says"), [((0, 55), r"5\.\d mm outside the face"), ((-100, -60), "not on a crack: .* away")]
 )
@@ -114,15 +107,6 @@ def plain(tmp_path):
     return photo_of_lines(tmp_path)
 
 
-def test_the_path_is_the_middle_of_the_paint(plain):
-    """Within two cells of the skeleton of a stroke that is drawn on whole pixels, and a width of its ends."""
-    path = find_path(with_paint(plain, strokes(CRACK)), None)
-    assert (path.source, path.warnings, path.width_px) == ("mask", (), pytest.approx(14, abs=2))
-    assert path.points_px[0, 0] < path.points_px[-1, 0]
-    assert distance_to(path.points_px, np.array(CRACK)).max() < 2.5
-    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(CRACK)[[0, -1]], axis=1).max() < 14
-
-
 @pytest.mark.parametrize(
     ("ends_px", "line", "refusal"),
     [
@@ -138,18 +122,6 @@ def test_of_several_pieces_the_largest_is_taken_or_that_of_both_ends_and_it_is_s
         path = find_path(photo, ends_px)
         assert distance_to(path.points_px, np.array(line)).max() < 4
         assert "2 pieces" in path.warnings[0].text
-
-
-@pytest.mark.slow
-def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
-    """On the fine map it is two lines 70 px apart, and one of them was taken."""
-    wave = [(x, round(350 + 20 * np.sin(x / 90 + 350))) for x in range(40, 961, 20)]
-    photo = photo_of_lines(tmp_path, wave, size_px=(1000, 700), width_px=70)
-    (only,) = CrackSearch.of(photo).cracks
-    assert only.width_px == pytest.approx(70, rel=0.2)
-    inner = only.line_px[(only.line_px[:, 0] > 100) & (only.line_px[:, 0] < 900)]
-    assert distance_to(inner, np.array(wave, dtype=float)).max() < 15
-    assert find_path(photo, None).width_px == pytest.approx(70, rel=0.1)
 
 
 def test_a_number_takes_the_crack_of_that_rank(tmp_path):

@@ -11,18 +11,15 @@ from scipy.spatial import KDTree
 
 from digitise.geometry.mesh_topology import check_mesh
 from digitise.geometry.polyline import resampled
-from digitise.mesh_import.import_mesh import UPRIGHT_DEG, import_sample, label_imported, upright, upright_mm
+from digitise.mesh_import.import_mesh import UPRIGHT_DEG, import_sample, upright, upright_mm
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
-from digitise.solid.footprint import lay_out
-from digitise.solid.sections import Slicer
-from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import Triangles
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
-from tests.support.meshes import BLOCK_MM, Mesh, area_mm2, block, box, fine, labelled_mm2, mesh_of, slotted, turned
+from tests.support.meshes import Mesh, block, box, fine, labelled_mm2, mesh_of, slotted, turned
 from tests.support.shapes import OPEN, wandering_crack
 
 
@@ -59,29 +56,6 @@ def test_numbers_become_millimetres(units, mm):
 def test_a_size_that_no_sample_has_is_refused_with_the_units_that_would_fit(longest, units, says):
     with pytest.raises(InputError, match=says):
         upright_mm(corners_of((longest, longest / 4, longest / 8)), settings(units))
-
-
-WALL_MM2, FLOOR_MM2, OUTSIDE_MM2 = 2 * (60 + 4) * 10.0, 60 * 4.0, 4000 + 2 * (100 + 40) * 20
-OPEN_SLOT, DAM = slotted(box((-1.0, 18.0, -10.0), (30.0, 22.0, 1.0))), box((-4.0, 14.0, -20.0), (0.0, 26.0, 5.0))
-
-
-@pytest.mark.parametrize(
-    ("body", "expected_mm2"),
-    [
-        (slotted(), {"TOP": 4000 - FLOOR_MM2, "WALL": WALL_MM2, "FLOOR": FLOOR_MM2, "END": 0, "OUTSIDE": OUTSIDE_MM2}),
-        # A dent of 0.04 mm with upright walls is part of the face, however steep: no room for sealant.
-        (slotted(box((5.0, 5.0, -0.04), (15.0, 15.0, 1.0))), {"TOP": 4000 - FLOOR_MM2 + 40 * 0.04, "WALL": WALL_MM2}),
-        (slotted(box((5.0, 5.0, -3.0), (15.0, 15.0, 1.0))), {"WALL": WALL_MM2 + 40 * 3, "FLOOR": FLOOR_MM2 + 100}),
-        (slotted(box((5.0, 5.0, -21.0), (15.0, 15.0, -19.0))), {"OUTSIDE": OUTSIDE_MM2 + 40 * 1, "WALL": WALL_MM2}),
-        (OPEN_SLOT + DAM, {"END": 4 * 10 + 12 * 5}),
-    ],
-    ids=["slot", "grain", "pit beside the crack", "rough underside", "inside of a dam"],
-)
-def test_each_part_has_its_area(body, expected_mm2):
-    vertices, faces = mesh_of(body)
-    label = label_imported(vertices, faces, (0.0, 0.0, *BLOCK_MM[:2]), 0.05)
-    areas_mm2 = {name: area_mm2(vertices, faces[label == FaceLabel[name]]) for name in expected_mm2}
-    assert areas_mm2 == pytest.approx(expected_mm2)
 
 
 SLOT = mesh_of(slotted())
@@ -131,22 +105,6 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper):
     assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []
 
 
-def test_sections_hold_below_each_level_what_our_own_solid_holds(tmp_path, paper):
-    """To 0.2 % of the cavity, at oblique ends too: layers of 0.3 mm and cells of a twenty-fourth of the width."""
-    outline, solid = paper
-    shape = CrackShape(depth_mm=16.0, tilt="lean")
-    write_solid(tmp_path, solid)
-    settings = MeshInput.model_validate({"file": Path("crack.stl"), "data": "synthetic", "units": "mm"})
-    sections = import_sample(settings, tmp_path).solid.sections
-    slicer = Slicer(lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)
-    for level_mm in (-12.0, -8.0, -3.0, -0.02):
-        depths_mm = np.linspace(-level_mm, 16.0 - 1e-6, 60)
-        expected_mm3 = np.trapezoid([slicer.cavity(depth_mm).area() for depth_mm in depths_mm], depths_mm)
-        below_mm2 = sections.below_at_mm2(sections.s_mm, np.full(len(sections.s_mm), level_mm))
-        below_mm3 = np.trapezoid(below_mm2, sections.s_mm)
-        assert below_mm3 == pytest.approx(expected_mm3, abs=2e-3 * solid.cavity_volume_mm3), level_mm
-
-
 def test_a_file_of_a_solid_needs_its_areas_by_level(tmp_path):
     """Volumes without them would take the walls of the mesh as upright."""
     solid = brought(tmp_path, SLOT).solid
@@ -155,12 +113,6 @@ def test_a_file_of_a_solid_needs_its_areas_by_level(tmp_path):
     write_solid(tmp_path, replace(solid, sections=replace(solid.sections, levels_mm=None, below_mm2=None)))
     with pytest.raises(InputError, match=r"solid\.json: .*sections\.below_mm2"):
         read_solid(tmp_path)
-
-
-def test_a_mesh_that_is_inside_out_is_turned_and_told(tmp_path):
-    back = brought(tmp_path, (SLOT[0], SLOT[1][:, ::-1]))
-    assert back.solid.cavity_volume_mm3 == pytest.approx(2400.0, rel=1e-9)
-    assert [warning.key for warning in back.solid.figures.warnings] == ["mesh.inside-out"]
 
 
 def test_a_mesh_that_crosses_itself_is_refused_by_its_place(tmp_path):

@@ -78,15 +78,6 @@ def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, table, old, new, nam
     assert all(words in str(fault.value) for words in named)
 
 
-def test_what_a_language_needs_is_told_apart(tmp_path):
-    assert [read(tmp_path).missing_for(kind) for kind in LANGUAGES] == [None, None, None, "gcode", "urscript"]
-    changes = ('dispenser = "output"', 'dispenser = "z"'), ("output_bit = 8", "axis_start_mm = -20.0")
-    on_z = read(tmp_path, *uncommented("plunger", "gcode"), *changes)
-    no_plunger = on_z.model_copy(update={"plunger": None})
-    for kind in ("spel", "gcode"):
-        assert (on_z.missing_for(kind), no_plunger.missing_for(kind)) == (None, "plunger")
-
-
 CORNERS = np.array([[0.0, 0.0], [160.0, 0.0], [0.0, 40.0]])
 FOUR = np.vstack([CORNERS, [[160.0, 40.0]]])
 NEARLY_A_LINE = np.array([[0.0, 0.0], [80.0, 1.0], [160.0, 0.0]])
@@ -115,18 +106,6 @@ def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
     assert np.abs(frame.to_robot_mm(flat) - seen(point, turn, tip)).max() < 1e-9
     lifted = frame.to_robot_mm(flat + np.array([0, 0, 3.0]))
     assert lifted - frame.to_robot_mm(flat) == pytest.approx(np.tile(3.0 * frame.normal, (5, 1)))
-
-
-def test_errors_of_touch_grow_outside_the_taught_points():
-    """Square to the face, against a thousand simulated teachings; the leverage formula is exact for a plane."""
-    points_mm = np.array([[80.0, 20.0, 0.0], [80.0, 100.0, 0.0]])
-    touched_mm = seen(FOUR, 0.0, 0.0) + np.random.default_rng(1).normal(0, 0.1, (1000, 4, 3))
-    heights_mm = [fitted(FOUR, robot_mm, limit_mm=9.0).to_robot_mm(points_mm)[:, 2] for robot_mm in touched_mm]
-    spread = np.std(heights_mm, axis=0) / 0.1
-    frame = fitted(FOUR, seen(FOUR))
-    # 1000 draws know a standard deviation to 2 %; three of them. Of several points it is the largest.
-    assert frame.error_growth(points_mm[:1, :2]) == pytest.approx(spread[0], rel=0.07)
-    assert frame.error_growth(points_mm[:, :2]) == pytest.approx(spread[1], rel=0.07)
 
 
 @pytest.mark.parametrize(
@@ -192,13 +171,6 @@ def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, wor
     warnings = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
     assert len(warnings) == bool(words)
     assert all(word in warnings[0] for word in words)
-
-
-def test_equal_weighings_show_no_interval(tmp_path):
-    """A scale with a coarse digit. Broken on purpose, the path's flow is known to 0 %, without a word."""
-    table = scattered(tmp_path, 0.0)
-    assert table.error_95 is None
-    assert "show no scatter" in table.warnings[0]
 
 
 def scattered(folder: Path, off: float) -> PumpTable:

@@ -1,27 +1,20 @@
-import io
 import json
 import re
 import tomllib
 from pathlib import Path
 
 import numpy as np
-import pypdf
 import pytest
 
 from digitise.geometry.polyline import coverage, rectangle
 from digitise.image.raster import blurred
-from digitise.photo import Photo, load_photo, read_pixels
-from digitise.scale import marker_scale
+from digitise.photo import Photo, load_photo
 from digitise.scale.marker_scale import (
     BOARD_MM,
-    CUT_GREY,
-    CUT_MM,
     PRINT,
     board_around,
     board_toml,
     check_level,
-    corners_mm,
-    find_markers,
     frame_pdf,
 )
 from digitise.scale.view import View
@@ -81,21 +74,6 @@ def test_a_bent_photo_is_measured_like_a_straight_one(bent, bent_photo, load):
         assert photo.scale_residual_mm < 0.01
 
 
-def test_a_lens_that_is_not_wanted_is_not_fitted(load):
-    """Straight markers cannot be laid over bent ones: they miss by twice what is allowed, and the lens is offered."""
-    with pytest.raises(InputError, match=r"photo\.jpg: markers misfit by 0\.\d+ mm.* lens"):
-        load(lens="none")
-
-
-def test_tilt_and_uncertainty_of_a_photo_are_told(load):
-    """The camera leans by 4 degrees about x and 2 about y. The frame's callipered size is most of what is unsure."""
-    photo = load(camera_distance_mm=262.0)
-    assert photo.camera_tilt_deg == pytest.approx(4.47, abs=0.2)
-    span_mm = np.hypot(70 + 28 + 16, 40 + 28 + 16)
-    assert photo.scale_uncertainty is not None
-    assert BOARD_MM / span_mm <= photo.scale_uncertainty < 2 * BOARD_MM / span_mm
-
-
 def test_markers_below_the_face_or_printed_smaller_make_the_scale_unsure(bent, bent_photo, load):
     """As they would look 5 mm lower at 262 mm: 1.9 % larger. The edges of the face give them away.
 
@@ -146,21 +124,6 @@ def photo(specimen, tmp_path_factory):
     return photo_of(specimen, tmp_path_factory.mktemp("photo"))
 
 
-def test_corners_lie_where_they_were_drawn(specimen, photo):
-    """To a tenth of a pixel, upper left first, then clockwise; OpenCV's own are 0.2 px inside, its plain ones 0.5."""
-    corners_px = find_markers(photo, "4x4_50", set(range(8)))
-    for marker in specimen.board.markers:
-        true_px = specimen.to_px(marker_scale.corners_mm(specimen.board, marker))
-        assert np.abs(corners_px[marker.id] - true_px).max() < 0.1
-
-
-def test_markers_on_white_cards_are_found_on_a_dark_bench(tmp_path):
-    """By OpenCV's own parameters, a card passes for its marker: six of these eight are lost."""
-    dark = make_specimen(1, Recipe(**SMALL_FACE, board=0.05, gap_mm=0.0, mm_per_px=0.2))
-    photo = photo_of(dark, tmp_path)
-    assert set(find_markers(photo, "4x4_50", set(range(8)))) == set(range(8))
-
-
 FACE_MM = (160.0, 40.0)
 PX_PER_MM = 6.0
 
@@ -192,21 +155,6 @@ def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it
     assert (photo.scale_residual_mm or 1.0) < 0.01
 
 
-def test_the_opening_lies_between_the_markers_as_the_table_says(page, tmp_path):
-    """Its lower left corner is the origin of the table, and its line lies within it, to be cut away."""
-    board = board_around(FACE_MM, 16.0, "4x4_50", 8)
-    ((*cut_mm, _),) = [bar for bar in page.bars if bar[4] == pytest.approx(CUT_GREY / 255, abs=1e-3)]
-    low_mm = np.array(cut_mm[:2]) - CUT_MM / 2
-    assert np.array(cut_mm[2:]) + CUT_MM == pytest.approx(FACE_MM, abs=5e-3)
-    file = write_png(tmp_path / "scan.png", page.light(PX_PER_MM))
-    scan = read_pixels(PhotoInput(file=file, data="synthetic", mm_per_px=1), tmp_path)
-    corners_px = find_markers(scan, "4x4_50", set(range(8)))
-    for marker in board.markers:
-        place_mm = (corners_px[marker.id] + 0.5) / PX_PER_MM
-        place_mm[:, 1] = page.size_mm[1] - place_mm[:, 1]
-        assert place_mm - low_mm == pytest.approx(corners_mm(board, marker), abs=0.01)
-
-
 def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
     (line,) = [bar for bar in page.bars if bar[2] == pytest.approx(100, abs=5e-3) and bar[3] < 1]
     bars = np.array([bar[:4] for bar in page.bars])
@@ -214,14 +162,6 @@ def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
     assert len(marks) == 11
     assert (marks[:, 0].min(), (marks[:, 0] + marks[:, 2]).max()) == pytest.approx((line[0], line[0] + 100), abs=5e-3)
     assert np.diff(np.sort(marks[:, 0] + marks[:, 2] / 2)[1:-1]) == pytest.approx(10, abs=5e-3)
-
-
-def test_a_viewer_is_asked_to_print_unscaled_and_the_same_page_is_the_same_file():
-    """A frame printed again is recognised as the file that exists: no date, no random names."""
-    reader = pypdf.PdfReader(io.BytesIO(frame_of()), strict=True)
-    assert reader.viewer_preferences is not None
-    assert reader.viewer_preferences.print_scaling == "/None"
-    assert frame_of() == frame_of()
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from digitise.scale.view import MOST_SPREAD_DEG, find_tilt, fit_corners, fit_markers
+from digitise.scale.view import fit_markers
 from tests.support.marker_boards import board_around, camera, face_grid_mm, places_mm
 from tests.support.photos import rms
 
@@ -38,51 +38,3 @@ def test_the_spread_of_the_scale_is_honest():
         stated.append(fit.spread_of_scale(grid_px))
         errors.append(rms(fit.view.mm_per_px_at(grid_px) / exact.mm_per_px_at(grid_px) - 1))
     assert 0.5 < rms(np.array(stated)) / rms(np.array(errors)) < 2
-
-
-def test_the_spread_by_clicks_is_honest():
-    """Four corners have no misfit to judge by: what is known of clicks stands in. Exact but for curvature."""
-    rng = np.random.default_rng(3)
-    view, corners_mm = camera(), np.array([[0.0, 0], [160, 0], [160, 40], [0, 40]])
-    places_px = view.to_px(face_grid_mm())
-    exact = fit_corners(view.to_px(corners_mm), corners_mm, 1.0)
-    true = []
-    for _ in range(2 * RUNS):
-        clicked_px = view.to_px(corners_mm) + rng.normal(0, 1.0, (4, 2))
-        fit = fit_corners(clicked_px, corners_mm, 1.0)
-        true.append(rms(fit.view.mm_per_px_at(places_px) / exact.view.mm_per_px_at(places_px) - 1))
-    stated = exact.spread_of_scale(places_px)
-    assert 0.8 < stated / rms(np.array(true)) < 1.25
-
-
-DISTANCE_MM = 262.0
-
-
-def pose_of(tilt_deg, noise_px=0.05, by_focal=False, by_distance=False, seed=1) -> tuple[float | None, float | None]:
-    """Distance in mm and tilt in degrees."""
-    view, true_mm = camera(tilt_deg), places_mm(board_around())
-    seen_px = view.to_px(true_mm) + np.random.default_rng(seed).normal(0, noise_px, true_mm.shape)
-    middle_px = view.to_px(np.array([[80.0, 20.0]]))[0]
-    fit = fit_markers(seen_px, true_mm, view.size_px, lens_wanted=False)
-    return find_tilt(fit, middle_px, view.focal_px if by_focal else None, DISTANCE_MM if by_distance else None)
-
-
-def true_tilt_deg(tilt_deg):
-    """The synthetic camera leans about x, and half as much about y."""
-    return np.degrees(np.arccos(np.cos(np.radians(tilt_deg)) * np.cos(np.radians(tilt_deg / 2))))
-
-
-@pytest.mark.parametrize("sources", [{"by_focal": True}, {"by_distance": True}], ids=["focal", "distance"])
-@pytest.mark.parametrize("tilt_deg", [0.0, 15.0])
-def test_tilt_and_distance_of_a_camera_are_found(tilt_deg, sources):
-    """To 0.15 degrees at up to 5, and 2.5 % of the distance; corners are seen to 0.05 px."""
-    distance_mm, seen_deg = pose_of(tilt_deg, **sources)
-    assert seen_deg == pytest.approx(true_tilt_deg(tilt_deg), abs=0.15, rel=0.025)
-    assert distance_mm == pytest.approx(DISTANCE_MM, rel=0.025)
-
-
-def test_a_tilt_is_not_stated_without_a_distance_or_if_noise_hides_it():
-    assert pose_of(5.0) == (None, None)
-    assert pose_of(5.0, noise_px=30.0, by_distance=True) == (DISTANCE_MM, None)
-    sure = [pose_of(5.0, noise_px=1.0, by_focal=True, seed=seed)[1] for seed in range(10)]
-    assert max(abs(tilt_deg - true_tilt_deg(5.0)) for tilt_deg in sure if tilt_deg) < 2 * MOST_SPREAD_DEG

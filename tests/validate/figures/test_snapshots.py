@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.patches import PathPatch
 from PIL import Image, ImageSequence
 
 from sealtwin.core.errors import InputError
@@ -16,7 +15,6 @@ from validate.figures.snapshots import (
     FILM_DPI,
     Snapshot,
     draw_fill,
-    draw_health,
     draw_sections,
     write_film,
     write_gallery,
@@ -42,39 +40,6 @@ def test_the_fill_shows_every_moment_by_speed_or_by_age_on_a_common_scale(scene,
             assert limits in (discs.norm, discs.get_clim())
 
 
-def axes_box(axes, box):
-    return axes.transAxes.inverted().transform_bbox(box).extents
-
-
-def area(ring):
-    x, y = np.asarray(ring).T
-    return 0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
-
-
-def test_a_snapshot_has_a_unit_on_every_axis_and_hides_what_the_face_hides(scene, frames):
-    frame = frames[-1]
-    figure = Snapshot(scene).draw(frame)
-    by_age, by_speed, top, *sections, ages, speeds = axes_of(figure)
-    assert "t = 10.00 s" in by_age.get_title(loc="left")
-    for axes in (by_age, by_speed, top, *sections):
-        assert axes.get_xlabel().endswith("(mm)")
-        assert axes.get_aspect() == 1.0
-    assert (ages.get_ylabel(), speeds.get_ylabel()) == ("age (s)", "speed (mm/s)")
-    assert ages.get_ylim() == (0.0, frame.age_s.max())
-    under, over = top.collections
-    (mortar,) = [patch for patch in top.patches if isinstance(patch, PathPatch)]
-    assert under.get_zorder() < mortar.get_zorder() < over.get_zorder()
-    assert len(np.asarray(under.get_offsets())) + len(np.asarray(over.get_offsets())) == len(frame.age_s) - 1
-    # Its second ring goes round the other way: a hole where the crack is.
-    face, crack = mortar.get_path().to_polygons(closed_only=True)
-    assert np.sign(area(face)) == -np.sign(area(crack))
-    assert abs(area(crack)) == pytest.approx(40 * 3.1, rel=0.01)
-    # Its clip is in the place of the axes', beside which nothing must be painted.
-    clip = mortar.get_clip_box()
-    assert clip is not None
-    assert axes_box(top, clip) == pytest.approx(np.clip(axes_box(top, clip), 0, 1), abs=1e-6)
-
-
 def test_the_nozzle_stands_where_it_is_then_and_many_moments_are_thinned_to_a_page(scene, evidence, frames):
     """It is gone after its path."""
     path = evidence.trajectory
@@ -98,22 +63,6 @@ def test_snapshots_of_one_run_have_one_layout(scene, frames, tmp_path, monkeypat
     last, *others = (f"snapshots/{name}" for name in reversed(named))
     assert write_gallery(tmp_path, named, scene, {}) == ["health", last, *others]
     assert laid_out == [last]
-
-
-def test_a_snapshot_shows_nothing_of_the_one_before(scene, frames):
-    snapshot = Snapshot(scene)
-    snapshot.draw(frames[-1])
-    once, after = Snapshot(scene).draw(frames[0]), snapshot.draw(frames[0])
-    for figure in (once, after):
-        figure.set_layout_engine("none")
-    assert as_picture(once, 50).tobytes() == as_picture(after, 50).tobytes()
-
-
-def test_health_shows_per_cent_and_the_zero_of_what_must_stay_zero(health):
-    compression, _, lost, *_ = axes_of(draw_health(health))
-    assert np.nanmax(np.asarray(compression.lines[0].get_ydata(), float)) == pytest.approx(3.0)
-    assert compression.get_ylabel() == "compression (%)"
-    assert lost.get_ylim() == (0.0, 1.0)
 
 
 def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path, monkeypatch):

@@ -4,24 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.evidence import axes_of, heights
-from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_top_view, render
-
-
-def places(axes):
-    return np.asarray(axes.collections[-1].get_offsets())
-
-
-def test_the_side_view_shows_all_but_what_spilled_at_s_and_z(evidence):
-    figure = draw_side_view(evidence.run, evidence.outline, evidence.solid, evidence.profile)
-    axes, bar = axes_of(figure)
-    stays = ~evidence.run.spilled
-    # The slot of this trial runs along x from the origin, so s is x.
-    position_mm = evidence.run.position_mm[stays]
-    order = np.argsort(-np.abs(position_mm[:, 1]), kind="stable")
-    assert places(axes) == pytest.approx(position_mm[order][:, [0, 2]], abs=0.06)
-    assert np.asarray(axes.collections[-1].get_array()) == pytest.approx(evidence.run.age_s[stays][order])
-    assert axes.get_aspect() == 1.0
-    assert (axes.get_xlabel()[-4:], axes.get_ylabel(), bar.get_xlabel()) == ("(mm)", "z (mm)", "age (s)")
+from validate.figures.solid_pictures import draw_top_view, render
 
 
 def test_the_top_view_is_not_mirrored_and_walls_end_where_the_sample_does(evidence):
@@ -38,40 +21,12 @@ def test_the_top_view_is_not_mirrored_and_walls_end_where_the_sample_does(eviden
         assert axes.transData.inverted().transform_bbox(clip).extents == pytest.approx(evidence.solid.block_mm)
 
 
-def test_sections_show_a_slice_of_one_diameter(evidence):
-    figure = draw_sections(evidence.run, evidence.outline, evidence.solid)
-    assert [axes.get_title(loc="left") for axes in axes_of(figure)] == ["s = 8 mm", "s = 20 mm", "s = 32 mm"]
-    slope_mm = [places(axes)[:, 1].max() for axes in axes_of(figure)]
-    assert slope_mm[0] < slope_mm[1] < slope_mm[2]
-    for axes in axes_of(figure):
-        assert np.abs(places(axes)[:, 0]).max() < 3.1 / 2
-        assert len(axes.patches) == 1
-
-
 RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
 def square_at(z: float, half: float):
     corners = np.array([[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]])
     return corners, np.array([[0, 1, 2], [0, 2, 3]])
-
-
-def stacked(low_first: bool):
-    """A small red square_at over a large green one."""
-    (low, faces), (high, _) = square_at(0.0, 2.0), square_at(1.0, 1.0)
-    vertices = np.vstack([low, high] if low_first else [high, low])
-    colour = np.array([GREEN, GREEN, RED, RED] if low_first else [RED, RED, GREEN, GREEN])
-    return vertices, np.vstack([faces, faces + 4]), colour
-
-
-def test_the_nearer_plate_hides_the_farther_in_any_order():
-    for low_first in (True, False):
-        picture = render(*stacked(low_first), azimuth_deg=0, elevation_deg=90, width_px=80)
-        assert picture.shape == (80, 80, 4)
-        assert picture[40, 40, 0] > 200 > 10 > picture[40, 40, 1]
-        assert picture[5, 40, 1] > 200 > 10 > picture[5, 40, 0]
-        share = np.mean(picture[..., 0] > 100)
-        assert abs(share - 0.25) < 0.01
 
 
 def test_the_view_turns_with_the_viewer_and_up_is_up():

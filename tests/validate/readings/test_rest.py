@@ -60,14 +60,6 @@ def test_a_text_that_may_change_readings_is_quoted_once(read, doubts_of, text, e
         assert read(text, as_written=tuple(entry[1:] for entry in entries)).questions == ()
 
 
-def test_a_remark_is_quoted_beside_its_readings(doubts_of):
-    (doubt,) = doubts_of(NOTED.format("Bemerkung", "", "Ausreißer", ""))
-    (other,) = doubts_of(f"xyz\nalle Werte in Zoll\n{H}\n{ROWS}")
-    assert (doubt.stops, other.stops) == (False, True)
-    assert other.finding.index("Zoll") < other.finding.index("xyz")
-    assert "C3 'Ausreißer' beside 5 2" in doubt.finding
-
-
 def _colour(sheet: Any, *cells: str) -> None:
     for cell in cells:
         sheet[cell].fill = PatternFill("solid", fgColor="FFFF0000")
@@ -107,12 +99,6 @@ def test_marks_and_texts_of_a_workbook_are_asked_about(tmp_path, change, declare
     assert {doubt.kind: doubt.answers["as_written"] for doubt in doubts} == entries
     confirmed = tuple(entry for doubt in doubts for entry in doubt.answers["as_written"])
     assert not read_readings(path, Declared(**declared, as_written=confirmed)).questions
-
-
-def test_a_zero_that_is_no_face_is_answered_by_the_datum(read):
-    text = H + "\n" + "".join(f"{s};{-4 - s / 100}\n" for s in range(0, 12, 2))
-    assert {doubt.kind for doubt in read(text, 20.0).questions} == {"sign"}
-    assert not read(text, 20.0, datum="caliper_base", datum_level_mm=-5.0).questions
 
 
 S = np.arange(0, 60, 4)
@@ -170,26 +156,3 @@ def test_one_round_of_answers_is_enough(doubts_of, text, kinds):
     assert {doubt.kind for doubt in doubts} == kinds
     assert all(doubt.answers for doubt in doubts)
     assert doubts_of(text, 20.0, 60.0, **answered(doubts, own=ranges)) == ()
-
-
-def test_what_only_the_user_knows_is_left_open(doubts_of):
-    (doubt,) = doubts_of(NO_WAY + _rows(), 20.0, 60.0)
-    words = {"trial": "readings.quantity = ...", "pairing": "sign = ...", "python": "quantity=..."}
-    assert all(text in doubt.in_words(reader) for reader, text in words.items())
-
-
-NO_ANSWER = {
-    "places that are no numbers": "Stelle [mm];Tiefe [mm]\n" + _rows("P{s};{a}"),
-    "two units in a column": "s [mm];Tiefe\n" + _rows("{s};{a} mm", {3: "12;0.31 cm"}),
-}
-
-
-@pytest.mark.parametrize("text", NO_ANSWER.values(), ids=NO_ANSWER)
-def test_what_no_answer_settles_says_what_to_do_to_the_file(doubts_of, text):
-    doubts = doubts_of(text, 20.0, 60.0)
-    unsettled = [doubt for doubt in doubts if not doubt.answers]
-    assert unsettled
-    assert all(doubt.remedy for doubt in unsettled)
-    assert {doubt.kind for doubt in doubts_of(text, 20.0, 60.0, **answered(doubts))} == {
-        each.kind for each in unsettled
-    }

@@ -76,13 +76,6 @@ def test_rows_that_may_mean_something_else_are_asked_about(doubts_of, text, decl
     assert brief([doubt for doubt in doubts_of(text, 10.0, **declared) if doubt.kind != "outlier"]) == questions
 
 
-def test_one_mistake_in_many_rows_is_one_question(doubts_of):
-    text = H + "".join(f"{s / 100};{'x' if s % 3 else 1}\n" for s in range(900))
-    (doubt,) = doubts_of(text)
-    assert len(doubt.cells) == 600
-    assert len(str(doubt)) < 500
-
-
 def test_rows_and_arrays_are_a_sheet():
     rows = [["s_mm", "depth_1_mm", "depth_2_mm"], [0, 1.0, np.float32(1.5)], [np.int64(5), 2, float("nan")], [9, None]]
     profile = readings_of(grid_of_rows("readings", rows), Declared())
@@ -121,11 +114,6 @@ def test_another_quantity_has_its_mean_over_the_stations_that_are_read(read, tex
     profile = read(text, columns={"skip": [4]}, decimal="comma")
     assert {name: (mean.value, mean.unit, mean.stations) for name, mean in profile.means.items()} == means
     assert brief(profile.questions) == asked
-
-
-def test_words_behind_a_value_of_another_quantity_are_asked_about(read):
-    with pytest.raises(SheetFaults, match=r"does this change the readings.*C2 '20 alles in cm'"):
-        read(CELLS_OF.format("Temp. [°C]", "20 alles in cm", "22"), columns={"skip": [4]}, decimal="comma")
 
 
 TEXTS = ";s_mm;depth_mm;0;5;1,5;n. m.;Mittel;# x;Riss 2;1 mm;7.5;x;Probe;Wdh;2 %"

@@ -95,12 +95,3 @@ def test_places_of_numbered_stations_are_declared(read):
     text = "Ort;Tiefe [mm]\n1;1,5\n2;2\n3;3\n"
     assert read(text, columns={"places": [0, 10]}).s_mm.tolist() == [0, 5, 10]
     assert read(text, columns={"places": [0, 4, 10]}).s_mm.tolist() == [0, 4, 10]
-
-
-def test_the_roles_of_columns_are_shown(read):
-    text = "Nr.;s [mm];Tiefe 1 [mm];Tiefe 2 [mm];Foto\n1;0;1,5;1,6;a1\n2;5;2;2,1;a2\n"
-    assert read(text, columns={"levels": ["D"]}).understood.roles[2] == ("C", "not read")
-    understood = read(text).understood
-    down = [("C", "depth downward, mm"), ("D", "depth downward, mm")]
-    assert understood.roles == (("A", "not read"), ("B", "s, mm"), *down, ("E", "not read"))
-    assert (understood.header, understood.read) == ({1}, {(row, column) for row in (2, 3) for column in (1, 2, 3)})

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.facts import texts
-from tests.support.evidence import axes_of
-from validate.report.chapters import Paragraph, Plate, chapters, fill_plates, first_figure
+from validate.report.chapters import Paragraph, Plate, chapters, first_figure
 from validate.report.write_report import report_data
 from validate.settings import Uncertainty
 from validate.uncertainty.computed import Effect, Spread
@@ -42,13 +41,6 @@ def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(eviden
     data: Any = report_data(evidence)
     assert texts(data.uncertainty) == words.sentences
     assert [part.mean_level_mm for part in data.prediction.parts] == pytest.approx([0.098], rel=0.01)
-
-
-def test_a_report_shows_the_fill_where_the_run_left_snapshots(evidence, frames):
-    plain, filled = (list(fill_plates(replace(evidence, frames=moments))) for moments in ((), tuple(frames)))
-    (fill,) = [plate for plate in filled if plate.caption not in {each.caption for each in plain}]
-    assert "as in the paper's Fig. 6" in fill.caption
-    assert len(axes_of(fill.draw())) == 3 + 1
 
 
 def test_figures_of_the_report_have_room_for_all_that_they_show(evidence, frames):
