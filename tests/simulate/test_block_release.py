@@ -1,5 +1,6 @@
 """A block of fluid let go: its volume, its walls, and where it ends."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,21 @@ def test_fluid_keeps_its_volume_and_stays_between_its_walls(onto):
     if onto == "open":
         sides = [np.quantile(side, 0.998) for side in (x + 10, -x - 10, y, -y)]
         assert np.ptp(sides) < 0.06 * np.mean(sides)
+
+
+def test_a_seed_scatters_a_release_and_a_slope_lets_it_run_downhill():
+    release_of = partial(released, PASTE | {"yield_stress_pa": 4.0}, onto="channel", duration_s=0.2)
+    level, same, other = (release_of(seed=seed) for seed in (3, 3, 4))
+    assert np.array_equal(level.position_mm, same.position_mm)
+    assert not np.array_equal(level.position_mm, other.position_mm)
+    down, up = (release_of(slope=SampleSlope(gradient_deg=angle)).front_mm[-1] for angle in (-15.0, 15.0))
+    assert down > up + 5
+
+
+def test_a_channel_is_closed_at_its_end():
+    thin = released({"viscosity_pa_s": 0.1}, onto="channel", ahead_mm=20.0, duration_s=1.0)
+    assert thin.front_mm[-1] == pytest.approx(20.0, abs=1.0)
+    assert thin.height_mm[-1] == pytest.approx(10.0, abs=2.0)
 
 
 @pytest.mark.parametrize(

@@ -163,6 +163,12 @@ def test_a_yield_stress_that_is_not_solved_for_is_refused_with_one_that_is(key, 
     solved_as(fluid(**asked | allowed), solver, FRAME_S, 1000)
 
 
+def test_a_curve_too_thick_to_compute_is_refused():
+    stiff = fluid(curve={"age_s": [0, 1], "viscosity_pa_s": [1, 1e4]}, density_kg_m3=1.0)
+    with pytest.raises(InputError, match=r"fluid\.curve reaches 10000"):
+        solved_as(stiff, Solver(), FRAME_S, 1000)
+
+
 @pytest.mark.parametrize(
     "asked",
     [

@@ -1,6 +1,7 @@
 """Outlines of known shape, made without any photo: for the tests of every stage that needs a crack."""
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -129,6 +130,17 @@ def random_crack(
         for _ in range(2)
     )
     return _between(centre, half_left, half_right, ends, None)
+
+
+def reversed_path(outline: Outline) -> Outline:
+    """The same crack, walked from its other end."""
+    return outline_between(
+        outline.centreline_mm[::-1],
+        outline.right_wall_mm[::-1],
+        outline.left_wall_mm[::-1],
+        cast(tuple[EndKind, EndKind], outline.ends[::-1]),
+        outline.face_mm,
+    )
 
 
 def level_floor(depth_mm: float, width_mm: float = 3.0, length_mm: float = 80.0) -> Sections:

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from sealtwin.core.files import as_json
-from tests.support.evidence import make_evidence, slope
+from tests.support.evidence import axes_of, heights, make_evidence, slope
 from validate.compare import assess
+from validate.figures.levels import draw_uncertainty
 from validate.report.chapters import uncertainty_tables
 from validate.result import Evidence
-from validate.settings import Readings, Uncertainty
+from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
 
 SHEET = Readings(file=Path("caliper.csv"), data="measured", role="held-out", limit_mm=0.0)
@@ -43,6 +44,23 @@ def all_of(evidence: Evidence, declared: Uncertainty = NO_PASSES, runs: Spread |
     return assess(evidence, SHEET, declared, runs)
 
 
+def metrics(evidence: Evidence, declared: Uncertainty = NO_PASSES, runs: Spread | None = None, **changes):
+    comparison = assess(evidence, SHEET.model_copy(update=changes), declared, runs)
+    return json.loads(as_json(comparison.model_dump()))
+
+
+@pytest.fixture(scope="module")
+def varied(evidence):
+    """With three runs of three sizes."""
+    return metrics(evidence, runs=spread())
+
+
+@pytest.fixture(scope="module")
+def lifted(evidence):
+    """With an input that moves the level besides."""
+    return metrics(evidence, Uncertainty(volume_ml=0.1), spread(effects=[LIFTED]))
+
+
 def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(evidence):
     """The particles fill 3 % more than was dispensed, in a slot of 40 x 3.1 mm, of which some left."""
     fuller = replace(evidence, volume_ratio=1.03)
@@ -59,6 +77,35 @@ def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(e
     assert rows["part of the bias due to volume gained by the numerics (negative: lost)"] == f"+{level_mm:.3f} mm"
 
 
+def test_the_fast_model_is_a_baseline_if_it_fits(evidence):
+    """The particles are 0.5 mm too high; a component of the band it is not, which is for the model's own error."""
+    both, alone = (all_of(evidence, runs=replace(spread(), fast_mm=fast_mm)) for fast_mm in (slope(S_MM) + 0.2, None))
+    assert {one.name: one.mean_error_mm for one in both.baselines}["the fast model"] == pytest.approx(0.2)
+    assert "The fast model (0.20 mm) is nearer" in both.verdict
+    assert [one.name for one in both.baselines if one not in alone.baselines] == ["the fast model"]
+    assert both.uncertainty.mean_level == alone.uncertainty.mean_level
+
+
+def test_only_declared_inputs_count_and_the_others_are_named(evidence, lifted, varied):
+    """A volume that lifts all by 0.3 mm. One that no run has moved yet is missing."""
+    figures = lifted["uncertainty"]
+    assert figures["stations"]["inputs_mm"] == pytest.approx([0.98 * 0.3] * 9, rel=2e-3)
+    assert [one["name"] for one in figures["inputs"]] == ["volume_ml"]
+    assert "speed_mm_s" in figures["inputs_left_out"]
+    assert "volume_ml" not in figures["inputs_left_out"]
+    assert varied["uncertainty"]["mean_level"]["inputs_mm"] is None
+    waiting = metrics(evidence, Uncertainty(speed_mm_s=0.1, volume_ml=0.1), spread(effects=[LIFTED]))["uncertainty"]
+    assert "not assessed" in waiting["findings"][0]["text"]
+
+
+def test_a_gate_within_the_interval_is_in_doubt(evidence):
+    """The mean error is 0.46 to 0.54 mm. Seen to fail with the interval kept from the judgement."""
+    comparison: Any = assess(evidence, SHEET, NO_PASSES, None, Gate(mean_error_mm=0.51))
+    assert (comparison.outcome, comparison.passed) == ("undecided", True)
+    assert comparison.findings == comparison.uncertainty.findings
+    assert "not assessed" in comparison.findings[0].text
+
+
 def test_what_the_runs_left_survives_its_file():
     written = as_json(spread(effects=[LIFTED], scatter_mm=0.02).content())
     assert json.loads(written)["effect_scatter_mm"] == 0.02
@@ -68,3 +115,13 @@ def test_what_the_runs_left_survives_its_file():
         level_mm.pop()
     with pytest.raises(ValueError, match="the levels of a run and s_mm differ in length"):
         Spread.of(broken)
+
+
+def test_the_figure_shows_each_station_and_each_part(evidence):
+    figures, alone = (all_of(evidence, Uncertainty(), runs).uncertainty for runs in (spread(effects=[LIFTED]), None))
+    figure = draw_uncertainty(figures.stations)
+    upper, lower = axes_of(figure)
+    assert sum(len(heights(line)) for line in upper.lines if line.get_marker() == "o") == 9
+    assert len(lower.lines) == 4
+    (_, lower) = axes_of(draw_uncertainty(alone.stations))
+    assert len(lower.lines) == 1, "the readings are all that is known"

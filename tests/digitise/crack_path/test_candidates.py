@@ -47,6 +47,12 @@ def test_a_line_that_may_be_no_crack_is_asked_about(tmp_path, picture, doubt):
     assert search.path(1).source == "choice"
 
 
+@pytest.mark.parametrize("other", [with_patch, with_joint])
+def test_a_crack_is_before_an_edge_and_a_joint(tmp_path, other):
+    search = search_of(tmp_path, other(with_crack(mortar(), CRACK, 5)))
+    assert distance_to(search.cracks[0].line_px, np.array(CRACK, dtype=float)).max() < 12
+
+
 def test_a_line_whose_part_is_as_faint_as_the_grain_is_asked_about(tmp_path):
     """The same line, black all along, is taken."""
     black = with_crack(mortar(), CRACK, 6)

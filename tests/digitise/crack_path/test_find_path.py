@@ -48,6 +48,13 @@ def photo(specimen, tmp_path_factory):
     return photo_of(specimen, tmp_path_factory.mktemp("photo"))
 
 
+def test_the_path_runs_in_the_crack_from_the_first_end_to_the_second(specimen, photo):
+    path = find_path(photo, specimen.ends_px)
+    assert distance_to(photo.to_mm(path.points_px), specimen.centreline_mm).max() < 0.9
+    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(specimen.ends_px), axis=1).max() < 15
+    assert (path.source, path.width_px) == ("ends", pytest.approx(31, rel=0.15))
+
+
 @pytest.mark.parametrize(
     ("off_px", "says"), [((0, 55), r"5\.\d mm outside the face"), ((-100, -60), "not on a crack: .* away")]
 )
@@ -105,6 +112,15 @@ def strokes(*lines, width_px=14):
 def plain(tmp_path):
     """A photo in which nothing could be found."""
     return photo_of_lines(tmp_path)
+
+
+def test_the_path_is_the_middle_of_the_paint(plain):
+    """Within two cells of the skeleton of a stroke that is drawn on whole pixels, and a width of its ends."""
+    path = find_path(with_paint(plain, strokes(CRACK)), None)
+    assert (path.source, path.warnings, path.width_px) == ("mask", (), pytest.approx(14, abs=2))
+    assert path.points_px[0, 0] < path.points_px[-1, 0]
+    assert distance_to(path.points_px, np.array(CRACK)).max() < 2.5
+    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(CRACK)[[0, -1]], axis=1).max() < 14
 
 
 @pytest.mark.parametrize(

@@ -80,6 +80,16 @@ def test_an_outline_in_segments_and_any_unit_is_one_crack(tmp_path, unit, mm):
     assert (outline.ends, outline.length_mm) == (CLOSED, pytest.approx(40.0, rel=1e-4))
 
 
+def test_walls_either_way_round_are_the_outline(tmp_path):
+    def draw(space):
+        for layer, side in (("A", RING[:2]), ("B", RING[2:])):
+            space.add_lwpolyline(side, dxfattribs={"layer": layer})
+
+    file = _saved(tmp_path, draw)
+    for walls in (("A", "B"), ("b", "a")):
+        assert _volume_mm3(_crack(file, walls=walls)) == pytest.approx(960, rel=1e-6)
+
+
 @pytest.mark.parametrize("closed", [True, False])
 def test_a_line_with_a_width_is_the_same_crack_as_from_its_points(tmp_path, closed):
     """From the line's own ends, square to it; on the edge of the face it is open."""

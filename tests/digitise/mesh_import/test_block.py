@@ -9,11 +9,22 @@ from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
 from digitise.mesh_import.block import FacePlane, closed_body, cut_block, find_face, one_surface, parted
 from digitise.solid.float_mesh import without_needles
 from sealtwin.core.errors import InputError
-from tests.support.meshes import BLOCK_MM, SLOT_MM3, Mesh, box, fine, mesh_of, sheet, slotted, soup, turned
+from tests.support.meshes import BLOCK_MM, SLOT_MM3, Mesh, box, fine, mesh_of, modelled, sheet, slotted, soup, turned
+from tests.support.shapes import wandering_crack
 
 
 def face_of(mesh: Mesh) -> FacePlane:
     return find_face(*mesh)
+
+
+def test_a_level_face_is_left_exactly_where_it_is():
+    """Dams stand above it, and a floor lies below: neither is the face."""
+    vertices, faces = modelled(wandering_crack(), depth_mm=16.0, tilt="flare", wall_angle_deg=5.5)
+    plane = face_of((vertices + np.array([0.0, 0.0, 64.0]), faces))
+    assert plane.tilt_deg == 0.0
+    assert plane.roughness_mm < 1e-6  # the tidied vertices of its edge
+    assert np.array_equal(plane.to_level[:3, :3], np.eye(3))
+    assert plane.to_level[2, 3] == pytest.approx(-64.0, abs=1e-6)
 
 
 @pytest.mark.parametrize(("about", "by_deg"), [(1, -20.0), (0, 0.01)])

@@ -1,13 +1,16 @@
 """The crack in a block, what is none, the path that somebody brings along, and sections of the cavity."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from manifold3d import Manifold
+from manifold3d import Manifold, OpType
 
 from digitise.mesh_import.block import cut_block
-from digitise.mesh_import.cavity import Cavity, find_cavity, in_mouth, read_path
+from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity, in_mouth, read_path
 from sealtwin.core.errors import InputError
 from tests.support.meshes import SLOT_MM3, block, box, slotted
+from tests.support.shapes import CLOSED, straight_slot
 
 BELOW_MM = 0.05
 
@@ -85,3 +88,13 @@ def test_what_is_no_path_is_refused_with_its_row(tmp_path, content, says):
 def test_a_path_beside_the_crack_is_refused():
     with pytest.raises(InputError, match=r"outside the crack on 100% of its length"):
         in_mouth(cavity_in(slotted()).mouth, np.array([[10.0, 35.0], [90.0, 35.0]]))
+
+
+def test_other_parts_of_the_crack_are_left_out_and_undercuts_are_not():
+    """A hairpin's other leg stands beside this one; a pocket under the face's edge belongs to it."""
+    leg, other_leg = box((0, -1.5, -5), (40, 1.5, 0)), box((0, 8.5, -5), (40, 11.5, 0))
+    pocket = box((0, 1.5, -5), (40, 4, -3))
+    cavity = Manifold.batch_boolean([leg, other_leg, box((40, -1.5, -5), (43, 11.5, 0)), pocket], OpType.Add)
+    ring_mm = np.array([[0, -1.5], [43, -1.5], [43, 11.5], [0, 11.5], [0, 8.5], [40, 8.5], [40, 1.5], [0, 1.5]])
+    sections = cavity_sections(cavity, replace(straight_slot(40.0, 3.0, CLOSED), outline_mm=ring_mm))
+    assert sections.area_mm2[1:-3] == pytest.approx(3 * 5 + 2.5 * 2, rel=0.01)

@@ -14,6 +14,9 @@ from digitise.geometry.polyline import resampled
 from digitise.mesh_import.import_mesh import UPRIGHT_DEG, import_sample, upright, upright_mm
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
+from digitise.solid.footprint import lay_out
+from digitise.solid.sections import Slicer
+from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import Triangles
@@ -105,6 +108,22 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper):
     assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []
 
 
+def test_sections_hold_below_each_level_what_our_own_solid_holds(tmp_path, paper):
+    """To 0.2 % of the cavity, at oblique ends too: layers of 0.3 mm and cells of a twenty-fourth of the width."""
+    outline, solid = paper
+    shape = CrackShape(depth_mm=16.0, tilt="lean")
+    write_solid(tmp_path, solid)
+    settings = MeshInput.model_validate({"file": Path("crack.stl"), "data": "synthetic", "units": "mm"})
+    sections = import_sample(settings, tmp_path).solid.sections
+    slicer = Slicer(lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)
+    for level_mm in (-12.0, -8.0, -3.0, -0.02):
+        depths_mm = np.linspace(-level_mm, 16.0 - 1e-6, 60)
+        expected_mm3 = np.trapezoid([slicer.cavity(depth_mm).area() for depth_mm in depths_mm], depths_mm)
+        below_mm2 = sections.below_at_mm2(sections.s_mm, np.full(len(sections.s_mm), level_mm))
+        below_mm3 = np.trapezoid(below_mm2, sections.s_mm)
+        assert below_mm3 == pytest.approx(expected_mm3, abs=2e-3 * solid.cavity_volume_mm3), level_mm
+
+
 def test_a_file_of_a_solid_needs_its_areas_by_level(tmp_path):
     """Volumes without them would take the walls of the mesh as upright."""
     solid = brought(tmp_path, SLOT).solid
@@ -113,6 +132,12 @@ def test_a_file_of_a_solid_needs_its_areas_by_level(tmp_path):
     write_solid(tmp_path, replace(solid, sections=replace(solid.sections, levels_mm=None, below_mm2=None)))
     with pytest.raises(InputError, match=r"solid\.json: .*sections\.below_mm2"):
         read_solid(tmp_path)
+
+
+def test_a_mesh_that_is_inside_out_is_turned_and_told(tmp_path):
+    back = brought(tmp_path, (SLOT[0], SLOT[1][:, ::-1]))
+    assert back.solid.cavity_volume_mm3 == pytest.approx(2400.0, rel=1e-9)
+    assert [warning.key for warning in back.solid.figures.warnings] == ["mesh.inside-out"]
 
 
 def test_a_mesh_that_crosses_itself_is_refused_by_its_place(tmp_path):

@@ -86,6 +86,12 @@ def by_corners(specimen: Specimen, folder: Path, corners_px: Floats) -> Photo:
     return load_photo(settings, folder)
 
 
+def test_given_corners_give_the_same_scale(specimen, tmp_path):
+    photo = by_corners(specimen, tmp_path, specimen.to_px(FACE))
+    inner = np.array([[20.0, 10], [50, 30]])
+    assert photo.to_mm(specimen.to_px(inner)) == pytest.approx(inner, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("corners", "says"),
     [

@@ -1,20 +1,26 @@
+import io
 import json
 import re
 import tomllib
 from pathlib import Path
 
 import numpy as np
+import pypdf
 import pytest
 
 from digitise.geometry.polyline import coverage, rectangle
 from digitise.image.raster import blurred
-from digitise.photo import Photo, load_photo
+from digitise.photo import Photo, load_photo, read_pixels
 from digitise.scale.marker_scale import (
     BOARD_MM,
+    CUT_GREY,
+    CUT_MM,
     PRINT,
     board_around,
     board_toml,
     check_level,
+    corners_mm,
+    find_markers,
     frame_pdf,
 )
 from digitise.scale.view import View
@@ -155,6 +161,21 @@ def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it
     assert (photo.scale_residual_mm or 1.0) < 0.01
 
 
+def test_the_opening_lies_between_the_markers_as_the_table_says(page, tmp_path):
+    """Its lower left corner is the origin of the table, and its line lies within it, to be cut away."""
+    board = board_around(FACE_MM, 16.0, "4x4_50", 8)
+    ((*cut_mm, _),) = [bar for bar in page.bars if bar[4] == pytest.approx(CUT_GREY / 255, abs=1e-3)]
+    low_mm = np.array(cut_mm[:2]) - CUT_MM / 2
+    assert np.array(cut_mm[2:]) + CUT_MM == pytest.approx(FACE_MM, abs=5e-3)
+    file = write_png(tmp_path / "scan.png", page.light(PX_PER_MM))
+    scan = read_pixels(PhotoInput(file=file, data="synthetic", mm_per_px=1), tmp_path)
+    corners_px = find_markers(scan, "4x4_50", set(range(8)))
+    for marker in board.markers:
+        place_mm = (corners_px[marker.id] + 0.5) / PX_PER_MM
+        place_mm[:, 1] = page.size_mm[1] - place_mm[:, 1]
+        assert place_mm - low_mm == pytest.approx(corners_mm(board, marker), abs=0.01)
+
+
 def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
     (line,) = [bar for bar in page.bars if bar[2] == pytest.approx(100, abs=5e-3) and bar[3] < 1]
     bars = np.array([bar[:4] for bar in page.bars])
@@ -162,6 +183,14 @@ def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
     assert len(marks) == 11
     assert (marks[:, 0].min(), (marks[:, 0] + marks[:, 2]).max()) == pytest.approx((line[0], line[0] + 100), abs=5e-3)
     assert np.diff(np.sort(marks[:, 0] + marks[:, 2] / 2)[1:-1]) == pytest.approx(10, abs=5e-3)
+
+
+def test_a_viewer_is_asked_to_print_unscaled_and_the_same_page_is_the_same_file():
+    """A frame printed again is recognised as the file that exists: no date, no random names."""
+    reader = pypdf.PdfReader(io.BytesIO(frame_of()), strict=True)
+    assert reader.viewer_preferences is not None
+    assert reader.viewer_preferences.print_scaling == "/None"
+    assert frame_of() == frame_of()
 
 
 @pytest.mark.parametrize(

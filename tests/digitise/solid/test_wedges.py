@@ -1,5 +1,6 @@
 """Walls that tilt: closed forms, an angle for each wall, and the room that an undercut needs."""
 
+import itertools
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +16,9 @@ from tests.support.shapes import (
     CLOSED,
     CUT,
     arc_slot,
+    closed_crack,
+    oblique_slot,
+    reversed_path,
     straight_slot,
     with_ring,
 )
@@ -30,6 +34,15 @@ def build(outline: Outline, angle_deg: Any, tilt: str = "undercut", depth_mm: An
     solid = build_solid(outline, CrackShape.model_validate(settings))
     assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
     return solid
+
+
+@pytest.mark.parametrize(("outline", "angle_deg"), [(closed_crack(1, 20.0), (4.0, 9.0)), (oblique_slot(), 7.0)])
+def test_an_undercut_is_a_flare_upside_down(outline, angle_deg):
+    """The same walls about another level, so that both solids hold the same: 1e-6 is rounding and the tidied mesh."""
+    undercut, flare = (build(outline, angle_deg, tilt) for tilt in ("undercut", "flare"))
+    assert undercut.cavity_volume_mm3 == pytest.approx(flare.cavity_volume_mm3, rel=1e-6)
+    assert undercut.figures.mouth_width_mm == flare.figures.floor_width_mm == undercut.figures.photo_width_mm
+    assert undercut.figures.floor_width_mm == flare.figures.mouth_width_mm
 
 
 @pytest.mark.parametrize(
@@ -79,3 +92,13 @@ def test_a_slot_opens_by_both_its_angles(tilt, left_deg, right_deg):
     assert solid.wall_angles_deg == (left_deg, right_deg)
     widths_mm = [solid.figures.mouth_width_mm, solid.figures.floor_width_mm]
     assert widths_mm == pytest.approx([3.1 + opening_mm, 3.1] if tilt == "flare" else [3.1, 3.1 + opening_mm])
+
+
+def test_a_wall_without_an_angle_stands_upright_up_to_the_tip():
+    """A shift that begins at none leaves no flat piece behind, and holds as much as one that begins at hardly any."""
+    slot = straight_slot(20.0, 4.0, CLOSED)
+    outlines = [closed_crack(1, 20.0), slot, reversed_path(slot)]
+    for outline, tilt in itertools.product(outlines, ("flare", "funnel", "undercut")):
+        solid, nearly = (build(outline, (left_deg, 8.0), tilt, DEPTH_MM) for left_deg in (0.0, 1e-3))
+        assert solid.figures.jitter_mm == 0.0
+        assert solid.cavity_volume_mm3 == pytest.approx(nearly.cavity_volume_mm3, rel=2e-4)

@@ -147,6 +147,24 @@ def test_in_the_end_nothing_goes_on(session):
         next(question)
 
 
+def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
+    """It may take seconds, and the user may well know better before it ends."""
+    searching, may_end = threading.Event(), threading.Event()
+
+    def endless(*_):
+        searching.set()
+        assert may_end.wait(10)
+        raise InputError("nothing")
+
+    monkeypatch.setattr(page_session.CrackSearch, "of", endless)
+    search = threading.Thread(target=lambda: list(session.trace(Hints(), 1.0, "walls")))
+    search.start()
+    assert searching.wait(10)
+    assert "walls" in _asked(session, Hints(ends_px=ENDS), revision=2.0)
+    may_end.set()
+    search.join(10)
+
+
 def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
     """Each field that is filled in asks for another; all at once they would slow down the one that counts."""
     made, go_on = [], threading.Event()
@@ -174,6 +192,16 @@ def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
         thread.join(10)
     assert made == pytest.approx([0.1, 0.3])
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
+
+
+def test_a_stroke_gives_what_a_new_session_gives(file):
+    session, plain = _session(file), Hints(ends_px=ENDS)
+    stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
+    _asked(session, plain)
+    answer = _asked(session, stroked)
+    assert answer == _asked(_session(file), stroked)
+    assert any("strokes drawn by hand" in warning for warning in answer["walls"]["warnings"])
+    assert any(text.startswith("left wall by drawn") for *_, text in answer["walls"]["why"])
 
 
 def _clouds(width, height):

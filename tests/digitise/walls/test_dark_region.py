@@ -1,19 +1,23 @@
 """Walls as the rims of a dark region: on ground as coarse as the crack, in shadow, and nowhere else."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from benchmarks.tracing_roads import clicks
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
+from digitise.geometry.polyline import unit
 from digitise.outline import trace_outline
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from digitise.walls.centreline_and_walls import WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from fixtures.generate.road import Road, road
+from sealtwin.core.errors import InputError
 from tests.support.photos import mortar, photo_of_light, with_crack
 
 WIDE_IN_STONES = 7  # A seed of a road on whose crack of 31 px profiles lack walls
@@ -50,6 +54,13 @@ def test_a_crack_among_stones_as_wide_as_it_is_traced_by_its_region(stony, photo
     assert any("too coarse to follow the walls" in warning.text for warning in outline.warnings)
 
 
+def test_bare_ground_beside_it_has_no_region(stony, photo):
+    first, last = stony.ends_px
+    bare_px = stony.line_px[::20] + 150.0 * unit(last - first)[::-1] * (-1, 1)
+    with pytest.raises(InputError, match=r"does not stand out as a crack|px are needed"):
+        trace_dark_region(photo, CrackPath(bare_px, 30.0, "ends"), 0.5, unhidden(photo))
+
+
 def dark_line(folder: Path, width_px: int = 24, shadow: float = 1.0) -> tuple[Photo, CrackPath]:
     """A photo of a straight crack, with a shadow on the ground above it, and its path."""
     picture = mortar()
@@ -65,3 +76,10 @@ def test_its_width_is_that_of_followed_walls(tmp_path, width_px, shadow):
     walls, region = (follow(photo, path, 0.5, unhidden(photo)) for follow in (trace, trace_dark_region))
     assert region.width_px == pytest.approx(walls.width_px, rel=0.03, abs=0.4)
     assert np.median(region.left_mm[:, 1]) > np.median(region.right_mm[:, 1])
+
+
+def test_the_share_of_the_contrast_moves_its_walls(tmp_path):
+    photo, path = dark_line(tmp_path)
+    soft = replace(photo, brightness=cv2.GaussianBlur(photo.brightness, (0, 0), 3.0))
+    inner, outer = (trace_dark_region(soft, path, share, unhidden(soft)).width_px for share in (0.3, 0.7))
+    assert outer > inner + 3

@@ -7,6 +7,7 @@ import pytest
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.outline import trace_outline
+from digitise.walls.centreline_and_walls import TooThinError
 from digitise.walls.doubts import judge_reach, judge_stretches
 from sealtwin.core.errors import InputError
 from tests.support.photos import evenly_scaled, mortar, photo_of_light, with_crack, with_paint, write_png
@@ -40,6 +41,11 @@ def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
     photo = photo_of_light(tmp_path, picture)
     with pytest.raises(InputError, match="under 6 px wide, so that its width and volume are uncertain"):
         trace_outline(photo, find_path(photo, ENDS))
+
+
+def test_much_of_a_thin_crack_below_the_least_width_makes_it_too_thin_for_walls(photo):
+    with pytest.raises(TooThinError):
+        judge_stretches(photo, *straight((150, 5.0), (350, 9.0)))
 
 
 def test_an_end_before_which_the_crack_closes_is_named_with_its_place(tmp_path):

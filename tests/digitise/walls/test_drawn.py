@@ -6,11 +6,12 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
+from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
 from digitise.settings import MOST_STROKES, MOST_WALL_POINTS
 from digitise.walls.doubts import BY_STROKES
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import of_keys
+from sealtwin.core.facts import of_keys, texts
 from tests.support.photos import how_traced, mortar, photo_of_light, with_crack, with_paint
 
 
@@ -23,6 +24,16 @@ def strokes(folder, *boxes, hole=((0, 0), (0, 0))):
     return with_paint(photo, drawn)
 
 
+def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
+    """A stroke is as wide as it was painted; on a photo, 5 px would be too little to tell."""
+    photo = strokes(tmp_path, ((140, 164), (30, 470)), ((60, 140), (250, 255)))
+    main, whole = (trace_outline(photo, find_path(photo, None), how_traced(branches=it)) for it in ("drop", "keep"))
+    assert texts(main.warnings) == ('1 side crack (9 mm) is left out; set branches = "keep" to include side cracks',)
+    # 80 x 5 px of paint; a pixel of its length for the corners, which the blur of the picture rounds.
+    assert signed_area(whole.outline_mm) - signed_area(main.outline_mm) == pytest.approx(4.0, abs=0.1)
+    assert whole.warnings == ()
+
+
 @pytest.mark.parametrize(("side_px", "count"), [(2, 0), (5, 1)])
 def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     """0.04 mm² is less than what a solid keeps as an island, 0.25 mm² more. Walls lie on the rim of the paint."""
@@ -32,6 +43,15 @@ def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     assert outline.mean_width_mm == pytest.approx(3.0, abs=0.05)
     assert outline.left_wall_px[20:-20, 1] == pytest.approx(134.5, abs=0.5)
     assert outline.right_wall_px[20:-20, 1] == pytest.approx(164.5, abs=0.5)
+
+
+def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
+    """Nor does the share of the contrast, for a photo's light, say anything about paint."""
+    crack, ends = ((140, 160), (30, 470)), ((40.0, 150.0), (460.0, 150.0))
+    both, alone = (strokes(tmp_path, *boxes) for boxes in ((crack, ((163, 175), (100, 400))), (crack,)))
+    traced = trace_outline(both, find_path(both, ends), how_traced(edge_fraction=0.7))
+    exact = trace_outline(alone, find_path(alone, ends))
+    assert np.array_equal(traced.outline_mm, exact.outline_mm)
 
 
 ENDS = ((60.0, 151.0), (440.0, 151.0))

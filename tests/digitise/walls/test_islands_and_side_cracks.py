@@ -1,5 +1,6 @@
 import re
 
+import cv2
 import numpy as np
 import pytest
 from manifold3d import CrossSection, FillRule
@@ -9,7 +10,7 @@ from digitise.geometry.polyline import crossings, signed_area
 from digitise.outline import trace_outline
 from fixtures.generate.recipe import Recipe, SideCrack
 from fixtures.generate.specimen import make_specimen
-from tests.support.photos import SMALL_FACE, distance_to, how_traced, photo_of, rms
+from tests.support.photos import SMALL_FACE, distance_to, how_traced, mortar, photo_of, photo_of_light, rms, with_crack
 
 FORK = SideCrack(at=0.35, side="left", angle_deg=35, length_mm=14, width_mm=1.8)
 BRANCH = SideCrack(at=0.65, side="right", angle_deg=70, length_mm=12, width_mm=1.4)
@@ -62,3 +63,45 @@ def test_side_cracks_left_out_are_named(scene, dropped):
         assert distance_to(line_mm[:1], dropped.centreline_mm) < 0.1
         # What bends near an oblique root comes from elsewhere than it looks.
         assert np.linalg.norm(line_mm[0] - exact[0]) < truth.recipe.width_mm
+
+
+def test_ground_closed_in_by_a_side_crack_stands_as_an_island(tmp_path):
+    main, loop = [(-20, 200), (520, 200)], [(150, 200), (200, 110), (300, 110), (350, 200)]
+    picture = with_crack(with_crack(mortar(), main, width_px=24), loop, width_px=14)
+    photo = photo_of_light(tmp_path, picture)
+    path = find_path(photo, ((60.0, 200.0), (440.0, 200.0)))
+    outline = trace_outline(photo, path, how_traced(branches="keep"))
+    (island,) = outline.islands_mm
+    # What OpenCV draws is a pixel wider than it was told: one pixel of its 370 px rim is 3.7 mm².
+    inner = CrossSection([np.array([*loop, loop[0]][::-1], dtype=float)], FillRule.NonZero).offset(-7)
+    inner -= CrossSection.square((500, 24)).translate((0, 188))
+    assert -signed_area(island) == pytest.approx(inner.area() / 100, abs=3.7)
+
+
+def test_hairs_pores_and_broken_edges_are_no_side_cracks_to_measure(tmp_path):
+    """A hair is named; a pore that touches the crack, and one at the side of a side crack, are nothing."""
+    picture = with_crack(mortar(), [(-20, 200), (520, 200)], width_px=14)
+    picture = with_crack(picture, [(250, 200), (300, 60)], width_px=11)
+    picture = with_crack(picture, [(380, 200), (420, 100)], width_px=5)
+    for centre in ((120, 217), (306, 120)):
+        cv2.circle(picture, centre, 11, 0.02, -1)
+    photo = photo_of_light(tmp_path, picture)
+    outline = trace_outline(photo, find_path(photo, ((40.0, 200.0), (460.0, 200.0))), how_traced(branches="keep"))
+    (narrow,) = [warning for warning in outline.warnings if "narrow" in warning.text]
+    assert narrow.text.startswith("1 side crack (11 mm) is left out: under 8 px wide")
+    # The whole one, as long as drawn, and the hair.
+    assert [np.linalg.norm(line[-1] - line[0]) for line in outline.branches_mm] == pytest.approx([15, 11], abs=1)
+
+
+def test_stones_in_the_crack_are_islands(tmp_path):
+    """Half a pixel on their rim; walls pass them as on a plain specimen."""
+    truth = make_specimen(1, Recipe(**SMALL_FACE, stones=3))
+    photo = photo_of(truth, tmp_path)
+    outline = trace_outline(photo, find_path(photo, truth.ends_px))
+    assert signed_area(outline.outline_mm) == pytest.approx(signed_area(truth.outline_mm), rel=0.02)
+    assert len(outline.islands_mm) == 3
+    for ring in outline.islands_mm:
+        assert signed_area(ring) < 0
+        exact = min(truth.islands_mm, key=lambda stone: np.linalg.norm(stone.mean(axis=0) - ring.mean(axis=0)))
+        assert rms(distance_to(ring, np.vstack([exact, exact[:1]]))) < 0.05
+    assert any(warning.text.startswith("3 islands are in the crack, 13.") for warning in outline.warnings)

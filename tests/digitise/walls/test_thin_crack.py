@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from benchmarks.tracing_thin import MM_PER_PX, thin_crack
+from benchmarks.tracing_thin import MM_PER_PX, thin_crack, trace_thin_photo
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import signed_area
@@ -29,6 +29,13 @@ STEP = [(40, 150), (250, 150), (460, 120)]
 def seen(tmp_path: Path, width_px: int) -> tuple[Photo, CrackPath]:
     photo = photo_of_light(tmp_path, with_crack(mortar(), STEP, width_px))
     return photo, find_path(photo, ((40.0, 151.0), (460.0, 119.0)))
+
+
+def test_the_width_of_a_thin_crack_is_that_drawn(tmp_path):
+    """A photo that the fit was tuned on, within its stated interval; the benchmark has others."""
+    figures = trace_thin_photo(1, 4.0, tmp_path)
+    assert figures.held, figures
+    assert abs(figures.width_error_percent) < 10
 
 
 def test_the_line_is_in_the_middle_and_its_interval_goes_into_files_and_into_the_volume(tmp_path):
@@ -137,3 +144,20 @@ def test_the_mean_width_is_found(width_px, within):
     assert fit.mean_px == pytest.approx(width_px, rel=within)
     assert fit.interval_px[0] < width_px < fit.interval_px[1]
     assert fit.widths_px == pytest.approx(width_px * np.linspace(0.7, 1.3, 60), rel=0.15, abs=0.2)
+
+
+def test_doubt_about_the_darkness_is_in_the_interval_of_a_hairline():
+    """In a perfect profile: of the darkness between 0.8 and 1 nothing is known at 1.5 px, nearly all at 8 px."""
+    for width_px, most in ((1.5, np.inf), (8, 0.03)):
+        light, ground = profiles(np.full(60, float(width_px)), 0.9, 1.5, 2, noise=0.005)
+        half_width = np.ptp(fit_box(light, ground, PLACES_PX, width_px).interval_px) / 2 / width_px
+        assert 0.05 * (width_px == 1.5) < half_width < most
+
+
+def test_the_tone_curve_is_in_the_interval():
+    """With an exponent a twentieth lower or higher, the same stored values are those of another width."""
+    light, ground = profiles(np.full(20, 3.0), 0.9, 1.0, 3)
+    widths_px = [fit_box(light**power, ground**power, PLACES_PX, 3).mean_px for power in (1 / 1.05, 1.05)]
+    low_px, high_px = fit_box(light, ground, PLACES_PX, 3).interval_px
+    assert low_px < widths_px[0] < widths_px[1] - 0.1
+    assert widths_px[1] < high_px

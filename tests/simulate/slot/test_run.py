@@ -98,6 +98,12 @@ def test_sealant_that_the_fast_model_does_not_have_is_refused(change, solver, sa
         poured(**change, solver=FAST.model_copy(update=solver))
 
 
+def test_u_counts_as_the_viscosity_that_it_amounts_to():
+    """U = 30 is 32.2 mm2/s in the paper's frame, at 320 mm3/s; frames go with the flow, here 1200 mm3 in 7 s."""
+    run, _ = poured(viscosity_pa_s=None, U=30.0)
+    assert run.health.viscosity_m2_s == pytest.approx(32.2e-6 * 1200 / 7 / 320, rel=0.02)
+
+
 def test_particles_are_not_run_in_its_place():
     crack = slot(40.0)
     fluid = Fluid(viscosity_pa_s=0.3, freeze_after_s="never")

@@ -68,6 +68,14 @@ def test_draws_have_the_spread_of_least_squares():
     assert np.array_equal(draws, _posterior((0.4, 0.6)).draws(500, 600)[0])
 
 
+def test_a_measured_setting_keeps_its_measure_where_readings_say_less():
+    """Readings know the first to 0.05; a measurement to 0.005 is what counts."""
+    frees = [Free("fluid.a", 0.0, 1.0, (0.45, 0.005)), Free("fluid.b", 0.0, 1.0)]
+    draws, _ = _posterior((0.4, 0.6), frees=frees).draws(500, 600)
+    assert draws[:, 0].mean() == pytest.approx(0.45, abs=0.003)
+    assert draws[:, 0].std() == pytest.approx(0.005, rel=0.25)
+
+
 def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
     random = np.random.default_rng(0)
     points = random.random((20, 2))

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from validate.calibration.posterior import BasisReach, Free
 from validate.calibration.summary import Calibrated, Prediction
@@ -50,6 +51,14 @@ def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated
     measured = calibration_page(_calibrated(emulated=False, predictions=(), warned=("40 of 40 runs: a hollow.",)))
     assert measured.cautions == ["40 of 40 runs: a hollow."]
     assert not any("EMULATED" in caution for caution in measured.cautions)
+
+
+@pytest.mark.parametrize(
+    ("drafts", "lead"), [((37, 37), ", with 74 drafts"), ((37, 0), ", with 37 drafts"), ((0, 0), ", for")]
+)
+def test_drafts_are_counted_for_the_trials_that_have_them(drafts, lead):
+    trials = {"reaches": (("one", REACH), ("own preset", REACH)), "run_noise_mm": (0.15, 0.15), "radius_mm": (0.8, 0.4)}
+    assert calibration_page(_calibrated(drafts=drafts, **trials)).lead.startswith(f"40 runs of each trial{lead}")
 
 
 def test_a_prediction_that_few_readings_meet_is_a_caution():

@@ -23,6 +23,15 @@ def compare(runs, readings):
     return tuple(hold(run, readings, axes) for run in runs), axes
 
 
+def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
+    """Exact: 1e-9 is rounding over 400 pieces."""
+    chart = make_chart()
+    expected = [error_mm(*run.at) for run in chart.runs]
+    assert [run.mean_error_mm for run in chart.runs] == pytest.approx(expected, abs=1e-9)
+    assert [run.bias_mm for run in chart.runs] == pytest.approx(expected, abs=1e-9)
+    assert (chart.best.at, chart.best.share_under_1_mm) == (BEST, 1)
+
+
 @pytest.mark.parametrize(
     ("readings_mm", "runs_mm", "near"),
     [

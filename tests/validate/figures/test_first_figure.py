@@ -1,20 +1,51 @@
 """The figure of the first page: one axis along the crack, errors at readings, and a section of the solid itself."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.patches import Polygon
+from matplotlib.patches import Polygon, Rectangle
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from tests.support.evidence import SEEDS
+from validate.compare import assess
 from validate.figures.first_figure import NARROW, WIDE
 from validate.report.chapters import first_figure
 from validate.report.first_page import first_caption
-from validate.settings import Uncertainty
+from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
+
+
+def test_all_rows_have_the_crack_as_their_axis_and_errors_are_bars_at_the_readings(evidence):
+    shown = first_figure(evidence)
+    for layout, rows in ((WIDE, 4), (NARROW, 3)):
+        axes = shown.draw(layout).axes
+        assert len(axes) == rows
+        assert {each.get_xlim() for each in axes[:3]} == {(0.0, evidence.outline.length_mm)}
+        bars = [patch for patch in axes[2].patches if isinstance(patch, Rectangle)]
+        assert [bar.get_height() for bar in bars] == pytest.approx([0.5] * len(evidence.readings.s_mm))
+        middles = [bar.get_x() + bar.get_width() / 2 for bar in bars]
+        assert middles == pytest.approx(evidence.readings.s_mm)
+    alone = replace(evidence, readings=None, comparison=None)
+    assert len(first_figure(alone).draw(NARROW).axes) == 2
+
+
+def test_the_strip_shows_the_largest_error_between_readings_and_the_band_of_all(evidence):
+    """Broken on purpose, the limits of the strip follow the errors at the readings alone, and cut the largest."""
+    low = np.where(np.abs(evidence.profile.s_mm - 12.5) < 1.0, -6.0, 0.0)
+    profile = replace(evidence.profile, level_mm=evidence.profile.level_mm + low)
+    settings = Readings(file=Path("caliper.csv"), data="measured", role="held-out")
+    judged = replace(evidence, profile=profile)
+    judged = replace(judged, comparison=assess(judged, settings, Uncertainty(), None))
+    strip = first_figure(judged).draw(WIDE).axes[2]
+    assert strip.get_ylim()[0] < -5.5
+    assert "-5.5 mm" in [text.get_text() for text in strip.texts]
+    half_mm = judged.comparison.uncertainty.levels.profile_band_95_mm.max()
+    tops_mm = [np.asarray(part.get_paths()[0].vertices)[:, 1].max() for part in strip.collections]
+    assert any(top_mm == pytest.approx(half_mm) for top_mm in tops_mm)
 
 
 def test_the_mean_of_several_runs_has_the_band_of_one_more(evidence, tmp_path):

@@ -15,6 +15,7 @@ from validate.figures.snapshots import (
     FILM_DPI,
     Snapshot,
     draw_fill,
+    draw_health,
     draw_sections,
     write_film,
     write_gallery,
@@ -63,6 +64,22 @@ def test_snapshots_of_one_run_have_one_layout(scene, frames, tmp_path, monkeypat
     last, *others = (f"snapshots/{name}" for name in reversed(named))
     assert write_gallery(tmp_path, named, scene, {}) == ["health", last, *others]
     assert laid_out == [last]
+
+
+def test_a_snapshot_shows_nothing_of_the_one_before(scene, frames):
+    snapshot = Snapshot(scene)
+    snapshot.draw(frames[-1])
+    once, after = Snapshot(scene).draw(frames[0]), snapshot.draw(frames[0])
+    for figure in (once, after):
+        figure.set_layout_engine("none")
+    assert as_picture(once, 50).tobytes() == as_picture(after, 50).tobytes()
+
+
+def test_health_shows_per_cent_and_the_zero_of_what_must_stay_zero(health):
+    compression, _, lost, *_ = axes_of(draw_health(health))
+    assert np.nanmax(np.asarray(compression.lines[0].get_ydata(), float)) == pytest.approx(3.0)
+    assert compression.get_ylabel() == "compression (%)"
+    assert lost.get_ylim() == (0.0, 1.0)
 
 
 def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path, monkeypatch):

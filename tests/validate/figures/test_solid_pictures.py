@@ -29,6 +29,24 @@ def square_at(z: float, half: float):
     return corners, np.array([[0, 1, 2], [0, 2, 3]])
 
 
+def stacked(low_first: bool):
+    """A small red square_at over a large green one."""
+    (low, faces), (high, _) = square_at(0.0, 2.0), square_at(1.0, 1.0)
+    vertices = np.vstack([low, high] if low_first else [high, low])
+    colour = np.array([GREEN, GREEN, RED, RED] if low_first else [RED, RED, GREEN, GREEN])
+    return vertices, np.vstack([faces, faces + 4]), colour
+
+
+def test_the_nearer_plate_hides_the_farther_in_any_order():
+    for low_first in (True, False):
+        picture = render(*stacked(low_first), azimuth_deg=0, elevation_deg=90, width_px=80)
+        assert picture.shape == (80, 80, 4)
+        assert picture[40, 40, 0] > 200 > 10 > picture[40, 40, 1]
+        assert picture[5, 40, 1] > 200 > 10 > picture[5, 40, 0]
+        share = np.mean(picture[..., 0] > 100)
+        assert abs(share - 0.25) < 0.01
+
+
 def test_the_view_turns_with_the_viewer_and_up_is_up():
     """Looking along +y, x is to the right and +y is up; turned by 180 degrees, x is to the left. No mirror."""
     near, faces = square_at(0.0, 1.0)

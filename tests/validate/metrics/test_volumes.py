@@ -101,6 +101,22 @@ def test_parts_add_up_to_what_was_dispensed():
     assert parts.in_crack_mm3 + parts.above_mm3 + parts.spilled_mm3 + parts.lost_mm3 == pytest.approx(20.0)
 
 
+@pytest.mark.parametrize(
+    ("position_mm", "spilled", "footprint_mm2"),
+    [
+        # Its disc reaches over the edge of the mouth, at 1.5 mm; its middle does not.
+        ([[40.0, 1.25, 0.3]], (), 0.0),
+        ([[40.0, 6.0, 0.3]], (), pytest.approx(np.pi * 0.16, rel=1 / 3)),
+        ([[x, 6.0, 0.3] for x in np.arange(20, 60, 0.4)], (), pytest.approx(40 * 0.8, rel=0.15)),
+        ([[40.0, 6.0, -40.0]], (0,), 0.0),
+    ],
+    ids=["heap", "disc", "film", "spilled"],
+)
+def test_a_film_beside_the_mouth_is_a_footprint_and_a_heap_over_it_is_none(position_mm, spilled, footprint_mm2):
+    """A disc of 0.4 mm covers 0.50 mm²; on cells of 0.2 mm it is read within a third, a row of them within 10 %."""
+    assert balance(run(position_mm, spilled)).footprint_mm2 == footprint_mm2
+
+
 SIDE_CRACK = np.array([(0, -3), (40, -3), (40, 3), (22, 3), (22, 20), (18, 20), (18, 3), (0, 3)], dtype=float)
 SLOT = straight_slot(40.0, 6.0, CUT)
 RISING = ((0.0, 12.0), (15.0, 6.0), (25.0, 6.0), (30.0, 10.0))

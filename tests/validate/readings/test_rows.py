@@ -116,6 +116,11 @@ def test_another_quantity_has_its_mean_over_the_stations_that_are_read(read, tex
     assert brief(profile.questions) == asked
 
 
+def test_words_behind_a_value_of_another_quantity_are_asked_about(read):
+    with pytest.raises(SheetFaults, match=r"does this change the readings.*C2 '20 alles in cm'"):
+        read(CELLS_OF.format("Temp. [°C]", "20 alles in cm", "22"), columns={"skip": [4]}, decimal="comma")
+
+
 TEXTS = ";s_mm;depth_mm;0;5;1,5;n. m.;Mittel;# x;Riss 2;1 mm;7.5;x;Probe;Wdh;2 %"
 CELLS = st.sampled_from(TEXTS.split(";"))
 

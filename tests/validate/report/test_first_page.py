@@ -11,7 +11,7 @@ from sealtwin.core.facts import doubt
 from tests.support.evidence import FAST_FILL, make_evidence
 from validate.compare import assess
 from validate.figures.first_figure import BAND_NEXT, BAND_READ
-from validate.report.first_page import first_caption, first_page
+from validate.report.first_page import first_caption, first_page, station_rows
 from validate.settings import Gate, Readings, Uncertainty
 
 FITTED = ("fluid.U", "fluid.yield_stress_pa")
@@ -115,3 +115,11 @@ def test_the_fast_model_escaped_particles_and_edited_files_get_no_verdict(eviden
     assert (escaped.state[:7], edited.state[:19]) == ("✕ Fault", "○ Files were edited")
     assert "no result" in escaped.verdict
     assert "no result" in edited.verdict
+
+
+def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(evidence):
+    rows = dict(station_rows(judged(evidence)))
+    assert rows["read, mm"][0] == "-8.0"
+    assert set(rows["error, mm"]) == {"+0.5"}
+    beyond = replace(evidence.readings, s_mm=evidence.readings.s_mm + 1.0)
+    assert dict(station_rows(judged(replace(evidence, readings=beyond))))["error, mm"][-1] == "-"

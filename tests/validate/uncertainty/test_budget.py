@@ -67,3 +67,11 @@ def test_a_band_of_all_stations_is_wider_by_their_number_and_one_error_for_all_i
     assert shared.profile_band_mm == pytest.approx(shared.band_mm)
     assert none.band_mm.tolist() == none.profile_band_mm.tolist() == [0.0] * 9
     assert none.mean_error_interval(curve(0.7)) == pytest.approx((0.7, 0.7))
+
+
+def test_what_scatter_alone_would_make_may_be_nothing():
+    """An error of a tenth of the scatter does not show; one of ten times the scatter does."""
+    assert budget(own(0.1)).mean_error_interval(curve(0.01))[0] == 0.0
+    assert budget(own(0.1)).mean_error_interval(curve(1.0))[0] > 0.9
+    low_mm, high_mm = budget(own(0.1)).mean_error_interval(curve(0.0))
+    assert (low_mm, high_mm > 0.05) == (0.0, True)
