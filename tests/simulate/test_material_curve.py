@@ -10,6 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from sealtwin.core.errors import InputError
+from simulate.fluid.viscosity import explicit_passes
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup_checks import check_fit, rheology_of, solved_as
@@ -187,6 +188,19 @@ def test_what_needs_more_explicit_passes_than_a_run_has_time_for_is_refused(aske
         solved_as(fluid(**asked), solver, FRAME_S, 1000)
     # 5,000 passes take 0.9 each of (33 + 16) nu dt / h^2, with tau / 0.002 per s for the viscosity.
     solved_as(fluid(viscosity_pa_s=1.0, yield_stress_pa=0.45), solver, FRAME_S, 1000)
+
+
+@pytest.mark.parametrize(("law", "width_mm"), [({"viscosity_pa_s": 20.0}, 6.0), ({"U": 0.0, "D_cm": 3.0}, 1.6)])
+def test_explicit_passes_that_are_reckoned_with_are_no_fewer_than_those_made(law, width_mm):
+    """Particles packed between walls, in which a corner takes most; at most twice as many."""
+    paste, _ = solved_as(fluid(**law), Solver(substeps=4, viscosity_solve="explicit"), FRAME_S, 1000)
+    half_mm = width_mm / 2 - 0.25
+    points = lattice(np.array([0.2, -half_mm, -15.7]), np.array([5.8, half_mm, -6]), 0.65)
+    engine = engine_with(points, slot(width_mm=width_mm), fluid=paste)
+    prepared(engine)
+    made = engine.viscosity.pass_explicit(engine.rows)
+    passes = explicit_passes(paste, SUPPORT_CM, FRAME_S, 4, shears_per_s=(0.002, 100.0), frames=1000)
+    assert 0.5 < made / passes <= 1.0
 
 
 def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities():

@@ -173,6 +173,13 @@ def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, wor
     assert all(word in warnings[0] for word in words)
 
 
+def test_equal_weighings_show_no_interval(tmp_path):
+    """A scale with a coarse digit. Broken on purpose, the path's flow is known to 0 %, without a word."""
+    table = scattered(tmp_path, 0.0)
+    assert table.error_95 is None
+    assert "show no scatter" in table.warnings[0]
+
+
 def scattered(folder: Path, off: float) -> PumpTable:
     """A pump that obeys, weighed twice at the path's flow and at three times it, each time ``off`` its mean."""
     flow = trajectory().flow_mm3_s.max()

@@ -122,6 +122,17 @@ def _draws():
     return np.column_stack([along, sum_is_1, random.random(4000)])
 
 
+def test_what_was_known_beforehand_is_flat_or_normal_in_the_setting():
+    assert FREES[2].prior == pytest.approx((0.9, np.sqrt(1 / 12)), rel=1e-3)
+    measured = Free("path.fill", 0.9, 1.1, (1.0, 0.01))
+    assert measured.prior == pytest.approx((2 * 1.645 * 0.05, 0.05), rel=2e-3)
+    logarithmic = Free("fluid.yield_stress_pa", 3.0, 60.0, (20.0, 2.0))
+    shares = (np.arange(20000) + 0.5) / 20000
+    weight = np.exp(logarithmic.log_prior(shares))
+    mean = (weight * logarithmic.values(shares)).sum() / weight.sum()
+    assert mean == pytest.approx(20.0, rel=1e-3)
+
+
 def test_the_sum_is_the_combination_that_is_determined():
     best, *_, worst = combinations_of(FREES, _draws())
     assert np.abs(best.parts) == pytest.approx([np.sqrt(0.5), np.sqrt(0.5), 0], abs=0.02)

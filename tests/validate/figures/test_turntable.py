@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from sealtwin.core.records import FaceLabel, Floats
-from validate.figures.turntable import MOST_CORNERS, build_turntable, fluid_surface
+from validate.figures.turntable import MOST_CORNERS, MOST_VERTICES, build_turntable, fluid_surface
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +75,11 @@ def test_a_layer_one_particle_thick_is_there_and_a_lone_particle_is_not(evidence
     empty = build_turntable(spilled, evidence.solid)
     assert json.loads(empty.packed())["faces"]
     assert empty.still[:, :, 3].max() == 255
+
+
+def test_many_particles_make_no_larger_mesh():
+    """A page carries 12 bytes a vertex; this block has five times the surface of the paper's trial."""
+    position_mm = lattice((150, 80, 12), spacing_mm=0.5)
+    surface = fluid_surface(position_mm, 0.5**3, np.zeros(len(position_mm)))
+    assert MOST_VERTICES / 2 < len(surface.vertices_mm) <= MOST_VERTICES
+    assert trimesh.Trimesh(surface.vertices_mm, surface.faces, process=False).is_watertight

@@ -6,6 +6,7 @@ import openpyxl
 import pytest
 from openpyxl.cell.rich_text import CellRichText, TextBlock
 from openpyxl.cell.text import InlineFont
+from openpyxl.comments import Comment
 from openpyxl.styles import Font, PatternFill
 from openpyxl.styles.colors import Color
 
@@ -90,6 +91,14 @@ def test_marks_are_of_cells_with_content(first, read):
     assert {key: cell.colours for key, cell in cells.items() if cell.colours} == shown
     assert {key for key, cell in cells.items() if cell.is_struck} == {(2, 0), (2, 2)}
     assert grid.rows[2][2].text == "2.1 2.3"
+
+
+def test_comments_are_read_without_their_author(first, read):
+    first["B2"].comment, first["D9"].comment = Comment("PC 1:\nin inch!", "PC 1"), Comment("zero: 5 mm", "PC 1")
+    first.parent.create_sheet("Notes")["C3"].comment = Comment("from the right end", "x")
+    grid = read()
+    assert grid.comments == [(2, 1, "in inch!"), (9, 3, "zero: 5 mm")]
+    assert grid.elsewhere == [("sheet 'Notes', comment in row 3", "from the right end")]
 
 
 def test_texts_elsewhere_have_their_place(first, read):
