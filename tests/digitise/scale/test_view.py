@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from digitise.scale.view import find_tilt, fit_markers
+from digitise.scale.view import find_tilt, fit_corners, fit_markers
 from tests.support.marker_boards import board_around, camera, face_grid_mm, places_mm
 from tests.support.photos import rms
 
@@ -38,6 +38,21 @@ def test_the_spread_of_the_scale_is_honest():
         stated.append(fit.spread_of_scale(grid_px))
         errors.append(rms(fit.view.mm_per_px_at(grid_px) / exact.mm_per_px_at(grid_px) - 1))
     assert 0.5 < rms(np.array(stated)) / rms(np.array(errors)) < 2
+
+
+def test_the_spread_by_clicks_is_honest():
+    """Four corners have no misfit to judge by: what is known of clicks stands in. Exact but for curvature."""
+    rng = np.random.default_rng(3)
+    view, corners_mm = camera(), np.array([[0.0, 0], [160, 0], [160, 40], [0, 40]])
+    places_px = view.to_px(face_grid_mm())
+    exact = fit_corners(view.to_px(corners_mm), corners_mm, 1.0)
+    true = []
+    for _ in range(2 * RUNS):
+        clicked_px = view.to_px(corners_mm) + rng.normal(0, 1.0, (4, 2))
+        fit = fit_corners(clicked_px, corners_mm, 1.0)
+        true.append(rms(fit.view.mm_per_px_at(places_px) / exact.view.mm_per_px_at(places_px) - 1))
+    stated = exact.spread_of_scale(places_px)
+    assert 0.8 < stated / rms(np.array(true)) < 1.25
 
 
 DISTANCE_MM = 262.0

@@ -6,8 +6,11 @@ import pytest
 from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.find_path import find_path
 from digitise.drawing.given_lines import outline_of_line
+from digitise.geometry.polyline import resampled
 from digitise.outline import trace_outline
-from digitise.walls.overlay import CENTRE, ENDS, LEFT, RIGHT, draw_cracks, draw_overlay, straight_view
+from digitise.settings import NozzlePath
+from digitise.trajectory import plan_trajectory
+from digitise.walls.overlay import CENTRE, ENDS, LEFT, NOZZLE, RIGHT, draw_cracks, draw_overlay, straight_view
 from fixtures.generate.specimen import Recipe, make_specimen
 from tests.support.photos import SMALL_FACE, photo_of
 
@@ -53,6 +56,19 @@ def test_a_choice_among_cracks_shows_each_with_its_number(scene):
     disc = picture[y - 12 : y + 12, x - 12 : x + 12].reshape(-1, 3)
     assert np.mean(disc.max(axis=1) < 60) > 0.3
     assert np.mean(disc.min(axis=1) > 200) > 0.05
+
+
+def test_the_nozzles_path_lies_on_the_crack_where_it_gives(scene):
+    """Beads on the path alone, and none where it is trimmed; between them the centreline is still seen."""
+    photo, outline, bare = scene
+    trajectory = plan_trajectory(outline, NozzlePath(volume_ml=1.0, trim_mm=15.0), cavity_volume_mm3=1e3)
+    picture = draw_overlay(photo, outline, trajectory)
+    nozzle_px = photo.to_px(trajectory.position_mm[trajectory.giving, :2])
+    assert share_of_colour(picture, photo, nozzle_px[[0, -1]], NOZZLE) == 1
+    assert 0.2 < share_of_colour(picture, photo, resampled(nozzle_px, 1.0), NOZZLE) < 0.6
+    off_mm = np.linalg.norm(outline.centreline_mm - outline.centreline_mm[0], axis=1)
+    trimmed_px = outline.centreline_px[(off_mm > 6) & (off_mm < 13)]
+    assert np.array_equal(pixels(picture, photo, trimmed_px), pixels(bare, photo, trimmed_px))
 
 
 X_MM = np.linspace(0.0, 60.0, 121)

@@ -13,6 +13,7 @@ from validate.figures.chart import (
     HeldRun,
     as_near_as_the_best,
     axes_of,
+    chosen_few,
     first_of_each_pair,
     hold,
 )
@@ -88,6 +89,13 @@ def test_copies_of_a_run_are_no_replicates():
 def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
     level_mm = run.profile.level_mm + error_mm - run.mean_error_mm
     return replace(run, mean_error_mm=error_mm, profile=replace(run.profile, level_mm=level_mm))
+
+
+def test_chosen_runs_span_the_map_and_hold_the_best():
+    chart = make_chart()
+    places = {run.at for run in chosen_few(chart)}
+    assert {(U[0], D_CM[0]), (U[-1], D_CM[0]), (U[0], D_CM[-1]), (U[-1], D_CM[-1]), BEST} <= places
+    assert len(places) == 9
 
 
 def rows(*pairs: Any, names: tuple[str, str] = ("fluid.U", "fluid.D_cm")) -> list[dict[str, Any]]:
