@@ -172,8 +172,8 @@ def footprint_of(bead: BeadOutline) -> PasteArea:
 def material_of_bead(photo: PhotoInput, laid: LaidBead, warn: Callable[[str], None]) -> MeasuredPaste:
     """Measure a bead in a photo, and return the paste and the pump's flow. Raises InputError if it shows neither."""
     if (start := laid.start_mm) is not None and photo.face_mm is not None:
-        for name, place, side in zip("xy", start, photo.face_mm, strict=True):
-            if not 0 <= place <= side:
+        for name, coordinate, side in zip("xy", start, photo.face_mm, strict=True):
+            if not 0 <= coordinate <= side:
                 raise InputError(
                     f"--start-mm {start[0]:g},{start[1]:g}: {name} is outside the sheet's opening of "
                     f"{photo.face_mm[0]:g} x {photo.face_mm[1]:g} mm: give mm from its lower left corner."

@@ -181,7 +181,7 @@ def plan_rest(
     """
     rows, inputs = read_levels(levels), PlanInputs.read(file, settings, options.cell)
     where = str(levels) if isinstance(levels, str | PathLike) else "levels"
-    folder = out or Path("reports", f"{inputs.given.folder_name}-rest")
+    folder = out or Path("reports", f"{inputs.file_trial.folder_name}-rest")
     with inputs.digitised(folder, progress) as sample:
         path = path_over(sample, inputs.trial.path)
         limits = limits_of(path, *inputs.limits_by, options.flow_max_mm3_s, options.keep_speed)

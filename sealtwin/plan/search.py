@@ -241,28 +241,28 @@ def search(
         smooth = [BENT * np.diff(values, 2) for values in (flow, speed)]
         return np.concatenate([*areas, *smooth, HURRIED * (speed - own_speed), DWELT * dwell_s])
 
-    def slopes(plan: Floats, here: Floats) -> Floats:
+    def slopes(plan: Floats, residual: Floats) -> Floats:
         columns = []
         for number in range(len(plan)):
             # Inwards at a bound.
             step = STEP if plan[number] + STEP <= high[number] else -STEP
             moved = plan.copy()
             moved[number] += step
-            columns.append((errors(moved) - here) / step)
+            columns.append((errors(moved) - residual) / step)
         return np.column_stack(columns)
 
     plan = np.clip(start, low, high)
-    here, reach, fresh = errors(plan), WIDEST, True
-    slope = slopes(plan, here)
+    residual, reach, fresh = errors(plan), WIDEST, True
+    slope = slopes(plan, residual)
     for number in range(1, MOST_STEPS + 1):
         report(number)
         span = np.maximum(low - plan, -reach) - TINY, np.minimum(high - plan, reach) + TINY
-        change = np.clip(lsq_linear(slope, -here, span).x, low - plan, high - plan)
-        there = errors(plan + change)
-        slope = slope + np.outer(there - here - slope @ change, change) / max(change @ change, TINY)
-        gained = 1 - float(there @ there) / float(here @ here)
+        change = np.clip(lsq_linear(slope, -residual, span).x, low - plan, high - plan)
+        next_residual = errors(plan + change)
+        slope = slope + np.outer(next_residual - residual - slope @ change, change) / max(change @ change, TINY)
+        gained = 1 - float(next_residual @ next_residual) / float(residual @ residual)
         if gained > 0:
-            plan, here = plan + change, there
+            plan, residual = plan + change, next_residual
         if gained < ENOUGH:
             if fresh and gained <= 0:
                 reach /= 4
@@ -270,6 +270,6 @@ def search(
                 break
             if reach < STEP:
                 break
-            slope = slopes(plan, here)
+            slope = slopes(plan, residual)
         fresh = gained < ENOUGH
     return np.clip(plan.round(DECIMALS), low, high)

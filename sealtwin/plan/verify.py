@@ -72,7 +72,7 @@ def misfit(sample: Sample, level: Profile) -> Misfit:
 
 
 def mean_of(misfits: Sequence[Misfit]) -> Misfit:
-    return Misfit(*np.mean([astuple(one) for one in misfits], axis=0).tolist())
+    return Misfit(*np.mean([astuple(misfit) for misfit in misfits], axis=0).tolist())
 
 
 @dataclass(frozen=True)
