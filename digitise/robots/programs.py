@@ -23,7 +23,7 @@ from sealtwin.core.settings import Settings
 if TYPE_CHECKING:
     from digitise.robots.robot_path import RobotPath
 
-EVEN = 1e-4  # Relative range of a speed or flow that counts as one, since trajectory.csv is rounded
+EVEN_RANGE = 1e-4  # Relative range of a speed or flow that counts as one, since trajectory.csv is rounded
 NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")  # Signs with a meaning to some controller: GRBL executes ?, ! and ~
 LONGEST = 120
 E_DECIMALS = 5  # Of a plunger's way in mm

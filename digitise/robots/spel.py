@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from digitise.robots.programs import EVEN, Angle, InCell, Language, LanguageSettings, filled
+from digitise.robots.programs import EVEN_RANGE, Angle, InCell, Language, LanguageSettings, filled
 from sealtwin.core.records import Floats
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ def _spel_limits(path: "RobotPath", settings: Spel, places: Floats, speed_mm_s: 
             fastest_mm_s,
             f"the arm, which also presses the plunger, moves at {fastest_mm_s:.4g} mm/s",
             "Digitise with a lower path.speed_mm_s.",
-            EVEN,
+            EVEN_RANGE,
         ),
         *[path.even_limit(reason, "mm³/s", path.flow_mm3_s, "Let an axis press the plunger")]
         * (settings.dispenser == "output"),

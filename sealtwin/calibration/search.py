@@ -39,7 +39,7 @@ FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
 """Numbers of runs: of the first design, of further seeds for one of these, of a round, and of seeds that confirm the
 best setting."""
 FEWEST = FIRST + AGAIN + ROUND + CONFIRM
-HOPELESS = 3.0
+STOP_IMPLAUSIBILITY = 3.0
 """Implausibility of the best setting above which the search stops early. It is above 1, since an emulator of few runs
 is overconfident: one search of four by drafts began at 2.0, with readings of a run of the same paste."""
 LEAST_USABLE = 0.75  # Least share of runs with a result
@@ -174,7 +174,7 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
     state.run(qmc.Sobol(len(frees), rng=0).random(FIRST))
     state.run(np.repeat(state.points[[state.nearest()]], AGAIN, axis=0))
     posterior, reaches = state.posterior()
-    while len(state.points) < budget - CONFIRM and posterior.least_implausibility <= HOPELESS:
+    while len(state.points) < budget - CONFIRM and posterior.least_implausibility <= STOP_IMPLAUSIBILITY:
         error = f"implausibility of the best setting {posterior.least_implausibility:.2f} (at most 1 is plausible)"
         say(f"{len(state.points)} of {budget} runs: {error}.")
         state.run(state.next_round(posterior, min(ROUND, budget - CONFIRM - len(state.points))))

@@ -276,12 +276,12 @@ def trace(
         except KeyboardInterrupt:
             command.interrupted("saved photos remain saved." if page.saved else "nothing was saved.")
     summaries = [entry["summary"] for entry in page.saved] or ["Nothing was saved."]
-    listed = [{"file": entry["file"], "changed": entry["changed"]} for entry in page.saved]
+    files = [{"file": entry["file"], "changed": entry["changed"]} for entry in page.saved]
     if len(sheets) > 1:
         open_ = [photo["name"] for photo in page.photos if not photo["done"]]
         rest = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
-        command.reply({"saved": listed, "not_traced": open_}, [*summaries, rest])
+        command.reply({"saved": files, "not_traced": open_}, [*summaries, rest])
         return
-    saved = listed[0] if listed else {"file": None, "changed": []}
+    saved = files[0] if files else {"file": None, "changed": []}
     lines = [*summaries, *(f"Next: {entry['next']}" for entry in page.saved)]
     command.reply({"saved": saved["file"], "changed": saved["changed"]}, lines)

@@ -25,7 +25,7 @@ CELLS, STEPS = 32, 60
 """Cells and time steps of the fast model in a search. A run takes a third of the usual time. The discrepancy (particles
 minus fast model) includes the resulting change of level."""
 OVER_WEIGHT = 1.3  # Weight of overfill relative to underfill
-BENT, HURRIED, DWELT = 0.02, 0.01, 0.004
+BEND_WEIGHT, SPEED_WEIGHT, DWELL_WEIGHT = 0.02, 0.01, 0.004
 """Three weights, relative to the weight of the areas' mean relative error: for second differences of flow and speed,
 for the logarithm of the speed divided by the trial's, and for a dwell of 1 s. They are small, and cost a plan about 1 %
 of its gain."""
@@ -238,8 +238,8 @@ def search(
             off_mm2 = case.fill(trajectory).read_mm2 + goal.discrepancy_mm2 - goal.target_mm2
             areas.append(weight * np.where(off_mm2 > 0, OVER_WEIGHT, 1.0) * off_mm2)
         flow, speed, dwell_s = knots.parts(plan)
-        smooth = [BENT * np.diff(values, 2) for values in (flow, speed)]
-        return np.concatenate([*areas, *smooth, HURRIED * (speed - own_speed), DWELT * dwell_s])
+        smooth = [BEND_WEIGHT * np.diff(values, 2) for values in (flow, speed)]
+        return np.concatenate([*areas, *smooth, SPEED_WEIGHT * (speed - own_speed), DWELL_WEIGHT * dwell_s])
 
     def slopes(plan: Floats, residual: Floats) -> Floats:
         columns = []

@@ -24,7 +24,7 @@ from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
 OF_THE_PATH = ("speed_mm_s", "start_mm")
 PART = 50  # Runs of the fast model in a task
-COARSER = 2
+STEP_FACTOR = 2
 """Number of usual time steps of the fast model that one step replaces here. The error of longer steps cancels, since
 only differences of levels are used."""
 PLACES = 121  # Places of a level: twice the cells of the fast model and one, which resolves all of its level
@@ -274,7 +274,7 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
     from simulate.slot.run import bed_of, paste_of
 
     pour = base.changed(moved_paste(base, steps)).pour(moved_sample(base, steps, meshed=False))
-    bed = bed_of(pour, paste_of(pour), pour.sample.trajectory, steps=STEPS // COARSER)
+    bed = bed_of(pour, paste_of(pour), pour.sample.trajectory, steps=STEPS // STEP_FACTOR)
     return np.interp(s_mm, bed.sections.s_mm, bed.level_mm)
 
 

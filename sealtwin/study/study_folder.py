@@ -218,8 +218,8 @@ def forget_outcome(folder: Path, run: StudyRun) -> StudyRun:
     return StudyRun(**_part(ScheduledRun, run))
 
 
-def _part(of: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str, Any]:
-    return {field.name: getattr(run, field.name) for field in fields(of)}
+def _part(record_type: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str, Any]:
+    return {field.name: getattr(run, field.name) for field in fields(record_type)}
 
 
 def resume(folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool) -> list[StudyRun]:
