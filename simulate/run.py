@@ -48,7 +48,8 @@ def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalErr
     """Fill one crack with each of several fluids in one launch. The results are those of ``fill`` for each fluid.
 
     A run with a numerical fault is computed anew with twice the substeps, and again up to the last of
-    ``SUBSTEP_FACTORS``, unless their number is given. Then its error is its result. Raises InputError if one of the fluids cannot be run.
+    ``SUBSTEP_FACTORS``, unless their number is given. Then its error is its result. Raises InputError if one of the
+    fluids cannot be run.
     """
     for fluid in pour.each:
         for doubt in fluid.doubts:
