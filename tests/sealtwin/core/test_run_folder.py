@@ -16,7 +16,7 @@ KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, NUMBERS)
 
 def _finish(folder, stage="digitise", name="outline.json", inputs=None, given=("photo.jpg",)):
     files.write_text(folder.path / name, "{}")
-    facts = {"numbers": NUMBERS, "given": given}
+    facts = {"numbers": NUMBERS, "from_user": given}
     folder.record(stage, KEY, {"depth_mm": 16.0}, inputs or {"photo.jpg": "1"}, [name], 1.0, **facts)
 
 
