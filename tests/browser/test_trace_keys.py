@@ -74,24 +74,6 @@ def test_points_and_status_are_said(bench, shot):
     assert bench.text("#status").startswith("Walls traced")
 
 
-def test_the_footer_hides_nothing_that_takes_the_focus(open_page, shot):
-    """WCAG 2.2 AA: focus not obscured; also where a refusal makes the footer taller."""
-    bench = open_page(shot.file, width=390, height=800)
-    bench.give_ends(shot)
-    bench.page.check("input[value=face]")
-    bench.page.click("#save")
-    bench.until("document.querySelector('#save-refused').textContent")
-    bench.page.focus("#swap")
-    visited, hidden = [], []
-    while (focused := bench.probe("focused"))["id"] != "save":
-        visited.append(focused["id"])
-        if focused["below_footer_px"] > 0:
-            hidden.append(focused["id"])
-        bench.page.keyboard.press("Tab")
-    assert {"search", "face-width-mm", "depth-mm", "keep-branches"} <= set(visited)
-    assert hidden == []
-
-
 def test_nothing_moves_for_those_who_asked_for_stillness(open_page, shot):
     bench = open_page(shot.file, reduced_motion="reduce")
     assert bench.probe("moving") == 0

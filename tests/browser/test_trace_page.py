@@ -67,28 +67,6 @@ def test_via_points_undo_and_redo(bench, shot):
     assert bench.page.is_disabled("#redo"), "what was undone is gone once something else is said"
 
 
-def test_walls_follow_a_point_that_is_dragged(open_page, big):
-    """Before it is let go; and what is typed or saved is not yet changed."""
-    bench = open_page(big.file)
-    bench.give_ends(big)
-    whole = bench.number("length")
-    bench.page.mouse.move(*bench.at(big.along(0.95)))
-    bench.page.mouse.down()
-    bench.page.mouse.move(*bench.at(big.along(0.8)), steps=5)
-    bench.page.mouse.move(*bench.at(big.along(0.7)), steps=5)
-    bench.until("window.probe.number('length') < given[0]", 0.78 * whole)
-    assert bench.page.get_attribute("#stage", "data-state") == "walls"
-    assert bench.page.locator("#left-wall").count() == 1
-    assert bench.page.is_disabled("#redo")
-    bench.page.mouse.up()
-    bench.await_state("walls")
-    # 65 of 90 hundredths of the crack are left.
-    assert bench.number("length") / whole == pytest.approx(65 / 90, abs=0.03)
-    bench.page.click("#undo")
-    bench.await_state("walls")
-    bench.until("window.probe.number('length') === given[0]", whole)
-
-
 def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(bench):
     bench.await_state("walls")
     assert bench.page.is_visible("#proposal")
