@@ -1,14 +1,7 @@
 """The command: what it refuses before any run, and, slowly, a calibration that is killed, ends and predicts."""
 
-import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 from datetime import date
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -28,12 +21,8 @@ from sealtwin.core.progress import Progress
 from sealtwin.study.estimate import Forecast
 from sealtwin.study.study_folder import read_plan
 from sealtwin.trial import digitise_stage
-from sealtwin.trial.trial_file import Trial
-from simulate.material_file import read_material
-from simulate.settings import Fluid, Nozzle, Solver
-from simulate.setup_checks import check_fit
-from tests.support.emulated_trials import FREE, HERE, TRUTH, tiny_trials
-from tests.support.paths import ROOT
+from simulate.settings import Fluid
+from tests.support.emulated_trials import HERE, tiny_trials
 from tests.support.report_stubs import leave_out_figures
 from tests.support.tiny_study import tiny_lab
 from validate.calibration.posterior import Free, smooth_errors_mm2
@@ -202,68 +191,6 @@ def test_a_paste_that_thins_is_written_with_k_and_n():
     material = calibrating._material(result, draws[:, :1], calibrated, twin, date(2026, 11, 26))
     assert material is not None, "a free viscosity replaces K and n"
     assert (material.viscosity_pa_s, material.consistency_pa_s_n, material.flow_index) == (5.0, None, None)
-
-
-def _command(lab, out):
-    free = [part for text in FREE for part in ("--free", text)]
-    line = ["calibrate", "trial.toml", *free, "--hold-out", "other.toml", "--date", "2026-11-22", "--accurate"]
-    return [sys.executable, "-m", "sealtwin", *line, "--jobs", "1", "--device", "cpu", "--json", "--out", out]
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # Of runs that are not at rest
-def test_a_calibration_that_is_killed_ends_with_the_bytes_of_an_unbroken_one(tmp_path):
-    tiny_trials(tmp_path / "a")
-    answers = []
-    for number, place in enumerate(("a", "b")):
-        lab = tmp_path / place
-        if number:
-            subprocess.run(["cp", "-r", tmp_path / "a", lab], check=True)
-            subprocess.run(["rm", "-r", lab / "out"], check=True)
-        how = {"cwd": lab, "env": os.environ | {"PYTHONPATH": str(ROOT)}}
-        if number:
-            started = subprocess.Popen(_command(lab, "out"), **how, stdout=subprocess.DEVNULL)
-            while len(list((lab / "out").glob("library/*/runs/*/outcome.json"))) < 9:
-                assert started.poll() is None
-                time.sleep(0.2)
-            started.send_signal(signal.SIGKILL)
-            started.wait()
-        done = subprocess.run(_command(lab, "out"), **how, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        answers.append(json.loads(done.stdout))
-    assert answers[0] == answers[1]
-    names = answers[0]["files"]
-    for name in names:
-        assert (tmp_path / "a/out" / name).read_bytes() == (tmp_path / "b/out" / name).read_bytes(), name
-    _holds(tmp_path / "a", answers[0])
-
-
-def _holds(lab, answer):
-    calibration = st.calibrate(
-        lab / "trial.toml",
-        {"fluid.viscosity_pa_s": (0.03, 0.4), "fluid.yield_stress_pa": (0.5, 6.0)},
-        hold_out=[lab / "other.toml"],
-        out=lab / "out",
-        jobs=1,
-        accurate=True,
-    )
-    assert calibration.content["finding"] == answer["finding"]
-    assert calibration.posterior["fluid.yield_stress_pa"].shape == (500,)
-    assert set(calibration.identified) == set(TRUTH)
-    assert answer["emulated"]
-    assert "EMULATED" in (lab / "out/calibration.html").read_text(encoding="utf-8")
-    material = read_material(lab / "out/material.toml")
-    assert material.radius_mm == 0.45
-    assert material.substeps == 3
-    assert material.yield_stress_95_pa[0] <= TRUTH["fluid.yield_stress_pa"] <= material.yield_stress_95_pa[1]
-    # It is what a trial can take, at its own radius alone.
-    trial = Trial.model_validate({"name": "x", "mesh": {"file": Path("x.stl"), "data": "synthetic", "units": "mm"}})
-    fluid = Fluid(material=lab / "out/material.toml", freeze_after_s="never").loaded(lab)
-    assert fluid.viscosity_pa_s == material.viscosity_pa_s
-    twin = Twin(lab / "trial.toml", lab / "again", HERE, Progress())
-    check_fit(twin.outline, twin.solid, fluid, Solver(radius_mm=0.45), Nozzle(), trial.sample)
-    with pytest.raises(InputError, match=r"solver.radius_mm is 0.4.*calibrated at 0.45"):
-        check_fit(twin.outline, twin.solid, fluid, Solver(radius_mm=0.4), Nozzle(), trial.sample)
 
 
 @pytest.mark.parametrize(("given", "drafts"), [({"solver.settle_s": 0.1}, True), ({"solver.radius_mm": 0.5}, False)])

@@ -1,7 +1,6 @@
 """The command as a user meets it: answers, exit codes, one sentence for each thing that is wrong."""
 
 import json
-import os
 import shlex
 import subprocess
 import sys
@@ -14,7 +13,7 @@ import typer
 
 from sealtwin.cli.answer import Command, ending
 from tests.support.photos import mortar, with_crack, write_png
-from tests.support.processes import refusal, sealtwin, start_interruptible
+from tests.support.processes import refusal, sealtwin
 from tests.support.tiny_study import tiny_lab
 
 LINE = [(40, 150), (460, 140)]
@@ -85,35 +84,6 @@ def test_a_program_reads_what_was_wrong_with_its_command_line(line, named):
     assert named in error["error"]
     assert named in answer.stderr
     assert not sealtwin(*shlex.split(line)).stdout
-
-
-def test_the_module_is_the_command():
-    """Run as a module, a file that only defines would do nothing, and say so by code 0."""
-    command = [sys.executable, "-m", "sealtwin.cli.app", "--version"]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout == sealtwin("--version").stdout != ""
-
-
-INTERRUPTED = """
-import typer
-from sealtwin.cli.answer import CheckedCommand, answers
-
-app = typer.Typer()
-
-@app.command(cls=CheckedCommand)
-@answers()
-def command(command):
-    exec("import signal; signal.raise_signal(signal.SIGINT); done = 1")
-
-app()
-"""
-"""A signal where CPython notes it."""
-
-
-def test_an_interrupt_in_the_making_of_a_class_ends_with_130_too():
-    ended = start_interruptible([sys.executable, "-c", INTERRUPTED])
-    narration = ended.communicate()[1]
-    assert ended.returncode == 130, narration
 
 
 def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
@@ -197,16 +167,3 @@ def test_a_library_that_finds_no_memory_is_one_sentence_and_another_fault_a_bug(
     assert (end.value.exit_code, "not enough memory" in capsys.readouterr().err) == (3, True)
     with pytest.raises(ImportError, match="no such name"), ending(Command()):
         raise ImportError("no such name")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name != "posix", reason="a shell that can close a stream")
-def test_without_an_open_stderr_the_answer_is_the_same(tmp_path):
-    """A file opened next would take the closed stream's number, and all narration."""
-    command = f"exec {shlex.quote(sys.executable)} -m sealtwin validate nowhere --json 2>&-"
-    answer = subprocess.run(command, shell=True, stdout=subprocess.PIPE, cwd=tmp_path, text=True, check=False)
-    assert answer.returncode == 3
-    assert "nowhere: not a run folder" in json.loads(answer.stdout)["error"]
-    digits = f"exec {shlex.quote(sys.executable)} -m sealtwin init lab >&- 2>&-"
-    assert subprocess.run(digits, shell=True, cwd=tmp_path, check=False).returncode == 0
-    assert (tmp_path / "lab" / "trial.toml").is_file()

@@ -5,16 +5,11 @@ import shutil
 import tomllib
 from pathlib import Path
 
-import numpy as np
 import pytest
 import trimesh
 
-from digitise.settings import CrackShape
-from digitise.solid.build_solid import build_solid
-from tests.support.coarse_trial import make_coarse
 from tests.support.meshes import mesh_of, slotted
 from tests.support.processes import refusal, sealtwin
-from tests.support.shapes import wandering_crack
 from tests.support.sheets import read_pdf
 from tests.support.tiny_study import TRIAL, tiny_lab
 
@@ -48,27 +43,6 @@ def test_a_wrong_unit_and_a_missing_mesh_are_refused(tmp_path, name, unit, named
     write(tmp_path / "scan.stl")
     assert named in refusal("import-mesh", tmp_path / name, "--units", unit, "--out", tmp_path / "run")
     assert not (tmp_path / "run" / "trial.toml").exists()
-
-
-@pytest.mark.slow
-def test_a_scan_is_injected_and_reported(tmp_path):
-    """The paper's crack as a mesh in inches that stands on its side: no particle leaves it."""
-    outline = wandering_crack()
-    solid = build_solid(outline, CrackShape(depth_mm=16.0, tilt="flare", wall_angle_deg=5.5))
-    stands = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
-    trial = make_coarse(tmp_path / "lab")
-    trimesh.Trimesh(solid.vertices_mm @ stands.T / 25.4, solid.faces, process=False).export(trial.with_name("scan.stl"))
-    text = trial.read_text(encoding="utf-8")
-    mesh = '[mesh]\nfile = "scan.stl"\ndata = "synthetic"\nunits = "inch"\nup = "y"\n\n'
-    trial.write_text(text[: text.index("[photo]")] + mesh + text[text.index("[path]") :], encoding="utf-8")
-    done = sealtwin("run", trial, "--out", tmp_path / "run", "--device", "cpu", "--json")
-    assert done.exit_code == 0, done.output
-    result = json.loads(done.stdout)
-    assert (result["fluid"]["escaped_particles"], result["fluid"]["spilled_particles"]) == (0, 0)
-    assert result["sample"]["cavity_volume_mm3"] == pytest.approx(solid.cavity_volume_mm3, rel=1e-3)
-    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    assert "The walls are those of the mesh" in page
-    assert "the mesh is synthetic" in page
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ import io
 import json
 import os
 import struct
-import sys
 import zipfile
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -18,7 +17,6 @@ import trimesh
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import READERS, Triangles, read_mesh
-from tests.support.processes import start_interruptible
 
 CORNERS = np.array([[0, 0, 0], [20, 0, 0], [20, 10, 0], [0, 10, 0], [0, 0, 5], [20, 0, 5], [20, 10, 5], [0, 10, 5]])
 SIDES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
@@ -293,36 +291,3 @@ def test_any_damage_gives_a_mesh_or_a_sentence(tmp_path, sample):
         except InputError:
             refused += 1
     assert refused > 10
-
-
-IMPORTING = """
-import importlib.abc, signal, sys
-
-class Interrupting(importlib.abc.MetaPathFinder):
-    def find_spec(self, name, path, target=None):
-        if name == "networkx":
-            signal.raise_signal(signal.SIGINT)
-
-sys.meta_path.insert(0, Interrupting())
-try:
-    {load}
-except KeyboardInterrupt:
-    print("interrupted", "trimesh" in sys.modules)
-else:
-    print("swallowed")
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("load", "outcome"),
-    [
-        # trimesh keeps interrupts no more if this one fails: load_trimesh can go then.
-        ("import trimesh", "swallowed"),
-        ("from sealtwin.core.mesh_file import load_trimesh; load_trimesh()", "interrupted True"),
-    ],
-)
-def test_an_interrupt_waits_for_trimesh_and_is_not_lost(load, outcome):
-    """Ctrl-C while trimesh is imported, in a process of its own, since a process imports it once."""
-    ended = start_interruptible([sys.executable, "-c", IMPORTING.format(load=load)])
-    assert ended.communicate()[0].strip() == outcome

@@ -1,12 +1,8 @@
 """Ingest: dialects, faults and revisions; stopped, killed or doubled it leaves a lab that is whole."""
 
 import hashlib
-import random
 import re
 import shutil
-import signal
-import subprocess
-import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -186,39 +182,6 @@ def test_of_two_ingests_at_once_one_waits_for_the_other(small, tmp_path):
             assert _trials(lab) == 0
         assert not waiting.result().faults
     assert _trials(lab) == 2
-
-
-@pytest.mark.slow
-def test_killed_again_and_again_an_ingest_loses_nothing(sound, tmp_path):
-    """SIGKILL at random moments after one more trial is there, then once to its end: the same as unbroken."""
-    chance = random.Random(5)
-    lab = tmp_path / "lab"
-    kept = [0]
-    while kept[-1] < len(HANDS) - 1 and len(kept) < 12:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "sealtwin", "ingest", sound[0], "--out", lab, "--quiet"],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        while process.poll() is None and _trials(lab) == kept[-1]:
-            time.sleep(0.002)
-        # About what a trial takes.
-        time.sleep(chance.uniform(0, 0.015))
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        assert _trials(lab) > kept[-1]
-        kept.append(_trials(lab))
-    assert len(kept) > 3
-    ingested = ingest(sound[0], lab, QUIET)
-    assert not ingested.faults
-    assert rows_of(lab) == rows_of(sound[2])
-    for sample in HANDS:
-        names = ("trial.toml", "inputs")
-        hashes, unbroken = (
-            {name: digest for name, digest in hashes_of(place / sample).items() if name.startswith(names)}
-            for place in (lab, sound[2])
-        )
-        assert hashes == unbroken
 
 
 def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeypatch):

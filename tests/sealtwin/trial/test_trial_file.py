@@ -14,9 +14,9 @@ from sealtwin.core.records import Sample
 from sealtwin.trial.starter_files import TRIAL, write_starter
 from sealtwin.trial.trial_file import Trial, drafted, load_trial, sample_trial, seen_from, trial_text, with_settings
 from simulate.material_file import Material
-from simulate.settings import LAWS
+from simulate.settings import LAWS, Nozzle, Solver
 from simulate.setup.release_schedule import plan_releases
-from simulate.setup_checks import rheology_of
+from simulate.setup_checks import check_fit, rheology_of
 from tests.support.ingested_lab import edit
 from tests.support.paths import FIXTURE
 from tests.support.small_fluids import injected, path, sample_of, slot
@@ -248,7 +248,7 @@ def test_a_drafts_particles_are_not_smaller_than_the_trials_and_not_wider_than_t
     assert drafted(trial, poured(width_mm)).solver.size_mm == draft_mm
 
 
-def test_a_calibrated_material_keeps_its_radius():
+def test_a_calibrated_material_keeps_its_radius_and_is_refused_at_another():
     material = Material.model_validate({
         "method": "calibration", "date": "2026-11-01", "data": "measured", "not_for": ["flow"], "radius_mm": 0.5,
         "yield_stress_pa": 12.0, "yield_stress_error_pa": 1.0, "yield_stress_95_pa": (10.0, 14.0),
@@ -257,3 +257,5 @@ def test_a_calibrated_material_keeps_its_radius():
     trial = trial_of({"viscosity_pa_s": 0.3}, radius_mm=0.5)
     fluid = trial.given_fluid.model_copy(update={"material": material})
     assert drafted(trial.model_copy(update={"fluid": fluid}), poured()).solver.size_mm == 0.5
+    with pytest.raises(InputError, match=r"solver.radius_mm is 0.4.*calibrated at 0.5"):
+        check_fit(poured().outline, poured().solid, fluid, Solver(radius_mm=0.4), Nozzle(), trial.sample)
