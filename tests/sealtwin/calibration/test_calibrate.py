@@ -20,7 +20,6 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study.estimate import Forecast
 from sealtwin.study.study_folder import read_plan
-from sealtwin.trial import digitise_stage
 from simulate.settings import Fluid
 from tests.support.emulated_trials import HERE, tiny_trials
 from tests.support.report_stubs import leave_out_figures
@@ -62,20 +61,6 @@ def test_readings_are_used_as_their_role_says(lab):
     slot = _edited(lab, "slot.toml", **{"[solver]": '[solver]\nmodel = "slot"'})
     _refused(lab, [trial, slot], YIELD, "slot.toml", 'solver.model is "slot"')
     assert not (lab / "out").exists(), "no crack is digitised before"
-
-
-def test_a_crack_is_traced_once_for_all_volumes(lab, monkeypatch):
-    traced, real = list[object](), digitise_stage._digitise
-    monkeypatch.setattr(digitise_stage, "_digitise", lambda job: traced.append(job) or real(job))
-    twin = Twin(lab / "trial.toml", lab / "library", replace(HERE, traced={}), Progress())
-    twin._plan([twin._planned(1, {"path.volume_ml": 0.07}, 0)], dry_run=True)
-    assert len(traced) == 1
-    twin._plan([twin._planned(1, {"crack.depth_mm": 7.0}, 0)], dry_run=True)
-    assert len(traced) == 2, "another crack is"
-    alone = Twin(_edited(lab, "alone.toml", **{"0.08": "0.07"}), lab / "alone", replace(HERE, traced={}), Progress())
-    (home,) = (alone.folder / "samples").iterdir()
-    for file in ("crack.ply", "outline.json", "trajectory.csv", "solid.json"):
-        assert (home / file).read_bytes() == (twin.folder / "samples" / home.name / file).read_bytes(), file
 
 
 def test_the_same_readings_cannot_calibrate_and_judge(lab):

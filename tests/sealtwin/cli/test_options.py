@@ -26,12 +26,6 @@ def test_anything_but_two_finite_numbers_is_refused_by_its_option(text):
         read_numbers(text, "X,Y", "--roi")
 
 
-@pytest.mark.parametrize("text", ["deep", "nan", ""])
-def test_a_depth_that_is_no_number_is_refused_by_its_option(text):
-    with pytest.raises(typer.BadParameter, match="--depth-mm"):
-        along(text, "--depth-mm")
-
-
 TABLES = {
     "plain": b"s_mm,depth_mm\n0,12\n40,16.5\n",
     "UTF-16": "s_mm,depth_mm\n0,12\n40,16.5\n".encode("utf-16"),
@@ -78,13 +72,6 @@ def test_a_table_of_depths_that_cannot_be_used_is_named(tmp_path, content, named
 )
 def test_a_value_is_read_as_in_toml_or_as_a_bare_word(text, value):
     assert settings_of({}, [text]) == {text.partition("=")[0].strip(): value}
-
-
-def test_no_help_has_brackets_that_a_terminal_takes_as_markup():
-    """Broken on purpose with "needs sealtwin[cluster]", a terminal shows "needs sealtwin"."""
-    helps = [getattr(part, "help", "") or "" for command in COMMANDS.values() for part in (command, *command.params)]
-    assert len(helps) > 100
-    assert [text for text in helps if re.search(r"\[/?[a-zA-Z@#]", text)] == []
 
 
 @pytest.mark.parametrize("text", ["crack.tilt", "=flare", "crack.=1", "a.b.c.d.e=1", "cra ck.tilt=1"])

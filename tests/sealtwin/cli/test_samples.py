@@ -35,16 +35,6 @@ def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
     assert f"sealtwin simulate {run}'" in refusal("run", run / "trial.toml")
 
 
-@pytest.mark.parametrize(
-    ("name", "unit", "named"),
-    [("scan.stl", "m", "The file is probably in mm"), ("none.stl", "mm", "none.stl: not found")],
-)
-def test_a_wrong_unit_and_a_missing_mesh_are_refused(tmp_path, name, unit, named):
-    write(tmp_path / "scan.stl")
-    assert named in refusal("import-mesh", tmp_path / name, "--units", unit, "--out", tmp_path / "run")
-    assert not (tmp_path / "run" / "trial.toml").exists()
-
-
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A digitised run of a crack of 50 mm."""
@@ -85,17 +75,6 @@ def test_runs_of_one_name_what_is_no_run_and_a_file_of_the_users_are_named(run, 
     assert [(file.name, file.read_text()) for file in mine.iterdir()] == [("coco.json", "mine")]
 
 
-def test_samples_whose_photos_have_one_name_have_that_of_their_trials(run, tmp_path):
-    shutil.copytree(run, tmp_path / "twin")
-    trial = tmp_path / "twin" / "trial.toml"
-    trial.write_text(trial.read_text().replace('name = "', 'name = "other-', 1))
-    answer = sealtwin("export", run, tmp_path / "twin", "--format", "mask,coco", "--out", tmp_path / "out")
-    assert answer.exit_code == 0, answer.output
-    images = json.loads((tmp_path / "out" / "coco.json").read_text())["images"]
-    assert len({image["file_name"] for image in images}) == 2
-    assert len(list((tmp_path / "out").glob("other-*_mask.png"))) == 1
-
-
 @pytest.mark.parametrize("options", ["--line L", "--outline A --walls B C", "--depth-mm 1e9"])
 def test_options_that_do_not_go_together_are_a_usage_error(tmp_path, options):
     (tmp_path / "a.dxf").write_text("")
@@ -125,19 +104,6 @@ def test_a_frame_and_its_table_are_written(tmp_path):
     assert answer.stdout == table
     assert len(tomllib.loads(table)["photo"]["markers"]["markers"]) == 8
     assert f"sealtwin digitise PHOTO --markers {tmp_path / 'board.toml'} --face-mm 160x40" in answer.stderr
-
-
-def test_a_frame_on_other_paper_is_answered_by_its_table_or_by_one_object(tmp_path):
-    command = f"markers --face-mm 70x40 --size-mm 10 --count 4 --paper letter --out {tmp_path}/frame.PDF".split()
-    answer = sealtwin(*command, "--quiet")
-    assert (answer.exit_code, answer.stderr) == (0, ""), answer.output
-    assert answer.stdout.startswith("# In [photo]: face_mm = [70.0, 40.0]\n[photo.markers]")
-    assert read_pdf(tmp_path / "frame.PDF").size_mm == pytest.approx((215.9, 279.4), abs=5e-3)
-    answer = sealtwin(*command, "--json")
-    content = json.loads(answer.stdout)
-    assert "For the trial file" not in answer.stderr, "a program has no trial file to paste into"
-    assert (content["face_mm"], content["markers"]["size_mm"]) == ([70, 40], 10)
-    assert content["markers"]["markers"][0] == {"id": 0, "x_mm": -8.75, "y_mm": -8.75}
 
 
 @pytest.mark.parametrize("names", [("mine.pdf", "board.toml"), ("frame.pdf", "mine.pdf")])

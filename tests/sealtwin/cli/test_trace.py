@@ -118,16 +118,6 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
     assert result["not_traced"] == ["broken.png"]
 
 
-def test_leaving_saves_nothing(trial, browser):
-    before = trial.read_bytes()
-    browser.posts = (("quit", {}),)
-    answer = sealtwin("trace", trial)
-    assert browser.answers == ([{"left": True}],)
-    assert (answer.exit_code, answer.stdout) == (0, "Nothing was saved.\n")
-    assert not browser.door.parent.exists()
-    assert trial.read_bytes() == before
-
-
 def test_no_browser_is_opened_if_none_is_wanted(trial, browser, monkeypatch):
     """Ctrl-C ends it, with the exit code of an interruption, and nothing is written."""
     monkeypatch.setattr(TracePage, "wait", Mock(side_effect=KeyboardInterrupt))

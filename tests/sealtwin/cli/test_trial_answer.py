@@ -100,15 +100,6 @@ def test_verbose_prints_what_the_short_answer_leaves_out(shipped):
     assert [text for text in (*sentences, *figures) if text not in rest] == []
 
 
-@pytest.mark.parametrize("last", ["simulate", "validate"])
-def test_each_warning_of_the_fluid_is_a_line_unless_it_was_printed(evidence, last):
-    warnings = REMARK, *(doubt(key, f"About {key}.") for key in ("method.draft", "fluid.escaped", "fluid.compressed"))
-    for printed in ((), warnings[:1], warnings):
-        lines = lines_of(compared(evidence), last, printed, fluid={"warnings": warnings})
-        shown = [line.removeprefix("Warning").strip() for line in lines]
-        assert [shown.count(fact.text) for fact in warnings] == [int(fact not in printed) for fact in warnings]
-
-
 def test_each_reason_why_the_fast_model_is_unfit_is_a_line(evidence):
     unfit = doubt("unfit.mound", "A mound."), doubt("unfit.over", "It runs over the face.")
     method, other = doubt("method.fast", "By the fast model."), doubt("fluid.bond", "The Bond number is 0.9.")
@@ -188,12 +179,3 @@ def test_each_kind_of_result_without_readings_has_its_line(kind):
     lines = lines_of(None, **parts)
     assert [text for text in expected if text not in "\n".join(lines)] == []
     assert kind != "prediction" or "--uncertainty" not in lines[-1]
-
-
-def test_a_digitised_crack_shows_its_scale_and_no_fluid():
-    """A path alone has no width."""
-    lines = lines_of(None, "digitise")
-    assert [line.split()[0] for line in lines] == ["Crack", "Scale", "Folder"]
-    assert lines[1] == "Scale    8 4x4_50 markers of 16 mm, 0.1001 mm/px, uncertain by 0.045 %"
-    path = {"mean_width_mm": None, "cavity_volume_mm3": None, "sealant_mm3": 0.0}
-    assert lines_of(None, "digitise", sample=path)[0].startswith("Crack    79.5 mm long, a path alone")

@@ -53,13 +53,6 @@ def test_a_broken_table_is_named_by_file_and_line(tmp_path, text, named):
     assert len(str(fault.value)) < 400
 
 
-@pytest.mark.parametrize("text", ["[" * 100_000, '{"a":' * 100_000])
-def test_json_within_json_without_end_is_refused(tmp_path, text):
-    (tmp_path / "outline.json").write_text(text)
-    with pytest.raises(InputError, match=r"outline\.json: not readable JSON"):
-        files.read_json(tmp_path / "outline.json")
-
-
 def test_json_has_no_word_that_json_does_not_know():
     content = {"a": np.float64("nan"), "b": np.array([1.0, np.inf]), "c": np.int64(3), "d": (True, np.bool_(False))}
     assert json.loads(files.as_json(content)) == {"a": None, "b": [1.0, None], "c": 3, "d": [True, False]}

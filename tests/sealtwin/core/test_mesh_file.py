@@ -9,7 +9,6 @@ import zipfile
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -209,35 +208,6 @@ def test_content_that_is_no_mesh_is_refused_by_file_and_format(tmp_path, name):
 def test_another_format_is_refused_by_its_name(tmp_path, suffix, remedy):
     with pytest.raises(InputError, match=rf"sample{suffix}: .*{remedy}"):
         read(tmp_path, suffix, b"")
-
-
-PIXELS = one_mesh(
-    images=[{"uri": "rust.png"}], textures=[{"source": 0}],
-    materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
-    meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
-)  # fmt: skip
-TEXTURED = {
-    "OBJ": lambda: (".obj", b"mtllib steel.mtl\nusemtl steel\n" + counted_obj()),
-    "PLY": lambda: (".ply", written(box(), "ply").replace(b"element v", b"comment TextureFile rust.png\nelement v")),
-    "GLB": lambda: (".glb", glb(PIXELS, np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype="<f4").tobytes())),
-    "3MF": SAMPLES["3MF"],
-}
-
-
-@pytest.mark.parametrize("sample", needing(TEXTURED))
-def test_no_second_file_is_opened(tmp_path, monkeypatch, sample):
-    """The names in the mesh lead to files that are there, and a reader with a resolver would open them."""
-    for name in ("steel.mtl", "rust.png"):
-        (tmp_path / name).write_bytes(b"newmtl steel\nmap_Kd rust.png\n")
-    suffix, content = TEXTURED[sample]()
-    path = tmp_path / f"sample{suffix}"
-    path.write_bytes(content)
-    opening = Mock(wraps=io.open)
-    monkeypatch.setattr("builtins.open", opening)
-    monkeypatch.setattr("io.open", opening)
-    assert len(read_mesh(path).faces)
-    opened = [str(call.args[0]) for call in opening.call_args_list]
-    assert [name for name in opened if name.startswith(str(tmp_path))] == [str(path)]
 
 
 def test_3mf_without_lxml_is_refused_with_the_remedy(tmp_path, monkeypatch):

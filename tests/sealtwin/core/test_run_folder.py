@@ -8,7 +8,7 @@ import pytest
 
 from sealtwin.core import files
 from sealtwin.core.errors import BusyError, InputError, present
-from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, number_words, open_folder, other_numbers, stage_key
+from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder, stage_key
 
 NUMBERS = {"digitise": 1}
 KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, NUMBERS)
@@ -167,13 +167,3 @@ def test_a_linked_folder_that_leads_out_of_the_run_is_refused(tmp_path):
     (tmp_path / "run" / "inputs").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(InputError, match="inputs: is a link"), open_folder(tmp_path / "run", create=True):
         pass
-
-
-def test_numbers_that_are_not_recorded_are_said_to_be_unknown():
-    """A result of a version without stage numbers has none, and counts as computed by another one."""
-    current = {"digitise": 1, "simulate": 2}
-    now = "while this version has"
-    assert other_numbers(current, current) == ""
-    assert other_numbers({"digitise": 1, "simulate": 1}, current) == f"simulate 1, {now} simulate 2"
-    assert other_numbers({}, current) == f"digitise unknown, simulate unknown, {now} digitise 1, simulate 2"
-    assert number_words({}) == "unknown"

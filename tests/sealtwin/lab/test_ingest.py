@@ -16,7 +16,7 @@ from sealtwin.lab import ingest as steps
 from sealtwin.lab.catalogue import CATALOGUE, Catalogue
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
-from tests.support.ingested_lab import QUIET, edit, fates, hashes_of, rows_of, sealtwin
+from tests.support.ingested_lab import QUIET, fates, hashes_of, rows_of, sealtwin
 from tests.support.lab_folder import FAULTS, HANDS, LENGTH_MM, S_MM, levels_mm, make_lab_folder
 from tests.support.messages import Narration
 from tests.support.photos import mortar, write_png
@@ -112,33 +112,6 @@ def test_a_trial_file_is_the_users_to_edit_and_a_lab_without_its_catalogue_is_st
     assert fates(ingest(small, lab, QUIET)) == UNCHANGED
     assert rows_of(lab) == rows
     assert trial.read_text() == mine
-
-
-def test_a_word_in_lab_toml_revises_all_that_it_is_about_and_a_comment_none(small, tmp_path):
-    (small / "P02_Messung.csv").unlink()
-    lab, defaults = tmp_path / "lab", small / "lab.toml"
-    ingest(small, lab, QUIET)
-    defaults.write_text(f"# Seen.\n{defaults.read_text()}")
-    assert fates(ingest(small, lab, QUIET)) == UNCHANGED
-    edit(defaults, "held-out", "calibrated-on")
-    assert fates(ingest(small, lab, QUIET)) == {"P01": "revised", "P02": "unchanged"}
-    edit(defaults, "volume_ml = 0.08", "volume_ml = 0.09")
-    assert fates(ingest(small, lab, QUIET)) == {"P01": "revised", "P02": "revised"}
-
-
-def test_an_answer_goes_into_a_trial_that_was_neither_edited_nor_run(small, lab):
-    (lab / "P02" / "trial.toml").write_text("# Mine.\n" + (lab / "P02" / "trial.toml").read_text())
-    before = hashes_of(lab / "P02")
-    for volume, trials in (("0.09", ("P01", "P02@2")), ("0.07", ("P01@2", "P02@2"))):
-        lab_toml = re.sub(r"volume_ml = [\d.]+", f"volume_ml = {volume}", (small / "lab.toml").read_text())
-        (small / "lab.toml").write_text(lab_toml)
-        assert tuple(sample.record.folder for sample in ingest(small, lab, QUIET).samples if sample.record) == trials
-        assert f"volume_ml = {volume}" in (lab / trials[0] / "trial.toml").read_text()
-        assert fates(ingest(small, lab, QUIET)) == UNCHANGED
-        (lab / "P01" / "run").mkdir(exist_ok=True)
-        (lab / "P01" / "run" / "profile.csv").write_text("a level")
-    assert hashes_of(lab / "P02") == before
-    assert len(rows_of(lab)) == 4
 
 
 def test_the_same_name_from_another_folder_is_another_sample(small, lab, tmp_path):

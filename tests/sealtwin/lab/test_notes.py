@@ -76,18 +76,6 @@ def test_toml_has_the_trials_own_keys(tmp_path):
         assert f"{key} = " in fault.finding
 
 
-def test_a_table_of_samples_is_asked_about_and_its_settings_go_into_their_rows(small, tmp_path):
-    lab = tmp_path / "lab"
-    (small / "P01.toml").unlink()
-    (small / "Tiefen Mai.csv").write_text("sample;crack.depth_mm\nP01;7,5\n")
-    assert fates(ingest(small, lab, QUIET))["Mai"] == "failed"
-    assert "no photo is called 'Mai'" in question(lab, "Tiefen Mai.csv")
-    settings = "crack.depth_mm = 7.5; photo.ends_px = [[40, 101], [160, 98]]"
-    answer(lab, {"Tiefen Mai.csv": {"role": "ignore"}, "P01.png": {"settings": settings}})
-    assert not ingest(small, lab, QUIET).faults
-    assert _depth_mm(lab, "P01") == 7.5
-
-
 def test_a_samples_scale_takes_the_place_of_the_folders_whatever_its_kind():
     folder = Note(dict.fromkeys(("photo.mm_per_px", "crack.depth_mm", "fluid.U"), 1.0))
     sample = Note(dict.fromkeys(("photo.face_mm", "fluid.viscosity_pa_s"), 1.0))
@@ -108,28 +96,6 @@ def test_all_faults_of_lab_toml_are_told_at_once_and_stop_all(small, tmp_path):
     lines = str(refusal.value).splitlines()
     assert [sum(fault in line for line in lines) for fault in faults] == [1, 1, 1]
     assert len(lines) == 3
-
-
-@pytest.mark.parametrize(
-    ("fluid", "stress_pa", "viscosity_pa_s", "assumed"),
-    [
-        ("", 5.0, 0.3, True),
-        ("[fluid]\nD_cm = 0.2\n", 5.0, 0.3, True),
-        ("[fluid]\nU = 10.0\nD_cm = 0.3\nfreeze_after_s = 2.5\n", 0.0, None, False),
-    ],
-)
-def test_what_is_not_said_of_the_fluid_is_the_starters(small, tmp_path, fluid, stress_pa, viscosity_pa_s, assumed):
-    """What a lab says of its paste is never added to: an age of freezing already holds the slope."""
-    lab_toml = (small / "lab.toml").read_text()
-    edit(small / "lab.toml", lab_toml[lab_toml.index("[fluid]") : lab_toml.index("[solver]")], fluid)
-    ingested = ingest(small, tmp_path / "lab", QUIET)
-    trial = load_trial(tmp_path / "lab" / "P01" / "trial.toml")
-    assert (trial.given_fluid.yield_stress_pa, trial.given_fluid.viscosity_pa_s) == (stress_pa, viscosity_pa_s)
-    # Without a rest the jet, still falling, is read as a spike of the level.
-    assert trial.solver.settle_s == 2.0
-    # Every report shows the trial's note.
-    for texts in (ingested.samples[0].remarks, [trial.note]):
-        assert any("fluid.yield_stress_pa = 5.0" in text for text in texts) is assumed
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """A file belongs to the photo whose stem is its own; all else is a question in pairing.csv, answered in one round."""
 
 import json
-import re
 import shutil
 from pathlib import Path, PurePath
 
@@ -159,19 +158,6 @@ def test_an_answer_in_a_column_without_a_known_name_is_refused(small, lab, heade
         ingest(small, lab, QUIET)
 
 
-def test_the_pairing_has_only_columns_that_are_asked_for_or_answered(small, tmp_path):
-    def columns():
-        ingest(small, tmp_path / "lab", QUIET)
-        return (tmp_path / "lab" / "pairing.csv").read_text().splitlines()[0]
-
-    assert columns() == "file,role,sample,question"
-    edit(small / "P02_Messung.csv", "[mm]", "")
-    assert columns() == "file,role,sample,places,unit,question"
-    # A column that nothing asks for, by hand and in another position.
-    answer(tmp_path / "lab", {"P02_Messung.csv": {"unit": "mm"}, "P01.csv": {"as_written": "B3"}})
-    assert columns() == "file,role,sample,unit,as_written,question"
-
-
 def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
     (lab := tmp_path / "lab").mkdir()
     rows = "P01.png,readings,P01\ngone.png,photo,P01\nP02.png,photo,\nP02.stl,readings,P02\n"
@@ -207,44 +193,6 @@ def test_a_sheet_in_question_is_shown_as_it_was_understood(small, tmp_path):
     page = (tmp_path / "lab" / "index.html").read_text()
     assert "<td>&lt;script&gt;</td>" in page
     assert "<td><strong>1</strong></td>" in page
-
-
-def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, tmp_path):
-    (small / "P01.csv").write_text(UNKNOWN)
-    (small / "P02_Messung.csv").write_text(UNKNOWN)
-    with (small / "lab.toml").open("a") as lab_toml:
-        lab_toml.write('quantity = "depth"\nunit = "mm"\n[readings.columns]\ns = "A"\nlevels = ["B:C"]\n')
-    lab = tmp_path / "lab"
-    ingest(small, lab, QUIET)
-    answer(lab, {"P01.csv": {"levels": "B", "datum": "sealant_top", "datum_level_mm": "-1"}})
-    # The second ingest reads the "'-1" of its own file, which no spreadsheet calculates.
-    for _ in range(2):
-        assert not ingest(small, lab, QUIET).faults
-        assert levels_mm(lab, "P01") == pytest.approx([-2.5, -2.4, -2.6])
-        answer(lab, {"P02_Messung.csv": {"as_written": "B"}})
-    assert levels_mm(lab, "P02") == pytest.approx([-1.55, -1.45, -1.65])
-
-
-@pytest.fixture
-def doubtful(small):
-    """The small folder, with a 0 for a missing reading of P01 in cell C4."""
-    lines = (small / "P01.csv").read_text().splitlines()
-    lines[3] = re.sub(r"^([^,]*,[^,]*),[^,]*", r"\1,0.00", lines[3])
-    (small / "P01.csv").write_text("\n".join(lines) + "\n")
-    return small
-
-
-def test_a_doubt_holds_its_sample_alone_names_cell_and_answer_and_is_answered_in_the_pairing(doubtful, tmp_path):
-    lab = tmp_path / "lab"
-    ingested = ingest(doubtful, lab, QUIET)
-    assert fates(ingested) == {"P01": "failed", "P02": "new"}
-    (fault,) = ingested.faults
-    assert fault.sentence.startswith("P01.csv, cell C4: 0 mm at s = 5 mm")
-    assert "as_written = C4" in fault.sentence
-    assert not Catalogue.of(lab).latest["p01"].sound, "'lab run' leaves it out, even once its files are removed"
-    assert "as_written = C4" in question(lab, "P01.csv")
-    answer(lab, {"P01.csv": {"as_written": "C4"}})
-    assert fates(ingest(doubtful, lab, QUIET))["P01"] == "revised"
 
 
 def test_the_readings_are_judged_again_by_the_volume_in_the_traced_crack(small, tmp_path):

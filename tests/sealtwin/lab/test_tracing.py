@@ -33,14 +33,6 @@ def late(small, tmp_path):
     return small, tmp_path / "lab"
 
 
-def test_a_sheet_in_question_is_held_against_its_crack_too(late):
-    folder, lab = late
-    edit(folder / "P01.csv", "level", "reading")
-    ingest(folder, lab, QUIET, jobs=1)
-    for words in ("sign = ...", "outside the crack"):
-        assert words in question(lab, "P01.csv")
-
-
 def test_questions_of_traced_cracks_are_asked_at_their_files_and_answered_for_the_same_command(late):
     """A fault of one sample costs no other; neither would run before its answer, and neither is traced again."""
     folder, lab = late

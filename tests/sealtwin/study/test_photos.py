@@ -4,8 +4,6 @@ import csv
 import json
 import resource
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -226,13 +224,3 @@ def test_what_only_one_photo_can_have_is_refused_for_several(lab, arguments, nam
     answer = _digitise(lab, *arguments.split())
     assert answer.exit_code == 2
     assert named in answer.stderr.replace("\n", " ")
-
-
-@pytest.mark.slow
-def test_two_processes_make_what_one_makes(lab, tmp_path):
-    for jobs in ("1", "2"):
-        command = [sys.executable, "-m", "sealtwin", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
-        subprocess.run([*command, "--jobs", jobs, "--out", str(tmp_path / jobs), "--quiet"], check=False, timeout=120)
-    one, two = ((tmp_path / jobs / "photos.csv").read_text() for jobs in ("1", "2"))
-    assert one == two
-    assert (tmp_path / "1/first/crack.stl").read_bytes() == (tmp_path / "2/first/crack.stl").read_bytes()

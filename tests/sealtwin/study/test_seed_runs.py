@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from sealtwin.calibration.search import Twin
-from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_folder import look_into, open_folder
@@ -119,17 +118,6 @@ def test_one_seed_again_leaves_nothing_of_the_mean(single, path):
     keys = list(files.read_json(path / "run.json"))
     assert keys == list(files.read_json(once / "run.json"))
     assert "seeds" not in keys
-
-
-def test_new_particles_clear_the_old_mean(path):
-    """A run of another fluid does not keep the mean of the earlier one's seeds."""
-    before = _levels(path)["level_mm"]
-    finished = _validate(path, stage="simulate", settings={"fluid.D_cm": 0.03})
-    assert finished.redone == ("simulate",)
-    assert finished.result.seeds is not None
-    assert finished.result.stages == ("digitise", "simulate", SEEDS)
-    assert not np.array_equal(_levels(path)["level_mm"], before)
-    assert "mean of 3 runs" in "\n".join(result_lines(finished.result, "simulate"))
 
 
 def test_copies_are_refused(single, tmp_path, monkeypatch):

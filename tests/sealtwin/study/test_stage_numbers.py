@@ -1,6 +1,5 @@
 """Studies, comparisons and plans across a raised stage number."""
 
-import json
 import shutil
 import warnings
 from dataclasses import replace
@@ -15,9 +14,8 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study
-from sealtwin.study.sweep import status, sweep
+from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import NUMBERS, shown
-from tests.support.ingested_lab import sealtwin
 from tests.support.messages import Narration
 from tests.support.tiny_study import HERE, TRIAL, compute_here, job_in, run_tiny, tiny_lab
 
@@ -58,19 +56,6 @@ def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(two, 
     assert not before & {run.key for run in read_plan(out).runs}
     sweep(two, out, HERE, second)
     assert not [note for note in second.notes if "finished runs" in note]
-
-
-def test_status_and_map_say_that_another_version_computed_the_runs(out, monkeypatch):
-    """A sweep computes its runs anew; these two take them as they are."""
-    own = NUMBERS["simulate"]
-    monkeypatch.setitem(NUMBERS, "simulate", 999)
-    words = f"2 finished runs were computed by simulate {own}, while this version has simulate 999. 'sealtwin sweep'"
-    terminal, as_json = (sealtwin("sweep", "status", out, "--quiet", *more).stdout for more in ([], ["--json"]))
-    assert terminal.count(words) == 1
-    (sentence,) = json.loads(as_json)["other_versions"]
-    assert words in sentence
-    monkeypatch.setitem(NUMBERS, "simulate", own)
-    assert status(out)["other_versions"] == []
 
 
 @pytest.mark.parametrize(("raised", "times"), [("simulate", 1), ("validate", 0)])

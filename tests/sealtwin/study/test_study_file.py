@@ -1,13 +1,11 @@
 """A study file: what varies, checked for all runs before the first one starts."""
 
 import math
-import re
 
 import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.study.study_file import load_study, plan_runs
-from sealtwin.trial.starter_files import write_example_study
 from sealtwin.trial.trial_file import load_trial
 from tests.support.paths import FIXTURE
 from tests.support.tiny_study import tiny_lab
@@ -112,23 +110,6 @@ def test_a_study_that_cannot_be_is_refused_in_words(tmp_path, varies, sentence):
         _plan(tmp_path, varies)
     assert sentence in str(caught.value)
     assert "study.toml" in str(caught.value)
-
-
-def test_the_example_is_a_study_with_each_of_its_three_forms(tmp_path):
-    """Also with what stands commented out in it in place of the grid."""
-    tiny_lab(tmp_path)
-    file = tmp_path / "mine.toml"
-    write_example_study(file)
-    text = file.read_text()
-    head, grid, rest = re.split(r"^(?=\[grid\]|# \[list\])", text, flags=re.MULTILINE)
-    rows, latin = re.split(r"^(?=# \[latin\])", rest, flags=re.MULTILINE)
-    for part, runs in ((grid, 8), (rows, 2), (latin, 40)):
-        file.write_text(head + re.sub("^# ", "", part, flags=re.MULTILINE))
-        assert len(plan_runs(load_study(file), file, load_trial(tmp_path / "trial.toml"))) == runs
-    with pytest.raises(InputError, match="not overwritten"):
-        write_example_study(file)
-    with pytest.raises(InputError, match="'sealtwin sweep --example"):
-        load_study(tmp_path / "none.toml")
 
 
 def test_the_shipped_study_is_the_paper_s_132_combinations_over_its_ranges():

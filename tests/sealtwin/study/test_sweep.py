@@ -5,7 +5,6 @@ import os
 import platform
 import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -45,21 +44,6 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, done)
     head, *rows = (done / "runs.csv").read_text().splitlines()
     assert len(rows) == 4
     assert head.startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
-
-
-@pytest.mark.parametrize(
-    ("declared", "fitted"), [("", 2), ('fitted = ["fluid.U", "crack.tilt", "seed"]\n', 4)], ids=["none", "three"]
-)
-def test_what_was_fitted_is_said_and_computes_nothing_again(lab, done, tmp_path, declared, fitted):
-    """Two settings vary, one of which is declared too; four stations were read. No run's key changes by it."""
-    copied = shutil.copytree(lab.parent, tmp_path / "lab")
-    edit(copied / "trial.toml", 'role = "calib', f'{declared}role = "calib')
-    report = sweep(copied / lab.name, done, replace(HERE, dry_run=True), Progress())
-    assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
-    (sentence,) = (line for line in swept_lines(report) if "settings fitted" in line)
-    assert sentence == report["best"]["against_baselines"]
-    assert f"({fitted} settings fitted)" in sentence
-    assert ("4 settings can fit any level at 4 stations" in sentence) is (fitted == 4)
 
 
 def test_a_result_that_was_lost_edited_or_half_written_is_computed_again_and_no_other(lab, unbroken, done):
@@ -263,18 +247,3 @@ def test_folders_that_are_somebody_else_s_in_use_or_edited_are_refused(lab, tmp_
     (fresh / "plan.json").write_text(json.dumps(plan))
     with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is not a table"):
         read_plan(fresh)
-
-
-@pytest.mark.slow
-def test_a_process_does_not_grow_from_run_to_run(fresh):
-    """Twenty runs: what the first ones load stays, what each takes is given back. One brings 1.8 MB.
-
-    The heap itself breathes by 25 MB, so the least of some counts; kept on purpose, twelve runs add 20 MB.
-    """
-    seen_mb = []
-    for _ in range(5):
-        for outcome in fresh.glob(f"runs/*/{OUTCOME}"):
-            outcome.unlink()
-        compute_here(fresh)
-        seen_mb.append(int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6)
-    assert min(seen_mb[3:]) - min(seen_mb[1:3]) < 5

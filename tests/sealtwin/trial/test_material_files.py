@@ -1,6 +1,5 @@
 """A trial whose sealant has tables: they are read beside it, travel with the run, and count by what they say."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,14 +13,12 @@ from sealtwin.core.progress import Progress
 from sealtwin.study.extra_runs import _variants
 from sealtwin.study.moved_inputs import Base
 from sealtwin.study.pipeline import run_stages, run_trial
-from sealtwin.study.study_folder import read_plan
-from sealtwin.study.sweep import sweep
 from sealtwin.trial.trial_file import load_trial
 from simulate.material_curve import CoolingCurve, MaterialCurve
 from simulate.material_file import Material
 from tests.support.ingested_lab import edit
 from tests.support.report_stubs import leave_out_figures
-from tests.support.tiny_study import HERE, job_in, tiny_lab
+from tests.support.tiny_study import job_in, tiny_lab
 
 QUIET = Progress()
 STAGES = ("digitise", "simulate")
@@ -74,27 +71,6 @@ def test_a_table_travels_with_its_run_and_counts_by_what_it_says(tmp_path):
         assert run_stages(job, ("simulate",)).redone == ()
     (tmp_path / "renamed.csv").write_text(CURING.replace("20\n", "21\n"), encoding="utf-8")
     assert run(trial, out) == ("simulate",)
-
-
-def test_a_study_varies_a_curve_as_a_whole_and_it_replaces_what_it_excludes(tmp_path):
-    """Two tables over the base's U and yield stress; and each row of the plan holds its own table."""
-    varies = '[grid]\n"fluid.curve" = ["curing.csv", "thick.csv"]\n'
-    base = 'U = 30.0\nyield_stress_pa = 12.0\nfreeze_after_s = "never"'
-    study = lab_with(tmp_path, base, varies).with_name("study.toml")
-    (tmp_path / "thick.csv").write_text(CURING.replace("0,0.05,0", "0,0.5,0"), encoding="utf-8")
-    out = tmp_path / "out"
-    sweep(study, out, replace(HERE, dry_run=True), QUIET)
-    runs = read_plan(out).runs
-    assert [one.trial["fluid"]["curve"]["viscosity_pa_s"] for one in runs] == [[0.05, 5.0], [0.5, 5.0]]
-    assert len({one.key for one in runs}) == 2
-    assert [one.settings["fluid.curve"] for one in runs] == ["curing.csv", "thick.csv"]
-    # A sweep that goes on computes again what another table decides, and no other run.
-    (tmp_path / "thick.csv").write_text(CURING.replace("0,0.05,0", "0,0.6,0"), encoding="utf-8")
-    sweep(study, out, replace(HERE, dry_run=True), QUIET)
-    assert [one.key == again.key for one, again in zip(runs, read_plan(out).runs, strict=True)] == [True, False]
-    edit(study, "fluid.curve", "fluid.curve.age_s")
-    with pytest.raises(InputError, match="no such setting"):
-        sweep(study, out, replace(HERE, dry_run=True), QUIET)
 
 
 def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_path):

@@ -176,15 +176,6 @@ def test_a_result_that_somebody_broke_is_one_sentence_and_no_traceback(copied, n
     assert "sealant_mm3" in refusal("validate", copied)
 
 
-def test_without_readings_no_old_comparison_is_left(unbroken, copied, no_pages):
-    trial, _, _ = unbroken
-    text = trial.read_text()
-    bare = trial.with_name("bare.toml")
-    bare.write_text(text[: text.index("[readings]")] + NO_PICTURES)
-    assert _json("run", bare, "--out", copied, "--device", "cpu")["comparison"] is None
-    assert not (copied / "comparison.json").exists()
-
-
 @pytest.mark.slow
 def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_the_same(copied):
     """Frames, snapshots and a film change no physics, to the bit; what lies past the run's end is said."""

@@ -158,38 +158,12 @@ def test_a_file_that_somebody_else_changed_is_not_overwritten(path):
         opened.save(TRACED, SAME)
 
 
-@pytest.mark.parametrize(
-    ("hints", "named"),
-    [
-        (Hints(ends_px=ENDS), "no scale"),
-        (Hints(ends_px=ENDS, mm_per_px=9.0), "photo.mm_per_px"),
-        (Hints(mm_per_px=0.1, via_px=((1.0, 2.0),)), "via_px is given without ends_px"),
-    ],
-)
-def test_what_would_be_no_trial_is_not_written(path, hints, named):
-    with pytest.raises(InputError, match=named):
-        TrialFile(path).save(hints, SAME)
-    assert path.read_text() == COMMENTED
-    assert list(path.parent.iterdir()) == [path]
-
-
 def test_an_edit_that_would_change_more_is_refused(path, monkeypatch):
     """Trust, but look: what an editor of TOML left is read again before it is written."""
     monkeypatch.setattr(trace_sheets, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
     with pytest.raises(InputError, match=r"Write them yourself: ends_px = \[\[12.5, 340.0\]"):
         TrialFile(path).save(TRACED, SAME)
     assert path.read_text() == COMMENTED
-
-
-def test_a_photo_gets_a_trial_of_its_name(tmp_path):
-    photo = tmp_path / 'crack "7".jpg'
-    new = new_trial(photo)
-    new.save(TRACED, Shape(depth_mm=16.0))
-    trial = load_trial(photo.with_suffix(".toml"))
-    read, crack = present(trial.photo, "photo"), present(trial.crack, "crack")
-    assert (trial.name, read.file.name, read.data, crack.depth_mm) == ('crack "7"', photo.name, "undeclared", 16.0)
-    assert Hints.of(read) == TRACED
-    assert "# Traced on the page" in new.path.read_text()
 
 
 def test_no_depth_is_ever_made_up_and_a_trial_that_is_there_is_not_replaced(tmp_path):

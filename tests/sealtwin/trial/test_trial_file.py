@@ -12,7 +12,7 @@ import pytest
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Sample
 from sealtwin.trial.starter_files import TRIAL, write_starter
-from sealtwin.trial.trial_file import Trial, drafted, load_trial, sample_trial, seen_from, trial_text, with_settings
+from sealtwin.trial.trial_file import Trial, drafted, load_trial, seen_from, trial_text, with_settings
 from simulate.material_file import Material
 from simulate.settings import LAWS, Nozzle, Solver
 from simulate.setup.release_schedule import plan_releases
@@ -155,18 +155,6 @@ def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left
     trial = load_trial(tmp_path / "trial.toml")
     given = {**vars(present(trial.photo, "photo")), **vars(trial.crack), **vars(trial.given_fluid)}
     assert all(given[key] for key in uncommented.split())
-
-
-def test_a_photo_of_any_name_makes_a_trial():
-    """A trial's name is one line of text; what a camera or a joker calls a file need not be."""
-    ends_px = ((12.0, 340.0), (905.0, 377.0))
-    given = {"photo.mm_per_px": 0.1, "photo.scale_is": "assumed", "photo.ends_px": ends_px, "crack.depth_mm": 16.0}
-    trial = sample_trial("photo", Path("some/photo.png"), given)
-    photo = present(trial.photo, "photo")
-    assert (photo.scale_is, photo.ends_px, photo.via_px) == ("assumed", ends_px, ())
-    assert (trial.path.volume_ml, trial.fluid) == ("cavity", None)
-    for file, name in (("some/photo.png", "photo"), ("a\nb\x07.jpg", "a-b-"), (f"{'x' * 200}.jpg", "x" * 80)):
-        assert sample_trial("photo", Path(file), given).name == name
 
 
 @pytest.mark.parametrize(
