@@ -74,7 +74,6 @@ ON_PAPER = (
 )
 typed = answers(ON_PAPER)
 SHEET = "s [mm];level [mm]\n1;-1,5\n5;-1,4\n9;-1,6\n"
-TWO_TABLES = "N3;;;Z9;\ns [mm];level [mm];;s [mm];level [mm]\n1;-1,5;;1;2,5\n9;-1,4;;9;2,6\n"
 OF_SHEET = LAB + '[readings]\nrole = "held-out"\n'
 NOT_SAID = LAB.replace("0.1", "0.5").partition("[path]")[0] + '[solver]\nmodel = "slot"\n'
 
@@ -82,22 +81,11 @@ NOT_SAID = LAB.replace("0.1", "0.5").partition("[path]")[0] + '[solver]\nmodel =
 CASES: list[WrongInput] = [
     _asked("Tiefe ca. 9-11 mm. Wetter gut"),
     _asked("Probe N3\ncrack.depth_mm = 9.0"),
-    ingested("a text of keys", _files(N3__txt="crack.depth_mm = 9.0"), "1 of 1 sample is sound", code=0),
-    ingested("a sheet of words and values", _files(N3_notes__csv="Tiefe;9 mm\nBediener;M\n"),
-        "N3_notes.csv: is not read", code=NONE_SOUND),
     ingested("a title above a sheet says another depth than lab.toml",
         _files(OF_SHEET, N3__csv=f"Risstiefe;9 mm\n{SHEET}"), "A1 'Risstiefe 9 mm'", code=NONE_SOUND),
-    ingested("a title above a sheet says a date, on which no run depends",
-        _files(OF_SHEET, N3__csv=f"Datum 3.5.2026\n{SHEET}"), "1 of 1 sample is sound", code=0,
-        lacks=("not read: 'Datum",)),
     ingested("samples in the columns of a sheet that is called as one of them",
         _files(OF_SHEET, (3, 4), N3__csv="s [mm];Probe 1 Tiefe [mm];Probe 2 Tiefe [mm]\n1;1,5;2,5\n9;1,4;2,4\n"),
         "N3.csv", "'Probe 1 Tiefe [mm]'", "levels", code=SOME_FAILED),
-    ingested("tables of two samples beside each other, one without a photo",
-        _files(OF_SHEET, N3__csv=TWO_TABLES), "N3.csv", "range = ...", code=NONE_SOUND),
-    ingested("a sheet's depths of the crack beside another depth in lab.toml",
-        _files(OF_SHEET, N3__csv=TWO_TABLES.replace("Z9", "").replace("level [mm]\n", "Risstiefe [mm]\n")),
-        "N3.csv", "column D", code=NONE_SOUND),
     ingested("a key of a note without its table", _files(N3__toml="depth_mm = 9.0"), "N3.toml",
         "depth_mm", code=NONE_SOUND),
     ingested("path and nozzle that nobody said", _files(NOT_SAID), 'path.volume_ml = "cavity"', "path.trim_mm = 10.0",
