@@ -10,7 +10,6 @@ from sealtwin.core.records import Floats
 from tests.support.tiny_study import HERE, tiny_lab
 
 TRUTH = {"fluid.viscosity_pa_s": 0.1, "fluid.yield_stress_pa": 2.0}
-FREE = ("fluid.viscosity_pa_s=0.03:0.4", "fluid.yield_stress_pa=0.5:6")
 # Paste that does not freeze keeps its volume, even of so few particles.
 PASTE = {
     "U = 30.0\nD_cm = 0.3": "viscosity_pa_s = 0.1\nyield_stress_pa = 1.0",

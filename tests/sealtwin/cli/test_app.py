@@ -26,7 +26,6 @@ def trial(tmp_path):
     ("file", "content", "named"),
     [
         ("crack.png", None, "crack.png: not found"),
-        ("crack.png", "This is no photo.", "crack.png: not a readable photo"),
         ("readings.csv", "s_mm,height\n0,-16\n", "readings.csv: column B 'height'"),
     ],
 )
@@ -66,12 +65,8 @@ def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
         ("digitise photo.png", "--depth-mm"),
         ("digitise photo.png --depth-mm 16 --ends '12;340' 1,2", "--ends"),
         ("digitise scan.stl --depth-mm 16", "sealtwin import-mesh scan.stl"),
-        ("import-mesh scan.stl", "--units"),
-        ("robot run --speed 4", "--speed"),
         ("sweep study.toml --jobs 1.5", "--jobs: jobs = 1.5: should be a whole number"),
         ("plan trial.toml --from levels.csv --seeds 1", "--from"),
-        ("export run --format mask,dwg --out x", "--format: formats.1 = 'dwg'"),
-        ("fly", "fly"),
     ],
 )
 def test_a_program_reads_what_was_wrong_with_its_command_line(line, named):

@@ -120,7 +120,6 @@ def test_no_file_of_the_users_is_overwritten_by_a_frame_or_its_table(tmp_path, n
     [
         ("--face-mm 300x200", 3, "210 x 297"),
         ("--face-mm 160", 2, "--face-mm 160: expected WxH"),
-        ("--face-mm 160x40 --size-mm 1", 2, "--size-mm"),
         ("--face-mm 160x40 --out frame.png", 2, ".pdf"),
         ("--face-mm 160x40 --toml frame.pdf", 2, "same file"),
     ],

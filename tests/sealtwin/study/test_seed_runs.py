@@ -19,7 +19,7 @@ from sealtwin.study.study_folder import read_plan
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import SEEDS, StageName, resume_job
 from sealtwin.trial.trial_file import load_trial
-from sealtwin.trial.validate_stage import OF_SEEDS, read_spread
+from sealtwin.trial.validate_stage import read_spread
 from tests.support.messages import Narration
 from tests.support.report_stubs import leave_out_pages
 from tests.support.tiny_study import HERE, TRIAL, job_in, run_tiny, tiny_lab
@@ -106,18 +106,6 @@ def test_every_reader_shows_the_mean(three):
         side = run_comparison._side(job, "three")
     assert side.profile.level_mm == pytest.approx(levels["level_mm"])
     assert side.settings["seeds"] == 3
-
-
-def test_one_seed_again_leaves_nothing_of_the_mean(single, path):
-    once = shutil.copytree(single, path.parent / "once")
-    _validate(once)
-    assert _validate(path, settings={"seeds": 1}).redone == ("validate",)
-    assert not any((path / name).exists() for name in OF_SEEDS)
-    for name in ("comparison.json", "trial.toml", "profile.csv"):
-        assert (path / name).read_bytes() == (once / name).read_bytes(), name
-    keys = list(files.read_json(path / "run.json"))
-    assert keys == list(files.read_json(once / "run.json"))
-    assert "seeds" not in keys
 
 
 def test_copies_are_refused(single, tmp_path, monkeypatch):

@@ -37,12 +37,6 @@ def _values(planned, name):
             id="what is fixed holds in all runs and the rest is the trial's own",
         ),
         pytest.param(
-            '[list]\ncolumns = ["fluid.freeze_after_s", "crack.wall_angle_deg"]\n'
-            'rows = [["never", [3.0, 5.0]], [1.5, 4.0]]',
-            {"fluid.freeze_after_s": ["never", 1.5], "crack.wall_angle_deg": [(3.0, 5.0), 4.0]},
-            id="a list takes values of every kind",
-        ),
-        pytest.param(
             '[grid]\n"fluid.viscosity_pa_s" = [1.0, 5.0]\n',
             {"fluid.viscosity_pa_s": [1.0, 5.0], "fluid.U": [None, None], "fluid.D_cm": [None, None]},
             id="a viscosity takes the place of the trial's U and of the D beside it",
@@ -90,8 +84,6 @@ def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_p
 @pytest.mark.parametrize(
     ("varies", "sentence"),
     [
-        ("", "give one of [grid], [list] and [latin], the settings that vary; none is given"),
-        ('[grid]\nseed = [1]\n[list]\ncolumns = ["seed"]\nrows = [[1]]', "grid and list are given"),
         ('[grid]\n"fluid.u" = [1]', "fluid.u: no such setting; the nearest is 'fluid.U'"),
         ('[grid]\n"photo.file" = ["a"]', "photo.file: no such setting; expected seed or a key of [fluid]"),
         ('[grid]\n"fluid.U" = []', "grid.fluid.U: no values are given"),

@@ -39,17 +39,13 @@ def _trial(tmp_path, *changes):
     ("old", "new", "named"),
     [
         ("depth_mm = 16.0", "dept_mm = 16.0", ["crack.dept_mm", "did you mean 'depth_mm'"]),
-        ("depth_mm = 16.0", "depth_mm = nan", ["crack.depth_mm = nan", "finite"]),
         ("depth_mm = 16.0", "", ["crack.depth_mm is missing"]),
-        ('tilt = "vertical"', 'tilt = "slanted"', ["crack.tilt = 'slanted'", "flare"]),
-        ("viscosity_pa_s = 0.3 ", "U = -30.0 ", ["fluid.U = -30.0", "0"]),
         ("# material = ", "U = 30.0 # ", ["fluid", "viscosity_pa_s", "U"]),
         ("# material = ", "D_cm = 0.3\nwall_share = 0.5 # ", ["fluid: wall_share is 0.5 and D_cm is 0.3"]),
         ('freeze_after_s = "never"', "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
         ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["cannot be combined with face_mm"]),
         ("[nozzle]", "[sample]\ncrossfal_deg = 1\n[nozzle]", ["sample.crossfal_deg", "did you mean 'crossfall_deg'"]),
-        ("# material = ", "density_kg_m3 = 1e-300 # ", ["fluid.density_kg_m3 = 1e-300", "1"]),
         ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
     ],
 )
@@ -137,12 +133,9 @@ def test_what_was_fitted_is_a_setting_of_the_trial_named_once(tmp_path, name, sa
     ("uncommented", "left_out"),
     [
         ("ends_px via_px roi_px", ""),
-        ("ends_px mask", ""),
         ("ruler_px ruler_mm", "mm_per_px scale_is"),
-        ("face_mm", "mm_per_px scale_is"),
         ("fill", ""),
         ("material", "viscosity_pa_s yield_stress_pa"),
-        ("curve", "viscosity_pa_s yield_stress_pa"),
     ],
 )
 def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left_out):
@@ -163,7 +156,6 @@ def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left
         ('[mesh]\nfile = "a.stl"\ndata = "measured"\nunits = "mm"\n[crack]\ndepth_mm = 16\n', "cannot be combined"),
         ("", "[photo] or [mesh] is missing"),
         ('[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\n', "[crack] is missing"),
-        ('[mesh]\nfile = "a.stl"\ndata = "measured"\n', "mesh.units is missing"),
     ],
 )
 def test_a_trial_starts_from_a_photo_or_a_mesh(tmp_path, tables, named):
