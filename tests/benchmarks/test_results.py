@@ -5,51 +5,7 @@ import subprocess
 import pytest
 
 from benchmarks import results
-from benchmarks.results import code_sha256, measure, table
-
-BENCHMARK = """
-from math import inf, nan
-from benchmarks.table import Row, finish
-kept, slow = Row("kept | width", 1.5, "mm", 0, 2.0), Row("slow", 3.0, "s", 0, 2.0, because="of | this")
-finish([kept, slow, Row("none", nan, "s")])
-"""
-
-
-@pytest.fixture
-def benchmarks(tmp_path, monkeypatch):
-    """Two benchmarks of this test's own; counts how often the first ran."""
-    good = tmp_path / "good.py"
-    counted = f"open({str(tmp_path / 'ran')!r}, 'a').write('x')\n"
-    good.write_text(counted + BENCHMARK)
-    monkeypatch.setattr(results, "COMMANDS", {"good": str(good), "bad": "bad.py"})
-    monkeypatch.setattr(results, "RESULTS", tmp_path / "results.json")
-    return tmp_path
-
-
-def run(*names):
-    with pytest.raises(SystemExit) as left:
-        results.main(list(names) or list(results.COMMANDS))
-    return left.value.code
-
-
-def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
-    monkeypatch.setattr(results, "code_sha256", lambda *_: "one")
-    assert run("good") == 1, "a target is missed"
-    assert run("good") == 1
-    assert (benchmarks / "ran").read_text() == "x"
-    monkeypatch.setattr(results, "code_sha256", lambda *_: "two")
-    run("good")
-    assert (benchmarks / "ran").read_text() == "xx"
-
-
-def test_the_table_counts_targets_and_names_those_that_are_missed(benchmarks):
-    made = {"good": {"code": "new"} | measure([str(benchmarks / "good.py")])}
-    counted, missed, waiting = table(made, {"good": "new"}).splitlines()
-    assert counted.startswith("good               1 of 2 ")
-    assert missed == "    slow: 3 s for <= 2"
-    assert waiting.split() == ["bad", "not", "run", "yet"]
-    assert "changed since" not in counted
-    assert "changed since" in table(made, {"good": "newer"}).splitlines()[0]
+from benchmarks.results import code_sha256
 
 
 @pytest.fixture

@@ -64,14 +64,6 @@ def test_an_error_is_measured_as_large_as_it_is(truth, photo, traced):
     assert stretched.width_percent == pytest.approx(2, rel=1e-3)
 
 
-def test_a_false_scale_is_seen(truth, photo, traced):
-    """Half a percent: five times what clean photos may have."""
-    true = measured(traced, photo, truth, 0)
-    off = replace(truth, camera=replace(truth.camera, homography=truth.camera.homography @ np.diag([1.005, 1.005, 1])))
-    assert true.scale_percent < 0.05
-    assert measured(traced, photo, off, 0).scale_percent == pytest.approx(0.5, abs=0.05)
-
-
 def test_a_refused_photo_misses_every_target_of_its_tier():
     good = Figures(0, 0, 0, 0, 0, 0, 0, 1, 0)
     bad = replace(good, **dict.fromkeys(("centreline_mm", "wall_mm", "width_percent", "length_percent"), np.nan))

@@ -1,13 +1,11 @@
 """Another distribution's digitise, simulate or validate is named, with its cure, before it is imported."""
 
 import os
-import shutil
 import subprocess
 import sys
 
 from tests.support.paths import ROOT
 
-PACKAGES = ("digitise", "simulate", "validate")
 NOT_TO_BE_RUN = "raise SystemExit('the foreign package was imported')\n"
 
 
@@ -35,14 +33,3 @@ def test_a_script_of_the_users_own_of_that_name_blames_no_distribution(tmp_path)
     assert answer.returncode == 1
     assert str(tmp_path / "simulate.py") in answer.stderr
     assert "rename" in answer.stderr
-
-
-def test_a_package_overwritten_in_place_is_found_out(tmp_path):
-    """As pip does it: the file lies where ours lay."""
-    for name in ("sealtwin", *PACKAGES):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "__init__.py").write_bytes((ROOT / name / "__init__.py").read_bytes())
-    shutil.copytree(ROOT / "sealtwin", tmp_path / "sealtwin", dirs_exist_ok=True)
-    (tmp_path / "validate" / "__init__.py").write_text(NOT_TO_BE_RUN)
-    answer = _python(tmp_path, "-c", "import sealtwin")
-    assert "validate" in answer.stderr.splitlines()[-1]

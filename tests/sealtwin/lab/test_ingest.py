@@ -60,7 +60,7 @@ def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):
     assert answer.exit_code == 6, answer.output
     assert len(FAULTS) >= 12
     assert not [fault.what for fault in FAULTS if not re.search(fault.says, answer.stdout)]
-    # As many sentences as faults, what several lack being told once; and that P07 and P12 wait for their sheets.
+    # As many sentences as faults, what several lack being told once; and that P07 waits for its sheet.
     assert sum(line.startswith("failed: ") for line in answer.stdout.splitlines()) == len(FAULTS) + 1
     catalogue = Catalogue.of(tmp_path / "lab")
     assert catalogue.latest.keys() - catalogue.faults().keys() == {"p10"}
