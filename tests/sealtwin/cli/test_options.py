@@ -34,6 +34,7 @@ def test_a_table_is_read_as_spreadsheets_save_it(tmp_path):
 @pytest.mark.parametrize(
     ("content", "named"),
     [
+        ("s_mm,depth_mm\n", "0 rows"),
         ("s_mm,tiefe\n0,12\n", "no column depth_mm"),
         ('s_mm,depth_mm\n0,"1,250"\n', "row 2: .*1,250"),
         ("x" * 300_000, "larger than"),
