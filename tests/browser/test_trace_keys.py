@@ -67,13 +67,6 @@ def _crosshair(bench):
     return np.array([shown["x"] + shown["width"] / 2, shown["y"] + shown["height"] / 2])
 
 
-def test_points_and_status_are_said(bench, shot):
-    bench.give_ends(shot)
-    assert bench.page.get_attribute("#end-0", "aria-label").startswith("End 1, where the nozzle starts, x ")
-    assert bench.page.get_attribute("#status", "role") == "status"
-    assert bench.text("#status").startswith("Walls traced")
-
-
 def test_nothing_moves_for_those_who_asked_for_stillness(open_page, shot):
     bench = open_page(shot.file, reduced_motion="reduce")
     assert bench.probe("moving") == 0

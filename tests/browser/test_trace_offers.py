@@ -52,13 +52,3 @@ def test_one_click_on_a_number_takes_that_crack_and_undo_offers_both_again(bench
     bench.page.keyboard.press("Control+z")
     bench.page.keyboard.press("Control+y")
     taken(bench, first)
-
-
-def test_a_key_or_a_focused_number_takes_a_crack(bench):
-    first, second = lines_offered(bench)
-    bench.page.keyboard.press("2")
-    taken(bench, second)
-    bench.page.keyboard.press("Control+z")
-    bench.page.focus(".offered")
-    bench.page.keyboard.press("Enter")
-    taken(bench, first)

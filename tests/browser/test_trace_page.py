@@ -1,7 +1,6 @@
 """The crack traced on the page with a mouse: ends, via points, walls, a proposal, refusals."""
 
 import os
-import re
 import sys
 
 import numpy as np
@@ -31,18 +30,6 @@ def test_two_clicks_and_the_walls_are_there_within_half_a_second(open_page, big,
     crowd = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
     assert walls_s < 1.0 * crowd
     assert _distance_to_line(bench.probe("line", "way"), big.line_px).max() < 0.5 / big.mm_per_px
-
-
-def test_the_line_follows_the_pointer_before_the_second_click(bench, shot):
-    """Nothing is kept of it: the figures stay empty until the end is placed."""
-    bench.click(shot.along(0.05))
-    bench.page.mouse.move(*bench.at(shot.along(0.5)))
-    bench.await_state("path")
-    bench.page.wait_for_selector("#way", state="attached")
-    line = np.array(bench.probe("line", "way"))
-    assert np.linalg.norm(line[-1] - shot.along(0.5)) < 1.5 / shot.mm_per_px
-    assert bench.points() == ["end-0"]
-    assert not re.search(r"\d", bench.text("#length"))
 
 
 def test_via_points_undo_and_redo(bench, shot):

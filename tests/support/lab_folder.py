@@ -84,13 +84,6 @@ NOTES: dict[str, tuple[str, str]] = {
     "P09": ("P09 notes.toml", f'{DEEP}[readings]\nstate = "cured"\nshrinkage_percent = 2.5\n'),
     "P10": ("P10_meta.toml", f'{DEEP}[readings]\nstate = "wet"\n'),
 }
-TEXTS = {
-    "P02": ("P02_Notiz.csv", "Angabe;Wert\nTiefe [mm];8,0\nDatum;03.05.2026\n"),
-    "P03": ("P03.txt", "Probe P03. Der Riss ist ca. 8 mm tief, etwa 0,8 cm. Kante links ausgebrochen.\n"),
-    "P10": ("P10.md", "# P10\n\ncrack.depth_mm = 8 # or 9?\nreadings.state = wet\nAm 3.5., bei 21 °C\n"),
-}
-"""Notes in the words of labs, in place of those above: not read, and asked about."""
-ANSWER = f"crack.depth_mm = 8.0; photo.ends_px = {ENDS}"
 # fmt: on
 
 
@@ -116,13 +109,6 @@ def make_lab_folder(folder: Path) -> Path:
     (folder / "lab.toml").write_text(DEFAULTS, encoding="utf-8")
     (folder / "README.pdf").write_bytes(b"%PDF-1.4")
     return folder
-
-
-def write_texts(folder: Path) -> None:
-    """Replace notes of ``make_lab_folder`` by those in the words of labs."""
-    for sample, (name, content) in TEXTS.items():
-        (folder / NOTES[sample][0]).unlink()
-        (folder / name).write_text(content, encoding="utf-8")
 
 
 @dataclass(frozen=True)

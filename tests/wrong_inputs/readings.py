@@ -8,11 +8,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import openpyxl
-
 from tests.support.ingested_lab import sealtwin
 from tests.support.lab_folder import DEFAULTS, ENDS
-from tests.support.ods_writer import write_content
 from tests.support.photos import mortar, with_crack, write_png
 from tests.wrong_inputs.table import WrongInput
 
@@ -106,45 +103,7 @@ def under(head: str) -> str:
     return table("21.5", "24", "13", "12", head=head)
 
 
-def ods(*cells: str, columns: str = "") -> Write:
-    """Depths, as XML of a cell each."""
-    texts = "".join(
-        f'<table:table-cell office:value-type="string"><text:p>{name}</text:p></table:table-cell>'
-        for name in ("s_mm", "depth_mm")
-    )
-    rows = "".join(
-        f'<table:table-row><table:table-cell office:value-type="float" office:value="{1 + 3 * row}"/>{cell}'
-        "</table:table-row>"
-        for row, cell in enumerate(cells)
-    )
-    content = f'<table:table table:name="a">{columns}<table:table-row>{texts}</table:table-row>{rows}</table:table>'
-    return lambda path: write_content(path, content)
-
-
-def number(value: str, shown: str = "", more: str = "") -> str:
-    text = f"<text:p>{shown}</text:p>" if shown else ""
-    return f'<table:table-cell office:value-type="float" office:value="{value}" {more}>{text}</table:table-cell>'
-
-
-SOUND = (number("2.15"), number("2.4"), number("1.3"))
-
-
-def book(*rows: Any, form: str = "General") -> Write:
-    """A workbook whose second column has a number format."""
-
-    def write(path: Path) -> None:
-        workbook = openpyxl.Workbook()
-        for number, row in enumerate(rows, start=1):
-            workbook.worksheets[0].append(row)
-            workbook.worksheets[0].cell(number, 2).number_format = form
-        workbook.save(path)
-
-    return write
-
-
 SIX = "2.15;2.1\n3;2.0;2.1\n5;1.9;2.1\n7;1.8;2.0\n9;1.8;2.1\n11;1.9;2.0\n"
-COLUMNS = '<table:table-column/><table:table-column table:visibility="collapse"/>'
-FORMULA = 'table:formula="of:=1-1"'
 TWINS = {f"{unicodedata.normalize(form, 'P01 Größe')}.csv": under("s_mm;depth_mm") for form in ("NFC", "NFD")}
 
 
@@ -169,26 +128,19 @@ CASES: list[WrongInput] = [
     sheet("a row in inches", table("2.15;mm", "0.0945;inch", "1.3;mm", "1.2;mm", head="s_mm;depth;Einheit"),
         "C3 'inch'", "as_written", settings=IN_MM),
     sheet("a unit above", f"Einheit: Zoll\n{under('s_mm;depth')}", "A1 'Einheit: Zoll'", settings=IN_MM),
-    sheet("a format in cm", book(("s_mm", "depth_mm"), (1, 2.15), (4, 2.4), (7, 1.3), form='0.00" cm"'), "column B",
-        "cm in its cells", suffix=".xlsx"),
     # Cells that are no number.
-    sheet("an error of OpenOffice", ods(*SOUND, number("0", "Err:503")), "B5", "'Err:503'", suffix=".ods"),
-    sheet("zeros of formulas in ODS", ods(*[number("0", "", FORMULA)] * 3), "formula", "B2", "B4", suffix=".ods"),
     # What is no sheet.
     sheet("a page in HTML", "<!DOCTYPE html>\n<table><tr><td>1</td></tr></table>\n", "'<!DOCTYPE html'", suffix=".xls"),
     # Doubts, which need the crack.
     lab("hundredths with digits of a micrometre",
         {"P01.csv": table("2.15", "2.41", "1.37", head="s_mm;Tiefe [1/100 mm]")}, "1/100 mm", "as_written"),
     lab("a row of zeros", {"P01.csv": f"s_mm;depth_1_mm;depth_2_mm\n1;{SIX}0;0;0\n"}, "B8", "as_written = B8 C8"),
-    lab("a hidden column", {"P01.ods": ods(*SOUND, columns=COLUMNS)}, "hidden", "as_written = B"),
     # Sisters.
-    sheet("a line of NUL bytes", "s_mm,depth_mm\n1,1.5\n\0\0\0\0\n7,1.3\n", "P01.csv", "NUL"),
     sheet("a quotation mark that closes in another row",
         's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,edge"\n10,1.2,\n', "line 4", "quotation"),
     along_the_crack("a depth in inches", ";Einheit\n0;8;mm\n9;0.3;inch\n", "row 3", "unit"),
     along_the_crack("widths out of order", "\n5;2\n3;2\n", "row 3", "follows 5", quantity="width"),
     # What a lab leaves.
     lab("twins by Unicode", TWINS, "P01 Größe"),
-    lab("a note by a formula", {"P01_note.xlsx": book(("Tiefe [mm]", "=8+1"))}, "P01_note.xlsx: is not read"),
 ]
 # fmt: on

@@ -158,10 +158,6 @@ def test_the_level_of_several_seeds_is_their_mean(lab, tmp_path, monkeypatch):
     assert trial.result.seeds.seeds == (0, 1)
     table = np.genfromtxt(tmp_path / "run" / "level.csv", delimiter=",", names=True)
     assert trial.level.level_mm == pytest.approx((table["seed_0_mm"] + table["seed_1_mm"]) / 2, abs=1e-6)
-    with pytest.warns(RuntimeWarning, match="fluid.U is "):
-        again = st.run_trial(lab / "trial.toml", out=tmp_path / "run")
-    assert again.result.seeds is None
-    assert again.level.level_mm == pytest.approx(table["seed_0_mm"])
 
 
 def test_a_report_is_of_one_run_and_leaves_a_run_folder_alone(way, result, tmp_path):

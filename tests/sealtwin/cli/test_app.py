@@ -125,16 +125,6 @@ def test_a_path_alone_is_a_robot_s_and_no_simulation_s_until_it_has_a_depth(thin
     assert result["sample"]["width_source"] == outline["width_source"] == "fit"
 
 
-def test_a_gauge_s_widths_are_taken_as_given(thin, tmp_path):
-    arguments, out = thin
-    (tmp_path / "widths.csv").write_text("s_mm,width_mm\n0,0.2\n42,0.4\n")
-    answer = sealtwin("digitise", *arguments, "--depth-mm", 16, "--width-mm", tmp_path / "widths.csv")
-    assert answer.exit_code == 0, answer.output
-    assert json.loads((out / "run.json").read_text())["sample"]["mean_width_mm"] == pytest.approx(0.3, abs=0.01)
-    path_alone = ("--set", "photo.path_only=true", "--width-mm", 0.3)
-    assert "path_only cannot be combined with width_mm" in refusal("digitise", *arguments, *path_alone)
-
-
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a file that is always full")
 def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
     with Path("/dev/full").open("w") as full:

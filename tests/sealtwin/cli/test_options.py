@@ -136,10 +136,6 @@ def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
     assert (recorded()["crack"]["tilt"], recorded()["seed"]) == ("flare", 6)
     assert stages()["digitise"] == before["digitise"]
     assert stages()["simulate"]["settings"]["seed"] == 6
-    trial = recorded()
-    named = "[crack] differs from the settings of digitise here"
-    assert named in refusal("simulate", out, "--set", "crack.tilt=lean")
-    assert recorded() == trial
     (lab / "other.csv").write_bytes((lab / "readings.csv").read_bytes())
     answer = sealtwin("validate", out, "--device", "cpu", "--set", f"readings.file={lab / 'other.csv'}")
     assert answer.exit_code in (0, 5), answer.output

@@ -29,23 +29,6 @@ def test_links_are_not_followed(small, tmp_path):
     assert fates(ingested) == {"P01": "new", "P02": "failed", "P03": "failed"}
 
 
-def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):
-    (small / "shut").mkdir()
-    scandir = os.scandir
-
-    def refusing(folder):
-        if str(folder).endswith("shut"):
-            raise PermissionError(13, "Permission denied", str(folder))
-        return scandir(folder)
-
-    monkeypatch.setattr(lab_files.os, "scandir", refusing)
-    ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert fates(ingested) == {"P01": "new", "P02": "new"}
-    assert ingest_answer(ingested).exit_code == 6
-    faults = {fault.name: fault.sentence for fault in ingested.faults}
-    assert faults["shut"].startswith("this folder cannot be read (Permission denied)")
-
-
 def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sound, tmp_path):
     for name in ("P03\n.png", "P04\x1b[2J.png", "P05\u202egnp.png"):
         (small / name).touch()

@@ -3,22 +3,18 @@
 import hashlib
 import re
 import shutil
-import time
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.run_folder import holding
 from sealtwin.lab import ingest as steps
 from sealtwin.lab.catalogue import CATALOGUE, Catalogue
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
 from tests.support.ingested_lab import QUIET, fates, hashes_of, rows_of, sealtwin
 from tests.support.lab_folder import FAULTS, HANDS, LENGTH_MM, S_MM, levels_mm, make_lab_folder
-from tests.support.messages import Narration
 from tests.support.photos import mortar, write_png
 from validate.readings.read_readings import read_readings
 
@@ -112,10 +108,6 @@ def test_the_same_name_from_another_folder_is_another_sample(small, lab, tmp_pat
     assert len(rows_of(lab)) == 2
 
 
-def _trials(lab):
-    return sum(1 for _ in lab.glob("[!.]*/record.json"))
-
-
 @pytest.mark.parametrize("step", [(steps, "keep"), (Catalogue, "save"), (steps.files, "write_if_new")])
 def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_path, monkeypatch, step):
     lab = tmp_path / "lab"
@@ -131,19 +123,6 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_
     unbroken = two / "lab"
     assert rows_of(lab) == rows_of(unbroken)
     assert sorted(path.name for path in lab.iterdir()) == sorted(path.name for path in unbroken.iterdir())
-
-
-def test_of_two_ingests_at_once_one_waits_for_the_other(small, tmp_path):
-    lab, narration = tmp_path / "lab", Narration()
-    with ThreadPoolExecutor() as other:
-        with holding(lab):
-            waiting = other.submit(ingest, small, lab, narration)
-            while not narration.notes and not waiting.done():
-                time.sleep(0.01)
-            assert "waiting for it" in narration.notes[0]
-            assert _trials(lab) == 0
-        assert not waiting.result().faults
-    assert _trials(lab) == 2
 
 
 def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeypatch):

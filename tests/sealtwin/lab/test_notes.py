@@ -10,8 +10,8 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.trial.trial_file import load_trial
-from tests.support.ingested_lab import QUIET, answer, edit, fates, pairing_rows, question, sealtwin
-from tests.support.lab_folder import ANSWER, NOTES, TEXTS, make_lab_folder, write_texts
+from tests.support.ingested_lab import QUIET, answer, pairing_rows, sealtwin
+from tests.support.lab_folder import NOTES
 
 
 def note_of(folder, name, text):
@@ -19,25 +19,6 @@ def note_of(folder, name, text):
     (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
     read_note(folder, PurePath(name), "p01", note := Note())
     return note
-
-
-def _depth_mm(lab, trial):
-    return present(load_trial(lab / trial / "trial.toml").crack, "crack").depth_mm
-
-
-def test_texts_in_the_words_of_labs_are_not_read_and_hold_their_samples_until_answered(tmp_path):
-    folder, lab = make_lab_folder(tmp_path / "folder"), tmp_path / "lab"
-    write_texts(folder)
-    (folder / "README.txt").write_text("Fotos vom 3. Mai")
-    states = fates(ingest(folder, lab, QUIET))
-    assert {name for name, state in states.items() if state == "failed"} == {*TEXTS, "README.txt"}
-    for name, _ in TEXTS.values():
-        assert "is not read, since not each of its lines is key = value" in question(lab, name)
-    answer(lab, {"README.txt": {"role": "ignore"}, **{name: {"settings": ANSWER} for name, _ in TEXTS.values()}})
-    assert set(fates(ingest(folder, lab, QUIET)).values()) == {"revised", "unchanged"}
-    assert all(_depth_mm(lab, sample) == 8 for sample in TEXTS)
-    assert (lab / "P03/inputs/note.txt").read_bytes() == (folder / "P03.txt").read_bytes()
-    assert set(fates(ingest(folder, lab, QUIET)).values()) == {"unchanged"}
 
 
 @pytest.mark.parametrize(
@@ -138,21 +119,3 @@ def test_a_fill_beside_the_readings_is_copied_used_and_reported(poured, tmp_path
     assert weighed["wall_angle_deg"] < 3.0, "the walls of what was poured are upright"
     other = present(load_trial(lab / "P02" / "trial.toml").crack, "crack")
     assert (other.fill, other.wall_angle_deg) == (None, 5.0), "the folder's words hold for the others"
-
-
-@pytest.mark.parametrize(
-    ("name", "old", "new", "words"),
-    [
-        ("P01 Wasser.csv", "mass_g", "Masse [g]", "expected a CSV"),
-        ("P01 Wasser.csv", "-3.0", "-5.0", "row 4, column level_mm: -5 after -4.5"),
-        ("P01 Wasser.xlsx", "", "PK", "CSV"),
-    ],
-)
-def test_a_fill_that_cannot_be_read_is_asked_about_at_its_file(poured, tmp_path, name, old, new, words):
-    file = (poured / "P01 Wasser.csv").rename(poured / name)
-    file.write_text(file.read_text().replace(old, new))
-    edit(poured / "lab.toml", "wall_angle_deg = 5.0", 'tilt = "funnel"')
-    sealtwin("ingest", poured, "--out", tmp_path / "lab", "--quiet")
-    asked = question(tmp_path / "lab", name)
-    assert asked.startswith(name)
-    assert words in asked

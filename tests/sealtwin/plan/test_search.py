@@ -169,16 +169,6 @@ def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
     assert filled[1] - filled[0] == pytest.approx(0.8 * 4.0 * 40.0, rel=0.25)
 
 
-@pytest.mark.parametrize(("draft_mm", "changes_mm3"), [(-0.8, (-1.0, 0.0)), (0.8, (-320.0, -100.0))])
-def test_corrections_keep_the_reserve(tmp_path, monkeypatch, draft_mm, changes_mm3):
-    monkeypatch.setattr(searching, "MOST_STEPS", 2)
-    monkeypatch.setattr(DraftsStandLower, "draft_mm", draft_mm)
-    planned = plan_on(verifier(DraftsStandLower, tmp_path), PlanOptions(knots=3, verify=2, seeds=1), [])
-    first, second, best = (plan_trajectory(OUTLINE, one.path) for one in (*planned.rounds, planned.best))
-    assert changes_mm3[0] <= second.dispensed_mm3 - first.dispensed_mm3 <= changes_mm3[1]
-    assert max((path.flow_mm3_s - first.flow_mm3_s).max() for path in (second, best)) < 1e-3
-
-
 def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected):
     constant = plan_trajectory(OUTLINE, corrected.baselines[0].path, SOLID.cavity_volume_mm3, SOLID.sections)
     assert constant.dispensed_mm3 == pytest.approx(SOLID.cavity_volume_mm3, rel=0.02)

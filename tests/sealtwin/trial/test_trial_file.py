@@ -12,7 +12,7 @@ import pytest
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Sample
 from sealtwin.trial.starter_files import TRIAL, write_starter
-from sealtwin.trial.trial_file import Trial, drafted, load_trial, seen_from, trial_text, with_settings
+from sealtwin.trial.trial_file import Trial, drafted, load_trial, trial_text, with_settings
 from simulate.material_file import Material
 from simulate.settings import LAWS, Nozzle, Solver
 from simulate.setup.release_schedule import plan_releases
@@ -173,17 +173,6 @@ def test_a_name_becomes_a_harmless_folder(tmp_path, name, folder):
     trial = load_trial(_trial(tmp_path, ('name = "my-trial"', f'name = "{name}"')))
     assert trial.name == name
     assert trial.folder_name == folder
-
-
-def test_a_photo_is_found_from_a_folder_that_is_a_link(tmp_path):
-    """Broken on purpose without resolving the folder, "../../photo.jpg" leads above the link's target."""
-    photo, reports = tmp_path / "photo.jpg", tmp_path / "reports"
-    photo.touch()
-    (tmp_path / "other" / "disk" / "a").mkdir(parents=True)
-    reports.symlink_to(tmp_path / "other" / "disk")
-    named = seen_from(reports / "a", {"photo.file": photo})["photo.file"]
-    assert (reports / "a" / named).samefile(photo)
-    assert not Path(named).is_absolute()
 
 
 def poured(width_mm: float = 3.1) -> Sample:

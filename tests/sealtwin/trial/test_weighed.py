@@ -6,9 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
