@@ -1,6 +1,5 @@
 """Weighings beside a trial: the steps of a fill in the crack, and the sealant by its mass."""
 
-import json
 from math import hypot
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from sealtwin.study.moved_inputs import Base, moved_sample
 from sealtwin.study.pipeline import run_trial
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import varied_settings
+from tests.support.processes import refusal
 from tests.support.tiny_study import TRIAL, job_in, run_tiny, tiny_lab
 
 QUIET = Progress()
@@ -69,10 +69,7 @@ def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
     ],
 )
 def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path, fill, place):
-    trial = lab_with(tmp_path, fill)
-    answer = CliRunner().invoke(app, ["run", str(trial), "--out", str(tmp_path / "out"), "--json"])
-    assert answer.exit_code == 3
-    assert place in json.loads(answer.stdout)["error"]
+    assert place in refusal("run", lab_with(tmp_path, fill), "--out", tmp_path / "out")
 
 
 @pytest.mark.parametrize(
