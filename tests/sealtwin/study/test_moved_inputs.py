@@ -19,12 +19,8 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.validate_stage import SPREAD
 from simulate.slot import run as slot_run
 from tests.support.report_stubs import leave_out_pages
-from tests.support.tiny_study import TRIAL, job_in, run_tiny
+from tests.support.tiny_study import FAST, job_in, run_tiny
 
-PASTE = 'viscosity_pa_s = 0.05\nyield_stress_pa = 1.0\nfreeze_after_s = "never"'
-FAST = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", PASTE).replace(
-    "[solver]", '[solver]\nmodel = "slot"'
-)
 DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\ndepth_mm = 0.5\n"
 MM_PER_ML, MM_PER_MM, RUNS, UNFIT = 30.0, 0.3, 4 * PART, ("A mound.",)
 DIFFERENCES = "uncertainty.differences"
