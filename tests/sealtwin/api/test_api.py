@@ -171,6 +171,12 @@ def test_a_report_is_of_one_run_and_leaves_a_run_folder_alone(way, result, tmp_p
     assert [file.name for file in tmp_path.iterdir()] == ["manifest.json"]
 
 
+def test_inject_takes_the_slopes_by_keyword(way):
+    sloping = st.inject(*way[1:4], st.Fluid(U=30, D_cm=0.3), solver=st.Solver(**COARSE), gradient_deg=20)
+    assert sloping.settings["sample"]["gradient_deg"] == 20
+    assert sloping.position_mm[:, 0].mean() < way[4].position_mm[:, 0].mean() - 0.1
+
+
 OTHER = st.crack_from_polyline([(0, 20), (60, 20)], 2.0)
 ROWS = np.array([(s_mm, -4.0) for s_mm in (5, 20, 35, 55)])
 MIXTURES: dict[str, Callable[..., object]] = {
@@ -248,6 +254,8 @@ def test_a_fluid_does_not_freeze_unless_told_and_is_copied_without_being_checked
         ("inject(crack, solid, path, {'U': 30})", "inject: fluid is a dict"),
         ("inject(crack, solid, path, Fluid(U=1), seed=-1)", "inject: seed = -1"),
         ("inject(crack, solid, path, Fluid(U=1), threads=0)", "inject: threads = 0"),
+        ("inject(crack, solid, path, Fluid(U=1), crossfall_deg=46)", "inject: crossfall_deg = 46"),
+        ("inject(crack, solid, path, Fluid(curve='none.csv'))", "none.csv: no such file"),
         ("inject(crack, solid, path, Fluid(U=1), solver=Solver(radius_mm=5))", "solver.radius_mm is 5"),
         ("read_readings(READINGS[:, 0])", "shape"),
         ("read_readings(READINGS, unit='cm')", "read_readings: unit"),

@@ -188,11 +188,3 @@ def test_what_is_no_file_of_that_size_is_refused_unread(tmp_path, make, words):
             read(path)
     with pytest.raises(InputError, match=words), opened(path):
         pass
-
-
-def test_a_text_of_any_line_ends_and_with_a_mark_is_read_alike_and_a_missing_one_is_named(tmp_path):
-    path = tmp_path / "text"
-    with pytest.raises(FileNotFoundError, match=str(path)):
-        read_bytes(path)
-    path.write_bytes(b"\xef\xbb\xbfa = 1\r\nb = 2\rc = 3\n")
-    assert read_text(path) == "a = 1\nb = 2\nc = 3\n"

@@ -1,11 +1,9 @@
 """Times left: within a factor of two of the truth after a tenth of the work, and none before they are known."""
 
-import sys
-
 import pytest
 
 from sealtwin.core import progress
-from sealtwin.core.progress import Pace, PlainProgress, in_words, wanted
+from sealtwin.core.progress import Pace, PlainProgress, in_words
 
 
 @pytest.fixture
@@ -71,18 +69,6 @@ def test_the_time_left_is_that_of_the_whole_command(capsys, clock):
     clock[0] = 60.0
     shown.advance(50)
     assert "about 105 s left" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("progress", "terminal", "notebook", "shows"),
-    [(None, True, False, True), (None, False, True, True), (False, True, True, False), (True, False, False, True)],
-)
-def test_python_shows_progress_if_a_person_looks(monkeypatch, progress, terminal, notebook, shows):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal, raising=False)
-    monkeypatch.setitem(sys.modules, "ipykernel", sys) if notebook else monkeypatch.delitem(
-        sys.modules, "ipykernel", raising=False
-    )
-    assert wanted(progress) is shows
 
 
 @pytest.mark.parametrize(("time_s", "words"), [(7.4, "7 s"), (119, "119 s"), (700, "12 min"), (9000, "2.5 h")])

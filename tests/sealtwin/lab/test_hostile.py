@@ -84,12 +84,3 @@ def test_a_catalogue_that_is_none_is_told_of(small, lab, damage):
     with pytest.raises(InputError, match=r"is not a lab, since it has no catalogue.json"):
         latest_trials(lab)
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # as the remedy says
-
-
-def test_a_lab_names_no_place_of_this_machine_and_moves_with_its_folder(small, two, lab, tmp_path):
-    files = [path for path in lab.rglob("*") if path.is_file()]
-    assert len(files) > 5
-    assert not [path.name for path in files if str(two).encode() in path.read_bytes()]
-    (tmp_path / "moved").mkdir()
-    both = [folder.rename(tmp_path / "moved" / folder.name) for folder in (small, lab)]
-    assert set(fates(ingest(both[0], both[1], QUIET)).values()) == {"unchanged"}

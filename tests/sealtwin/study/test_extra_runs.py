@@ -183,11 +183,8 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     assert (np.array(predicted["profile_band_95_mm"]) >= band_mm).all()
     assert np.ptp(predicted["flat_level_mm"]) < 1e-3
     assert [missing["setting"] for missing in predicted["missing"]] == ["uncertainty.surface_tension_n_m"]
-    assert (predicted["fast_level_mm"], predicted["unfit"][0]["text"][:21]) == (None, "fluid.freeze_after_s:")
-    assert [effect["name"] for effect in predicted["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]
     (fact,), outcome = headline(given[0])
     assert outcome == "open"
-    assert fact.text in "\n".join(result_lines(result, "validate"))
     assert fact.text.startswith("Predicted, with no setting fitted to this sample: the mean level is ")
 
 

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import sealtwin as st
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
@@ -93,25 +92,6 @@ def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_
         step_pa = moved.get("yield_stress_pa")
         assert curve.yield_stress_pa == (None if step_pa is None else (max(0.0, step_pa),) * 2)
         assert cooling.temperature_c == (190.0, 120.0)
-
-
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
-    lab_with(tmp_path, "U = 1.0\nfreeze_after_s = 1.0")
-    crack = st.trace_crack(st.read_photo(tmp_path / "crack.png", mm_per_px=0.1), [(40, 101), (160, 98)])
-    solid = st.build_solid(crack, 8, tilt="vertical")
-    path = st.plan_path(crack, solid, volume_ml=0.04, speed_mm_s=20, trim_mm=1)
-    solver = st.Solver(radius_mm=0.45, substeps=2)
-    monkeypatch.chdir(tmp_path)
-    columns = {"age_s": [0, 0.2], "viscosity_pa_s": [0.05, 5], "yield_stress_pa": [0, 20]}
-    by_file, by_columns = (
-        st.inject(crack, solid, path, st.Fluid(curve=curve), solver=solver) for curve in ("curing.csv", columns)
-    )
-    assert by_file.position_mm.tobytes() == by_columns.position_mm.tobytes()
-    with pytest.raises(InputError, match=r"none\.csv: no such file"):
-        st.inject(crack, solid, path, st.Fluid(curve="none.csv"), solver=solver)
-    with pytest.raises(InputError, match=r"curve cannot .* U,"):
-        st.Fluid(curve=columns, U=3)
 
 
 def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp_path, monkeypatch):
