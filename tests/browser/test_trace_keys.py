@@ -33,19 +33,6 @@ def test_the_keyboard_alone_is_enough(bench, shot):
     for key, tool in (("e", "ends"), ("r", "ruler"), ("f", "face"), ("b", "box"), ("v", "via")):
         bench.page.keyboard.press(key)
         assert bench.page.get_attribute(f"#tools [data-tool={tool}]", "aria-pressed") == "true"
-    for _ in range(6):
-        bench.page.keyboard.press("+")
-    bench.page.focus("#end-0")
-    for _ in range(12):
-        bench.page.keyboard.press("Shift+ArrowLeft")
-    bench.until("window.probe.within('#end-0', '#stage')")  # a moved point stays in sight
-    bench.page.keyboard.press("0")
-    bench.page.wait_for_timeout(100)
-    whole = bench.probe("zoom")
-    for keys, factor in (("+", 1.5), ("-", 1.0), ("++0", 1.0)):
-        for key in keys:
-            bench.page.keyboard.press(key)
-        bench.until("Math.abs(window.probe.zoom() / given[0] - 1) < 1e-6", factor * whole)
 
 
 def _walk_to(bench, point_px):
