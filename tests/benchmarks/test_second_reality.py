@@ -61,15 +61,6 @@ def test_a_front_between_walls_spreads_as_barenblatts():
     assert lengths[1] / lengths[0] == pytest.approx(8 ** (1 / 3), rel=0.02)
 
 
-@pytest.mark.slow
-def test_a_bank_between_walls_comes_to_rest_at_the_slope_that_they_bear():
-    """2 tau / (rho g w), of a column of 8 mm by 12 mm."""
-    depth = settled(np.where(np.abs(X) < 4e-3, 12e-3, 0.0), 400.0, 7.5, law.closed_law(walls=True, floor=False))
-    flank = (X > 2e-3) & (depth > 1e-3)
-    slope = -np.polyfit(X[flank], depth[flank], 1)[0]
-    assert slope == pytest.approx(2 * 7.5 / (WIDTH * WEIGHT), rel=0.02)
-
-
 def test_a_crack_that_is_full_spills_onto_the_face():
     over = poured(CAVITY, PASTE, replace(POUR, flow_mm3_s=3.0 * POUR.flow_mm3_s), numerics=COARSE)
     assert 0 < over.beside_mouth_mm3 < over.above_face_mm3

@@ -120,15 +120,3 @@ def test_without_scripts_or_webgl_the_still_is_there(open_report, report, lack):
     assert not page.locator("#turntable button").first.is_visible()
     shown = pixels(page.locator("#turntable .view"))
     assert np.abs(shown - shown[0, 0]).max() > 100
-
-
-def test_on_paper_it_is_light_and_holds_still(open_report, report):
-    page = open_report(report, color_scheme="dark")
-    live(page)
-    page.emulate_media(media="print")
-    assert page.locator("#turntable img").is_visible()
-    for gone in ("#turntable canvas", "#turntable .controls", "nav"):
-        assert not page.locator(gone).is_visible()
-    ink = page.evaluate("getComputedStyle(document.body).color")
-    assert ink == "rgb(28, 40, 51)", "dark on white"
-    assert page.pdf(format="A4").startswith(b"%PDF")

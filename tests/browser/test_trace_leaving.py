@@ -82,17 +82,6 @@ def test_a_photo_needs_scale_and_depth_before_it_is_saved(open_page, shot, tmp_p
     assert np.allclose(new.photo.ends_px, [shot.along(0.05), shot.along(0.95)], atol=4)
 
 
-def test_quitting_asks_once_where_something_would_be_lost(bench, shot):
-    bench.click(shot.along(0.05))
-    bench.page.click("#quit")
-    assert bench.text("#quit") == "Quit without saving?"
-    assert bench.command.poll() is None
-    bench.page.click("#quit")
-    bench.page.wait_for_selector("#farewell[open]")
-    assert bench.command.wait(10) == 0
-    assert not shot.file.with_suffix(".toml").exists()
-
-
 def test_a_page_whose_command_has_gone_says_so(bench, shot):
     bench.await_state("walls")
     bench.command.terminate()

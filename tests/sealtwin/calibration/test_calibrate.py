@@ -16,14 +16,13 @@ from sealtwin.calibration import search as searching
 from sealtwin.calibration.calibrate import MOST_FREE, calibrate
 from sealtwin.calibration.search import Twin
 from sealtwin.cli.app import app
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.progress import Progress
 from sealtwin.study.estimate import Forecast
 from sealtwin.study.study_folder import read_plan
 from simulate.settings import Fluid
-from tests.support.emulated_trials import HERE, tiny_trials
 from tests.support.report_stubs import leave_out_figures
-from tests.support.tiny_study import tiny_lab
+from tests.support.tiny_study import AGED, HERE, tiny_lab
 from validate.calibration.posterior import Free, smooth_errors_mm2
 from validate.settings import Uncertainty
 
@@ -111,6 +110,37 @@ def test_the_command_line_names_the_range_that_it_cannot_read():
     assert CliRunner().invoke(app, ["calibrate", "t.toml", "--free", "fluid.U=1:3", "--budget", "39"]).exit_code == 2
 
 
+def emulated_trials(lab):
+    """Write a trial to calibrate on and one that is held out, whose readings are EMULATED by runs of a known paste.
+
+    Paste that does not freeze keeps its volume, even of so few particles. An emulator of a dozen tiny runs is off by as
+    much as the readings are.
+    """
+    tiny_lab(lab)
+    paste = {
+        AGED: 'viscosity_pa_s = 0.1\nyield_stress_pa = 1.0\nfreeze_after_s = "never"',
+        "substeps = 2": "substeps = 3\nsettle_s = 0.6",
+    }
+    held_out = {'"tiny"': '"other"', "calibrated-on": "held-out", "readings.csv": "others.csv", "0.08": "0.1"}
+    other, trial = (
+        _edited(lab, "other.toml", **paste, **held_out),
+        _edited(lab, "trial.toml", **paste, **{"0.08": "0.12"}),
+    )
+    s_mm = np.arange(1.0, 11.5, 0.5)
+    for number, (file, sheet) in enumerate(((trial, "readings.csv"), (other, "others.csv"))):
+        errors_mm = 0.3 * np.random.default_rng(number).standard_normal((3, len(s_mm)))
+
+        def write(level_mm, sheet=sheet, errors_mm=errors_mm):
+            columns, head = np.column_stack([s_mm, *(level_mm + errors_mm)]), "s_mm,level_1_mm,level_2_mm,level_3_mm"
+            np.savetxt(lab / sheet, columns, "%.2f", ",", header=head, comments="")
+
+        write(np.zeros(len(s_mm)))
+        truth = {"fluid.viscosity_pa_s": 0.1, "fluid.yield_stress_pa": 2.0}
+        (level_mm,) = Twin(file, lab / "truth", HERE, Progress()).run([(truth, 900 + number)])
+        write(present(level_mm, "level"))
+    return trial, other
+
+
 def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch):
     """The readings are possible, and predict the trial that chose nothing, by drafts and half the runs of a search.
 
@@ -124,7 +154,7 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch):
         monkeypatch.setattr(searching, name, count)
     monkeypatch.setattr(calibrating, "CONFIRM", 2)
     monkeypatch.setattr(calibrating, "PREDICTING", 3)
-    one, other = tiny_trials(tmp_path)
+    one, other = emulated_trials(tmp_path)
     with one.open("a", encoding="utf-8") as trial:
         trial.write("\n[uncertainty]\nrepeatability_mm = 5.0\npass_mm = 0.0\n")
     ranges = {"fluid.viscosity_pa_s": (0.03, 0.4), "fluid.yield_stress_pa": (0.5, 6.0)}

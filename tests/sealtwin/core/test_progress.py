@@ -52,25 +52,6 @@ def test_a_log_tells_the_time_that_is_given_or_that_its_pace_shows(capsys, clock
     assert capsys.readouterr().err.splitlines() == ["Extra runs", "Extra runs: 1%, about 10 min left. 1 done"]
 
 
-def test_the_time_left_is_that_of_the_whole_command(capsys, clock):
-    """Of a hundred steps a tenth took 10 s, and 30 s of other work follow; then two more times the same steps."""
-    shown = PlainProgress()
-    shown.later(30.0)
-    shown.start("Simulating", 100)
-    for clock[0], done in ((0.0, 0), (20.0, 20)):
-        shown.advance(done)
-    assert "about 110 s left" in capsys.readouterr().err
-    shown.later(5.0)
-    shown.expect(60.0)
-    clock[0] = 40.0
-    shown.advance(40)
-    assert "about 45 s left" in capsys.readouterr().err
-    shown.later(5.0, times=2)
-    clock[0] = 60.0
-    shown.advance(50)
-    assert "about 105 s left" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(("time_s", "words"), [(7.4, "7 s"), (119, "119 s"), (700, "12 min"), (9000, "2.5 h")])
 def test_times_are_said_as_people_say_them(time_s, words):
     assert in_words(time_s) == words

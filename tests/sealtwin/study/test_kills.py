@@ -1,6 +1,7 @@
 """A sweep whose processes are killed: the same command ends it with the bytes of an unbroken one."""
 
 import random
+import subprocess
 import sys
 import time
 
@@ -10,7 +11,6 @@ import pytest
 from sealtwin.core.progress import Progress
 from sealtwin.study.study_folder import OUTCOME
 from sealtwin.study.sweep import sweep
-from tests.support.processes import start_interruptible
 from tests.support.tiny_study import HERE, results_of, tiny_lab
 
 GRID = '[grid]\nseed = [1, 2, 3, 4, 5, 6]\n"fluid.U" = [1.0, 10.0, 100.0, 1000.0]\n'
@@ -18,7 +18,8 @@ GRID = '[grid]\nseed = [1, 2, 3, 4, 5, 6]\n"fluid.U" = [1.0, 10.0, 100.0, 1000.0
 
 def _start(study, out):
     command = [sys.executable, "-m", "sealtwin", "sweep", study, "--out", out, "--device", "cpu", "--jobs", 2]
-    return start_interruptible([*map(str, command), "--accurate", "--quiet"])
+    line = [*map(str, command), "--accurate", "--quiet"]
+    return subprocess.Popen(line, stderr=subprocess.PIPE, text=True)
 
 
 def _finished(out):
