@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.real_roads_rules import Branch, is_hit, is_silent, verdict
+from benchmarks.real_roads_rules import Branch, is_hit, verdict
 
 
 @pytest.fixture(scope="module")
@@ -37,16 +37,3 @@ def test_a_line_is_judged_by_the_branch_and_the_mask(mask, traced, expected, hit
     branch = Branch.of(mask)
     assert branch.length_px == pytest.approx(260, abs=4)
     assert (verdict(traced, branch, mask), is_hit(traced, branch, mask)) == (expected, hit)
-
-
-@pytest.mark.parametrize(
-    ("warning", "silent"),
-    [
-        ("the scale is assumed", True),
-        ("part of the path shows no crack: 18 px from (150, 140) to (160, 150) px", False),
-        ("look at (40, 100) px", True),
-        ("the crack continues beyond the end (278, 150) px", True),
-    ],
-)
-def test_a_wrong_line_is_silent_unless_a_warning_names_where(mask, warning, silent):
-    assert is_silent(line((22, 100), (150, 100), (150, 150), (278, 150)), mask, (warning,)) == silent

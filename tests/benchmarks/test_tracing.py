@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.tracing import Traced, _rows
-from benchmarks.tracing_cases import clean_case
-from benchmarks.tracing_figures import Figures, measured
+from benchmarks.tracing_figures import measured
 from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
 from digitise.photo import Photo
@@ -62,18 +60,3 @@ def test_an_error_is_measured_as_large_as_it_is(truth, photo, traced):
     assert stretched.length_percent == pytest.approx(2, rel=1e-3)
     assert stretched.length_mm == pytest.approx(0.02 * 45, rel=1e-3)
     assert stretched.width_percent == pytest.approx(2, rel=1e-3)
-
-
-def test_a_refused_photo_misses_every_target_of_its_tier():
-    good = Figures(0, 0, 0, 0, 0, 0, 0, 1, 0)
-    bad = replace(good, **dict.fromkeys(("centreline_mm", "wall_mm", "width_percent", "length_percent"), np.nan))
-    cases = [clean_case(4), clean_case(8)]
-    met = {row.name: row.met for row in _rows([Traced(case, good) for case in cases], "clean", 1)}
-    missed = {
-        row.name: row.met
-        for row in _rows([Traced(cases[0], good), Traced(cases[1], replace(bad, refusal="no"))], "clean", 1)
-    }
-    assert all(met.values())
-    assert [name for name, ok in missed.items() if not ok] == [
-        name for name in met if any(word in name for word in ("centreline", "walls", "width", "length, closed"))
-    ]

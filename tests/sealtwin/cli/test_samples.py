@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,6 @@ import trimesh
 
 from tests.support.meshes import mesh_of, slotted
 from tests.support.processes import refusal, sealtwin
-from tests.support.sheets import read_pdf
 from tests.support.tiny_study import TRIAL, tiny_lab
 
 
@@ -91,19 +89,6 @@ def test_what_is_no_drawing_is_one_sentence(tmp_path, name, content):
 
 
 FRAME = ("markers", "--face-mm", "160x40", "--out")
-
-
-def test_a_frame_and_its_table_are_written(tmp_path):
-    """And once more: the same frame is no file of the user's."""
-    command = (*FRAME, tmp_path / "frame.pdf", "--toml", tmp_path / "board.toml")
-    assert sealtwin(*command).exit_code == 0
-    answer = sealtwin(*command)
-    assert answer.exit_code == 0, answer.output
-    assert read_pdf(tmp_path / "frame.pdf").size_mm == pytest.approx((297, 210), abs=5e-3)
-    table = (tmp_path / "board.toml").read_text()
-    assert answer.stdout == table
-    assert len(tomllib.loads(table)["photo"]["markers"]["markers"]) == 8
-    assert f"sealtwin digitise PHOTO --markers {tmp_path / 'board.toml'} --face-mm 160x40" in answer.stderr
 
 
 @pytest.mark.parametrize("names", [("mine.pdf", "board.toml"), ("frame.pdf", "mine.pdf")])

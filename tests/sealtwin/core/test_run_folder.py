@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from sealtwin.core import files
-from sealtwin.core.errors import BusyError, InputError, present
+from sealtwin.core.errors import InputError
 from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder, stage_key
 
 NUMBERS = {"digitise": 1}
@@ -62,19 +62,6 @@ def test_a_result_is_finished_only_while_what_it_was_made_from_lies_there(tmp_pa
         assert folder.finished() == ["digitise", "simulate"]
         (folder.path / "particles.csv").unlink()
         assert folder.finished() == ["digitise"]
-
-
-def test_the_second_process_is_told_who_holds_the_folder(tmp_path):
-    script = "import sys, time; from pathlib import Path; from sealtwin.core.run_folder import open_folder\n"
-    script += "with open_folder(Path(sys.argv[1]), create=True):\n    print('held', flush=True); time.sleep(60)"
-    command = [sys.executable, "-c", script, str(tmp_path / "run")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as first:
-        assert present(first.stdout, "stdout").readline() == "held\n"
-        with pytest.raises(BusyError, match=f"process {first.pid} "), open_folder(tmp_path / "run", create=True):
-            pass
-        first.kill()
-    with open_folder(tmp_path / "run", create=True) as folder:
-        assert (folder.path / MANIFEST).is_file()
 
 
 @pytest.mark.parametrize("name", [".crack.12345.stl", "sealtwin-tmp-1-00000000"])

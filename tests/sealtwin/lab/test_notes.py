@@ -42,17 +42,6 @@ def test_a_text_without_a_number_sets_nothing(tmp_path, text):
     assert note_of(tmp_path, "P01.txt", text) == Note()
 
 
-def test_toml_has_the_trials_own_keys(tmp_path):
-    text = 'data = "measured"\ndate = 2026-05-03\ncrack.depth_mm = 16\ndepht_mm = 3\nreadings.quantity = "depth"\n'
-    note = note_of(tmp_path, "P01.toml", f"{text}[photo]\nmm_per_pixl = 0.1\n")
-    assert note.values == {
-        "photo.data": "measured", "readings.data": "measured", "date": "2026-05-03", "crack.depth_mm": 16,
-        "readings.quantity": "depth",
-    }  # fmt: skip
-    for key, fault in zip(("depht_mm", "photo.mm_per_pixl"), note.faults, strict=True):
-        assert f"{key} = " in fault.finding
-
-
 def test_a_samples_scale_takes_the_place_of_the_folders_whatever_its_kind():
     folder = Note(dict.fromkeys(("photo.mm_per_px", "crack.depth_mm", "fluid.U"), 1.0))
     sample = Note(dict.fromkeys(("photo.face_mm", "fluid.viscosity_pa_s"), 1.0))

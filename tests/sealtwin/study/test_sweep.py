@@ -67,24 +67,6 @@ def test_a_study_that_grows_keeps_what_is_done(done, tmp_path, lab):
         assert [run.state for run in read_plan(done).runs] == states
 
 
-@pytest.mark.parametrize(
-    ("rows", "drafts", "preset"),
-    [
-        ('"fluid.U" = [1, 2]', True, "draft"),
-        ('"fluid.U" = [1, 2]', False, "accurate"),
-        ('"solver.substeps" = [2, 3]', True, "accurate"),
-    ],
-)
-def test_runs_are_drafts_unless_the_study_is_about_the_solver(tmp_path, rows, drafts, preset):
-    lab, out = tiny_lab(tmp_path, f"[grid]\n{rows}\n"), tmp_path / "out"
-    swept = sweep(lab, out, replace(HERE, dry_run=True, drafts=drafts), Progress())
-    runs = read_plan(out).runs
-    assert {run.trial["solver"]["preset"] for run in runs} == {preset}
-    assert ("2 of 2 runs are drafts" in swept["screening"]) == (preset == "draft")
-    # Settings of a run are in the trial's own numbers: its U is that of the trial's radius.
-    assert [run.settings.get("fluid.U") for run in runs] == ([1, 2] if "U" in rows else [None, None])
-
-
 def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
     """Paste carries pressure over in longer substeps; forced together, each still has the bits that it has alone."""
     lab = tiny_lab(tmp_path, '[grid]\n"fluid.freeze_after_s" = ["never"]\n"fluid.yield_stress_pa" = [0.0, 12.0]\n')
