@@ -53,6 +53,14 @@ def framed(_: Any, space: Any) -> None:
         vertex.dxf.flags = 16 if number < 3 else 8
 
 
+def beside_lines(_: Any, space: Any) -> None:
+    ring(space)
+    ring(space, at=(0, 10), invisible=1)
+    ring(space)
+    space.add_text("a crack", dxfattribs=on("OUTLINE"))
+    space.add_point((1, 1), dxfattribs=on("OUTLINE"))
+
+
 DRAWN = "import-dxf {given}/a.dxf --depth-mm 8 --out {out}"
 ALONG = " --line L --width-mm 3"
 OF_A_MESH = ("mesh.up", "drawing.obj", "Mesh", "Trace it again", "R2010", "px")
@@ -85,6 +93,8 @@ DRAWINGS = [
         "a.dxf, layer L", "gap is 0.004 mm at (20", more=ALONG),
     drawn("line with an arm", lambda _, space: lines(space, ((0, 0), (20, 0)), ((20, 0), (40, 0)), ((20, 0), (30, 9))),
         "3 lines meet at (20, 0)", more=ALONG),
+    drawn("texts, a hidden and a second edge", beside_lines,
+        "layer OUTLINE: left out: exact copies of lines (1), invisible lines (1), TEXT (1), POINT (1)", code=0),
     drawn("drawn upright", lambda _, space: lines(space, ((0, 0, 0), (20, 0, 6)), ((20, 0, 6), (40, 0, 0))), "layer L",
         "z is 0 to 6 mm", "XY plane", more=ALONG),
     drawn("edge that crosses itself evenly",
@@ -128,6 +138,7 @@ imported = answers(IMPORT)
 
 
 POCKET = box((0.0, 0.0, -16.0), (60.0, 40.0, 0.0)) - box((24.0, 16.0, -8.0), (36.0, 24.0, 1.0))
+SIDE_ARM = box((60.0, 22.0, -10.0), (62.0, 32.0, 1.0))
 OF_A_LIBRARY = ("charset_normalizer", "unmatched data", "codec")
 # fmt: off
 MESHES = [
@@ -141,6 +152,9 @@ MESHES = [
         "steps of 2 mm", "origin"),
     imported("a small body beside the sample", mesh(as_stl, box((102, 0, -20), (110, 40, 0))), "m.stl",
         "2 separate bodies", "8 x 40 x 20 mm around (106, 20, -10)"),
+    imported("mesh with a side arm",
+        mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(slotted(SIDE_ARM)), process=False))),
+        "side arms (1) of up to 12 mm are not on the path", code=0),
 ]
 # fmt: on
 CASES: list[WrongInput] = [*DRAWINGS, *MESHES]
