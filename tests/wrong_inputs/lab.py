@@ -74,6 +74,7 @@ ON_PAPER = (
 )
 typed = answers(ON_PAPER)
 SHEET = "s [mm];level [mm]\n1;-1,5\n5;-1,4\n9;-1,6\n"
+TWO_TABLES = "N3;;;Z9;\ns [mm];level [mm];;s [mm];level [mm]\n1;-1,5;;1;2,5\n9;-1,4;;9;2,6\n"
 OF_SHEET = LAB + '[readings]\nrole = "held-out"\n'
 NOT_SAID = LAB.replace("0.1", "0.5").partition("[path]")[0] + '[solver]\nmodel = "slot"\n'
 
@@ -86,6 +87,8 @@ CASES: list[WrongInput] = [
     ingested("samples in the columns of a sheet that is called as one of them",
         _files(OF_SHEET, (3, 4), N3__csv="s [mm];Probe 1 Tiefe [mm];Probe 2 Tiefe [mm]\n1;1,5;2,5\n9;1,4;2,4\n"),
         "N3.csv", "'Probe 1 Tiefe [mm]'", "levels", code=SOME_FAILED),
+    ingested("tables of two samples beside each other, one without a photo",
+        _files(OF_SHEET, N3__csv=TWO_TABLES), "N3.csv", "range = ...", code=NONE_SOUND),
     ingested("a key of a note without its table", _files(N3__toml="depth_mm = 9.0"), "N3.toml",
         "depth_mm", code=NONE_SOUND),
     ingested("path and nozzle that nobody said", _files(NOT_SAID), 'path.volume_ml = "cavity"', "path.trim_mm = 10.0",

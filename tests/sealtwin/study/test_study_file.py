@@ -84,6 +84,7 @@ def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_p
 @pytest.mark.parametrize(
     ("varies", "sentence"),
     [
+        ("", "give one of [grid], [list] and [latin], the settings that vary; none is given"),
         ('[grid]\n"fluid.u" = [1]', "fluid.u: no such setting; the nearest is 'fluid.U'"),
         ('[grid]\n"photo.file" = ["a"]', "photo.file: no such setting; expected seed or a key of [fluid]"),
         ('[grid]\n"fluid.U" = []', "grid.fluid.U: no values are given"),
