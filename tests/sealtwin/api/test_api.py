@@ -172,9 +172,11 @@ def test_a_report_is_of_one_run_and_leaves_a_run_folder_alone(way, result, tmp_p
 
 
 def test_inject_takes_the_slopes_by_keyword(way):
-    sloping = st.inject(*way[1:4], st.Fluid(U=30, D_cm=0.3), solver=st.Solver(**COARSE), gradient_deg=20)
+    _, crack, solid, path, run = way
+    fluid, solver = st.Fluid(U=30, D_cm=0.3), st.Solver(**COARSE)
+    sloping = st.inject(crack, solid, path, fluid, solver=solver, gradient_deg=20)
     assert sloping.settings["sample"]["gradient_deg"] == 20
-    assert sloping.position_mm[:, 0].mean() < way[4].position_mm[:, 0].mean() - 0.1
+    assert sloping.position_mm[:, 0].mean() < run.position_mm[:, 0].mean() - 0.1
 
 
 OTHER = st.crack_from_polyline([(0, 20), (60, 20)], 2.0)
