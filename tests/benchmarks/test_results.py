@@ -1,4 +1,4 @@
-"""The record of all benchmarks: what is run again, what it keeps, and what its table says."""
+"""The record of all benchmarks: which changes of the code make it run one again."""
 
 import subprocess
 

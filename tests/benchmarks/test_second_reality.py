@@ -1,4 +1,4 @@
-"""The second reality: closed forms, its kept tables, its worlds, and what it refuses."""
+"""The second reality: closed forms, its kept tables, and what a full crack spills."""
 
 from dataclasses import replace
 

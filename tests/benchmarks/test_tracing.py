@@ -1,4 +1,4 @@
-"""The judge of tracing: a truth scores nothing, an error scores itself, and a refusal is no success."""
+"""The judge of tracing: a truth scores nothing, and an error scores itself."""
 
 from dataclasses import replace
 

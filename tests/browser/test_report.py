@@ -1,4 +1,4 @@
-"""The report in a reader's browser: on a desk, on a phone, in the dark, on paper, without scripts."""
+"""The report in a reader's browser: on a desk, on a phone, in the dark, without scripts."""
 
 import importlib
 from typing import Any

@@ -1,4 +1,4 @@
-"""The trace page as a workbench: walls drawn, taken back, erased, saved; depth and tilt; a folder of photos."""
+"""The trace page as a workbench: walls drawn, taken back, erased, saved; depth and tilt."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The trace page by keys alone, and for those who hear it, see little or ask for stillness."""
+"""The trace page by keys alone, and for those who ask for stillness."""
 
 import numpy as np
 import pytest

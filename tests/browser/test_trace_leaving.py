@@ -1,4 +1,4 @@
-"""How the trace page ends: saved into a trial, refused, quit, or left by its command."""
+"""How the trace page ends: saved into a trial, refused, or left by its command."""
 
 import shutil
 from pathlib import Path

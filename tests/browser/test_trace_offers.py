@@ -1,4 +1,4 @@
-"""Lines that may be the crack, outlined and numbered on the page: one click or key takes one."""
+"""Lines that may be the crack, outlined and numbered on the page: one click takes one."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The photo on the trace page: zoomed by wheel and fingers, where it lies, at any width of a window."""
+"""The photo on the trace page: zoomed by the wheel, where it lies, at any width of a window."""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""Photos and masks: two inputs that disagree, lines that are no crack, and files that state another tone curve."""
+"""Photos and masks: two inputs that disagree, lines that are no crack, and files that cannot be meant as they are."""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The command: what it refuses before any run, and, slowly, a calibration that is killed, ends and predicts."""
+"""The command: what it refuses before any run, and a calibration that predicts what was held out."""
 
 from dataclasses import replace
 from datetime import date

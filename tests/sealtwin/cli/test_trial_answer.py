@@ -1,4 +1,4 @@
-"""The short answer of commands that run a trial: its length, and what it never leaves out."""
+"""The short answer of commands that run a trial: what it never leaves out."""
 
 from dataclasses import replace
 from typing import Any

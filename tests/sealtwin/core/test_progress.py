@@ -1,4 +1,4 @@
-"""Times left: within a factor of two of the truth after a tenth of the work, and none before they are known."""
+"""Times left: none before they are known, and by the pace of the later half."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Ingest: dialects, faults and revisions; stopped, killed or doubled it leaves a lab that is whole."""
+"""Ingest: dialects, faults and revisions; stopped at any step, it leaves a lab that is whole."""
 
 import hashlib
 import re

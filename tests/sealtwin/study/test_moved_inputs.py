@@ -1,4 +1,4 @@
-"""Inputs drawn by the fast model: a linear one gives the closed form, a kill loses no part, and the report names it."""
+"""Inputs drawn by the fast model: a linear one gives the closed form, and the report names it."""
 
 from dataclasses import replace
 from functools import partial
