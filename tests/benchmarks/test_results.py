@@ -4,7 +4,6 @@ import subprocess
 
 import pytest
 
-from benchmarks import results
 from benchmarks.results import code_sha256
 
 
@@ -44,11 +43,3 @@ def test_the_hash_follows_what_a_benchmark_imports(checkout, name, follows):
     before = code_sha256(root, "benchmarks/solids.py")
     (root / name).write_text("2")
     assert (code_sha256(root, "benchmarks/solids.py") != before) == follows
-
-
-def test_data_of_a_benchmarks_own_name_are_its(checkout):
-    root = checkout("benchmarks/calibration.csv", "benchmarks/slot/runs.csv")
-    before = {name: code_sha256(root, results.COMMANDS[name]) for name in ("calibration", "slot")}
-    (root / "benchmarks" / "slot" / "runs.csv").write_text("2")
-    assert code_sha256(root, results.COMMANDS["calibration"]) == before["calibration"]
-    assert code_sha256(root, results.COMMANDS["slot"]) != before["slot"]

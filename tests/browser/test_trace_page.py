@@ -66,11 +66,3 @@ def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(bench):
     assert not bench.page.is_visible("#proposal")
     assert bench.points() == ["end-0", "end-1"]
     assert "Between your two ends" in bench.text("#how")
-
-
-def test_a_line_that_is_refused_does_not_stay_on_the_photo(bench, shot):
-    bench.give_ends(shot)
-    bench.drag(shot.along(0.95), np.add(shot.along(0.05), [5, 0]))
-    bench.until("document.getElementById('refusal').innerText.includes('px apart')")
-    assert bench.page.locator("#way").count() == 0
-    assert bench.page.locator("#left-wall").count() == 0

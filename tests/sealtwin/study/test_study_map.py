@@ -65,6 +65,18 @@ def test_fills_of_chosen_runs_are_drawn_as_the_sweep_kept_them(done, lost):
     assert len(drawn) == (0 if lost == 4 else 2)
 
 
+def test_runs_without_a_result_are_left_out_and_told(done):
+    """Of five runs one failed: the map holds four, and says which is missing and why."""
+    plan = read_plan(done)
+    fifth = forget_outcome(done / "elsewhere", plan.runs[0])
+    fifth = replace(fifth, key="f" * 64, number=5, settings={"fluid.U": 1e6, "fluid.D_cm": 0.03})
+    write_plan(done, replace(plan, runs=[*plan.runs, fifth]))
+    write_outcome(done, replace(fifth, state="failed", reason="The numbers diverged."))
+    mapped = mapped_without_fills(done)
+    assert mapped.chart.exclusion == "1 of 5 runs are not ranked. Run 5: The numbers diverged."
+    assert [each["number"] for each in mapped.content["excluded"]] == [5]
+
+
 def test_a_run_whose_volume_is_off_is_in_no_ranking(done):
     """The nearest of five: it stands apart with its volume, and another one is the nearest."""
     plan = read_plan(done)
