@@ -27,6 +27,13 @@ def _finished(out):
     return {path.parent.name: path.stat().st_mtime_ns for path in out.glob(f"runs/*/{OUTCOME}")}
 
 
+def _is_worker(process):
+    try:
+        return "spawn_main" in " ".join(process.cmdline())
+    except psutil.Error:  # It has just ended.
+        return False
+
+
 @pytest.mark.slow
 def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(tmp_path):
     """Kill now a worker and now the parent, most of them while runs are computed."""
@@ -39,8 +46,7 @@ def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(tmp_path):
             time.sleep(0.02)
         time.sleep(chance.uniform(0, 0.3))
         seen.append(_finished(out))
-        children = psutil.Process(parent.pid).children(recursive=True)
-        workers = [child for child in children if "spawn_main" in " ".join(child.cmdline())]
+        workers = [child for child in psutil.Process(parent.pid).children(recursive=True) if _is_worker(child)]
         if number % 2 == 0 and workers:
             chance.choice(workers).kill()
         else:
