@@ -31,7 +31,8 @@ TILT_WARNING = (
 SAME_SCALE = 0.01  # Largest relative difference of two scales that agree
 EDGE_PX = 3  # Pixels at the edge of the face that mix with its surroundings
 MARKER_MARGIN = 1.3  # Size of a marker with its white rim, over the size of its black square
-UNSURE = 0.01  # A scale with a larger standard uncertainty gives a warning; a crack's width is reported to twice that
+# A scale with a larger standard uncertainty gives a warning; a crack's width is reported to twice that
+SCALE_ERROR = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,7 +214,7 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
             f"{scale.mm_per_px:.2g} mm wide, but only {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm is allowed. "
             "Correct the lengths and pixels that define the scale."
         )
-    if (scale.scale_uncertainty or 0.0) < UNSURE:
+    if (scale.scale_uncertainty or 0.0) < SCALE_ERROR:
         return scale
     text = f"the scale has a standard uncertainty of {scale.scale_uncertainty:.1%}, and so has every length"
     return replace(scale, warnings=(*scale.warnings, doubt("scale.unsure", text, scale.scale_uncertainty)))

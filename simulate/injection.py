@@ -42,7 +42,7 @@ from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
 """Origin of D that is recorded if the fluid sticks to the walls. If no origin is recorded, the user gave D."""
-FINER = (1, 2, 4, 8)
+SUBSTEP_FACTORS = (1, 2, 4, 8)
 """Factors of the substeps with which a failed run is computed anew. Paste of 12 Pa and 4 Pa s under a nozzle collapses
 with two substeps of 0.0019 s and particles of 0.38 mm, and not with four."""
 SAMPLE_EVERY = 50  # Frames between two samples of the density error
@@ -67,7 +67,7 @@ class Injection:
     For paste that falls asleep the unit is half a frame."""
     setup_s: float
     finer: int = 1
-    """Substeps over those of the settings, one of ``FINER``. It is above 1 if the run failed with fewer."""
+    """Substeps over those of the settings, one of ``SUBSTEP_FACTORS``. It is above 1 if the run failed with fewer."""
     done: int = 0  # Number of finished frames
     earlier_mm: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     """Positions of all particles after frame ``looks_back``, (n, 3); empty until then."""

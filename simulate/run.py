@@ -12,7 +12,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.progress import in_words
 from sealtwin.core.records import Profile, Run
 from simulate.device import start_warp
-from simulate.injection import FINER, ComputeOptions, Injection, case_of, prepare
+from simulate.injection import SUBSTEP_FACTORS, ComputeOptions, Injection, case_of, prepare
 from simulate.pour import Pour
 from simulate.profile import CELL_MM, measure_profile, over_cavity, volume_ratio
 from simulate.setup.release_schedule import PARTICLE_S, frames_to_freeze
@@ -47,8 +47,9 @@ def fill(pour: Pour, options: ComputeOptions | None = None) -> Filled:
 def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalError]:
     """Fill one crack with each of several fluids in one launch. The results are those of ``fill`` for each fluid.
 
-    A run with a numerical fault is computed anew with twice the substeps, and again up to the last of ``FINER``, unless
-    their number is given. Then its error is its result. Raises InputError if one of the fluids cannot be run.
+    A run with a numerical fault is computed anew with twice the substeps, and again up to the last of
+    ``SUBSTEP_FACTORS``, unless their number is given. Then its error is its result. Raises InputError if one of the
+    fluids cannot be run.
     """
     for fluid in pour.each:
         for doubt in fluid.doubts:
@@ -119,7 +120,7 @@ def _result(
             return _measured(injection, outcome, number)
         except NumericalError as fault:
             return fault
-    if pour.solver.substeps is not None or injection.finer == FINER[-1]:
+    if pour.solver.substeps is not None or injection.finer == SUBSTEP_FACTORS[-1]:
         return outcome
     options = replace(options, watchers=options.watchers if number == 0 else ())
     alone = pour.each[number]

@@ -23,19 +23,20 @@ PINHOLE = 0.5  # An unpainted spot up to this diameter, in crack widths, is a sl
 
 # Limits on how a mask may differ from its photo. Widths are in units of the paint's width.
 #
-# Set on 64 real masks and on 258 that were turned, mirrored, shifted or of another photo. Higher values of ``FEW``
-# and ``SOME`` refuse and doubt more masks, including right ones.
+# Set on 64 real masks and on 258 that were turned, mirrored, shifted or of another photo. Higher values of
+# ``SHARE_REFUSED`` and ``SHARE_DOUBTED`` refuse and doubt more masks, including right ones.
 OWN, BESIDE = 1.2, 2.0  # Widths from the middle that belong to this crack, and up to which light is compared
 LEAST_BESIDE_PX = 12.0  # Distance added to these widths
 RIM_PX = 2  # Distance over which blur mixes paint and ground
 DARKER = 0.97  # A stretch is darker if its light over the light next to it is below this
-FEW, SOME = 0.65, 0.75  # A mask is refused, or doubted, if a smaller share of its stretches is darker
+# A mask is refused, or doubted, if a smaller share of its stretches is darker
+SHARE_REFUSED, SHARE_DOUBTED = 0.65, 0.75
 NOT_DARKER = 0.88  # A mask with few darker stretches is refused only if the median of that light ratio is above this
 ASIDE, LEAST_ASIDE_PX = 0.35, 3.0  # The paint may be this far off the darkest band of its width: widths, and px
 THIRDS_OF = 9  # Each third of a line is checked if it has at least this many stretches
 MUCH_DARKER = 0.08  # A band away from the paint counts only if it is darker than the paint by this
 # Paint and dark band have different widths if their ratio and their difference are above these
-TWICE, WIDER_PX = 2.0, 6.0
+WIDTH_RATIO, WIDER_PX = 2.0, 6.0
 
 
 def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
@@ -118,7 +119,7 @@ def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, con
     if len(ratio) == 0:
         return ()
     darker, usual = float(np.mean(ratio < DARKER)), float(np.median(ratio))
-    if darker >= SOME:
+    if darker >= SHARE_DOUBTED:
         return _off_the_band(photo, profiles, width_px)
     fault = (
         f"photo.mask: the painted area from {listed(profiles.line_px[[0, -1]])} px is darker than the photo beside it "
@@ -126,7 +127,7 @@ def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, con
         "it. Does the mask belong to another photo? Is it mirrored, shifted, only an outline, or rotated because a "
         "program ignored the EXIF orientation? Paint the whole crack over the upright photo"
     )
-    if confirmed or not (darker < FEW and usual > NOT_DARKER):
+    if confirmed or not (darker < SHARE_REFUSED and usual > NOT_DARKER):
         return (doubt("path.mask-not-dark", fault, darker),)
     raise InputError(
         f"{photo.file}: {fault}. If the mask is right, for example because the crack has a light filling, give "
@@ -150,7 +151,7 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
     profile, beside = row_medians(shares.T), np.abs(profiles.offset_px) > width_px / 2 + RIM_PX
     dark_px = dark_width_px(profile, profiles.offset_px, width_px / 2, finite_median(profile[beside]))
     wide_px, narrow_px = max(width_px, dark_px), max(min(width_px, dark_px), 1.0)
-    if wide_px <= TWICE * narrow_px or wide_px - narrow_px <= WIDER_PX:
+    if wide_px <= WIDTH_RATIO * narrow_px or wide_px - narrow_px <= WIDER_PX:
         return ()
     text = (
         f"photo.mask: the paint is {photo.length(width_px)} wide, but the dark band along it is "

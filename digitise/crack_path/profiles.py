@@ -136,9 +136,10 @@ NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beyond half a width that belong to the pat
 FAR_DARKER = 0.5
 # Reach of the view of a dark band: widths, plus px; the band must be wider than the crack by at least these px
 BAND, BAND_PX = (6.0, 20.0), 6.0
-TWICE = 2.0  # A dark band is too wide from this multiple of the fitted width on; blur widens a band by less
-BESIDE = (1.0, 1.5, 2.0)  # Distances from the line, in crack widths, at which its two sides are compared
-UNLIKE = 1.8  # A larger brightness ratio of the two sides shows a sample's edge; over a few widths, grain makes less
+BAND_RATIO = 2.0  # A dark band is too wide from this multiple of the fitted width on; blur widens a band by less
+SIDE_WIDTHS = (1.0, 1.5, 2.0)  # Distances from the line, in crack widths, at which its two sides are compared
+# A larger brightness ratio of the two sides shows a sample's edge; over a few widths, grain makes less
+SIDE_RATIO = 1.8
 STEADY = 17  # The ratio is a median over this many samples, two crack widths, so that no pore or grain decides
 GROUND = 75  # Percentile of the light across a stretch that is taken for the ground's light
 
@@ -154,15 +155,15 @@ def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
 
 
 def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
-    """Return the length of a line's longest stretch whose sides differ in brightness by a factor over ``UNLIKE``."""
+    """Return the length of a line's longest stretch whose sides differ in brightness by over ``SIDE_RATIO``."""
     step_px = max(1.0, width_px / 8)
     line = smoothed(resampled(points_px, step_px), 8.0)
     soft = blurred(photo.brightness, width_px / 4)
     left, right = (
-        np.maximum(np.median(sampled(soft, places_beside(line, sign * width_px * np.array(BESIDE))), axis=1), 1e-4)
+        np.maximum(np.median(sampled(soft, places_beside(line, sign * width_px * np.array(SIDE_WIDTHS))), axis=1), 1e-4)
         for sign in (1, -1)
     )
-    unlike = np.abs(median_filter(np.log(left / right), size=STEADY)) > np.log(UNLIKE)
+    unlike = np.abs(median_filter(np.log(left / right), size=STEADY)) > np.log(SIDE_RATIO)
     return int(np.ptp(runs(unlike), axis=1).max(initial=0)) * step_px
 
 
@@ -186,4 +187,4 @@ def dark_width_px(profile: Floats, offset_px: Floats, near_px: float, ground: fl
 
 def is_wider(dark_px: float, width_px: float) -> bool:
     """Return True if a dark band is so much wider than the crack's width that it cannot be the crack itself."""
-    return dark_px > TWICE * width_px and dark_px - width_px > BAND_PX
+    return dark_px > BAND_RATIO * width_px and dark_px - width_px > BAND_PX

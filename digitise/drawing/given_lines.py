@@ -35,7 +35,7 @@ SLENDERNESS = 3.0  # Least ratio of length to mean width, as for a crack in a me
 ON_EDGE_MM = 0.01  # An end is on the edge of the face if it is closer to it than this
 MOST_TRIMMED = 0.02  # Largest share of the area that may be cut off where walls cross, as for a traced crack
 # Two points farther apart along a line than this many widths are in different parts of the crack; steps in a width
-APART, STEPS = 2.0, 16
+PART_WIDTHS, STEPS = 2.0, 16
 NO_FACE_MM = (-np.inf, -np.inf, np.inf, np.inf)
 
 
@@ -147,7 +147,7 @@ def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
     places_mm = at_arc_length(np.column_stack([line_mm, s_mm, width_mm + ON_EDGE_MM]), s_mm, stations_mm)
     pairs = places_mm[KDTree(places_mm[:, :2]).query_pairs(most_mm + ON_EDGE_MM, output_type="ndarray")]
     away_mm = np.linalg.norm(np.diff(pairs[:, :, :2], axis=1)[:, 0], axis=1)
-    overlap = (np.ptp(pairs[:, :, 2], axis=1) > APART * most_mm) & (away_mm < pairs[:, :, 3].mean(axis=1))
+    overlap = (np.ptp(pairs[:, :, 2], axis=1) > PART_WIDTHS * most_mm) & (away_mm < pairs[:, :, 3].mean(axis=1))
     if overlap.any():
         nearest = np.where(overlap, away_mm, np.inf).argmin()
         first_mm, last_mm = np.sort(pairs[nearest, :, 2])

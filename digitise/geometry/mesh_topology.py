@@ -10,7 +10,7 @@ from sealtwin.core.records import Floats, Integers
 
 CONTACT_MM = 1e-5  # An overlap up to this is rounding: a float32 file moves a vertex at 100 mm by as much
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds the vertices
-FEW = 128  # A group of this many faces is not halved; faces are compared in such groups to save memory
+GROUP = 128  # A group of this many faces is not halved; faces are compared in such groups to save memory
 WORTH = 0.75  # Faces are halved if both halves together have less than this share of the pairs of the whole
 
 
@@ -61,11 +61,11 @@ def _close_pairs(low: Floats, high: Floats, some: Integers) -> Iterator[Integers
     middle = (low[some] + high[some]).mean(axis=0) / 2
     below, above = low[some] <= middle, high[some] > middle
     work = below.sum(axis=0) ** 2 + above.sum(axis=0) ** 2
-    if len(some) > FEW and work.min() < WORTH * len(some) ** 2:
+    if len(some) > GROUP and work.min() < WORTH * len(some) ** 2:
         for side in (below, above):
             yield from _close_pairs(low, high, some[side[:, work.argmin()]])
         return
-    for rows in np.array_split(some, len(some) // FEW + 1):
+    for rows in np.array_split(some, len(some) // GROUP + 1):
         near = rows[:, None] < some
         for lower, upper in zip(low.T, high.T, strict=True):
             near &= (lower[rows, None] < upper[some]) & (lower[some] < upper[rows, None])

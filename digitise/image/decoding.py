@@ -201,7 +201,8 @@ def _focal_px(photo: Image.Image) -> float | None:
     return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM
 
 
-NEAR = 0.2  # Largest difference from a camera's exponent (sRGB: 2.1 to 2.25). It changes a width by less than 1 %
+# Largest difference from a camera's exponent (sRGB: 2.1 to 2.25). It changes a width by less than 1 %
+EXPONENT_TOLERANCE = 0.2
 MIDDLE = 128  # Stored value at which the exponent of a curve is taken
 MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Pillow mode for each colour space of the profiles that are checked
 
@@ -217,7 +218,7 @@ def _require_usual_tone(path: Path, photo: Image.Image) -> None:
             gamma = float(stated)
         except (TypeError, ValueError, ZeroDivisionError):
             continue
-        if not abs(gamma - DISPLAY_GAMMA) <= NEAR:
+        if not abs(gamma - DISPLAY_GAMMA) <= EXPONENT_TOLERANCE:
             curve = f"an unreadable {source}" if math.isnan(gamma) else f"gamma {gamma:.2g} ({source})"
             raise InputError(
                 f"{path}: the file states a tone curve of {curve} instead of a camera's usual {DISPLAY_GAMMA:g}. Save "

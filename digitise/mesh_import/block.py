@@ -44,7 +44,7 @@ MOST_OFF = 0.25  # Largest share of the body's extent outside the block: dams, c
 TRIM_MM = 0.01  # Depth cut off a side that is not plane, so that the cut is in material and leaves no slivers
 # Vertices are equal if they agree to this many decimals of a mm: a text format may round its last digit
 EQUAL_DIGITS = 8
-LOOSE = 0.01  # A closed surface with less than this share of the sample's volume is a crumb or a pore
+CRUMB_SHARE = 0.01  # A closed surface with less than this share of the sample's volume is a crumb or a pore
 LOST = 1e-7  # Largest share of a body's volume that may be lost when it is read or cut
 MEND = "Repair it in a mesh program (close holes, remove doubled parts, unite bodies), and export it again."
 
@@ -251,9 +251,9 @@ def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, Facts]:
     *others, sample = sorted(body.decompose(), key=Manifold.volume) or [Manifold()]
     if not sample.volume() > 0:
         raise ShapeError("Mesh encloses no volume.", MEND, "closed")
-    if large := [piece for piece in others if abs(piece.volume()) >= LOOSE * sample.volume()]:
-        listed = ", ".join(map(_described, [sample, *reversed(large)]))
-        raise ShapeError(f"Mesh has {1 + len(large)} separate bodies: {listed}.", "Save the sample alone.", "closed")
+    if large := [piece for piece in others if abs(piece.volume()) >= CRUMB_SHARE * sample.volume()]:
+        bodies = ", ".join(map(_described, [sample, *reversed(large)]))
+        raise ShapeError(f"Mesh has {1 + len(large)} separate bodies: {bodies}.", "Save the sample alone.", "closed")
     if not others:
         return sample, ()
     crumbs = f"{len(others)} loose crumbs or closed pores of the mesh were left out"

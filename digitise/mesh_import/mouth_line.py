@@ -48,15 +48,15 @@ MIN_SLENDERNESS = 3.0  # Least ratio of length to width; a shorter mouth has no 
 RING_SHARE = 0.5  # A crack that fills less of the area inside its outer rim than this share is a ring
 SMOOTH = 0.0025  # Tolerance of the simplified rim: scans have very many corners
 COVERED = 0.01  # A pixel belongs to the crack from this covered share on, so that no neck divides the crack
-ACROSS, MOST_STEPS = 20, 2000  # Steps along a wall per width, and largest number of steps
+STEPS_ACROSS, MOST_STEPS = 20, 2000  # Steps along a wall per width, and largest number of steps
 STATIONS = 16  # Stations of the outline per width
 # Sigma of the centreline's smoothing, and number of corrections, which keep bends over 1.5 widths
 SMOOTHING, RETURNS = 0.25, 4
 # Distance over which the growth of fitting circles is measured, and largest growth per distance outside a corner
 OPENS_OVER, OPENS = 0.25, 0.15
-AHEAD = 2.0  # A crack that ends within this many widths beyond a path from a file ends there; a longer one is cut
+END_WIDTHS = 2.0  # A crack that ends within this many widths beyond a path from a file ends there; a longer one is cut
 ON_SIDE_MM = 1e-3  # The rim is an opening within this distance of the face's edge
-CLEAR = 0.1  # Gap between a side arm and the circles in the main crack
+ARM_GAP = 0.1  # Gap between a side arm and the circles in the main crack
 # Least depth of a side arm, over the width of its mouth; at a bend, outer corners are shallower than the second
 DEEP, DEEP_AT_BEND = 0.75, 2.0
 UNSWEPT = 0.1  # Largest share of the area between the walls that may be passed twice or not at all
@@ -192,7 +192,7 @@ def _rough_path(outer: CrossSection, between_mm: Floats | None) -> tuple[Floats,
         cost = np.where(region, 1 / np.maximum(to_rim, 1), -1)
         way = np.array(route_through_array(cost, *cells[nearest])[0])
     width_mm = max(2 * np.median(to_rim[tuple(way.T)]) - 1, 1.0) * mm_per_px
-    return resampled(view.to_mm(way[:, ::-1].astype(float)), width_mm / ACROSS), width_mm
+    return resampled(view.to_mm(way[:, ::-1].astype(float)), width_mm / STEPS_ACROSS), width_mm
 
 
 def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Floats, list[Floats]]:
@@ -203,8 +203,8 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
     """
     around_mm = np.vstack([ring_mm, ring_mm[:1]])
     s_mm = arc_length(around_mm)
-    rim_mm = at_arc_length(around_mm, s_mm, np.union1d(s_mm, np.arange(0.0, s_mm[-1], width_mm / ACROSS)))[:-1]
-    radius_mm = KDTree(rim_mm).query(path_mm)[0] + CLEAR * width_mm
+    rim_mm = at_arc_length(around_mm, s_mm, np.union1d(s_mm, np.arange(0.0, s_mm[-1], width_mm / STEPS_ACROSS)))[:-1]
+    radius_mm = KDTree(rim_mm).query(path_mm)[0] + ARM_GAP * width_mm
     away_mm, nearest = map(np.asarray, KDTree(path_mm).query(rim_mm))
     beyond_mm = away_mm - radius_mm[nearest]
     # Begin on the main crack, so that no stretch is split in two.
@@ -217,7 +217,7 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
         if first_mm < width_mm / 2 or last_mm > s_mm[-1] - width_mm / 2:
             continue
         chord_mm = room_mm[-1] - room_mm[0]
-        mouth_mm = max(np.linalg.norm(chord_mm), width_mm / ACROSS)
+        mouth_mm = max(np.linalg.norm(chord_mm), width_mm / STEPS_ACROSS)
         depth_mm = np.abs(cross(room_mm - room_mm[0], chord_mm)).max() / mouth_mm
         around_mm = np.array([first_mm - width_mm, first_mm, last_mm, last_mm + width_mm])
         before_mm, _, after_mm = np.diff(at_arc_length(path_mm, s_mm, around_mm), axis=0)
@@ -248,7 +248,7 @@ def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box,
         beside, edge = np.abs(ring_mm[:, side % 2] - face_mm[side]) < ON_SIDE_MM, int(tip) + 1
         before, after = (int(np.argmin(np.roll(on, turn))) for on, turn in ((beside[::-1], edge), (beside, -edge)))
         return _End("open", (edge - before) % len(ring_mm), (edge - 1 + after) % len(ring_mm))
-    if not whole and distance_mm > AHEAD * width_mm:
+    if not whole and distance_mm > END_WIDTHS * width_mm:
         return _End("cut", sides[0][0], sides[0][1])
     before, after = _corner(ring_mm, sides[0][0], tip), _corner(ring_mm, tip, sides[0][1])
     return _End("closed", before, after, (tip,))
@@ -290,7 +290,7 @@ def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:
 def _middle(left_mm: Floats, right_mm: Floats, tips_mm: Sequence[Floats], width_mm: float) -> Floats:
     """Return centreline, left and right wall at even stations, (n, 6)."""
     longest_mm = max(arc_length(wall)[-1] for wall in (left_mm, right_mm))
-    step_mm = max(width_mm / ACROSS, longest_mm / MOST_STEPS)
+    step_mm = max(width_mm / STEPS_ACROSS, longest_mm / MOST_STEPS)
     left_mm, right_mm = resampled(left_mm, step_mm), resampled(right_mm, step_mm)
     left, right = facing(left_mm, right_mm).T
     first_mm, last_mm = (np.tile(tip_mm, 2) for tip_mm in tips_mm)

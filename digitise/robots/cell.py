@@ -49,7 +49,7 @@ ROWS = (4, 500)
 MISTYPED = 5.0  # A delivered flow this many times the requested flow, or the inverse, means a wrong unit
 DOUBTFUL = 0.1  # Relative half-width of a flow's interval above which there is a warning, as for all measured values
 ROUNDING = 1e-9  # Largest relative scatter of weighings that are equal
-ALIKE = 1e-6  # Largest relative difference of two numbers that count as equal
+TOLERANCE = 1e-6  # Largest relative difference of two numbers that count as equal
 NO_SCATTER = (
     "weighings of the same flow agree to the last digit and show no scatter, so the uncertainty of the path's flow "
     "is unknown. Weigh for longer or on a finer scale"
@@ -154,7 +154,9 @@ class RobotCell(LanguageTables):
 
     def table(self, kind: type[Table]) -> Table:
         """Return the settings of a language by their class. Raises ValueError if the cell has none."""
-        return present(next((it for it in self.languages.values() if isinstance(it, kind)), None), kind.__name__)
+        return present(
+            next((table for table in self.languages.values() if isinstance(table, kind)), None), kind.__name__
+        )
 
     @property
     def steady_settings(self) -> list[str]:
@@ -281,7 +283,7 @@ class PumpTable:
     def asked_for(self, wanted_mm3_s: Floats) -> Floats:
         """Return the request for each flow. It is 0 for a flow of 0. Raises InputError outside the weighed range."""
         low, high = self.range_mm3_s
-        inside = (wanted_mm3_s >= low * (1 - ALIKE)) & (wanted_mm3_s <= high * (1 + ALIKE))
+        inside = (wanted_mm3_s >= low * (1 - TOLERANCE)) & (wanted_mm3_s <= high * (1 + TOLERANCE))
         if not (inside | (wanted_mm3_s == 0)).all():
             wrong_mm3_s = wanted_mm3_s[~inside].max()
             raise InputError(

@@ -42,16 +42,16 @@ PASSES = 2  # Least number of passes that centre the line
 MOST_PASSES = 8  # Largest number of passes; a path along a wall needs more than two
 CENTRED = 0.05  # A line needs no further pass if 95 % of its stations are within this many widths of the middle
 REACH = 1.5  # A wall is searched for within this many widths to either side
-CLEAR = 0.25  # A path may follow the face's edge within this many widths, plus twice the rim of the search
+EDGE_WIDTHS = 0.25  # A path may follow the face's edge within this many widths, plus twice the rim of the search
 PATH_SMOOTHING = 0.75  # Sigma of the rough path's smoothing in widths, because its steps are cells of the search map
 CENTRE_SMOOTHING = 0.25  # Sigma of the centreline's smoothing in widths
-RETURNS = 4  # Number of corrections of that smoothing, which keep bends of over 1.5 widths
+CORRECTIONS = 4  # Number of corrections of that smoothing, which keep bends of over 1.5 widths
 PATH_AHEAD = 2.0  # Length of rough path before an end, in widths, that gives the end's direction
 TIP_AHEAD = 0.5  # The same length before a tip
 ONWARD = 6  # Number of stations, 15 px, that give a wall's direction at the face's edge; fewer follow grain
 BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
 # Length added to the line beyond an end, in widths
-BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}
+END_WIDTHS: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}
 
 
 class WallsMissingError(InputError):
@@ -81,7 +81,9 @@ def trace(
             f"least {LEAST_SLENDERNESS:g} times as long as wide. Give ends_px farther apart."
         )
     width_mm = max(path.width_px, LEAST_WIDTH_PX) * photo.mm_per_px
-    patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * REACH) * width_mm / photo.mm_per_px, hidden)
+    patch = patch_around(
+        photo, path.points_px, (max(END_WIDTHS.values()) + 2 * REACH) * width_mm / photo.mm_per_px, hidden
+    )
     crack = _Crack(photo, patch, hidden, wall_share, STATION_PX * photo.mm_per_px)
     sigma = PATH_SMOOTHING * width_mm / crack.spacing_mm
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), crack.spacing_mm), sigma)
@@ -174,13 +176,13 @@ def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spac
     """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
-        rim_mm = CLEAR * width_mm + 2 * EDGE_PX * photo.mm_per_px
+        rim_mm = EDGE_WIDTHS * width_mm + 2 * EDGE_PX * photo.mm_per_px
         clear = np.flatnonzero(depth_inside(line_mm, photo.face_mm) > rim_mm)
         if len(clear) >= 2:
             first = clear[0] if ends[0].kind == "open" else first
             last = clear[-1] if ends[1].kind == "open" else last
     s_mm = arc_length(line_mm)
-    before_mm, after_mm = (BEYOND[end.kind] * width_mm for end in ends)
+    before_mm, after_mm = (END_WIDTHS[end.kind] * width_mm for end in ends)
     before_mm, after_mm = before_mm + s_mm[first], after_mm + s_mm[-1] - s_mm[last]
     tips_mm = [photo.to_mm(end.place_px[None]) if end.kind == "closed" else np.empty((0, 2)) for end in ends]
     line_mm = np.concatenate([tips_mm[0], line_mm[first : last + 1], tips_mm[1]])
@@ -203,8 +205,8 @@ def _recentred(
     first = between[0] if closed[0] else 0
     last = between[-1] if closed[1] else len(s_mm) - 1
     sigma = CENTRE_SMOOTHING * width_mm / spacing_mm
-    line_mm = smoothed(resampled(middle_mm[first : last + 1], spacing_mm), sigma, RETURNS)
-    before_mm, after_mm = (BEYOND["closed"] * width_mm * is_closed for is_closed in closed)
+    line_mm = smoothed(resampled(middle_mm[first : last + 1], spacing_mm), sigma, CORRECTIONS)
+    before_mm, after_mm = (END_WIDTHS["closed"] * width_mm * is_closed for is_closed in closed)
     return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
 
 

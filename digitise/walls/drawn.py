@@ -33,8 +33,8 @@ Kind = Literal["crack", "ground", "wall"]
 MOST_POINTS = 5000
 BRUSH_PX = 3  # Width of a stroke
 MOST_AWAY = 3.0  # A line must be within this many widths, or twice ``snap_px``, of the path, except over ground
-BEYOND = 0.5  # A line may extend this many widths, or ``BEYOND_PX``, past the path's ends
-BEYOND_PX = 6.0
+END_WIDTHS = 0.5  # A line may extend this many widths, or ``END_PX``, past the path's ends
+END_PX = 6.0
 REACH = 3.0  # Light is compared within this many widths, or ``REACH_PX``, around a stroke
 REACH_PX = 30.0
 SOFT_PX = 1.5  # Sigma of a blur that reduces grain before lightness is compared
@@ -130,7 +130,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
     """
     way_px = resampled(path.points_px, 1.0)
     tree, (width, height) = KDTree(way_px), photo.size_px
-    most_px, beyond_px = max(MOST_AWAY * width_px, 2 * snap_px(photo)), max(BEYOND * width_px, BEYOND_PX)
+    most_px, beyond_px = max(MOST_AWAY * width_px, 2 * snap_px(photo)), max(END_WIDTHS * width_px, END_PX)
     drawn: tuple[tuple[Kind, str, Strokes | None], ...] = (
         ("crack", "crack_strokes_px, stroke", settings.crack_strokes_px),
         ("ground", "ground_strokes_px, stroke", settings.ground_strokes_px),

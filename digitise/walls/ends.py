@@ -25,8 +25,8 @@ LOOK_AHEAD = 2.0  # The edge of the face is searched for this many crack widths 
 GOES_ON = 1.5  # An end with more crack widths of dark around it is cut: the crack, or a shadow, continues
 BLUNT = 0.25  # Crack widths behind the farthest point that are the end's front; a sharp tip is narrow within less
 JUDGED_PX = 8.0  # Least width with which an end is classified: grain ends a hairline for a few px
-BESIDE = 1.2  # Crack widths beside the line at which the ground's brightness is measured, plus ``BESIDE_PX``
-BESIDE_PX = 3.0
+GROUND_WIDTHS = 1.2  # Crack widths beside the line at which the ground's brightness is measured, plus ``GROUND_PX``
+GROUND_PX = 3.0
 # Longest distance to the edge of the face: widths, or px, because the rim there is not searched
 TO_THE_EDGE, TO_THE_EDGE_PX = 1.5, 20.0
 
@@ -81,7 +81,7 @@ def to_its_ends(
     width. ``spread`` becomes the result's ``width_spread``.
     """
     middle_px = lines_px[0]
-    beside_px = (BESIDE * width_px + BESIDE_PX) * left_normals(middle_px)
+    beside_px = (GROUND_WIDTHS * width_px + GROUND_PX) * left_normals(middle_px)
     threshold = float(np.median(patch.light(middle_px)) + np.median(patch.light(middle_px + beside_px))) / 2
     inward_px, back_px = (middle_px, middle_px[::-1]), max(10, round(width_px))
     ends = judge_ends(photo, patch, inward_px, back_px, max(width_px, JUDGED_PX), (threshold, threshold))
@@ -177,7 +177,7 @@ LAST = 8.0  # Length before an end, in widths, that gives the crack's darkness a
 GROUND_BESIDE = (1.0, 3.0)  # The ground's light is read between these distances from the line, in widths
 SWELLING = 1.5  # A dark area more widths wide than this is not crack but a shadow, a stain or the table
 BODY = 1.5  # Widths across which the traced crack is removed
-NEAR = 1.5  # The rest of the crack must begin within this many widths of the end
+REST_WIDTHS = 1.5  # The rest of the crack must begin within this many widths of the end
 
 
 def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
@@ -223,7 +223,7 @@ def _farthest(dark: Mask, end: Floats, ahead: Floats, width: float) -> float:
     label, _ = pieces(dark > 0)
     rows, columns = np.nonzero(label)
     number, away = label[rows, columns], np.column_stack([columns, rows]) - end
-    near = (np.abs(away) <= NEAR * width + 2).all(axis=1) & (away @ ahead > 0)
+    near = (np.abs(away) <= REST_WIDTHS * width + 2).all(axis=1) & (away @ ahead > 0)
     if not near.any():
         return 0.0
     start = np.flatnonzero(near)[np.argmax(away[near] @ ahead)]

@@ -27,7 +27,7 @@ a thin fluid is slowed."""
 ITERATIONS_AT_MOST = 5000  # Limit of the conjugate gradients; paste of 10,000 Pa takes up to 1,300
 STABLE = 0.9  # Largest part of a velocity that one explicit pass may remove: above 1 it overshoots, at 2 it explodes
 AT_WALLS = 5.0  # Largest part of a velocity that walls on three sides remove, over D / h
-FRESH_SHEAR = 10.0  # Shear in 1/s of a particle just released: its neighbours are from an earlier release
+RELEASE_SHEAR = 10.0  # Shear in 1/s of a particle just released: its neighbours are from an earlier release
 
 
 def explicit_passes(
@@ -83,7 +83,7 @@ class Viscosity:
             lists,
             support,
             paste,
-            FRESH_SHEAR,
+            RELEASE_SHEAR,
             self.system,
             shared=True,
         )

@@ -46,7 +46,7 @@ COLOURS = (SIMULATED, MEASURED, THIRD, "#cc79a7", "#e69f00", "#9467bd", INK)
 Colours four places apart have the same stroke, so they are not shades of one colour.
 """
 STROKES = ("-", "--", ":", "-.")
-MOST = len(COLOURS) * len(STROKES)  # Most runs that look different: every stroke in every colour
+MOST_RUNS = len(COLOURS) * len(STROKES)  # Most runs that look different: every stroke in every colour
 LEGEND_COLUMNS = 10  # Most two-digit labels, with their strokes, side by side
 
 Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and format of a value on the page

@@ -42,7 +42,7 @@ MOST_VERTICES = 24_000
 COARSER_SURFACE, COARSER_WALLS = 1.15, 1.3
 """Factors by which the cells of the surface and of the walls grow in each try, as long as there are too many
 vertices."""
-FINEST = 1 / 2000
+MERGED_CELL = 1 / 2000
 """Size of the cells in which vertices of the walls are first merged if there are too many, as a share of the solid's
 extent."""
 ASIDE_DEG, DOWN_DEG = 28.0, 32.0
@@ -170,7 +170,7 @@ def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, I
 def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
     """Return a solid's cavity. Neighbouring vertices are merged if there are more than ``MOST_CORNERS``."""
     faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
-    cell_mm = FINEST * float(np.ptp(solid.vertices_mm, axis=0).max())
+    cell_mm = MERGED_CELL * float(np.ptp(solid.vertices_mm, axis=0).max())
     # Each facet has its own three vertices, and an edge of the rim has two facets.
     while 3 * (len(faces) + 2 * len(rim)) > MOST_CORNERS:
         cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)

@@ -123,12 +123,12 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
     return Profile(outline.s_mm, np.maximum(floor_mm, level_mm), source="volume balance")
 
 
-ACROSS, LARGEST_MM = 8, 0.125  # Cells across the crack's mean width, and their largest size within the limits below
+CELLS_ACROSS, LARGEST_MM = 8, 0.125  # Across the crack's mean width, and their largest size within the limits below
 MOST_IN_MOUTH, MOST_CELLS = 40_000, 1_000_000  # Most cells between the walls, and in all
 LEAST_SHARE = 1e-9  # Share of a cell below which an area is a rounding error
 LEVELS = 49  # Levels from the deepest floor to the face: a third of a millimetre apart at 16 mm
 BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at which the area jumps
-FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Levels in the lowest layer: a modelled floor is not quite level
+LOWEST_LEVELS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # In the lowest layer: a modelled floor is not quite level
 LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
 """Height within which facets count as level; smallest area at one height, as a share of the mouth's area, that gets its
 own levels; and the largest number of such heights. Floors, shelves and roofs are level: without their own levels, the
@@ -208,11 +208,11 @@ _BY_SOLID: WeakKeyDictionary[Solid, tuple[Outline, CavityByLevel]] = WeakKeyDict
 
 def cavity_by_level(outline: Outline, solid: Solid) -> CavityByLevel:
     """Return the horizontal areas of the solid's cavity along its crack. The result for the last outline is cached."""
-    of = _BY_SOLID.get(solid)
-    if of is None or of[0] is not outline:
-        of = outline, _cut(outline, solid)
-        _BY_SOLID[solid] = of
-    return of[1]
+    columns = _BY_SOLID.get(solid)
+    if columns is None or columns[0] is not outline:
+        columns = outline, _cut(outline, solid)
+        _BY_SOLID[solid] = columns
+    return columns[1]
 
 
 @dataclass(frozen=True)
@@ -264,7 +264,7 @@ def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm])
     corners_mm = np.vstack([walls_mm, *(np.reshape(cut.bounds(), (2, 2)) for cut in cuts if not cut.is_empty())])
     low_mm, high_mm = corners_mm.min(axis=0), corners_mm.max(axis=0)
-    cell_mm = min(outline.mean_width_mm / ACROSS, LARGEST_MM)
+    cell_mm = min(outline.mean_width_mm / CELLS_ACROSS, LARGEST_MM)
     mouth_mm2 = outline.mean_width_mm * outline.length_mm
     cell_mm = max(cell_mm, float(np.sqrt(max(np.prod(high_mm - low_mm) / MOST_CELLS, mouth_mm2 / MOST_IN_MOUTH))))
     columns, rows = (np.ceil((high_mm - low_mm) / cell_mm).astype(int) + 3).tolist()
@@ -334,7 +334,7 @@ def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
     No level is within the hollows of a rough face.
     """
     even_mm = np.linspace(-solid.depth_mm, 0.0, LEVELS)
-    finer_mm = even_mm[0] + (even_mm[1] - even_mm[0]) * FINER
+    finer_mm = even_mm[0] + (even_mm[1] - even_mm[0]) * LOWEST_LEVELS
     noisy_mm = -noise_mm * np.array([2.0, 1.5, 1.0])
     inner_mm = np.concatenate([even_mm[1:-1], finer_mm, _beside_flats_mm(outline, solid), noisy_mm])
     inner_mm = inner_mm[(inner_mm > even_mm[0] + 2 * BESIDE_MM) & (inner_mm <= -max(noise_mm, 2 * BESIDE_MM))]
