@@ -141,8 +141,8 @@ def test_a_run_is_titled_and_says_remarks_as_it_starts_and_escapes_as_it_ends(mo
 @pytest.mark.parametrize(
     ("solver", "nozzle", "fluid", "fault"),
     [
-        ({}, {"diameter_mm": 40.0}, {}, r"nozzle.diameter_mm is 40: wider than the face.* 27.1"),
-        ({"radius_mm": 0.9}, {}, {}, r"solver.radius_mm is 0.9: fewer than 2 particles fit abreast.*0.775"),
+        ({}, {"diameter_mm": 40.0}, {}, r"nozzle.diameter_mm is 40, wider than the face.* 27.1"),
+        ({"radius_mm": 0.9}, {}, {}, r"solver.radius_mm is 0.9: fewer than 2 particles fit side by side.*0.775"),
         ({"radius_mm": 0.4}, {"diameter_mm": 0.5}, {}, r"wider than the nozzle.*at most 0.25"),
         ({}, {}, {"freeze_after_s": 0.02}, r"freeze_after_s is 0.02: .*0.057"),
     ],
