@@ -37,7 +37,7 @@ def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path):
     assert fates(ingested) == {"P01": "new", "P02": "failed"}
     (fault,) = ingested.faults
     assert fault.name == "P02"
-    assert fault.sentence.startswith("P02 mesures.xlsb: damaged, or not a workbook")
+    assert fault.sentence.startswith("P02 mesures.xlsb: the file is damaged, or it is not a workbook")
 
 
 def test_what_was_saved_anew_is_asked_about_beside_the_old(small, tmp_path):

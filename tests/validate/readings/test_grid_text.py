@@ -117,7 +117,7 @@ def test_a_gigabyte_is_refused_before_it_is_read(tmp_path, start):
 
 def test_a_pipe_is_not_waited_for_and_a_file_must_exist(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
-    for name, words in {"pipe.csv": "is a device or a pipe", "none.csv": "readings cannot be opened"}.items():
+    for name, words in {"pipe.csv": "is a device or a pipe", "none.csv": "the readings cannot be opened"}.items():
         with pytest.raises(InputError, match=f"{name}: {words}"):
             read_grid(tmp_path / name)
 
