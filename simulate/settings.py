@@ -251,7 +251,7 @@ class Fluid(Settings):
             )
         if key == "consistency_pa_s_n" and self.flow_index in (None, 1.0):
             raise ValueError(
-                f"consistency_pa_s_n is {self.consistency_pa_s_n:g}: give flow_index, or use viscosity_pa_s"
+                f"consistency_pa_s_n is {self.consistency_pa_s_n:g}: give flow_index too, or viscosity_pa_s instead"
             )
 
 
