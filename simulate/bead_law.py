@@ -23,17 +23,17 @@ CLOSED_STRESS = (0.0315, 0.066, 0.105, 0.152)
 STRESS_RATIO = (1.0, 1.052, 1.008, 0.925)
 SECTION_RATIO = (0.908, 0.915, 0.923, 0.95)
 """Corrections of the closed form, from simulated bars of particles. ``STRESS_RATIO`` and ``SECTION_RATIO`` are the
-closed form's stress and section, divided by those of the bars. ``CLOSED_STRESS`` has the values of tau / (rho g
-sqrt(A)) for which they are given, with the closed form's stress tau and section A. Each ratio is the geometric mean of
-two bars: one as high as its filament, and one 1.6 times as wide. The ends of a bar spread and drain the middle a
-little. How much depends on the height from which the bar was laid, which is not measured."""
+stress and section by the closed form, divided by the stress and section of the bars. ``CLOSED_STRESS`` has the values
+of tau / (rho g sqrt(A)) of these ratios, with the closed form's stress tau and section A. Each ratio is the geometric
+mean of two bars: one as high as its filament, and one 1.6 times as wide. The ends of a bar spread and drain the middle
+a little. How much depends on the height from which the bar was laid, which is not measured."""
 
 
 @dataclass(frozen=True)
 class PasteArea:
     """Area of the paste's footprint by distance from its edge, (m,), for all of it and for a piece in its middle.
 
-    Distances are grouped in classes; ``inward_mm`` is the middle of each class.
+    Distances are grouped in classes, and ``inward_mm`` is the middle of each class.
     """
 
     inward_mm: Floats

@@ -65,7 +65,7 @@ class Hollow:
 
 
 def solid_of(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float], depth_mm: float) -> Solid:
-    """Return the solid of a block whose upper face is z = 0. Its sides and underside are outside; all else is wall."""
+    """Return the solid of a block whose upper face is z = 0. Its sides and underside are outside, the rest is wall."""
     mesh = body.to_mesh()
     vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts, dtype=np.int64)
     corner = vertices[faces]

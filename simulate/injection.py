@@ -281,7 +281,7 @@ class Injection:
 class Watcher:
     """Object whose methods are called at the start of a run and after every frame.
 
-    Of several watchers, the first begins first and is called last after a frame. When it writes a checkpoint, the
+    Among several watchers, the first begins first and is called last after a frame. When it writes a checkpoint, the
     others have therefore written the frame's files.
     """
 

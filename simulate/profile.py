@@ -162,9 +162,9 @@ class _SideView:
         return covered[window], height_mm[window]
 
     def _readings(self, top_row: Integers) -> tuple[Integers, Floats]:
-        """Return the columns with particles whose box is the top of a longest run, and these particles' mean height.
+        """Return the columns that have particles at the top of a longest run, and their mean height in each column.
 
-        The mean height is given for each of the columns.
+        A particle is at the top if its box ends there.
         """
         makes_top = np.zeros(len(self.column), dtype=bool)
         for shift in range(-self.half, self.half + 1):

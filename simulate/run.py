@@ -44,7 +44,7 @@ def fill(pour: Pour, options: ComputeOptions | None = None) -> Filled:
 
 
 def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalError]:
-    """Fill one crack with each of several fluids in one launch. The results equal those of ``fill`` for each fluid.
+    """Fill one crack with each of several fluids in one launch. The results equal the results of ``fill``.
 
     A run with a numerical fault is computed again with twice the substeps, and again up to the last factor of
     ``FINER``. If it still fails, or if the user set the number of substeps, the result of the run is its error. Raises

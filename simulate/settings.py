@@ -82,8 +82,8 @@ class Fluid(Settings):
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
     """Weight of the fluid's viscosity in Eq. 5. It is dimensionless with lengths in cm, as in the paper. In a frame of
-    7.23 ms at a radius of 0.4 mm, U = 1 is 1.07e-6 m2/s, about that of water. Without a yield stress, particles move
-    before U acts, so a large U does not make them viscous."""
+    7.23 ms at a radius of 0.4 mm, U = 1 is 1.07e-6 m2/s, about the viscosity of water. Without a yield stress,
+    particles move before U acts, so a large U does not make them viscous."""
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
     """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. If the viscosity
     is given in another way, the fluid sticks to the walls by default."""

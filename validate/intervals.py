@@ -270,9 +270,9 @@ class PredictedLevel(JsonRecord):
     inputs_mm: Numbers | None
     """Standard uncertainty due to the inputs. None if no input is declared."""
     model_mm: Numbers | None = None
-    """Standard uncertainty due to the model. It has three parts: at the ends of the path, for a fluid with a yield
-    stress; the meniscus, for a declared surface tension; and half of the difference between particles and fast model.
-    None if all three are missing."""
+    """Standard uncertainty due to the model. It has up to three parts. For a fluid with a yield stress, one is at the
+    ends of the path. For a declared surface tension, one is the meniscus. The third is half of the difference between
+    particles and fast model. None if all three are missing."""
     fast_level_mm: Numbers | None = None
     """Level computed by the fast model. None if that model is not valid here, or if it computed ``level_mm``."""
     flat_level_mm: Numbers | None = None

@@ -218,8 +218,8 @@ class Uncertainty(Settings):
 
     differences: Method | None = None
     """Model of the runs with varied inputs. particles: each input is raised and lowered according to a design, in runs
-    with the coarser particles. slot: 1,000 runs of the fast model in which all inputs vary at random together; the
-    level is still the particles' level. Default: slot if the fast model is valid for the trial, and particles
+    with the coarser particles. slot: 1,000 runs of the fast model in which all inputs vary at random together. The
+    level itself still comes from the particles. Default: slot if the fast model is valid for the trial, and particles
     otherwise. A report names the model for each input."""
     speed_mm_s: Standard | None = None
     """Uncertainty of the nozzle's speed. The volume is constant, so the flow changes with the speed."""
@@ -290,9 +290,9 @@ class Uncertainty(Settings):
         return other
 
     def with_sample(self, width_mm: float | None, weighed: WeighedCavity | None) -> Self:
-        """Return the uncertainties, completed with those of the sample's walls.
+        """Return the uncertainties, completed with the uncertainties of the sample's walls.
 
-        A weighed fill gives the uncertainties of width, angle and depth, each for fixed values of those before it.
+        A weighed fill gives the uncertainties of width, angle and depth, each for fixed values of the ones before it.
         Without a weighed fill, ``width_mm`` is the uncertainty of a width fitted to a photo, and is used unless one is
         declared.
         """
@@ -303,7 +303,7 @@ class Uncertainty(Settings):
         return self.model_copy(update={"width_mm": width_mm})
 
     def with_paste(self, yield_stress_pa: float, viscosity_percent: float | None) -> Self:
-        """Return the uncertainties, completed with those of the measured paste.
+        """Return the uncertainties, completed with the paste's measured ones.
 
         Declared uncertainties take precedence.
         """

@@ -42,7 +42,7 @@ class Launcher:
         On a GPU each row has a block of ``lanes`` threads. If the kernel's rows are ``shared``, a block has
         ``self.lanes``.
 
-        In a walk the rows are those of ``extent``. Default: the launcher's extent.
+        In a walk, ``extent`` gives the rows. Default: the launcher's extent.
 
         The arrays among ``inputs`` may be written to later, but not replaced. Arrays of a struct may be replaced until
         a frame is recorded or a walk is listed, because each launch reads the struct again.

@@ -42,7 +42,7 @@ RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a partic
 ROWS_TOGETHER = 16  # Number of rows that a loop processes at a time
 RENUMBER_EVERY = 32
 """Number of frames between renumberings of the particles by cells. With 16, a frame of 50,000 particles takes the same
-time; with 256, it takes a tenth more."""
+time. With 256, it takes a tenth more."""
 MOST_SHARED = 30_000
 """Largest number of rows for which each row gets a warp of GPU threads. With more rows, each row has one thread. On an
 H200 a frame of 24,750 rows takes 8.9 ms with warps and 9.7 ms with threads. A frame of 49,500 rows takes 15.2 ms and

@@ -156,7 +156,7 @@ def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers) -> Floats:
 
 
 def _off_plane(nodes_mm: Floats) -> Floats:
-    """Return how far each block's node distances, (b, NODES), are at most from those of a fitted plane, (b,)."""
+    """Return the largest deviation, (b,), of each block's node distances, (b, NODES), from a fitted plane."""
     side = np.arange(device_code.BLOCK + 1) - device_code.BLOCK / 2
     away = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
     away = away.astype(nodes_mm.dtype)

@@ -54,7 +54,10 @@ def enclose(solid: Solid, outline: Outline, radius_mm: float, device: str) -> En
 
 
 def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> WallParticles:
-    """Cover everything that sealant can touch evenly. The layer depends only on the geometry, not on a seed."""
+    """Place wall particles evenly over all that sealant can touch.
+
+    The layer depends only on the geometry, not on a seed.
+    """
     spacing_mm = 2 * radius_mm
     touched = solid.face_label != FaceLabel.OUTSIDE
     label, triangles_mm = solid.face_label[touched], solid.vertices_mm[solid.faces[touched]]
@@ -104,8 +107,8 @@ def source_wall_mass(radius: float) -> float:
 def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
     """Choose points greedily in the order of ``lot``, each at least ``apart`` from all points chosen before.
 
-    Points are chosen part by part. Most points of a part are near a chosen one, and are dropped before pairs are
-    listed.
+    Points are chosen part by part. After each part, the remaining points near a chosen one are dropped, so that fewer
+    pairs must be listed.
     """
     # Nodes of two planes may have the same lot; they are then ordered by place.
     rest = points[np.lexsort((*points.T, lot))]

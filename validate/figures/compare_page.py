@@ -266,7 +266,7 @@ def _rounded(value: float) -> str:
 
 @themed()
 def draw_levels_of_runs(sides: Sides) -> Figure:
-    """Draw levels as lines and readings as circles. Circles have their run's colour, or are dark if runs share them."""
+    """Draw levels as lines and readings as circles, which are dark if several runs have the same readings."""
     _, axes = wide_axes(4.2, face=True)
     first_with = first_with_readings(sides)
     for index, side in enumerate(sides):

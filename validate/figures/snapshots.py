@@ -146,7 +146,7 @@ def _values(frame: Frame, shade: str) -> Floats:
 class Snapshot:
     """A figure that shows one frame after another.
 
-    It is drawn again instead of made again, because axes, ticks and colour bars take as long as the particles.
+    Axes, ticks and colour bars are made only once, because they take as long as the particles.
     """
 
     @themed()

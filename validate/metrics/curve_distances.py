@@ -45,7 +45,7 @@ class PiecewiseLinear:
         return float(np.sum(np.diff(self.x) * np.clip(part, 0.0, 1.0)) / self.length_mm)
 
     def quantile(self, share: float) -> float:
-        """Return the quantile: the value below which this fraction of the length lies."""
+        """Return the quantile: the value that this fraction of the length does not exceed."""
         low, high = float(self.value.min()), float(self.value.max())
         for _ in range(100):
             middle = (low + high) / 2

@@ -81,7 +81,7 @@ def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
 
 
 def flat_levels(measured: Profile, outline: Outline, solid: Solid, dispensed_mm3: float) -> tuple[Baseline, ...]:
-    """Return the baseline made without the readings: the flat level of the dispensed volume, as of water.
+    """Return the baseline made without the readings: the dispensed volume with a flat level, like water.
 
     The result is empty if nothing was dispensed.
     """

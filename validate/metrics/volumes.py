@@ -130,9 +130,9 @@ LEVELS = 49  # Number of levels from the deepest floor to the face, a third of a
 BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at which the area jumps
 FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Further levels in the lowest layer, since modelled floors are uneven
 LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
-"""Height in mm within which facets count as level; smallest area at one height, as a fraction of the mouth's area, that
-gets its own levels; largest number of such heights. Floors, shelves and roofs are level. Without their own levels, the
-area would slope where it should jump."""
+"""Three limits for level facets: height in mm within which facets count as level, smallest area at one height that gets
+its own levels (as a fraction of the mouth's area), and largest number of such heights. Floors, shelves and roofs are
+level. Without their own levels, the area would slope where it should jump."""
 NOISE, MOST_NOISE = 2.5, 1 / 8
 """Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and largest depth as a
 fraction of the cavity's depth. Only 0.6 % of the vertices are deeper, too few to form connected hollows."""

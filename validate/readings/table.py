@@ -57,7 +57,7 @@ class Column:
 
 @dataclass
 class Table:
-    """The table of readings in a sheet. While a question asks for its columns, other columns stand in for them."""
+    """The table of readings in a sheet. If a question asks for a column, the most likely one is used meanwhile."""
 
     grid: Grid
     declared: Declared
@@ -126,8 +126,8 @@ class Table:
 def find_table(grid: Grid, declared: Declared) -> Table:
     """Return the table with the columns of positions and readings.
 
-    Questions about the sheet are added to its doubts. The likeliest columns stand in for an open one, so that
-    everything else about the sheet can be asked at the same time.
+    Questions about the sheet are added to its doubts. If a column is unclear, the most likely one is used meanwhile, so
+    that all other questions can be asked at the same time.
     """
     # Without a range, or an end of it, all columns and rows
     left, top, right, bottom = SPAN.findall((declared.columns or Columns()).range or ":")[0]
@@ -315,7 +315,7 @@ def _problems(
 def _stand_ins(
     table: Table, stations: list[int], readings: list[int], likely: Sequence[int], finding: str
 ) -> tuple[list[int], list[int]]:
-    """Return the likeliest columns, and ask for the right ones."""
+    """Return the most likely columns, and ask for the right ones."""
     beside = [column for column in readings if stations[1:] and column < stations[1]]
     if beside and beside != readings:
         _ask_for_range(table, f"{finding} Are there several tables?")

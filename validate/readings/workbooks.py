@@ -1,6 +1,6 @@
 """Read the worksheets of an XLSX, or of an OpenDocument spreadsheet (ODS) as LibreOffice saves it.
 
-Of openpyxl, only the parser of a single worksheet is used, in one pass. To open a whole workbook with openpyxl would
+From openpyxl, only the parser of a single worksheet is used, in one pass. Opening a whole workbook with openpyxl would
 fill merged ranges and links with cells, lose which cells are formulas, and turn numbers with the format "Standard" into
 dates. In an ODS, repeated rows and cells are expanded only up to the size limit of a sheet of readings, and defusedxml
 refuses entities.
@@ -209,7 +209,7 @@ def _marked(value: Cell, cell: Element, look: Look, style: str | None) -> Cell:
 
 
 def _below(element: Element, tag: str) -> Iterator[Element]:
-    """Yield the rows or columns of a table, including grouped ones, but not those of tables within its cells."""
+    """Yield the rows or columns of a table, including grouped ones. Tables within its cells are left out."""
     for each in element:
         if each.tag == f"{TABLE}{tag}":
             yield each

@@ -85,8 +85,8 @@ class Budget:
     stations: int
     components: tuple[Component, ...]
     missing: tuple[Component, ...] = ()
-    """Errors that are neither declared nor shown by the readings. They have the size ``UNDECLARED_MM`` or a size of
-    their own."""
+    """Errors that are neither declared nor shown by the readings. Their size is ``UNDECLARED_MM`` or the usual size of
+    such an error."""
     scatter_known: bool = True
     notes: Facts = ()  # Features of the readings
     unused: Facts = ()  # Declared errors that the readings contradict. No interval includes them.

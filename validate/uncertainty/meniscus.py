@@ -60,8 +60,8 @@ class Mouth:
         """Return the error of taking the mean level for the level in the middle. Returns None if there is no meniscus.
 
         The error is only downward. It is a uniformly distributed fraction of ``sag_mm``, for contact angles from 0 to
-        90 degrees, or for a yield stress that keeps the surface flat. If no surface tension is declared, that of water
-        is used.
+        90 degrees, or for a yield stress that keeps the surface flat. If no surface tension is declared, the surface
+        tension of water is used.
         """
         tension_n_m = SURFACE_TENSION_N_M if surface_tension_n_m is None else surface_tension_n_m
         sag_mm = self.sag_mm(s_mm, level_mm, tension_n_m, read=kind == "readings")

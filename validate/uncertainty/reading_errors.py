@@ -170,8 +170,8 @@ def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
 def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans, float]:
     """Return which readings are outliers of their station, and the robust standard deviation in mm.
 
-    A station has at most one outlier, because two outliers count as its scatter. The scatter is at least that of the
-    last digit, even if most repeats are equal.
+    A station has at most one outlier, because two outliers count as its scatter. The scatter is at least the rounding
+    error of the last digit, even if most repeats are equal.
     """
     again = count > 1
     scaled_mm = np.nan_to_num(np.abs(own_mm)) / np.sqrt(1 - 1 / np.maximum(count, 2))[:, None]
@@ -197,7 +197,7 @@ ROUNDING = "readings.rounding"
 def _hidden_errors(
     measured: Profile, settings: Readings, declared: Uncertainty, mouth: Mouth, step_mm: float
 ) -> tuple[list[Component], tuple[Component, ...]]:
-    """Return the declared errors and the undeclared errors, which have a size of ``UNDECLARED_MM`` or of their own.
+    """Return the declared and the undeclared errors. Undeclared errors get a usual size or ``UNDECLARED_MM``.
 
     ``step_mm`` is the last digit of the readings.
     """
