@@ -222,7 +222,7 @@ def test_a_path_that_leads_far_away_is_refused_before_memory_is_asked_for(away_m
     solid, outline = slot(12.0)
     trajectory = path(outline, 0.05, speed_mm_s=20.0)
     trajectory.position_mm[3] += away_mm
-    with pytest.raises(InputError, match=r"trajectory: .* \(.*1e\+\d+.*\) mm; .* 4000000 are allowed"):
+    with pytest.raises(InputError, match=r"trajectory: .* \(.*1e\+\d+.*\) mm\. .* 4000000 are allowed"):
         pour((solid, outline), trajectory)
 
 
