@@ -2,9 +2,10 @@
 
 In a heap at rest on a rough plate, the yield stress at the plate balances rho g h dh/dr. In a flat heap this alone
 determines the radius (Roussel and Coussot 2005). A higher heap was also stretched in all directions as it spread, and
-its yield stress resists stretching too: the thrust rho g h^2 / 2 of a section is less by sqrt(3) pi / 4 tau h. This is
-pi / 2 of the plane problem (Nye 1951, Dubash et al. 2009), for equal stretching along and around the heap. It makes the
-heap higher, and the flat formula overestimates the yield stress: by a fifth if the height is a 13th of the width.
+its yield stress resists stretching too: the thrust rho g h^2 / 2 of a section is less by sqrt(3) pi / 4 tau h. In the
+plane problem the factor is pi / 2 (Nye 1951, Dubash et al. 2009). The factor sqrt(3) pi / 4 is for equal stretching
+along and around the heap. The heap is therefore higher, and the flat formula overestimates the yield stress: by a fifth
+if the height is a 13th of the width.
 """
 
 import math
