@@ -31,7 +31,7 @@ TILT_WARNING = (
 SAME_SCALE = 0.01  # Relative difference of two scales that agree
 EDGE_PX = 3  # Pixels of the photo at the edge of the face that mix with its surroundings
 MARKER_MARGIN = 1.3  # Size of a marker with its white rim over its black square
-UNSURE = 0.01  # Least standard uncertainty of a scale with a warning; a crack's width is reported to twice that
+SCALE_ERROR = 0.01  # Least standard uncertainty of a scale with a warning; a crack's width is reported to twice that
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,7 +207,7 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
             f"{scale.mm_per_px:.2g} mm wide; {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm is allowed. Correct "
             "the lengths and pixels that give the scale."
         )
-    if (scale.scale_uncertainty or 0.0) < UNSURE:
+    if (scale.scale_uncertainty or 0.0) < SCALE_ERROR:
         return scale
     text = f"the scale's standard uncertainty is {scale.scale_uncertainty:.1%}, and so is that of every length"
     return replace(scale, warnings=(*scale.warnings, doubt("scale.unsure", text, scale.scale_uncertainty)))

@@ -40,7 +40,7 @@ SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degr
 CELLS = 800  # Cells of the raster over the root of the area
 LEAST_LONG = 1.4  # Length over width below which there is no middle between the ends
 MOST_UNEVEN = 0.12  # RMS of the middle's width over its mean: a bead that buckled or broke
-BENT = 0.05  # Largest distance of its middle line from a straight one, over the length
+BEND = 0.05  # Largest distance of its middle line from a straight one, over the length
 
 
 @dataclass(frozen=True)
@@ -209,11 +209,11 @@ def bead_of(outline_mm: Floats, scale_error: float, edge_error_mm: float, warnin
     inner = np.abs(edges_mm[1:] + edges_mm[:-1]) <= MIDDLE * length_mm
     width_mm = float(widths[inner].mean())
     uneven, bent = widths[inner].std() / width_mm, float(np.ptp(line_mm)) / length_mm
-    if length_mm < LEAST_LONG * width_mm or uneven > MOST_UNEVEN or bent > BENT:
+    if length_mm < LEAST_LONG * width_mm or uneven > MOST_UNEVEN or bent > BEND:
         raise InputError(
             f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} mm wide, its width varies by {uneven:.0%} "
             f"in the middle, and it bends by {bent:.0%} of its length. It must be at least {LEAST_LONG:g} times as "
-            f"long as wide, vary by at most {MOST_UNEVEN:.0%} and bend by at most {BENT:.0%}. Level the plate, lower "
+            f"long as wide, vary by at most {MOST_UNEVEN:.0%} and bend by at most {BEND:.0%}. Level the plate, lower "
             "the nozzle, and lay another bead, longer or with less paste per mm. For a round spread of paste, use "
             "'sealtwin material spread'."
         )

@@ -244,7 +244,7 @@ def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats,
     first, last = np.interp([from_start_mm, at_mm[-1] - from_end_mm], at_mm, flown_mm)
     even_mm = np.linspace(first, last, max(1, int(np.ceil((last - first) / path.spacing_mm - ROUNDING))) + 1)
     points_mm, tangents = (
-        at_arc_length(of, flown_mm, even_mm) for of in (smooth, np.gradient(smooth, flown_mm, axis=0))
+        at_arc_length(points, flown_mm, even_mm) for points in (smooth, np.gradient(smooth, flown_mm, axis=0))
     )
     headings = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
     return np.interp(even_mm, flown_mm, at_mm), points_mm, headings

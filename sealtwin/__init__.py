@@ -60,11 +60,13 @@ def _require_own_packages() -> None:
     None of them is executed. pip may overwrite an __init__.py in place, which then lacks its line PART_OF.
     """
     for name in ("digitise", "simulate", "validate"):
-        own = Path(__file__).absolute().parents[1] / name / "__init__.py"
+        file = Path(__file__).absolute().parents[1] / name / "__init__.py"
         spec = find_spec(name)
         # A folder without an __init__.py has no origin.
-        origin = own if spec is None or spec.origin is None else Path(spec.origin)
-        is_own = own.is_file() and origin.samefile(own) and 'PART_OF = "sealtwin"' in own.read_text("utf-8", "replace")
+        origin = file if spec is None or spec.origin is None else Path(spec.origin)
+        is_own = (
+            file.is_file() and origin.samefile(file) and 'PART_OF = "sealtwin"' in file.read_text("utf-8", "replace")
+        )
         if not is_own:
             raise _InputError(
                 f"{origin}: '{name}' is not sealtwin's own package; rename it or start elsewhere, or give sealtwin an "

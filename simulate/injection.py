@@ -42,7 +42,7 @@ from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
 """Recorded origin of D if the fluid sticks to the walls. If no origin is recorded, the user gave D."""
-FINER = (1, 2, 4, 8)
+SUBSTEP_FACTORS = (1, 2, 4, 8)
 """Factors by which the substeps are multiplied when a failed run is computed again. With particles of 0.38 mm, paste of
 12 Pa and 4 Pa s collapses under a nozzle with two substeps of 0.0019 s, but not with four."""
 SAMPLE_EVERY = 50  # Number of frames between two samples of the density error
@@ -68,8 +68,8 @@ class Injection:
     (``ParticleCounts.work``). For paste that falls asleep, the unit is half a frame."""
     setup_s: float
     finer: int = 1
-    """Factor of the substeps, one of ``FINER``. It is above 1 if the run failed with the number of substeps in the
-    settings."""
+    """Factor of the substeps, one of ``SUBSTEP_FACTORS``. It is above 1 if the run failed with the number of substeps
+    in the settings."""
     done: int = 0  # Number of finished frames
     earlier_mm: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     """Positions of all particles after frame ``looks_back``, (n, 3). Empty before that frame."""

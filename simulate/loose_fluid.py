@@ -14,7 +14,7 @@ from simulate.fluid.state import State
 from simulate.hollow import Hollow
 from simulate.settings import LEVEL, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import Schedule
-from simulate.setup.resolution import FINE
+from simulate.setup.resolution import ACCURATE_RESOLUTION
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CLEARANCE, CM
 from simulate.setup.wall_particles import enclose
@@ -28,7 +28,7 @@ SCATTER = 0.05  # Scatter of a lattice, divided by its spacing. Without scatter,
 
 def substep_s(radius_mm: float) -> float:
     """Return the substep in s for particles of a radius."""
-    return SHORTER * math.sqrt(FINE.fall * 4 * radius_mm * CM / GRAVITY_CM_S2)
+    return SHORTER * math.sqrt(ACCURATE_RESOLUTION.fall * 4 * radius_mm * CM / GRAVITY_CM_S2)
 
 
 def scattered(points_mm: Floats, spacing_mm: float, seed: int = 0) -> Floats:

@@ -17,7 +17,7 @@ from simulate.shear_law import FLOW_BETWEEN_PLATES, flow_between_plates
 
 THIN = 0.1
 """Fraction of the viscosity that particles may add without a remark. It is the tolerance of the channel tests."""
-SUNK = 1.5
+SINKING_DEPTHS = 1.5
 """Distance that sealant must sink under its own weight so that there is no remark, divided by the depth of the crack.
 Of 24 pours between walls 2 and 3.1 mm apart, those that sank up to 1.4 depths left hollows of up to 71 % of their
 volume. Those that sank 1.9 depths or more kept their volume to 2.4 %."""
@@ -90,7 +90,7 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     sinks_mm = lasts_s * float(sinks_mm_s.mean())
     if stands_s < lasts_s:
         moves_mm = stands_s * outline.length_mm / pours_s
-        if moves_mm < FED * width_mm or (fluid.D_cm is None and sinks_mm < SUNK * solid.depth_mm):
+        if moves_mm < FED * width_mm or (fluid.D_cm is None and sinks_mm < SINKING_DEPTHS * solid.depth_mm):
             text = (
                 f"fluid.{'curve' if fluid.curve else 'structuration_pa_per_s'}: from an age of {stands_s:.2g} s the "
                 f"paste no longer sinks between walls {width_mm:.3g} mm apart, since its weight overcomes at most "
@@ -100,7 +100,7 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
             yield doubt("fluid.stops-sinking", text, stands_s, "s")
             return
     # With a D_cm walls drag less than no slip; with the paper's U, which has one, particles move before viscosity acts.
-    if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
+    if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SINKING_DEPTHS * solid.depth_mm:
         text = (
             f"fluid.{law or 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant "
             f"sinks by its own weight at up to {sinks_mm_s.max():.2g} mm/s, which is {sinks_mm:.2g} mm in the "

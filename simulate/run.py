@@ -12,7 +12,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.progress import in_words
 from sealtwin.core.records import Profile, Run
 from simulate.device import start_warp
-from simulate.injection import FINER, ComputeOptions, Injection, case_of, prepare
+from simulate.injection import SUBSTEP_FACTORS, ComputeOptions, Injection, case_of, prepare
 from simulate.pour import Pour
 from simulate.profile import CELL_MM, measure_profile, over_cavity, volume_ratio
 from simulate.setup.release_schedule import PARTICLE_S, frames_to_freeze
@@ -47,8 +47,8 @@ def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalErr
     """Fill one crack with each of several fluids in one launch. The results equal the results of ``fill``.
 
     A run with a numerical fault is computed again with twice the substeps, and again up to the last factor of
-    ``FINER``. If it still fails, or if the user set the number of substeps, the result of the run is its error. Raises
-    InputError if one of the fluids cannot be simulated.
+    ``SUBSTEP_FACTORS``. If it still fails, or if the user set the number of substeps, the result of the run is its
+    error. Raises InputError if one of the fluids cannot be simulated.
     """
     for fluid in pour.each:
         for doubt in fluid.doubts:
@@ -119,7 +119,7 @@ def _result(
             return _measured(injection, outcome, number)
         except NumericalError as fault:
             return fault
-    if pour.solver.substeps is not None or injection.finer == FINER[-1]:
+    if pour.solver.substeps is not None or injection.finer == SUBSTEP_FACTORS[-1]:
         return outcome
     options = replace(options, watchers=options.watchers if number == 0 else ())
     alone = pour.each[number]

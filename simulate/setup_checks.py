@@ -26,7 +26,7 @@ from simulate.setup.release_schedule import (
     frames_to_freeze,
     same_fluid,
 )
-from simulate.setup.resolution import FINE, RESOLUTIONS
+from simulate.setup.resolution import ACCURATE_RESOLUTION, RESOLUTIONS
 from simulate.setup.rheology import (
     CM2_IN_M2,
     Rheology,
@@ -46,11 +46,11 @@ mm. At this limit, pours in slots 1.2 to 12 mm wide are solved. At 4000, particl
 HOLDS_SUPPORTS = 100.0
 """Largest yield stress of fresh paste that can be solved, divided by rho g h. It is 2,650 Pa at a radius of 0.4 mm. At
 this limit, pours take up to a fifth of the allowed iterations with any substep. At 200, one pour of 18 fails."""
-STIFFENS = 150.0
+STRESS_GAIN_PER_S = 150.0
 """Largest gain of yield stress in ``STIFFENING_S``, divided by rho h^2 / dt, in 1/s. It is 105 Pa/s at a radius of 0.4
 mm. From 180 on, stiffened paste compresses the fresh paste that it encloses until the fresh paste collapses."""
 STIFFENING_S = 3.0  # Longest time, in s, over which a gain is counted
-LIMP = 30.0  # Yield stress up to which paste may stiffen at any rate, divided by rho h^2 / dt, in 1/s
+STRESS_LIMIT_PER_S = 30.0  # Yield stress up to which paste may stiffen at any rate, divided by rho h^2 / dt, in 1/s
 SHEARED = 100.0  # Shear rate in 1/s of a jet that hits sealant, the largest of all. Thickening paste is stiffest at it.
 MOST_PASSES = 5000
 """Largest number of explicit passes in a substep, equal to the limit of a solve's iterations. Paste at rest takes most:
@@ -153,7 +153,7 @@ def sized(outline: Outline, solid: Solid, solver: Solver, nozzle: Nozzle) -> Sol
     """Return a solver in which "auto" is replaced by the radius of an accurate run, or the finest possible radius."""
     if solver.radius_mm != "auto":
         return solver
-    radius_mm = _finest_mm(solid, outline, FINE.radius_mm(outline.mean_width_mm, nozzle))
+    radius_mm = _finest_mm(solid, outline, ACCURATE_RESOLUTION.radius_mm(outline.mean_width_mm, nozzle))
     return solver.model_copy(update={"radius_mm": radius_mm})
 
 
@@ -269,14 +269,14 @@ def _check_stiffening(
     lasts_s = min(STIFFENING_S, frame_s * min(frames, paste.frames_to_freeze))
     per_stress = frame_s / substeps / (4 * solver.size_mm * CM) ** 2
     gain = rate * lasts_s * per_stress
-    if gain <= STIFFENS or most * per_stress <= LIMP:
+    if gain <= STRESS_GAIN_PER_S or most * per_stress <= STRESS_LIMIT_PER_S:
         return
     pascals = fluid.density_kg_m3 / CM2_IN_M2
     raise InputError(
         f"fluid.{'structuration_pa_per_s' if fluid.curve is None else 'curve'}: paste that gains "
         f"{rate * pascals:.6g} Pa/s makes fresh paste collapse "
         f"{_in_substeps(solver, frame_s, substeps)}. Give at most "
-        f"{_rounded_down(rate * pascals * STIFFENS / gain)}{_or_more(substeps * gain / STIFFENS)}."
+        f"{_rounded_down(rate * pascals * STRESS_GAIN_PER_S / gain)}{_or_more(substeps * gain / STRESS_GAIN_PER_S)}."
     )
 
 

@@ -31,7 +31,7 @@ FLOWS_MM_S = 1.0  # Speed from which on paste with a yield stress counts as flow
 LEAST_FLOWING = 0.3
 """Smallest fraction of the sealant that is assumed to flow. The less flows, the more each particle must make up for.
 With 0.1 and a memory of 0.25 s, few particles make up for too much, overshoot, and wake the sleeping sealant."""
-STANDS = 0.05
+STILL_SHARE = 0.05
 """Fraction of the sealant that must flow for the factor to be raised. If less flows, the yield stress would resist
 until the paste gives way suddenly."""
 LEAST_SETTLED = 0.05
@@ -127,7 +127,7 @@ class VolumeControl:
     def _changed(self, swelling: float, bed: BedFigures, *, yields: bool) -> float:
         lacking = 1 - bed.volume_mm3 / (bed.lying * self._particle_volume_mm3)
         share = (bed.flowing_and_lying if yields else bed.moving_and_lying) / bed.lying
-        if yields and share <= STANDS:
+        if yields and share <= STILL_SHARE:
             lacking, share = min(0.0, lacking), bed.moving_and_lying / bed.lying
         changed = swelling + self._gain * lacking / max(LEAST_FLOWING, share)
         return min(MOST_FACTOR / self._factor, max(LEAST_FACTOR / self._factor, changed))

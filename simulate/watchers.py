@@ -22,7 +22,7 @@ from sealtwin.core.progress import Pace
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import MANIFEST
 from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write_collection, write_frame
-from simulate.injection import FINER, Injection, Watcher
+from simulate.injection import SUBSTEP_FACTORS, Injection, Watcher
 from simulate.setup.release_schedule import ROUNDING
 
 EVERY_S = 10.0  # Wall time in s between checkpoints. Writing one takes 10 ms for 15,000 particles.
@@ -120,7 +120,7 @@ class Checkpoint(Watcher):
 def _finer(content: Mapping[str, Any]) -> int:
     """Return ``Injection.finer`` of a checkpoint. Raises KeyError or ValueError if it is missing or invalid."""
     finer = content["finer"]
-    if finer.ndim or finer not in FINER:
+    if finer.ndim or finer not in SUBSTEP_FACTORS:
         raise ValueError(f"finer is {finer}")
     return int(finer)
 
@@ -184,10 +184,10 @@ class FrameFiles(Moments):
 
     def begin(self, injection: Injection) -> None:
         """Remove the frames of an earlier run. Keep the frames up to a resumed run's frame, and the user's files."""
-        there = sorted(self._folder.glob("*"))
-        listed = read_collection(self._collection) if self._collection.is_file() else []
-        self._frames = {path.name: t_s for t_s, path in listed if t_s <= injection.t_s and path in there}
-        for path in there:
+        paths = sorted(self._folder.glob("*"))
+        frames = read_collection(self._collection) if self._collection.is_file() else []
+        self._frames = {path.name: t_s for t_s, path in frames if t_s <= injection.t_s and path in paths}
+        for path in paths:
             if files.is_temporary(path) or (FRAME.fullmatch(path.name) and path.name not in self._frames):
                 path.unlink()
         self._collection.unlink(missing_ok=True)

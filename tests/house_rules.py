@@ -8,7 +8,7 @@ import ast
 import re
 import sys
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -22,6 +22,8 @@ FRAGMENT_OPENER = re.compile(
 """First words of docstrings that neither are a sentence with a verb nor name the thing."""
 PARTICIPLES = frozenset({"found", "told", "said", "held", "known"})
 """Names that say how a value came about and not what it is: figures, sentences, runs."""
+PRONOUNS = frozenset({"one", "at", "own", "given", "here", "how", "place"})
+"""Names that point to a value and do not say what it is: index, velocity, position. Refused in the packages only."""
 READER = "sealtwin/core/plain_files.py"
 PAST_THE_READER = {
     READER: "is the reader",
@@ -66,13 +68,13 @@ def fragments(path: Path, tree: ast.Module) -> Iterator[str]:
                 yield f"{path}:{node.lineno}: the docstring is a fragment: {' '.join(text.split()[:8])} ..."
 
 
-def participles(path: Path, tree: ast.Module) -> Iterator[str]:
-    """Yield a line for each local or argument that is called by a participle; fields of files keep their names."""
+def vague_names(path: Path, tree: ast.Module, vague: Set[str] = PARTICIPLES | PRONOUNS) -> Iterator[str]:
+    """Yield a line for each local or argument that is called by one of ``vague``; fields of files keep their names."""
     bodies = (node.body for node in ast.walk(tree) if isinstance(node, ast.ClassDef))
     fields = {field.target for body in bodies for field in body if isinstance(field, ast.AnnAssign)}
     for node in ast.walk(tree):
         match node:
-            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name) if name in PARTICIPLES and node not in fields:
+            case ast.Name(name, ast.Store()) | ast.arg(name) if name.strip("_") in vague and node not in fields:
                 yield f"{path}:{node.lineno}: {name} is no name of a value: call it by its kind"
 
 
@@ -96,15 +98,15 @@ def main() -> int:
     places: defaultdict[str, list[str]] = defaultdict(list)
     for path, tree in modules():
         findings.extend(fragments(path, tree))
-        findings.extend(participles(path, tree))
+        findings.extend(vague_names(path, tree))
         findings.extend(past_the_reader(path, tree))
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places[node.name].append(f"{path}:{node.lineno}")
     for path, tree in modules(BESIDE):
-        findings.extend(participles(path, tree))
+        findings.extend(vague_names(path, tree, PARTICIPLES))
     findings.extend(f"{', '.join(at)}: {name} is defined {len(at)} times" for name, at in places.items() if len(at) > 1)
-    print("\n".join(findings) or "No fragment, no participle as a name, no type twice; one reader opens all files.")  # noqa: T201
+    print("\n".join(findings) or "No fragment, no vague name, no type twice; one reader opens all files.")  # noqa: T201
     return bool(findings)
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.processes import sealtwin
+
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
 
@@ -51,5 +53,6 @@ def test_files_and_names_that_the_guides_give_exist():
 
 def test_the_version_is_the_same_wherever_it_is_stated():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    assert sealtwin("--version").stdout == f"{version}\n"
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))["version"] == version

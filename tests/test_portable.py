@@ -5,8 +5,6 @@ What this cannot find: a call that Windows has and that behaves differently ther
 
 import re
 
-import pytest
-
 from tests.support.paths import ROOT
 
 PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
@@ -67,20 +65,3 @@ def test_what_only_posix_has_stands_in_listed_places_alone():
         for use in POSIX.findall(path.read_text(encoding="utf-8"))
     }
     assert uses == ALLOWED
-
-
-@pytest.mark.parametrize(
-    "code",
-    [
-        "import fcntl",
-        "from os import fork",
-        "process.send_signal(signal.SIGKILL)",
-        "open_(path, getattr(os, 'O_DIRECTORY'))",
-        "Popen(command, start_new_session=True)",
-        "get_context('fork')",
-        "Path('/proc/meminfo').read_text()",
-        "path.symlink_to(other)",
-    ],
-)
-def test_each_kind_of_use_is_found(code):
-    assert len(POSIX.findall(code)) == 1

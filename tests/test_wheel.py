@@ -103,12 +103,3 @@ def test_the_installed_command_answers_and_finds_a_crack(installed, tmp_path):
     assert (shipped / "photo.jpg").read_bytes() == (FIXTURE / "photo.jpg").read_bytes()
     _run(command, "demo", "--measured", "--out", tmp_path / "measured", "--quiet")
     assert (tmp_path / "measured" / "measured.html").is_file()
-
-
-def test_configobj_beside_it_is_refused(installed):
-    """The last one, since its validate overwrites ours for good."""
-    _pip(installed, "install", "--no-deps", "configobj==5.0.9")
-    _, errors = _run(installed.parent / "sealtwin", "doctor", code=1)
-    line = errors.splitlines()[-1]
-    assert "validate" in line
-    assert "uv tool install" in line

@@ -11,7 +11,7 @@ from skimage.filters import apply_hysteresis_threshold
 from skimage.morphology import skeletonize
 
 from digitise.crack_path import medial_axis
-from digitise.crack_path.line_map import CLEAR, LineMap
+from digitise.crack_path.line_map import CLEARNESS_LIMIT, LineMap
 from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
 from digitise.geometry.polyline import left_normals, unit
 from digitise.image.raster import lightness, widened
@@ -133,7 +133,7 @@ def _extended(way: Integers, field: LineMap, allowed: Booleans) -> Integers:
 
 
 def _worth(field: LineMap) -> Floats:
-    return (np.clip(field.clear, 0, CLEAR) / CLEAR * field.contrast).astype(float) + 1e-3
+    return (np.clip(field.clear, 0, CLEARNESS_LIMIT) / CLEARNESS_LIMIT * field.contrast).astype(float) + 1e-3
 
 
 def _linked(bones: Booleans) -> Booleans:
@@ -188,7 +188,7 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     lengths = np.linalg.norm(turns, axis=1)
     legs = lengths[lengths >= least].sum() / lengths.sum()
     unlike, shares = _unlike(photo, line_px, width_px), (lengths.max() / lengths.sum(), legs, _stepped(turns, lengths))
-    clear = np.minimum(field.clear[along], CLEAR).astype(float)
+    clear = np.minimum(field.clear[along], CLEARNESS_LIMIT).astype(float)
     stretch = min(len(clear), int(LEAST_LEG))
     usual, worst = np.median(clear), np.convolve(clear, np.ones(stretch) / stretch, mode="valid").min()
     doubt = ""

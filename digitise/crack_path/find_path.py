@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from digitise.crack_path.candidates import FoundCrack, candidates
 from digitise.crack_path.gates import GATES, Route, moved_click
 from digitise.crack_path.hints import IF_LIGHTER, CrackPath, check_hints, listed, region_px, snap_px, too_far
-from digitise.crack_path.line_map import CLEAR, EVEN, LineMap, cheapest_legs, map_lines
+from digitise.crack_path.line_map import CLEARNESS_LIMIT, SIGMA, LineMap, cheapest_legs, map_lines
 from digitise.crack_path.medial_axis import distance_outside, nearest_cell
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.profiles import width_along
@@ -34,8 +34,8 @@ FOLLOWS_CELLS, MOST_ASTRAY = 5.0, 0.2  # Least distance and largest share of a p
 RUNNER_UP = 0.5  # A second line with more than this share of the first one's score makes the choice the user's
 ON_CRACK = 3.0  # Clearness of a place on a crack: the darkest ways through bare ground have 2 on average
 SHARE_ON_CRACK = 0.5  # The same as a share of the path's own clearness
-SAME = 1.5  # Distance in cells within which two paths are the same
-BESIDE = 1.0  # Widths to each side of a path within which the middle of its crack is searched for
+PATH_CELLS = 1.5  # Distance in cells within which two paths are the same
+SEARCH_WIDTHS = 1.0  # Widths to each side of a path within which the middle of its crack is searched for
 LEAST_BESIDE = 3.0  # The same in cells
 CLEAREST = 90  # Percentile of the clearness there that is the middle's
 
@@ -193,9 +193,9 @@ class LiveWire:
         cells = self._joined(cost, stops, points_px)
         width, line[tuple(cells.T)] = float(np.median(field.width[tuple(cells.T)])), True
         # A wide crack is as cheap along its walls; its middle is the clearest place.
-        beside = distance_outside(line) <= max(BESIDE * width, LEAST_BESIDE)
+        beside = distance_outside(line) <= max(SEARCH_WIDTHS * width, LEAST_BESIDE)
         clearest = float(np.percentile(field.clear[beside], CLEAREST))
-        cost = np.where(beside, field.cost(max(CLEAR, clearest)), np.inf)
+        cost = np.where(beside, field.cost(max(CLEARNESS_LIMIT, clearest)), np.inf)
         cells = self._joined(cost, stops, points_px)
         most_px = self._snap_px + width / field.scale if clicked else len(cells) / field.scale
         cells = self._on_crack(cells, points_px, width, most_px)
@@ -261,7 +261,7 @@ class LiveWire:
         """
         cells, *legs = cheapest_legs(cost, stops, self.field.scale)
         for number, leg in enumerate(legs, 1):
-            apart, nearest = KDTree(cells).query(leg, distance_upper_bound=SAME)
+            apart, nearest = KDTree(cells).query(leg, distance_upper_bound=PATH_CELLS)
             forth = int(np.flatnonzero(np.isfinite(apart))[-1])
             back = int(np.asarray(nearest)[forth])
             spur_px = arc_length(cells[back:].astype(float))[-1] / self.field.scale
@@ -277,7 +277,7 @@ class LiveWire:
     def _on_crack(self, cells: Integers, points_px: Floats, width: float, limit_px: float) -> Integers:
         """Return the path from its first place on the crack to its last: a clear one that is darker than the ground."""
         clear = maximum_filter1d(self.field.clear_along(cells), 3)
-        around = resized(blurred_copy(self.field.shown, EVEN + 2 * width), self.field.shown.shape)
+        around = resized(blurred_copy(self.field.shown, SIGMA + 2 * width), self.field.shown.shape)
         light = minimum_filter1d((self.field.shown / np.maximum(around, 1e-3))[tuple(cells.T)], 3)
         dark = light < (1 + float(np.median(light))) / 2
         is_clear = clear >= min(ON_CRACK, SHARE_ON_CRACK * float(np.median(clear)))

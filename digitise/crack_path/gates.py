@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from digitise.crack_path.candidates import straight_legs
 from digitise.crack_path.hints import IF_LIGHTER, listed, snap_px
-from digitise.crack_path.line_map import CLEAR, LineMap
+from digitise.crack_path.line_map import CLEARNESS_LIMIT, LineMap
 from digitise.crack_path.medial_axis import distance_outside
 from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
 from digitise.geometry.polyline import extended, runs, smoothed
@@ -144,7 +144,7 @@ def along_joint(route: Route) -> Fact | None:
     places = np.asarray(KDTree(cells).query(corners)[1])
     s = arc_length(cells)
     least, beyond = max(least, LEG_SHARE * s[-1]), ONWARD + 2 * width
-    clear = cv2.dilate(np.minimum(route.field.clear, CLEAR), np.ones((3, 3), np.uint8))
+    clear = cv2.dilate(np.minimum(route.field.clear, CLEARNESS_LIMIT), np.ones((3, 3), np.uint8))
     path, joints = KDTree(cells), []
     for first, last in pairwise(places.tolist()):
         length = float(s[last] - s[first])

@@ -47,15 +47,15 @@ DIRECTIONS = 8  # Over half a turn
 ELONGATION = 2.5  # Length of the bar over its width
 MIDDLE, SIDE = 0.7, 2.2  # Width of the bar, and distance of its sides, in sigmas
 ONE_SIDED = 0.5  # Share of the sides' difference that is subtracted: an edge is dark against one side only
-EVEN, LEAST_EVEN = 20.0, 12.0  # Sigma of the mean by which brightness is divided: on the first copy, and at least
+SIGMA, LEAST_SIGMA = 20.0, 12.0  # Sigma of the mean by which brightness is divided: on the first copy, and at least
 NOISE, LEAST_NOISE = 40.0, 5.0  # Sigma over which noise is averaged: on the first copy, and at least
-LOUD = 4.0  # Most typical responses that one response adds to the noise, so that a crack is not noise
+NOISE_RESPONSES = 4.0  # Most typical responses that one response adds to the noise, so that a crack is not noise
 MEAN_SIZE = 1.25  # Standard deviation of a normal distribution over its mean absolute value
 QUIET, QUIET_WIDE = 2e-3, 0.06  # Least noise of brightness: rounding of 8 bits; on wide bars, soft shadows
 WIDE_FROM = 3  # First halved copy with wide bars
 WIDTH = 2.4  # Width of the line that a bar fits best, in sigmas
 
-CLEAR = 8.0  # Clearness above which a clearer line is not cheaper: a strong grain must not pay for a detour
+CLEARNESS_LIMIT = 8.0  # Clearness above which a clearer line is not cheaper: a strong grain must not pay for a detour
 BY_CLEARNESS = 0.7  # Share of a line's worth that is its clearness; the rest is its contrast
 NOTHING = 0.04  # Worth of a step off any line: a gap costs as much as a line 25 times as long
 LEAST_CONTRAST = 0.1  # Least contrast of the clearest lines of a photo, of which a line's contrast is a share
@@ -65,8 +65,8 @@ ROOM, LEAST_ROOM_PX = 0.5, 100.0  # Room around the box of two points: share of 
 # Constants of dark surroundings.
 NARROW = 81  # Cells of the median that removes narrow cracks before surroundings are searched for
 DARK = 0.3  # Share of the usual displayed brightness. A hard shadow leaves 0.4 or more of it, black cloth 0.2 at most
-USUAL = 60  # Percentile of brightness taken for the sample's: most of the searched area shows it
-ALONG = 0.5  # Least share of a region's extent on the border: a crack that leaves the photo has at most a quarter
+SAMPLE_PERCENTILE = 60  # Percentile of brightness taken for the sample's: most of the searched area shows it
+BORDER = 0.5  # Least share of a region's extent on the border: a crack that leaves the photo has at most a quarter
 LEAST_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
 
 
@@ -91,15 +91,15 @@ class LineMap:
         return (np.asarray(places, float) + 0.5) / self.scale - 0.5 + self.offset_px
 
     def clear_along(self, cells: Integers) -> Floats:
-        """Return the clearness of cells, (n, 2) as rows and columns, at most ``CLEAR``.
+        """Return the clearness of cells, (n, 2) as rows and columns, at most ``CLEARNESS_LIMIT``.
 
         Strong contrast is clear in any grain: a contrast of ``LEAST_CONTRAST`` counts as 1.
         """
         along = tuple(cells.T)
         clear = np.maximum(self.clear[along], self.contrast[along] / np.float32(LEAST_CONTRAST))
-        return np.minimum(clear, CLEAR).astype(float)
+        return np.minimum(clear, CLEARNESS_LIMIT).astype(float)
 
-    def cost(self, clear: float = CLEAR) -> Floats:
+    def cost(self, clear: float = CLEARNESS_LIMIT) -> Floats:
         """Return the cost of a step through each cell. A line clearer than ``clear`` is no cheaper."""
         usual = np.percentile(self.contrast[self.allowed], 99) if self.allowed.any() else 0.0
         share = np.clip(self.contrast / max(usual, LEAST_CONTRAST), 0, 1)
@@ -149,12 +149,12 @@ def surroundings(shown: Map, crack: Floats | None = None) -> Booleans:
     # OpenCV has large medians of whole numbers only.
     size = min(NARROW, 2 * (min(shown.shape) // 4) + 1)
     without_cracks = cv2.medianBlur(np.rint(255 * shown).astype(np.uint8), size)
-    label, area = pieces(without_cracks < DARK * np.percentile(without_cracks, USUAL))
+    label, area = pieces(without_cracks < DARK * np.percentile(without_cracks, SAMPLE_PERCENTILE))
     border = np.concatenate([label[0], label[-1], label[1:-1, 0], label[1:-1, -1]])
     along = np.bincount(border, minlength=len(area))
     extent = [max(rows.stop - rows.start, columns.stop - columns.start) for rows, columns in find_objects(label)]
     # A wide crack that leaves the photo touches its border too, but only across.
-    beyond = (area >= LEAST_SHARE * shown.size) & (along >= ALONG * np.array([1, *extent]))
+    beyond = (area >= LEAST_SHARE * shown.size) & (along >= BORDER * np.array([1, *extent]))
     beyond[0] = False
     if crack is not None:
         column, row = np.clip(np.rint(crack).astype(int), 0, np.array(shown.shape[::-1]) - 1).T
@@ -171,7 +171,7 @@ def _filtered(shown: Map, allowed: Booleans) -> tuple[Map, Map, Map]:
         if octave and min(size) < LEAST_SIDE:
             break
         copy = shrunk(shown, size)
-        mean = np.maximum(blurred(copy, max(EVEN / 2**octave, LEAST_EVEN)), np.float32(LEAST_LIGHT))
+        mean = np.maximum(blurred(copy, max(SIGMA / 2**octave, LEAST_SIGMA)), np.float32(LEAST_LIGHT))
         even = np.asarray(copy / mean, np.float32)
         usable = shrunk(allowed.astype(np.float32), size) > 0.99
         for sigma in sigmas:
@@ -219,7 +219,7 @@ def _moved(picture: Map, distance: float, angle: float) -> Map:
 def _noise(responses: NDArray[np.float32], usable: Booleans, sigma: float) -> Map:
     """Return the standard deviation of the responses around each cell, estimated from their mean size off cracks."""
     few = np.abs(responses[:: DIRECTIONS // 4])
-    limit = LOUD * float(np.median(few[:, usable])) if usable.any() else 0.0
+    limit = NOISE_RESPONSES * float(np.median(few[:, usable])) if usable.any() else 0.0
     size = np.where(usable, np.minimum(few, limit).mean(axis=0), 0).astype(np.float32)
     total, count = (blurred_copy(each, sigma) for each in (size, usable.astype(np.float32)))
     return resized((MEAN_SIZE * total / np.maximum(count, 1e-3)).astype(np.float32), size.shape)

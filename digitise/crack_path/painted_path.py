@@ -23,18 +23,18 @@ PINHOLE = 0.5  # Diameter in crack widths up to which a place without paint is a
 
 # Limits on how a mask may differ from its photo. Widths are in units of the paint's width.
 #
-# Set on 64 real masks and on 258 that were turned, mirrored, shifted or of another photo. Higher values of ``FEW``
-# and ``SOME`` refuse and doubt more masks, including right ones.
+# Set on 64 real masks and on 258 that were turned, mirrored, shifted or of another photo. Higher values of
+# ``SHARE_REFUSED`` and ``SHARE_DOUBTED`` refuse and doubt more masks, including right ones.
 OWN, BESIDE = 1.2, 2.0  # Widths from the middle that are this crack's, and up to which light is compared
 LEAST_BESIDE_PX = 12.0  # Distance that is added to these widths
 RIM_PX = 2  # Distance over which blur mixes paint and ground
 DARKER = 0.97  # Light in the paint over the light next to it, below which a stretch is darker
-FEW, SOME = 0.65, 0.75  # Share of darker stretches below which a mask is refused, and doubted
+SHARE_REFUSED, SHARE_DOUBTED = 0.65, 0.75  # Share of darker stretches below which a mask is refused, and doubted
 NOT_DARKER = 0.88  # Median of that light ratio above which a mask with few darker stretches is refused
 ASIDE, LEAST_ASIDE_PX = 0.35, 3.0  # Widths and px by which paint may be off the darkest band as wide as it
 THIRDS_OF = 9  # Least number of stretches for a check of each third
 MUCH_DARKER = 0.08  # Least difference of light between the paint and a darker band
-TWICE, WIDER_PX = 2.0, 6.0  # Ratio and difference above which paint and dark band have different widths
+WIDTH_RATIO, WIDER_PX = 2.0, 6.0  # Ratio and difference above which paint and dark band have different widths
 
 
 def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
@@ -116,7 +116,7 @@ def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, con
     if len(ratio) == 0:
         return ()
     darker, usual = float(np.mean(ratio < DARKER)), float(np.median(ratio))
-    if darker >= SOME:
+    if darker >= SHARE_DOUBTED:
         return _off_the_band(photo, profiles, width_px)
     fault = (
         f"photo.mask: the painted area from {listed(profiles.line_px[[0, -1]])} px is darker than the photo beside it "
@@ -124,7 +124,7 @@ def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, con
         "it. Is the mask of another photo, mirrored, shifted, or turned because a program ignored the EXIF "
         "orientation, or only an outline? Paint the whole crack over the photo as it is shown upright"
     )
-    if confirmed or not (darker < FEW and usual > NOT_DARKER):
+    if confirmed or not (darker < SHARE_REFUSED and usual > NOT_DARKER):
         return (doubt("path.mask-not-dark", fault, darker),)
     raise InputError(
         f"{photo.file}: {fault}. If the mask is right, for example because the crack has a light filling, give "
@@ -148,7 +148,7 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
     profile, beside = row_medians(shares.T), np.abs(profiles.offset_px) > width_px / 2 + RIM_PX
     dark_px = dark_width_px(profile, profiles.offset_px, width_px / 2, finite_median(profile[beside]))
     wide_px, narrow_px = max(width_px, dark_px), max(min(width_px, dark_px), 1.0)
-    if wide_px <= TWICE * narrow_px or wide_px - narrow_px <= WIDER_PX:
+    if wide_px <= WIDTH_RATIO * narrow_px or wide_px - narrow_px <= WIDER_PX:
         return ()
     text = (
         f"photo.mask: the width of the paint is {photo.length(width_px)}, but that of the dark band along it is "

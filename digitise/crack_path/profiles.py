@@ -123,9 +123,9 @@ def _between_crossings(light: Map, beside_px: float) -> Floats:
 NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beyond half a width that belong to the path; reach: widths, plus px
 FAR_DARKER = 0.5  # The same ratio, below which a path between unlike sides is a crack: at one wall of a gap it is 1
 BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach of the view of a dark band: widths, plus px; least px by which it is wider
-TWICE = 2.0  # Least width of such a band over the fitted one; blur widens a band by less
-BESIDE = (1.0, 1.5, 2.0)  # Distances from the line in crack widths at which its two sides are compared
-UNLIKE = 1.8  # Ratio of brightness of both sides that shows a sample's edge; grain makes less over a few widths
+BAND_RATIO = 2.0  # Least width of such a band over the fitted one; blur widens a band by less
+SIDE_WIDTHS = (1.0, 1.5, 2.0)  # Distances from the line in crack widths at which its two sides are compared
+SIDE_RATIO = 1.8  # Ratio of brightness of both sides that shows a sample's edge; grain makes less over a few widths
 STEADY = 17  # Samples, two crack widths, over which the ratio is a median, so that no pore or grain decides
 GROUND = 75  # Percentile of the light across a stretch taken for the ground's
 
@@ -141,15 +141,15 @@ def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
 
 
 def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
-    """Length of the longest stretch of a line on which both sides differ in brightness by more than ``UNLIKE``."""
+    """Length of the longest stretch of a line on which both sides differ in brightness by more than ``SIDE_RATIO``."""
     step_px = max(1.0, width_px / 8)
     line = smoothed(resampled(points_px, step_px), 8.0)
     soft = blurred(photo.brightness, width_px / 4)
     left, right = (
-        np.maximum(np.median(sampled(soft, places_beside(line, sign * width_px * np.array(BESIDE))), axis=1), 1e-4)
+        np.maximum(np.median(sampled(soft, places_beside(line, sign * width_px * np.array(SIDE_WIDTHS))), axis=1), 1e-4)
         for sign in (1, -1)
     )
-    unlike = np.abs(median_filter(np.log(left / right), size=STEADY)) > np.log(UNLIKE)
+    unlike = np.abs(median_filter(np.log(left / right), size=STEADY)) > np.log(SIDE_RATIO)
     return int(np.ptp(runs(unlike), axis=1).max(initial=0)) * step_px
 
 
@@ -173,4 +173,4 @@ def dark_width_px(profile: Floats, offset_px: Floats, near_px: float, ground: fl
 
 def is_wider(dark_px: float, width_px: float) -> bool:
     """Return True if a dark band is so much wider than the crack's width that it cannot be the crack itself."""
-    return dark_px > TWICE * width_px and dark_px - width_px > BAND_PX
+    return dark_px > BAND_RATIO * width_px and dark_px - width_px > BAND_PX

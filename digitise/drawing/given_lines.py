@@ -34,7 +34,7 @@ from sealtwin.core.solid_figures import EndKind
 SLENDERNESS = 3.0  # Least length over mean width, as of a crack in a mesh
 ON_EDGE_MM = 0.01  # Distance from the edge of the face within which an end is on it
 MOST_TRIMMED = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
-APART, STEPS = 2.0, 16  # Widths along a line between places that are two parts of the crack; steps in a width
+PART_WIDTHS, STEPS = 2.0, 16  # Widths along a line between places that are two parts of the crack; steps in a width
 NO_FACE_MM = (-np.inf, -np.inf, np.inf, np.inf)
 
 
@@ -142,7 +142,7 @@ def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
     places_mm = at_arc_length(np.column_stack([line_mm, s_mm, width_mm + ON_EDGE_MM]), s_mm, stations_mm)
     pairs = places_mm[KDTree(places_mm[:, :2]).query_pairs(most_mm + ON_EDGE_MM, output_type="ndarray")]
     away_mm = np.linalg.norm(np.diff(pairs[:, :, :2], axis=1)[:, 0], axis=1)
-    overlap = (np.ptp(pairs[:, :, 2], axis=1) > APART * most_mm) & (away_mm < pairs[:, :, 3].mean(axis=1))
+    overlap = (np.ptp(pairs[:, :, 2], axis=1) > PART_WIDTHS * most_mm) & (away_mm < pairs[:, :, 3].mean(axis=1))
     if overlap.any():
         nearest = np.where(overlap, away_mm, np.inf).argmin()
         first_mm, last_mm = np.sort(pairs[nearest, :, 2])

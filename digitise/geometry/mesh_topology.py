@@ -10,7 +10,7 @@ from sealtwin.core.records import Floats, Integers
 
 CONTACT_MM = 1e-5  # Overlap that is rounding, not crossing: a float32 file moves a vertex at 100 mm by as much
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds its vertices
-FEW = 128  # Faces that are not halved, and that are compared with all others in reach at a time, for little memory
+GROUP = 128  # Faces that are not halved, and that are compared with all others in reach at a time, for little memory
 WORTH = 0.75  # Largest number of pairs in both halves, over that in the whole, for which faces are halved
 
 
@@ -61,11 +61,11 @@ def _close_pairs(low: Floats, high: Floats, some: Integers) -> Iterator[Integers
     middle = (low[some] + high[some]).mean(axis=0) / 2
     below, above = low[some] <= middle, high[some] > middle
     work = below.sum(axis=0) ** 2 + above.sum(axis=0) ** 2
-    if len(some) > FEW and work.min() < WORTH * len(some) ** 2:
+    if len(some) > GROUP and work.min() < WORTH * len(some) ** 2:
         for side in (below, above):
             yield from _close_pairs(low, high, some[side[:, work.argmin()]])
         return
-    for rows in np.array_split(some, len(some) // FEW + 1):
+    for rows in np.array_split(some, len(some) // GROUP + 1):
         near = rows[:, None] < some
         for lower, upper in zip(low.T, high.T, strict=True):
             near &= (lower[rows, None] < upper[some]) & (lower[some] < upper[rows, None])

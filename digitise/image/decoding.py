@@ -190,7 +190,7 @@ def _focal_px(photo: Image.Image) -> float | None:
     return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM
 
 
-NEAR = 0.2  # Largest difference of a camera's exponent (sRGB: 2.1 to 2.25); a width changes by under 1 %
+EXPONENT_TOLERANCE = 0.2  # Largest difference of a camera's exponent (sRGB: 2.1 to 2.25); a width changes by under 1 %
 MIDDLE = 128  # Stored value from which a curve's exponent is taken
 MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is checked
 
@@ -205,7 +205,7 @@ def _require_usual_tone(path: Path, photo: Image.Image) -> None:
             gamma = float(stated)
         except (TypeError, ValueError, ZeroDivisionError):
             continue
-        if not abs(gamma - DISPLAY_GAMMA) <= NEAR:
+        if not abs(gamma - DISPLAY_GAMMA) <= EXPONENT_TOLERANCE:
             curve = f"an unreadable {source}" if math.isnan(gamma) else f"gamma {gamma:.2g} ({source})"
             raise InputError(
                 f"{path}: the file states a tone curve of {curve}, not a camera's usual {DISPLAY_GAMMA:g}. Save it as "

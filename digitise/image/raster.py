@@ -10,7 +10,7 @@ Map = NDArray[np.float32]  # One number per pixel, (height, width)
 Mask = NDArray[np.uint8]  # 255 on the pixels of a region, 0 elsewhere, (height, width)
 Window = tuple[slice, slice]  # Rows and columns of a part of a picture
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
-FAR = 1e-3  # Weight of the median, which counts at places without known pixels nearby
+MEDIAN_WEIGHT = 1e-3  # Weight of the median, which counts at places without known pixels nearby
 MOST_ROWS = 16384  # Most rows that OpenCV samples at once, a power of two below its 32,767
 
 
@@ -30,7 +30,7 @@ def continued(picture: Map, valid: Booleans, sigma_px: float) -> Map:
     """Return the Gaussian mean of the valid pixels around each pixel. Far from all valid pixels, it is their median."""
     weight = valid.astype(np.float32)
     usual = float(np.median(picture[valid])) if valid.any() else 0.0
-    mean = (blurred(picture * weight, sigma_px) + FAR * usual) / (blurred(weight, sigma_px) + FAR)
+    mean = (blurred(picture * weight, sigma_px) + MEDIAN_WEIGHT * usual) / (blurred(weight, sigma_px) + MEDIAN_WEIGHT)
     return np.asarray(mean, np.float32)
 
 

@@ -37,7 +37,7 @@ MOST_OPENING = 0.5  # Largest share of a side's lines that may meet a crack
 MOST_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers, rough sides are less
 TRIM_MM = 0.01  # Depth cut off a side that is not plane, so that the cut is in material without slivers
 EQUAL_DIGITS = 8  # Decimals of mm to which vertices are one: a text format may round its last digit
-LOOSE = 0.01  # Share of the sample's volume below which another closed surface is a crumb or a pore
+CRUMB_SHARE = 0.01  # Share of the sample's volume below which another closed surface is a crumb or a pore
 LOST = 1e-7  # Largest share of a body's volume that reading or cutting it may lose
 MEND = "Repair it in a mesh program (close holes, remove doubled parts, unite bodies), and export it again."
 
@@ -235,9 +235,9 @@ def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, Facts]:
     *others, sample = sorted(body.decompose(), key=Manifold.volume) or [Manifold()]
     if not sample.volume() > 0:
         raise ShapeError("Mesh encloses no volume.", MEND, "closed")
-    if large := [piece for piece in others if abs(piece.volume()) >= LOOSE * sample.volume()]:
-        listed = ", ".join(map(_described, [sample, *reversed(large)]))
-        raise ShapeError(f"Mesh has {1 + len(large)} separate bodies: {listed}.", "Save the sample alone.", "closed")
+    if large := [piece for piece in others if abs(piece.volume()) >= CRUMB_SHARE * sample.volume()]:
+        bodies = ", ".join(map(_described, [sample, *reversed(large)]))
+        raise ShapeError(f"Mesh has {1 + len(large)} separate bodies: {bodies}.", "Save the sample alone.", "closed")
     if not others:
         return sample, ()
     crumbs = f"{len(others)} loose crumbs or closed pores of the mesh were left out"

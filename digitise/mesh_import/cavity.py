@@ -49,12 +49,12 @@ STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints
 MOST_STATIONS = 400  # Most sections: more would take minutes on a long crack
 FROM_END = 0.01  # Distance of the first and last cut of the floor from the crack's ends, in spacings of sections
 LEVELS = 48  # Layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is placed within 0.2 mm
-ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
+CELLS_ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
 ACROSS_PX = 40  # Pixels over a crack's width: a given path enters the mouth within a fortieth of it
 LARGEST_PX = 12_000_000  # Largest picture, that of a phone
 MOST_LINES = 4000  # Most lines from wall to wall
 SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
-APART = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
+PART_WIDTHS = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
 
 
 AS_READ = "It is read as x and y in mm, in the mesh's own axes turned upright."
@@ -223,7 +223,7 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MOST_STATIONS)) + 1)
     (*low_mm, bottom_mm), (*high_mm, _) = np.reshape(cavity.bounding_box(), (2, 3)).tolist()
     size_mm = np.subtract(high_mm, low_mm)
-    cell_mm = max(outline.mean_width_mm / ACROSS, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
+    cell_mm = max(outline.mean_width_mm / CELLS_ACROSS, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
     origin_mm = np.array(low_mm) - cell_mm
     width, height = (int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
     levels_mm = np.linspace(bottom_mm, 0.0, LEVELS + 1)
@@ -280,7 +280,7 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
     """
     fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
     left_mm, right_mm = _walls_at(outline, fine_mm)
-    share = np.linspace(0.0, 1.0, ACROSS + 1)
+    share = np.linspace(0.0, 1.0, CELLS_ACROSS + 1)
     lines_mm = left_mm[:, None] + share[:, None] * (right_mm - left_mm)[:, None]
     pace, lines_mm = (each.reshape(-1, 2) for each in (np.gradient(lines_mm, fine_mm, axis=0), lines_mm))
     in_mouth = points_in_poly(cells_mm, outline.outline_mm)
@@ -292,7 +292,9 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
     onward_mm = ((places_mm - lines_mm[near]) * pace[near]).sum(axis=1) / (pace[near] ** 2).sum(axis=1).clip(min=SLOW)
     at_mm = fine_mm[np.asarray(near) // len(share)] + onward_mm.clip(-fine_mm[1], fine_mm[1])
     # A cell that is cut in half at an end belongs to both sides.
-    main = (away_mm <= APART * outline.mean_width_mm) & (np.abs(at_mm - fine_mm[-1] / 2) < (fine_mm[-1] + step_mm) / 2)
+    main = (away_mm <= PART_WIDTHS * outline.mean_width_mm) & (
+        np.abs(at_mm - fine_mm[-1] / 2) < (fine_mm[-1] + step_mm) / 2
+    )
     nearest = KDTree(places_mm).query(cells_mm)[1]
     return at_mm[nearest].clip(0.0, fine_mm[-1]), main[nearest]
 

@@ -48,13 +48,13 @@ MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to fo
 RING_SHARE = 0.5  # Least share of the crack in the area inside its outer rim; below, it is a ring
 SMOOTH = 0.0025  # Tolerance of the simplified rim: scans have corners without number
 COVERED = 0.01  # Least share of a pixel in the crack, so that no neck parts it
-ACROSS, MOST_STEPS = 20, 2000  # Steps along a wall in the length of one width, and most in all
+STEPS_ACROSS, MOST_STEPS = 20, 2000  # Steps along a wall in the length of one width, and most in all
 STATIONS = 16  # Stations of the outline in the length of one width
 SMOOTHING, RETURNS = 0.25, 4  # Sigma of the centreline, and corrections: bends over 1.5 widths stay
 OPENS_OVER, OPENS = 0.25, 0.15  # Distance, and growth of fitting circles over it, beyond which a path is in a corner
-AHEAD = 2.0  # Widths ahead of a given path within which the crack ends; with more crack ahead it is cut there
+END_WIDTHS = 2.0  # Widths ahead of a given path within which the crack ends; with more crack ahead it is cut there
 ON_SIDE_MM = 1e-3  # Distance from the edge of the face within which the rim is an opening
-CLEAR = 0.1  # Gap between a side arm and circles in the main crack
+ARM_GAP = 0.1  # Gap between a side arm and circles in the main crack
 DEEP, DEEP_AT_BEND = 0.75, 2.0  # Depth of a side arm over the width of its mouth; outer corners are shallower
 UNSWEPT = 0.1  # Largest share of the area between both walls that is passed twice or not at all
 
@@ -187,7 +187,7 @@ def _rough_path(outer: CrossSection, between_mm: Floats | None) -> tuple[Floats,
         cost = np.where(region, 1 / np.maximum(to_rim, 1), -1)
         way = np.array(route_through_array(cost, *cells[nearest])[0])
     width_mm = max(2 * np.median(to_rim[tuple(way.T)]) - 1, 1.0) * mm_per_px
-    return resampled(view.to_mm(way[:, ::-1].astype(float)), width_mm / ACROSS), width_mm
+    return resampled(view.to_mm(way[:, ::-1].astype(float)), width_mm / STEPS_ACROSS), width_mm
 
 
 def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Floats, list[Floats]]:
@@ -198,8 +198,8 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
     """
     around_mm = np.vstack([ring_mm, ring_mm[:1]])
     s_mm = arc_length(around_mm)
-    rim_mm = at_arc_length(around_mm, s_mm, np.union1d(s_mm, np.arange(0.0, s_mm[-1], width_mm / ACROSS)))[:-1]
-    radius_mm = KDTree(rim_mm).query(path_mm)[0] + CLEAR * width_mm
+    rim_mm = at_arc_length(around_mm, s_mm, np.union1d(s_mm, np.arange(0.0, s_mm[-1], width_mm / STEPS_ACROSS)))[:-1]
+    radius_mm = KDTree(rim_mm).query(path_mm)[0] + ARM_GAP * width_mm
     away_mm, nearest = map(np.asarray, KDTree(path_mm).query(rim_mm))
     beyond_mm = away_mm - radius_mm[nearest]
     # Begin on the main crack, so that no stretch is split in two.
@@ -212,7 +212,7 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
         if first_mm < width_mm / 2 or last_mm > s_mm[-1] - width_mm / 2:
             continue
         chord_mm = room_mm[-1] - room_mm[0]
-        mouth_mm = max(np.linalg.norm(chord_mm), width_mm / ACROSS)
+        mouth_mm = max(np.linalg.norm(chord_mm), width_mm / STEPS_ACROSS)
         depth_mm = np.abs(cross(room_mm - room_mm[0], chord_mm)).max() / mouth_mm
         around_mm = np.array([first_mm - width_mm, first_mm, last_mm, last_mm + width_mm])
         before_mm, _, after_mm = np.diff(at_arc_length(path_mm, s_mm, around_mm), axis=0)
@@ -243,7 +243,7 @@ def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box,
         beside, edge = np.abs(ring_mm[:, side % 2] - face_mm[side]) < ON_SIDE_MM, int(tip) + 1
         before, after = (int(np.argmin(np.roll(on, turn))) for on, turn in ((beside[::-1], edge), (beside, -edge)))
         return _End("open", (edge - before) % len(ring_mm), (edge - 1 + after) % len(ring_mm))
-    if not whole and distance_mm > AHEAD * width_mm:
+    if not whole and distance_mm > END_WIDTHS * width_mm:
         return _End("cut", sides[0][0], sides[0][1])
     before, after = _corner(ring_mm, sides[0][0], tip), _corner(ring_mm, tip, sides[0][1])
     return _End("closed", before, after, (tip,))
@@ -282,7 +282,7 @@ def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:
 def _middle(left_mm: Floats, right_mm: Floats, tips_mm: Sequence[Floats], width_mm: float) -> Floats:
     """Return centreline, left and right wall at even stations, (n, 6)."""
     longest_mm = max(arc_length(wall)[-1] for wall in (left_mm, right_mm))
-    step_mm = max(width_mm / ACROSS, longest_mm / MOST_STEPS)
+    step_mm = max(width_mm / STEPS_ACROSS, longest_mm / MOST_STEPS)
     left_mm, right_mm = resampled(left_mm, step_mm), resampled(right_mm, step_mm)
     left, right = facing(left_mm, right_mm).T
     first_mm, last_mm = (np.tile(tip_mm, 2) for tip_mm in tips_mm)

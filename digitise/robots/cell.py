@@ -48,7 +48,7 @@ ROWS = (4, 500)
 MISTYPED = 5.0  # Ratio of given to requested flow, or its inverse, that means a wrong unit
 DOUBTFUL = 0.1  # Relative half-width of a flow's interval that gives a warning, as for all that is measured
 ROUNDING = 1e-9  # Relative scatter of equal weighings
-ALIKE = 1e-6  # Relative difference of two numbers that are meant as equal
+TOLERANCE = 1e-6  # Relative difference of two numbers that are meant as equal
 NO_SCATTER = (
     "weighings of one flow agree to the last digit and show no scatter, so the uncertainty of the path's flow is "
     "unknown: weigh for longer or on a finer scale"
@@ -153,7 +153,9 @@ class RobotCell(LanguageTables):
 
     def table(self, kind: type[Table]) -> Table:
         """Return the table of a language by its class. Raises ValueError if the cell has none."""
-        return present(next((it for it in self.languages.values() if isinstance(it, kind)), None), kind.__name__)
+        return present(
+            next((table for table in self.languages.values() if isinstance(table, kind)), None), kind.__name__
+        )
 
     @property
     def steady_settings(self) -> list[str]:
@@ -274,7 +276,7 @@ class PumpTable:
     def asked_for(self, wanted_mm3_s: Floats) -> Floats:
         """Return the request for each flow. It is 0 for a flow of 0. Raises InputError outside the weighed range."""
         low, high = self.range_mm3_s
-        inside = (wanted_mm3_s >= low * (1 - ALIKE)) & (wanted_mm3_s <= high * (1 + ALIKE))
+        inside = (wanted_mm3_s >= low * (1 - TOLERANCE)) & (wanted_mm3_s <= high * (1 + TOLERANCE))
         if not (inside | (wanted_mm3_s == 0)).all():
             wrong_mm3_s = wanted_mm3_s[~inside].max()
             raise InputError(

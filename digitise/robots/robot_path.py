@@ -6,7 +6,7 @@ from operator import attrgetter
 import numpy as np
 
 from digitise.robots.cell import LANGUAGES, PumpTable, RobotCell, RobotFrame, fit_frame
-from digitise.robots.programs import EVEN
+from digitise.robots.programs import EVEN_RANGE
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Trajectory
@@ -85,7 +85,7 @@ class RobotPath:
     def even_limit(self, what: str, unit: str, values: Floats, remedy: str) -> Limit:
         """Return the limit of a program in which ``what`` keeps one of the values over the crack."""
         return (
-            values.max() > values.min() * (1 + EVEN),
+            values.max() > values.min() * (1 + EVEN_RANGE),
             f"{what}, but that of the path over the crack ranges from {values.min():.4g} to {values.max():.4g} {unit}. "
             f'{remedy}; or digitise with path.flow = "constant" and with leads as long as path.ramp_mm, or without '
             "path.ramp_mm.",
@@ -125,7 +125,9 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
     With a weighed ``pump``, the flow becomes the request to it.
     """
     _check_rows(trajectory)
-    sample_mm, robot_mm = (np.array([getattr(point, of) for point in cell.taught]) for of in ("sample_mm", "robot_mm"))
+    sample_mm, robot_mm = (
+        np.array([getattr(point, field) for point in cell.taught]) for field in ("sample_mm", "robot_mm")
+    )
     frame = fit_frame(sample_mm, robot_mm, limit_mm=cell.frame_limit_mm, where=cell_file)
     placed = replace(trajectory, position_mm=frame.to_robot_mm(trajectory.position_mm))
     warnings, hold_s = _warnings(trajectory, frame, cell), 0.0
@@ -146,16 +148,18 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
 
 def _check_rows(trajectory: Trajectory) -> None:
     """Raise InputError unless trajectory.csv, which may have been edited, is a path."""
-    it, t_s = trajectory, trajectory.t_s
-    numbers = np.column_stack([t_s, it.position_mm, it.speed_mm_s, it.flow_mm3_s])
-    sound = len(t_s) > 1 and np.isfinite(numbers).all() and (np.diff(t_s) > 0).all() and (it.flow_mm3_s >= 0).all()
-    way_mm = np.linalg.norm(np.diff(it.position_mm, axis=0), axis=1)
-    if not sound or not np.allclose(way_mm, it.speed_mm_s[:-1] * np.diff(t_s), rtol=1e-3, atol=1e-3):
+    t_s = trajectory.t_s
+    numbers = np.column_stack([t_s, trajectory.position_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s])
+    sound = (
+        len(t_s) > 1 and np.isfinite(numbers).all() and (np.diff(t_s) > 0).all() and (trajectory.flow_mm3_s >= 0).all()
+    )
+    way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
+    if not sound or not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(t_s), rtol=1e-3, atol=1e-3):
         raise InputError(
             "trajectory.csv: needs two or more rows of finite numbers, increasing t_s, flow_mm3_s of 0 or more, and "
             "speed_mm_s as its places and times have it. Digitise again."
         )
-    if not it.dispensed_mm3 > 0:
+    if not trajectory.dispensed_mm3 > 0:
         raise InputError(
             "trajectory.csv: flow_mm3_s must be above 0 in at least one row. A trial with a path but without a solid "
             "needs path.volume_ml."

@@ -197,8 +197,8 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     )
     beyond = CrossSection.batch_boolean([stopper for _, stopper in beyond_ends], OpType.Add) ^ block
     if ((traced ^ block) - beyond).area() < PIECE_MM2:
-        listed = ", ".join(f"{value:g}" for value in block_mm)
-        raise InputError(f"No part of the crack is on the face, ({listed}) mm. Check ends_px and face_mm.")
+        lengths = ", ".join(f"{value:g}" for value in block_mm)
+        raise InputError(f"No part of the crack is on the face, ({lengths}) mm. Check ends_px and face_mm.")
     breadth_mm = KDTree(outline.centreline_mm).query(np.vstack(traced.to_polygons()))[0].max()
     return Footprint(
         crack=crack,

@@ -42,15 +42,15 @@ PASSES = 2  # Least number of passes that centre the line
 MOST_PASSES = 8  # Largest number of passes; a path along a wall needs more than two
 CENTRED = 0.05  # Widths off the middle, at 95 % of the stations, within which a line needs no further pass
 REACH = 1.5  # Widths to either side that are searched for a wall
-CLEAR = 0.25  # Widths from the face's edge, plus twice the search's rim, within which a path may follow it
+EDGE_WIDTHS = 0.25  # Widths from the face's edge, plus twice the search's rim, within which a path may follow it
 PATH_SMOOTHING = 0.75  # Sigma of the rough path in widths: its steps are cells of the search map
 CENTRE_SMOOTHING = 0.25  # Sigma of the centreline in widths
-RETURNS = 4  # Corrections of that smoothing, so that bends of over 1.5 widths stay
+CORRECTIONS = 4  # Corrections of that smoothing, so that bends of over 1.5 widths stay
 PATH_AHEAD = 2.0  # Widths of the rough path before an end that give its direction
 TIP_AHEAD = 0.5  # The same before a tip
 ONWARD = 6  # Stations, 15 px, that give a wall's direction at the face's edge; fewer follow grain
 BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
-BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}  # Widths added to the line
+END_WIDTHS: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}  # Widths added to the line
 
 
 class WallsMissingError(InputError):
@@ -80,7 +80,9 @@ def trace(
             f"at least {LEAST_SLENDERNESS:g} times as long as wide: give ends_px farther apart."
         )
     width_mm = max(path.width_px, LEAST_WIDTH_PX) * photo.mm_per_px
-    patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * REACH) * width_mm / photo.mm_per_px, hidden)
+    patch = patch_around(
+        photo, path.points_px, (max(END_WIDTHS.values()) + 2 * REACH) * width_mm / photo.mm_per_px, hidden
+    )
     crack = _Crack(photo, patch, hidden, wall_share, STATION_PX * photo.mm_per_px)
     sigma = PATH_SMOOTHING * width_mm / crack.spacing_mm
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), crack.spacing_mm), sigma)
@@ -170,13 +172,13 @@ def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spac
     """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
-        rim_mm = CLEAR * width_mm + 2 * EDGE_PX * photo.mm_per_px
+        rim_mm = EDGE_WIDTHS * width_mm + 2 * EDGE_PX * photo.mm_per_px
         clear = np.flatnonzero(depth_inside(line_mm, photo.face_mm) > rim_mm)
         if len(clear) >= 2:
             first = clear[0] if ends[0].kind == "open" else first
             last = clear[-1] if ends[1].kind == "open" else last
     s_mm = arc_length(line_mm)
-    before_mm, after_mm = (BEYOND[end.kind] * width_mm for end in ends)
+    before_mm, after_mm = (END_WIDTHS[end.kind] * width_mm for end in ends)
     before_mm, after_mm = before_mm + s_mm[first], after_mm + s_mm[-1] - s_mm[last]
     tips_mm = [photo.to_mm(end.place_px[None]) if end.kind == "closed" else np.empty((0, 2)) for end in ends]
     line_mm = np.concatenate([tips_mm[0], line_mm[first : last + 1], tips_mm[1]])
@@ -199,8 +201,8 @@ def _recentred(
     first = between[0] if closed[0] else 0
     last = between[-1] if closed[1] else len(s_mm) - 1
     sigma = CENTRE_SMOOTHING * width_mm / spacing_mm
-    line_mm = smoothed(resampled(middle_mm[first : last + 1], spacing_mm), sigma, RETURNS)
-    before_mm, after_mm = (BEYOND["closed"] * width_mm * is_closed for is_closed in closed)
+    line_mm = smoothed(resampled(middle_mm[first : last + 1], spacing_mm), sigma, CORRECTIONS)
+    before_mm, after_mm = (END_WIDTHS["closed"] * width_mm * is_closed for is_closed in closed)
     return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
 
 

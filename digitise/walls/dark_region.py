@@ -17,7 +17,7 @@ from digitise.crack_path.profiles import finite_median
 from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import Mask, lightness
 from digitise.photo import Photo, smaller
-from digitise.walls.centreline_and_walls import CENTRE_SMOOTHING, MIN_WIDTH_PX, RETURNS
+from digitise.walls.centreline_and_walls import CENTRE_SMOOTHING, CORRECTIONS, MIN_WIDTH_PX
 from digitise.walls.ends import Traced, to_its_ends
 from digitise.walls.wall_profile import Strip, between, follow, outward, patch_around, steadied, straighten
 from sealtwin.core.errors import InputError
@@ -31,8 +31,8 @@ ENOUGH_PX = 40.0  # Width in px from which a crack is measured in a smaller copy
 REACH = 2.4  # Widths to either side of the strip, plus ``REACH_PX``, at most ``MOST_REACH_PX``
 REACH_PX = 14.0
 MOST_REACH_PX = 140.0
-ALONG = 0.5  # Widths of the median along the crack, within ``ALONG_PX``
-ALONG_PX = (3.0, 31.0)
+MEDIAN_WIDTHS = 0.5  # Widths of the median along the crack, within ``MEDIAN_PX``
+MEDIAN_PX = (3.0, 31.0)
 CORE = 0.25  # Widths from the line that give the crack's darkness
 CORE_PERCENTILE = 30.0
 GROUND = 1.2  # Widths from the line, plus ``GROUND_PX``, beyond which is ground
@@ -49,8 +49,8 @@ MOST_MOVED = 0.35  # Largest distance in widths by which a wall is moved
 DARKEST = 0.36  # Gate: most light inside over beside
 LEAST_STEP = 0.2  # Gate: least 20th percentile of the lesser step from inside to a side, over the ground
 LEAST_DARK = 0.7  # Gate: least share of the line darker than half
-INSISTED = 0.2  # Added to the interval, like ``SURE``, for a region that does not pass the gate
-SURE = 0.10  # Half of the 95 % interval of the mean width over the width that no profile can show
+GATE_ERROR = 0.2  # Added to the interval, like ``WIDTH_ERROR``, for a region that does not pass the gate
+WIDTH_ERROR = 0.10  # Half of the 95 % interval of the mean width over the width that no profile can show
 
 
 def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: Mask, insisted: bool = False) -> Traced:
@@ -69,7 +69,7 @@ def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: 
         return replace(traced, width_px=traced.width_px * factor)
     patch, px = patch_around(photo, path.points_px, 2 * MOST_REACH_PX, hidden), photo.mm_per_px
 
-    def look(line_mm: Floats, width_px: float, smoothing: float) -> tuple[Strip, Floats, float]:
+    def measure_rims(line_mm: Floats, width_px: float, smoothing: float) -> tuple[Strip, Floats, float]:
         line_mm = resampled(smoothed(line_mm, smoothing * width_px), px)
         reach_mm = round(min(REACH * width_px + REACH_PX, MOST_REACH_PX)) * px
         strip = straighten(photo, patch, line_mm, left_normals(line_mm), px, reach_mm)
@@ -77,10 +77,10 @@ def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: 
         return strip, rims_px, max(float(np.median(rims_px.sum(axis=0))), 4.0)
 
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), px), 4.0)
-    strip, rims_px, width_px = look(line_mm, max(path.width_px, 4.0), PATH_SMOOTHING)
+    strip, rims_px, width_px = measure_rims(line_mm, max(path.width_px, 4.0), PATH_SMOOTHING)
     for _ in range(PASSES - 1):
         middle_mm = strip.places_mm((rims_px[0] - rims_px[1]) / 2 * px)
-        strip, rims_px, width_px = look(resampled(middle_mm, px), width_px, LINE_SMOOTHING)
+        strip, rims_px, width_px = measure_rims(resampled(middle_mm, px), width_px, LINE_SMOOTHING)
     moves_px, soft_px = _moves_px(strip, rims_px, width_px, wall_share)
     left_px, right_px = rims_px + moves_px[:, None]
     right_px = np.maximum(right_px, 1.0 - left_px)
@@ -90,15 +90,15 @@ def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: 
     middle_mm, left_mm, right_mm = (
         strip.places_mm(aside_px * px) for aside_px in ((left_px - right_px) / 2, left_px, -right_px)
     )
-    middle_mm = smoothed(middle_mm, CENTRE_SMOOTHING * width_px, RETURNS)
+    middle_mm = smoothed(middle_mm, CENTRE_SMOOTHING * width_px, CORRECTIONS)
     lines_px = photo.to_px(middle_mm), photo.to_px(left_mm), photo.to_px(right_mm)
-    spread = np.hypot.reduce([SURE, soft_px / max(width_px, 1.0), INSISTED * (fault is not None)])
+    spread = np.hypot.reduce([WIDTH_ERROR, soft_px / max(width_px, 1.0), GATE_ERROR * (fault is not None)])
     return to_its_ends(photo, patch, lines_px, width_px, float(spread))
 
 
 def _rims_px(strip: Strip, width_px: float) -> Floats:
     """Return the distance of both rims of the dark region from the line, left and right, (2, stations)."""
-    along = int(np.clip(ALONG * width_px, *ALONG_PX)) | 1
+    along = int(np.clip(MEDIAN_WIDTHS * width_px, *MEDIAN_PX)) | 1
     light = median_filter(lightness(strip.light), (along, 1), mode="nearest")
     away_px = np.abs(strip.offset_mm) / strip.mm_per_px
     over = int(max(9, STEADY * width_px)) | 1

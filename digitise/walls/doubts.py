@@ -23,12 +23,13 @@ from sealtwin.core.solid_figures import EndKind
 
 # Constants of bands and of a darker line. "widths" are crack widths.
 #
-# Chosen on 86 drawn roads: a lower ``LEAST`` or ``WORTH_SAYING``, or levels farther apart, warns of more plain roads.
+# Chosen on 86 drawn roads: a lower ``BAND_WIDTHS`` or ``WORTH_SAYING``, or levels farther apart, warns of more
+# plain roads.
 EVERY = 2  # Stations from one profile to the next
 SAMPLE = 0.05  # Widths from one sample of a profile to the next, at least 1 px
 REACH = 1.2  # Widths beside a wall, plus ``REACH_PX``, that are searched
 REACH_PX = 6.0
-ALONG = 0.25  # Widths of the median along the crack
+MEDIAN_WIDTHS = 0.25  # Widths of the median along the crack
 CORE = 0.15  # Distance inside a wall, over its distance from the line, plus ``CORE_PX``, from which on is crack
 CORE_PX = 0.5
 CORE_PERCENTILE = 30.0  # Of the lightness between the walls: the crack's own
@@ -37,19 +38,19 @@ GROUND_PX = 2.0
 STEADY = 3.0  # Widths along which both levels are medians
 INNER = 0.3  # Shares of the contrast in lightness that both sides of a band have
 OUTER = 0.7
-LEAST = 0.2  # Widths, or ``LEAST_PX``, by which a band is thicker than the crack's usual edge
-LEAST_PX = 3.0
+BAND_WIDTHS = 0.2  # Widths, or ``BAND_PX``, by which a band is thicker than the crack's usual edge
+BAND_PX = 3.0
 RUN = 0.75  # Least length of a band in widths
 TIP = 1.0  # Widths before an end that are left out: past it profiles show ground all across
 LEAST_PROFILES = 6  # A shorter crack has no usual edge
 LEAST_CONTRAST = 6.0  # Of lightness
 WORTH_SAYING = 0.05  # Difference between both mean widths, over the width, from which on a warning says so
 LISTED = 4  # Places in a warning
-SURE = 0.05  # Half of the interval of the mean width over it, beyond both widths
+WIDTH_ERROR = 0.05  # Half of the interval of the mean width over it, beyond both widths
 DARKER = 0.1  # Least light between the walls above that of the darkest line there, over the ground's; cracks have 0.05
 LINE_PX, LINE_ALONG_PX = 3, 15  # Width of that line, and length over which its light is averaged
 LINE_STEP = 0.02  # Cost of its step aside by a px, as a share of the ground's light
-SLIM = 1.7  # Least width between the walls over that of the line
+WIDTH_RATIO = 1.7  # Least width between the walls over that of the line
 
 
 # Constants of narrow stretches.
@@ -95,7 +96,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     reach_px, step_px = float(np.percentile(both_px, 98)) + REACH * width_px + REACH_PX, max(1.0, SAMPLE * width_px)
     patch = patch_around(photo, photo.to_px(line_mm), reach_px)
     strip = straighten(photo, patch, line_mm, ray, step_px * px, reach_px * px)
-    even = median_filter(lightness(outward(strip, strip.light)), (1, odd(ALONG), 1), mode="nearest")
+    even = median_filter(lightness(outward(strip, strip.light)), (1, odd(MEDIAN_WIDTHS), 1), mode="nearest")
     valid, walls_px = outward(strip, strip.valid), both_px[..., None]
     over_px = np.arange(even.shape[2]) * strip.sample_px - walls_px
     core = np.where(valid & (over_px < -CORE_PX - CORE * walls_px), even, np.nan)
@@ -110,7 +111,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     edges_px = np.maximum.accumulate(edges_px)
     thick_px = edges_px[1] - edges_px[0]
     thick_px -= np.median(thick_px, axis=1, keepdims=True)
-    doubtful = median_filter(thick_px, (1, odd(RUN)), mode="nearest") > max(LEAST_PX, LEAST * width_px)
+    doubtful = median_filter(thick_px, (1, odd(RUN)), mode="nearest") > max(BAND_PX, BAND_WIDTHS * width_px)
     tip = max(1, round(TIP * width_px / station_px))
     doubtful[:, :tip] = doubtful[:, -tip:] = False
     covered = np.array([sampled(hidden, photo.to_px(wall_mm)) > 0 for wall_mm in walls_mm])
@@ -130,7 +131,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
             least_mm, most_mm = (px * edge_px[:, begin:end].mean(axis=1)).tolist()
             stretches.append(WallStretch(first_mm, last_mm, side, "edge", (least_mm, most_mm), BAND_WHY))
     least_wide_mm, most_wide_mm = outline.width_95_mm or (outline.mean_width_mm, outline.mean_width_mm)
-    sure_mm = SURE * outline.mean_width_mm
+    sure_mm = WIDTH_ERROR * outline.mean_width_mm
     middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
     return with_doubts(
         outline,
@@ -147,7 +148,7 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
     None if the light between the walls is that of one thing.
     """
     half_px = outline.mean_width_mm / photo.mm_per_px / 2 - LINE_PX
-    if half_px < SLIM * LINE_PX / 2:
+    if half_px < WIDTH_RATIO * LINE_PX / 2:
         return None
     line_px, reach_px = resampled(outline.centreline_px, 1.0), 2 * half_px + 2 * LINE_PX
     offset_px, normal = np.arange(-reach_px, reach_px + 1), left_normals(smoothed(line_px, 2 * half_px))
@@ -158,7 +159,7 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
     column = cheapest_way(soft[None] / ground, LINE_STEP * np.arange(-2.0, 3.0) ** 2)[0]
     line = float(np.median(np.take_along_axis(soft, column[:, None], axis=1)))
     width_px = max(float(np.median((soft < (line + inside) / 2).sum(axis=1))), float(LINE_PX))
-    if inside - line <= DARKER * (ground - line) or 2 * half_px < SLIM * width_px:
+    if inside - line <= DARKER * (ground - line) or 2 * half_px < WIDTH_RATIO * width_px:
         return None
     return replace(path, points_px=line_px + offset_px[inner][column][:, None] * normal, width_px=width_px)
 

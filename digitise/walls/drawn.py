@@ -31,8 +31,8 @@ Kind = Literal["crack", "ground", "wall"]
 MOST_POINTS = 5000  # Points in which a line is read: a pixel apart, or farther in a longer one
 BRUSH_PX = 3  # Width of a stroke
 MOST_AWAY = 3.0  # Widths from the path, or twice ``snap_px``, within which a line must be, except over ground
-BEYOND = 0.5  # Widths, or ``BEYOND_PX``, past the path's ends within which a line may be
-BEYOND_PX = 6.0
+END_WIDTHS = 0.5  # Widths, or ``END_PX``, past the path's ends within which a line may be
+END_PX = 6.0
 REACH = 3.0  # Widths, or ``REACH_PX``, around a stroke in which the light under it decides
 REACH_PX = 30.0
 SOFT_PX = 1.5  # Sigma of the blur that quiets grain before lightness is compared
@@ -125,7 +125,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
     """Return the drawn lines beside the path, and add warnings about ground that is not."""
     way_px = resampled(path.points_px, 1.0)
     tree, (width, height) = KDTree(way_px), photo.size_px
-    most_px, beyond_px = max(MOST_AWAY * width_px, 2 * snap_px(photo)), max(BEYOND * width_px, BEYOND_PX)
+    most_px, beyond_px = max(MOST_AWAY * width_px, 2 * snap_px(photo)), max(END_WIDTHS * width_px, END_PX)
     drawn: tuple[tuple[Kind, str, Strokes | None], ...] = (
         ("crack", "crack_strokes_px, stroke", settings.crack_strokes_px),
         ("ground", "ground_strokes_px, stroke", settings.ground_strokes_px),

@@ -25,8 +25,8 @@ LOOK_AHEAD = 2.0  # Crack widths ahead of the end that are searched for the edge
 GOES_ON = 1.5  # Crack widths of dark around an end above which the end is cut: the crack, or a shadow, continues
 BLUNT = 0.25  # Crack widths behind the farthest point that are the end's front; a sharp tip narrows in less
 JUDGED_PX = 8.0  # Least width for which an end is judged: grain ends a hairline for a few px
-BESIDE = 1.2  # Crack widths beside the line that give the ground's brightness, plus ``BESIDE_PX``
-BESIDE_PX = 3.0
+GROUND_WIDTHS = 1.2  # Crack widths beside the line that give the ground's brightness, plus ``GROUND_PX``
+GROUND_PX = 3.0
 TO_THE_EDGE, TO_THE_EDGE_PX = 1.5, 20.0  # Longest way to the edge of the face in widths or px: its rim is not searched
 
 
@@ -74,7 +74,7 @@ def to_its_ends(
 ) -> Traced:
     """Return a crack from end to end. ``lines_px`` are its middle and its left and right wall, as on the face."""
     middle_px = lines_px[0]
-    beside_px = (BESIDE * width_px + BESIDE_PX) * left_normals(middle_px)
+    beside_px = (GROUND_WIDTHS * width_px + GROUND_PX) * left_normals(middle_px)
     threshold = float(np.median(patch.light(middle_px)) + np.median(patch.light(middle_px + beside_px))) / 2
     inward_px, back_px = (middle_px, middle_px[::-1]), max(10, round(width_px))
     ends = judge_ends(photo, patch, inward_px, back_px, max(width_px, JUDGED_PX), (threshold, threshold))
@@ -167,7 +167,7 @@ LAST = 8.0  # Widths of the crack before an end that give its darkness and direc
 GROUND_BESIDE = (1.0, 3.0)  # Widths from the line between which the ground's light is read
 SWELLING = 1.5  # Widths above which a dark place is not crack but a shadow, a stain or the table
 BODY = 1.5  # Widths across which the traced crack is removed
-NEAR = 1.5  # Widths from the end within which the rest of the crack must begin
+REST_WIDTHS = 1.5  # Widths from the end within which the rest of the crack must begin
 
 
 def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
@@ -214,7 +214,7 @@ def _farthest(dark: Mask, end: Floats, ahead: Floats, width: float) -> float:
     label, _ = pieces(dark > 0)
     rows, columns = np.nonzero(label)
     number, away = label[rows, columns], np.column_stack([columns, rows]) - end
-    near = (np.abs(away) <= NEAR * width + 2).all(axis=1) & (away @ ahead > 0)
+    near = (np.abs(away) <= REST_WIDTHS * width + 2).all(axis=1) & (away @ ahead > 0)
     if not near.any():
         return 0.0
     start = np.flatnonzero(near)[np.argmax(away[near] @ ahead)]

@@ -58,7 +58,7 @@ SPREAD = 2.0  # Gaussian sigma in widths over which a level is averaged
 LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright places are glints, or grains on the floor
 LEAST_SIDE = 0.15  # Least side of a stone in widths; a smaller one does not divide the sealant
 LEAST_PX = 30  # Least pixels of a stone; fewer may be noise
-WIDEST = 1.0  # Widths above which a bright place is the ground between two cracks
+BRIGHT_WIDTHS = 1.0  # Widths above which a bright place is the ground between two cracks
 SKIRT_PX = 3  # Reach of the blur around a stone and beside a side crack
 AS_DARK = 0.6  # Largest share of ``wall_share`` in a side crack; lighter lines are scratches, stains or shadows
 AS_WIDE = 1.5  # Largest width of a side crack in widths of the main crack
@@ -115,7 +115,7 @@ def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surro
     if path.source != "mask":
         least = max(LEAST_MM2 / photo.mm_per_px**2, (LEAST_SIDE * path.width_px) ** 2, LEAST_PX)
     islands_px = []
-    for stone in _enclosed(crack, least / copy.factor**2, WIDEST * path.width_px / copy.factor):
+    for stone in _enclosed(crack, least / copy.factor**2, BRIGHT_WIDTHS * path.width_px / copy.factor):
         alone = np.where(widened(stone, 1), copy.share, np.minimum(copy.share, wall_share))
         ring = max(_contours(copy, alone, wall_share, 0.0), key=lambda ring: abs(signed_area(ring)))
         islands_px.append(ring if signed_area(photo.to_mm(ring)) < 0 else ring[::-1])

@@ -85,8 +85,8 @@ REACH = 1.5  # Widths to either side that are fitted, plus ``REACH_PX``; as much
 REACH_PX = 6.0
 CELLS = 2.0  # Largest distance of a path from the crack, in cells of the search map
 NEAR_PX = 3.0  # Distance, beyond half a width, within which the line is followed a second time
-ALONG = 2.0  # Blur along the line before it is followed, in stations
-ACROSS = 0.4  # Blur across it, in widths
+BLUR_ALONG = 2.0  # Blur along the line before it is followed, in stations
+BLUR_ACROSS = 0.4  # Blur across it, in widths
 LEAST_ACROSS_PX = 1.0
 STIFFNESS = 0.15  # Cost of a step aside by a sample, in darkness
 LEAST_SMOOTHING_PX = 4.0  # Least sigma of the line, which is otherwise the width: windows have offsets
@@ -166,15 +166,15 @@ def _windows(photo: Photo, patch: Patch, line_px: Floats, places_px: Floats, cut
 
 def _line_px(photo: Photo, path: CrackPath) -> Floats:
     """Return a smooth line along the darkest places near the path."""
-    line_px, width_px = smoothed(resampled(path.points_px, 1.0), ALONG), path.width_px
+    line_px, width_px = smoothed(resampled(path.points_px, 1.0), BLUR_ALONG), path.width_px
     cell_px, around = max(photo.size_px) / WORK_PX, int(np.ceil((width_px + NEAR_PX) / STEP_PX))
-    across = max(ACROSS * width_px, LEAST_ACROSS_PX) / STEP_PX
+    across = max(BLUR_ACROSS * width_px, LEAST_ACROSS_PX) / STEP_PX
     for reach_px in (CELLS * cell_px + width_px + NEAR_PX, width_px / 2 + NEAR_PX):
         reach = int(np.ceil(reach_px / STEP_PX))
         places_px = STEP_PX * np.arange(-reach - around, reach + around + 1.0)
         light = sampled(photo.brightness, places_beside(line_px, places_px))
         dark = 1 - light / np.maximum(np.median(light, axis=1, keepdims=True), DARKEST)
-        dark = gaussian_filter(dark.astype(float), (ALONG, across))[:, around:-around]
+        dark = gaussian_filter(dark.astype(float), (BLUR_ALONG, across))[:, around:-around]
         aside_px = (cheapest_way(-dark[None], STIFFNESS * np.array([1, 0, 1]))[0] - reach) * STEP_PX
         moved_px = line_px + aside_px[:, None] * left_normals(line_px)
         line_px = smoothed(resampled(moved_px, 1.0), max(width_px, LEAST_SMOOTHING_PX))

@@ -159,11 +159,11 @@ STAINED = 0.35  # Share that leaves out a stain
 ASIDE_PX = 4.0  # Least distance between the walls at both shares for a stain; blur makes 1.4 px
 STEEPEST_WALL = 3.2  # Steepest slope of a wall to its line: 73 degrees
 STIFFNESS = 0.5  # Cost, in px of misplaced mortar, of a step as far aside as along; a pore must cost more
-USUAL = 4.0  # Crack widths before a wall's last step whose median width continues it beside the other wall
+MEDIAN_WIDTHS = 4.0  # Crack widths before a wall's last step whose median width continues it beside the other wall
 CRACK = 0.25  # Crack widths from the line within which the crack's level is read
 MORTAR = (0.8, 1.5)  # Crack widths from the line between which the mortar's level is read
 REFINEMENTS = 2  # Rounds of refinement, the first from a sample near the wall, the second from the wall
-CLEAR = 1.5  # Sigmas from the step beyond which levels are read: an edge is within a fifteenth of them
+STEP_SIGMAS = 1.5  # Sigmas from the step beyond which levels are read: an edge is within a fifteenth of them
 INSIDE = 0.8  # Further sigmas over which the crack's level is read; more would cross a lit rim
 OUTSIDE = 3.0  # Further sigmas over which the mortar's level is read; more would reach a stain
 SNAP_PX = 2.0  # Largest distance from a followed wall to its step
@@ -224,7 +224,7 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float, along_edge: boo
         place_px, clear_step = refined_to_subpixel(shown, place_px, sigma_px, sample_px, over, contrast, rim)
     rim = dark + max(wall_share, HALF) * (bright.mean(axis=0) - dark)
     return Walls(
-        completed(place_px * strip.mm_per_px, clear_step, max(1, round(USUAL * across)), along_edge),
+        completed(place_px * strip.mm_per_px, clear_step, max(1, round(MEDIAN_WIDTHS * across)), along_edge),
         clear_step,
         np.zeros_like(clear_step),
         strip.light[:, strip.middle] < rim,
@@ -336,9 +336,11 @@ def refined_to_subpixel(
     the sample; levels are medians over ``over`` stations, inside at least ``rim``, (2, stations).
     """
     width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
-    outer_px = np.arange(CLEAR * sigma_px, (CLEAR + OUTSIDE) * sigma_px, sample_px)
+    outer_px = np.arange(STEP_SIGMAS * sigma_px, (STEP_SIGMAS + OUTSIDE) * sigma_px, sample_px)
     # Past the middle of the crack the light of the other wall begins.
-    inner_px = np.maximum(-np.arange(CLEAR * sigma_px, (CLEAR + INSIDE) * sigma_px, sample_px), -width_px / 2)
+    inner_px = np.maximum(
+        -np.arange(STEP_SIGMAS * sigma_px, (STEP_SIGMAS + INSIDE) * sigma_px, sample_px), -width_px / 2
+    )
     outer, inner = (
         steadied(between(light, (place_px[..., None] + rel_px) / sample_px), over) for rel_px in (outer_px, inner_px)
     )

@@ -37,11 +37,11 @@ PASSES = 3  # Fits, each with the solid's volumes at the walls of the one before
 SLICES = 48  # Horizontal slices of the solid
 LEAST_SHARE = 0.02  # Share of the cavity's volume below which the ratio of two volumes is not used
 LEAST_PROBABILITY = 0.01  # Probability of a misfit below which the steps contradict straight walls
-FAR = 2.5  # Standard deviations from which a difference is reported as a contradiction
+CONTRADICTION_SIGMAS = 2.5  # Standard deviations from which a difference is reported as a contradiction
 STEEPEST = 2 * np.tan(np.radians(59.0))  # Largest loss or gain of width for each mm down
 THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of its surface
 NORMAL_95 = 1.96  # Half-width of a normal 95 % interval in standard deviations
-UNLIKE = 5.0  # Volume poured over that of upright walls, or the reverse, that no angle explains
+VOLUME_RATIO = 5.0  # Volume poured over that of upright walls, or the reverse, that no angle explains
 INWARD = {"flare": 1.0, "funnel": 1.0, "undercut": -1.0}
 """Sign of the loss of width of each tilt whose walls tilt against each other."""
 WIDTH, CLOSING, DEPTH = range(3)
@@ -107,7 +107,7 @@ def weigh(
     inward, findings = INWARD.get(shape.tilt, 0.0), list[Fact]()
     upright_mm3 = _walls(outline, shape).volume_mm3(fill.levels_mm[-1:], np.zeros(3))[0]
     poured_mm3 = fill.volume_mm3[-1]
-    if not upright_mm3 / UNLIKE < poured_mm3 < UNLIKE * upright_mm3:
+    if not upright_mm3 / VOLUME_RATIO < poured_mm3 < VOLUME_RATIO * upright_mm3:
         raise InputError(
             f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, but upright walls would take "
             f"{upright_mm3 / 1e3:.3g} ml. Check that masses are in grams and of the liquid only, and check the "
@@ -203,7 +203,7 @@ def _fit(walls: _Walls, fill: WeighedFill, prior_sd: Floats, about: Floats, free
 def _against_tilt(fit: _Fit, shape: CrackShape) -> list[Fact]:
     """Return a finding if the fit clearly needs walls that the tilt does not have."""
     closing = fit.unknown[CLOSING]
-    if abs(closing) <= FAR * np.linalg.norm(fit.root[CLOSING]):
+    if abs(closing) <= CONTRADICTION_SIGMAS * np.linalg.norm(fit.root[CLOSING]):
         return []
     way, others = ("close", '"funnel" or "flare"') if closing > 0 else ("open", '"undercut"')
     taken = "they are taken as upright" if shape.tilt in INWARD else "it keeps their distance constant"
@@ -217,7 +217,7 @@ def _against_tilt(fit: _Fit, shape: CrackShape) -> list[Fact]:
 def _contradictions(fit: _Fit, prior_sd: Floats) -> list[Fact]:
     findings: list[Fact] = []
     for index, name, what in ((WIDTH, "the photo's width", "width_mm"), (DEPTH, "depth_mm", "depth_mm")):
-        if abs(off_mm := fit.unknown[index]) > FAR * prior_sd[index]:
+        if abs(off_mm := fit.unknown[index]) > CONTRADICTION_SIGMAS * prior_sd[index]:
             way = "more" if off_mm > 0 else "less"
             text = (
                 f"The weighed fill contradicts {name}: it needs {abs(off_mm):.2f} mm {way}, but the standard "

@@ -122,14 +122,14 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
     figures.mkdir(exist_ok=True)
     for name in MAPPED:
         shutil.copyfile(mapped.folder / "figures" / f"{name}.svg", figures / f"{name}.svg")
-    chosen = next(run for run in mapped.chart.runs if run.at == CHOSEN)
+    chosen = next(run for run in mapped.chart.runs if run.values == CHOSEN)
     comparison = st.compare(chosen.profile, mapped.chart.readings, sample.outline, sample.solid)
     trial = load_trial(TRIAL)
     size_mm, nozzle_mm = trial.solver.size_mm, trial.nozzle.diameter_mm
     scene = FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, nozzle_mm)
     courses = [read_fill(run_path(folder, run) / FILL) for run in read_plan(folder).runs]
     fills = {
-        run.at: Fill(run, mapped.chart.said(run), scene, course)
+        run.values: Fill(run, mapped.chart.said(run), scene, course)
         for run, course in zip(mapped.chart.runs, courses, strict=True)
     }
     drawn = {

@@ -93,15 +93,15 @@ def require_kinds(function: str, **values: tuple[object, type]) -> None:
             raise InputError(f"{function}: {name} is a {type(value).__name__}; give a {kind.__name__}.")
 
 
-def path_or_none(given: FilePath | None) -> Path | None:
-    return None if given is None else Path(given)
+def path_or_none(path: FilePath | None) -> Path | None:
+    return None if path is None else Path(path)
 
 
-def file_of(given: FilePath, name: str) -> Path:
+def file_of(value: FilePath, name: str) -> Path:
     """Return the file that an argument gives. Raises InputError with the argument's ``name`` if it does not exist."""
-    if not isinstance(given, str | PathLike):
-        raise InputError(f"{name}: expected a file's path or a NumPy array, found {type(given).__name__}.")
-    path = Path(given)
+    if not isinstance(value, str | PathLike):
+        raise InputError(f"{name}: expected a file's path or a NumPy array, found {type(value).__name__}.")
+    path = Path(value)
     if not path.is_file():
         raise InputError(f"{path}: no such file; {name} must be an existing file.")
     return path

@@ -108,7 +108,7 @@ def read_readings(
     >>> readings.level_mm
     array([-2.1, -1.1, -2.1])
     """
-    given = locals()
+    arguments = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
     from validate.readings.grid import SheetFaults
     from validate.readings.read_readings import read_readings as from_file
@@ -119,7 +119,7 @@ def read_readings(
     file = file_of(readings, "readings") if isinstance(readings, str | PathLike) else None
     names = None if columns is None or isinstance(columns, Mapping) else list(columns)
     replaced = {"file": file or Path("readings"), "columns": columns if names is None else None}
-    settings = settings_from(Readings, "read_readings", given, **replaced)
+    settings = settings_from(Readings, "read_readings", arguments, **replaced)
     # The readings stay if the solid is made again: they are of the sample.
     made_of = of_one_crack("read_readings", crack, solid)[:1]
     limits_mm = None if crack is None else crack.length_mm, None if solid is None else solid.depth_mm

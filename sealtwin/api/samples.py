@@ -102,12 +102,12 @@ def read_photo(
     # Messages name an array by its argument.
     file = Path("photo") if is_array else file_of(photo, "photo")
     # A mask may be an array, so it is read here.
-    given = locals()
+    arguments = locals()
     from digitise.image import decoding
     from digitise.photo import beside_markers, offer_of_markers, pixels_of, scaled
 
     try:
-        settings = settings_from(PhotoInput, "read_photo", given, mask=None)
+        settings = settings_from(PhotoInput, "read_photo", arguments, mask=None)
     except SettingsFaults as fault:
         raise InputError(f"{fault}{offer_of_markers(file) if NO_SCALE in fault.types else ''}") from None
 
@@ -158,8 +158,8 @@ def trace_crack(
     """
     # A mask needs fewer hints; the table checks which.
     painted = None if photo.drawn is None else photo.file
-    given = {**photo.settings.model_dump(), "keywords": keywords, "mask": painted}
-    settings = settings_from(PhotoInput, "trace_crack", given, **({} if ends_px is None else {"ends_px": ends_px}))
+    arguments = {**photo.settings.model_dump(), "keywords": keywords, "mask": painted}
+    settings = settings_from(PhotoInput, "trace_crack", arguments, **({} if ends_px is None else {"ends_px": ends_px}))
     from digitise.crack_path.find_path import find_path
     from digitise.outline import trace_outline
 
@@ -361,19 +361,19 @@ def import_dxf(
     60
     """
     file = file_of(drawing, "drawing")
-    given = settings_from(GivenDrawing, "import_dxf", locals())
+    settings = settings_from(GivenDrawing, "import_dxf", locals())
     from digitise.drawing.read_dxf import drawn_crack, open_drawing
     from digitise.solid.build_solid import build_solid
 
-    drawn = open_drawing(file, given.units)
+    drawn = open_drawing(file, settings.units)
     try:
-        outlined, photo = drawn_crack(drawn, **given.layers)
-        solid = build_solid(outlined, CrackShape(depth_mm=given.depth_mm, tilt="vertical"))
+        outlined, photo = drawn_crack(drawn, **settings.layers)
+        solid = build_solid(outlined, CrackShape(depth_mm=settings.depth_mm, tilt="vertical"))
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
     crack = _without_trace(replace(outlined, warnings=(*outlined.warnings, *drawn.notes)), photo, data, file)
     return crack, replace(solid, made_of=of_one_crack("import_dxf", crack))
 
 
-def _without_trace(outline: Outline, photo: Photo, data: DataKind, given: Path | NDArray[Any]) -> CrackOutline:
-    return CrackOutline(**content_of(outline), photo=photo, data=data, sha256=sha256_of(given))
+def _without_trace(outline: Outline, photo: Photo, data: DataKind, content: Path | NDArray[Any]) -> CrackOutline:
+    return CrackOutline(**content_of(outline), photo=photo, data=data, sha256=sha256_of(content))

@@ -137,7 +137,7 @@ class CalibrationResult:
     @property
     def identified(self) -> dict[str, bool]:
         """True for each setting whose 90 % interval is at most half as wide as before the calibration."""
-        return {one["setting"]: one["identified"] for one in self.content["free"] if isinstance(one, dict)}
+        return {free["setting"]: free["identified"] for free in self.content["free"] if isinstance(free, dict)}
 
 
 @keywords_of(CalibrationOptions)
@@ -201,7 +201,7 @@ def calibrate(
     folder = Path(content["page"]).parent
     posterior = {}
     if content["possible"]:
-        names = [one["setting"] for one in content["free"]]
+        names = [setting["setting"] for setting in content["free"]]
         draws = read_table(folder / "posterior.csv", names, finite=True)
         posterior = dict(zip(names, draws.T, strict=True))
     return CalibrationResult(folder, content, posterior)
@@ -279,7 +279,7 @@ def _command(words: Sequence[FilePath], progress: bool | None, accurate: bool, *
     line = [sys.executable, "-P", "-m", "sealtwin", *map(str, words), "--json"]
     line += [f"--{name}={value}" for name, value in options.items() if value is not None]
     flags = {"--accurate": accurate, "--quiet": not wanted(progress)}
-    line += [name for name, given in flags.items() if given]
+    line += [name for name, is_set in flags.items() if is_set]
     errors = subprocess.PIPE if "--quiet" in line else None
     done = subprocess.run(line, stdout=subprocess.PIPE, stderr=errors, check=False)
     try:

@@ -57,7 +57,7 @@ def calibrate(
     trials: Sequence[Path],
     options: CalibrationOptions,
     out: Path | None,
-    how: StudyOptions,
+    study_options: StudyOptions,
     progress: Progress,
     settings: SettingValues | None = None,
 ) -> dict[str, Any]:
@@ -74,11 +74,11 @@ def calibrate(
     held_out, budget = options.hold_out, options.budget
     frees = _checked(trials, options.free, held_out, settings)
     if sets_resolution((*options.free, *(settings or {}))):
-        how = replace(how, drafts=False)
+        study_options = replace(study_options, drafts=False)
     folder = out or Path("reports", f"{load_trial(trials[0], settings).folder_name}-calibrated")
     require_own(folder, LIBRARY, "calibration")
     with holding(folder), progress:
-        work = folder / LIBRARY, how, progress, settings
+        work = folder / LIBRARY, study_options, progress, settings
         twins = [Twin(file, *work, drafts=budget - CONFIRM) for file in trials]  # The last round is accurate
         others = [Twin(file, *work) for file in held_out]
         _require_different([*twins, *others])
@@ -180,8 +180,8 @@ def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
     """Run draws of the posterior in a held-out trial, which keeps its own path, crack and nozzle."""
     chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
-    own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
-    all_mm = twin.run([(one, seed) for seed, one in enumerate(own)])
+    runs = [{name: values[name] for name in values if name.partition(".")[0] not in OF_A_POUR} for values in settings]
+    all_mm = twin.run([(values, seed) for seed, values in enumerate(runs)])
     levels_mm = [level for level in all_mm if level is not None]
     if len(levels_mm) < PREDICTING // 2:
         raise NumericalError(
@@ -211,7 +211,7 @@ def _summary(
         draws=result.draws,
         best=result.best,
         runs=len(result.points),
-        unused=tuple((twin.name, *one) for twin in twins for one in twin.unused()),
+        unused=tuple((twin.name, *run) for twin in twins for run in twin.unused()),
         reaches=tuple(zip((twin.name for twin in twins), result.reaches, strict=True)),
         least_implausibility=result.least_implausibility,
         mixing=result.mixing,
@@ -256,11 +256,11 @@ def _written(
         "runs_of_each_trial": calibrated.runs,
         "drafts_of_each_trial": list(calibrated.drafts),
         "stage_numbers": NUMBERS,
-        "free": [_free(one) for one in calibrated.marginals] or [free.name for free in result.frees],
+        "free": [_free(marginal) for marginal in calibrated.marginals] or [free.name for free in result.frees],
         "combinations": [
-            {"parts": dict(zip((free.name for free in result.frees), one.parts, strict=True)),
-             "deviation_over_prior": one.deviation}
-            for one in calibrated.combinations
+            {"parts": dict(zip((free.name for free in result.frees), combination.parts, strict=True)),
+             "deviation_over_prior": combination.deviation}
+            for combination in calibrated.combinations
         ],
         "confounded": [[a.name, b.name, r] for a, b, r in calibrated.confounded],
         "least_implausibility": calibrated.least_implausibility,
@@ -282,9 +282,9 @@ def _written(
             for (name, reach), noise in zip(calibrated.reaches, calibrated.run_noise_mm, strict=True)
         ],
         "predictions": [
-            {"trial": one.trial, "role": one.role, "rms_mm": one.rms_mm,
-             "flat_rms_mm": one.flat_rms_mm, "stations_in_band": one.held}
-            for one in calibrated.predictions
+            {"trial": prediction.trial, "role": prediction.role, "rms_mm": prediction.rms_mm,
+             "flat_rms_mm": prediction.flat_rms_mm, "stations_in_band": prediction.held}
+            for prediction in calibrated.predictions
         ],
         "confirmed_rms_mm": [_confirmed_mm(result, number) for number in range(len(twins))] if result.possible else [],
         "unused_runs": calibrated.unused,
@@ -293,15 +293,15 @@ def _written(
     }  # fmt: skip
 
 
-def _free(one: Marginal) -> dict[str, Any]:
+def _free(marginal: Marginal) -> dict[str, Any]:
     return {
-        "setting": one.free.name,
-        "range": [one.free.low, one.free.high],
-        "measured": one.free.measured,
-        "best": float(f"{one.best:.6g}"),
-        "interval_90": [one.low, one.high],
-        "width_over_prior": one.width_over_prior,
-        "identified": one.identified,
+        "setting": marginal.free.name,
+        "range": [marginal.free.low, marginal.free.high],
+        "measured": marginal.free.measured,
+        "best": float(f"{marginal.best:.6g}"),
+        "interval_90": [marginal.low, marginal.high],
+        "width_over_prior": marginal.width_over_prior,
+        "identified": marginal.identified,
     }
 
 
@@ -342,7 +342,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
             law["flow_index_95"] = _spread(draws[INDEX], best[INDEX])[:2]
     if others := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, INDEX, *THICKNESS)]:
         basis.append(f"fitted together with {', '.join(others)}: set them too")
-    if unidentified := [one.free.name for one in calibrated.marginals if not one.identified]:
+    if unidentified := [marginal.free.name for marginal in calibrated.marginals if not marginal.identified]:
         basis.append(f"not identified by the readings: {', '.join(unidentified)}")
     return Material(
         method=f"calibration on {len(result.levels_mm)} trial(s), {len(result.points)} runs each",

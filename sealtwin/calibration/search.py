@@ -39,7 +39,7 @@ FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
 """Numbers of runs: of the first design, of further seeds for one of these, of a round, and of seeds that confirm the
 best setting."""
 FEWEST = FIRST + AGAIN + ROUND + CONFIRM
-HOPELESS = 3.0
+STOP_IMPLAUSIBILITY = 3.0
 """Implausibility of the best setting above which the search stops early. It is above 1, since an emulator of few runs
 is overconfident: one search of four by drafts began at 2.0, with readings of a run of the same paste."""
 LEAST_USABLE = 0.75  # Least share of runs with a result
@@ -170,23 +170,23 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
     """
     from scipy.stats import qmc
 
-    at = _Search(frees, sources)
-    at.run(qmc.Sobol(len(frees), rng=0).random(FIRST))
-    at.run(np.repeat(at.points[[at.nearest()]], AGAIN, axis=0))
-    posterior, reaches = at.posterior()
-    while len(at.points) < budget - CONFIRM and posterior.least_implausibility <= HOPELESS:
+    state = _Search(frees, sources)
+    state.run(qmc.Sobol(len(frees), rng=0).random(FIRST))
+    state.run(np.repeat(state.points[[state.nearest()]], AGAIN, axis=0))
+    posterior, reaches = state.posterior()
+    while len(state.points) < budget - CONFIRM and posterior.least_implausibility <= STOP_IMPLAUSIBILITY:
         error = f"implausibility of the best setting {posterior.least_implausibility:.2f} (at most 1 is plausible)"
-        say(f"{len(at.points)} of {budget} runs: {error}.")
-        at.run(at.next_round(posterior, min(ROUND, budget - CONFIRM - len(at.points))))
-        posterior, reaches = at.posterior()
+        say(f"{len(state.points)} of {budget} runs: {error}.")
+        state.run(state.next_round(posterior, min(ROUND, budget - CONFIRM - len(state.points))))
+        posterior, reaches = state.posterior()
     least = posterior.least_implausibility
     if least > 1 or not all(reach.possible for reach in reaches):
-        return SearchResult(frees, at.points, at.levels_mm, reaches, posterior, least, None)
-    best = at.next_round(posterior, 1)[0]
-    at.run(np.tile(best, (CONFIRM, 1)))
-    posterior, reaches = at.posterior()
+        return SearchResult(frees, state.points, state.levels_mm, reaches, posterior, least, None)
+    best = state.next_round(posterior, 1)[0]
+    state.run(np.tile(best, (CONFIRM, 1)))
+    posterior, reaches = state.posterior()
     draws, mixing = posterior.draws(DRAWS, STEPS)
-    return SearchResult(frees, at.points, at.levels_mm, reaches, posterior, least, draws, mixing, best)
+    return SearchResult(frees, state.points, state.levels_mm, reaches, posterior, least, draws, mixing, best)
 
 
 MEASURED = {name: key for name in SETTINGS if (key := name.rpartition(".")[2]) in Uncertainty.model_fields} | {

@@ -145,11 +145,11 @@ class CheckedCommand(TyperCommand):
         self._params: list[Any] | None = None
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
-        for each in given:
-            single = isinstance(each, TyperOption) and not (each.multiple or each.is_flag)
-            if single and given.count(each) > 1:
-                ctx.fail(f"{each.opts[0]} is given {given.count(each)} times; give it once")
+        _, _, params = self.make_parser(ctx).parse_args(args=list(args))
+        for param in params:
+            single = isinstance(param, TyperOption) and not (param.multiple or param.is_flag)
+            if single and params.count(param) > 1:
+                ctx.fail(f"{param.opts[0]} is given {params.count(param)} times; give it once")
         return super().parse_args(ctx, args)
 
 
@@ -174,22 +174,22 @@ def answers(
         _, *parameters = inspect.signature(function).parameters.values()
 
         @functools.wraps(function)
-        def command(**given: Any) -> None:
-            answer = Command(**{name: given.pop(name) for name in ENDS if name in given})
+        def command(**arguments: Any) -> None:
+            answer = Command(**{name: arguments.pop(name) for name in ENDS if name in arguments})
             with ending(answer):
-                if "set" in given:
-                    everyday = {key: given.pop(parameter_of(key)) for key in keys}
-                    given["settings"] = settings_of(everyday, given.pop("set") or ())
+                if "set" in arguments:
+                    everyday = {key: arguments.pop(parameter_of(key)) for key in keys}
+                    arguments["settings"] = settings_of(everyday, arguments.pop("set") or ())
                 for name, model in models.items():
-                    given[name] = read_model(model, given)
-                function(answer, **given)
+                    arguments[name] = read_model(model, arguments)
+                function(answer, **arguments)
 
         def completed() -> Function:
             sources = {name: model_parameters(model) for name, model in models.items()}
             sources["settings"] = everyday_parameters(keys, needs)
             written = {each.name: [each.replace(kind=each.KEYWORD_ONLY)] for each in parameters}
-            own = itertools.chain.from_iterable((written | sources)[each.name] for each in parameters)
-            return _with_signature(command, [*own, *(option for name, option in ENDS.items() if shown[name])])
+            parts = itertools.chain.from_iterable((written | sources)[each.name] for each in parameters)
+            return _with_signature(command, [*parts, *(option for name, option in ENDS.items() if shown[name])])
 
         vars(command)["completed"] = completed
         return _with_signature(command, ())

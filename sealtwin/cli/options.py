@@ -186,17 +186,17 @@ class FieldOption:
         default = inspect.Parameter.empty if needed else field.default if is_flag else None
         return parameter(parameter_of(self.key), kind if needed or is_flag else kind | None, shown, default)
 
-    def value(self, given: Any) -> Any:
+    def value(self, value: Any) -> Any:
         """Return the value that an option gives. Raises typer.BadParameter, naming the option."""
         form, spelt = self.form, spelt_by(self.key)
-        if isinstance(given, bool):
-            return given
+        if isinstance(value, bool):
+            return value
         if (read := READERS.get(form)) is not None:
-            return read(given, spelt)
-        if isinstance(given, str) and not form.startswith("'"):
-            return self._part(form, given, spelt)
+            return read(value, spelt)
+        if isinstance(value, str) and not form.startswith("'"):
+            return self._part(form, value, spelt)
         first = form.strip("'").split()[0]
-        values = [self._part(first, text, spelt) for text in (given.split() if isinstance(given, str) else given)]
+        values = [self._part(first, text, spelt) for text in (value.split() if isinstance(value, str) else value)]
         if not self.takes(dict):
             return values
         if twice := [key for number, (key, _) in enumerate(values) if key in dict(values[:number])]:
@@ -305,14 +305,14 @@ def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Paramet
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
-def read_model(model: str, given: dict[str, Any]) -> Any:
-    """Return a settings model; removes its options from ``given``. Raises typer.BadParameter, naming the option."""
+def read_model(model: str, arguments: dict[str, Any]) -> Any:
+    """Return a settings model; removes its options from ``arguments``. Raises typer.BadParameter, naming the option."""
     from sealtwin.core.settings import checked
 
     kind, values = model_of(model), dict[str, Any]()
     for name, field in kind.model_fields.items():
         # Absent options stay unset, so that a model can tell them from its defaults.
-        if (text := given.pop(name)) is not None and text is not field.default:
+        if (text := arguments.pop(name)) is not None and text is not field.default:
             values[name] = FieldOption(kind, name).value(text)
     try:
         return checked(kind, Path("options"), values, lambda key: spelt_by(key.partition(".")[0]) if key else "options")

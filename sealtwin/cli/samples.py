@@ -185,9 +185,9 @@ def import_dxf(
         raise InputError(f"{drawing}: {wrong or fault.wrong} {remedy}") from None
 
 
-def require_depth(given: dict[str, Any]) -> None:
+def require_depth(settings: dict[str, Any]) -> None:
     """Raise typer.BadParameter if the settings of a photo lack a depth, unless only a path is wanted."""
-    if "crack.depth_mm" not in given and not given.get("photo.path_only"):
+    if "crack.depth_mm" not in settings and not settings.get("photo.path_only"):
         raise typer.BadParameter(
             "a photo needs --depth-mm, since it does not show the depth of a crack; or give --set photo.path_only=true"
         )
@@ -275,13 +275,13 @@ def trace(
             page.wait()
         except KeyboardInterrupt:
             command.interrupted("saved photos remain saved." if page.saved else "nothing was saved.")
-    summaries = [one["summary"] for one in page.saved] or ["Nothing was saved."]
-    listed = [{"file": one["file"], "changed": one["changed"]} for one in page.saved]
+    summaries = [entry["summary"] for entry in page.saved] or ["Nothing was saved."]
+    files = [{"file": entry["file"], "changed": entry["changed"]} for entry in page.saved]
     if len(sheets) > 1:
         open_ = [photo["name"] for photo in page.photos if not photo["done"]]
         rest = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
-        command.reply({"saved": listed, "not_traced": open_}, [*summaries, rest])
+        command.reply({"saved": files, "not_traced": open_}, [*summaries, rest])
         return
-    saved = listed[0] if listed else {"file": None, "changed": []}
-    lines = [*summaries, *(f"Next: {one['next']}" for one in page.saved)]
+    saved = files[0] if files else {"file": None, "changed": []}
+    lines = [*summaries, *(f"Next: {entry['next']}" for entry in page.saved)]
     command.reply({"saved": saved["file"], "changed": saved["changed"]}, lines)

@@ -314,10 +314,10 @@ def _require_workers(client: Any, address: str, numbers: Callable[[], Any]) -> N
         ) from None
     # Stage numbers are compared only if the versions are equal. An exception of a worker is returned as its answer.
     for what, function in (("sealtwin", partial(version, "sealtwin")), ("stage numbers", numbers)):
-        own, answers = function(), client.run(function, on_error="return")
-        if other := {worker: theirs for worker, theirs in answers.items() if theirs != own}:
+        value, answers = function(), client.run(function, on_error="return")
+        if other := {worker: theirs for worker, theirs in answers.items() if theirs != value}:
             worker, theirs = next(iter(other.items()))
             raise InputError(
-                f"--scheduler {address}: {worker} has {what} {theirs}, but this machine has {own}. Install one version "
-                "everywhere."
+                f"--scheduler {address}: {worker} has {what} {theirs}, but this machine has {value}. Install one "
+                "version everywhere."
             )

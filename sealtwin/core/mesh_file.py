@@ -146,13 +146,13 @@ def _in_ascii(text: bytes) -> bytes:
 
 def _read_ply(content: bytes) -> Triangles:
     header, end, body = content.partition(b"end_header")
-    listed = re.search(rb"^element face (\d+)", header, re.MULTILINE)
-    if not listed:
+    count = re.search(rb"^element face (\d+)", header, re.MULTILINE)
+    if not count:
         raise UnreadableError("it has no faces")
     if b"format ascii" in header:
         # trimesh rounds the digits of a text to the type in its header.
         header = re.sub(rb"property float(32)? ", b"property double ", header)
-    return _read_scene(_in_ascii(header) + end + body, "ply", int(listed[1]))
+    return _read_scene(_in_ascii(header) + end + body, "ply", int(count[1]))
 
 
 def _read_glb(content: bytes) -> Triangles:

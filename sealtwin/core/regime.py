@@ -19,7 +19,7 @@ GRAVITY_M_S2 = 9.81
 SURFACE_TENSION_N_M = 0.072
 """Surface tension of water in air at 25 °C, since that of a paste is rarely measured. The simulation has no surface
 tension."""
-MANY = 60.0  # Width, in capillary lengths, from which the middle of the surface is flat
+FLAT_WIDTHS = 60.0  # Width, in capillary lengths, from which the middle of the surface is flat
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
 
 
@@ -73,7 +73,7 @@ def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, fl
 
     if np.isinf(capillary_mm):
         return width_mm / 2 * (1 - np.pi / 4), width_mm / 2
-    if width_mm > MANY * capillary_mm:
+    if width_mm > FLAT_WIDTHS * capillary_mm:
         return 2 * capillary_mm**2 / width_mm, capillary_mm * float(np.sqrt(2))
 
     def profile(curvature: float) -> tuple[Floats, Floats]:
@@ -87,7 +87,7 @@ def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, fl
         return capillary_mm**2 * (root - curvature), WEIGHTS * end / 2 * scale * np.cosh(t) * np.cos(phi) / root
 
     # Without gravity the curvature is 2 / width; gravity reduces it, up to exponentially with the width.
-    low, high = np.log(2 / width_mm) - MANY, np.log(4 / width_mm)
+    low, high = np.log(2 / width_mm) - FLAT_WIDTHS, np.log(4 / width_mm)
     log_curvature: Any = brentq(lambda log: profile(np.exp(log))[1].sum() - width_mm / 2, low, high)
     curvature = float(np.exp(log_curvature))
     height_mm, across_mm = profile(curvature)

@@ -104,19 +104,19 @@ class RunFolder:
         wall_time_s: float,
         *,
         numbers: Mapping[str, int],
-        given: Sequence[str] = (),
+        from_user: Sequence[str] = (),
         **facts: Any,
     ) -> None:
         """Record a finished ``stage``: its key, its settings, the hashes of its inputs and outputs, and other facts.
 
-        ``numbers`` are the stage numbers in its key. ``given`` names the inputs from the user, as opposed to those from
+        ``numbers`` are the stage numbers in its key. ``from_user`` names the user's inputs, as opposed to those from
         an earlier stage.
         """
         self.manifest["stages"][stage] = {
             "key": key,
             "settings": settings,
             "inputs": inputs,
-            "given": given,
+            "given": from_user,
             "outputs": {name: sha256(self.path / name) for name in outputs},
             "wall_time_s": round(wall_time_s, 3),
             "finished_utc": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -291,11 +291,11 @@ def number_words(numbers: Mapping[str, int]) -> str:
     return ", ".join(f"{stage} {number or 'unknown'}" for stage, number in numbers.items()) or "unknown"
 
 
-def other_numbers(recorded: Mapping[str, int], own: Mapping[str, int]) -> str:
-    """Return how ``recorded`` stage numbers differ from ``own``, in words to follow "computed by". "" if equal."""
-    numbers = {stage: recorded.get(stage, UNNUMBERED) for stage in own}
-    before = {stage: number for stage, number in numbers.items() if number != own[stage]}
-    now = {stage: own[stage] for stage in before}
+def other_numbers(recorded: Mapping[str, int], current: Mapping[str, int]) -> str:
+    """Return how ``recorded`` stage numbers differ from ``current``, in words to follow "computed by". "" if equal."""
+    numbers = {stage: recorded.get(stage, UNNUMBERED) for stage in current}
+    before = {stage: number for stage, number in numbers.items() if number != current[stage]}
+    now = {stage: current[stage] for stage in before}
     return f"{number_words(before)}, while this version has {number_words(now)}" if before else ""
 
 

@@ -156,9 +156,9 @@ def checked(
     if as_text(path) != str(path):
         raise InputError(f"{as_text(path)}: its name is not UTF-8, so no trial file can name it; rename it.")
     try:
-        given = {name: value for name, value in content.items() if value is not None}
+        values = {name: value for name, value in content.items() if value is not None}
         # From JSON, strict types still take a list for a tuple and a string for a path.
-        text = json.dumps(given, default=as_json)
+        text = json.dumps(values, default=as_json)
     except ValueError:
         # Python reads hexadecimal numbers of any length, but does not write so many digits.
         raise InputError(f"{path}: a whole number has thousands of digits; no setting takes such a number.") from None
@@ -198,7 +198,7 @@ def _faults(kind: type[Settings], errors: list[ErrorDetails]) -> list[tuple[str,
 
 
 def _fault(kind: type[Settings], where: str, errors: list[ErrorDetails]) -> str:
-    error, given = errors[0], errors[0]["input"]
+    error, input_value = errors[0], errors[0]["input"]
     if error["type"] == "extra_forbidden":
         # The keys of the table that a misspelt key is in.
         table = table_of(kind, error["loc"])
@@ -207,13 +207,13 @@ def _fault(kind: type[Settings], where: str, errors: list[ErrorDetails]) -> str:
         allowed = f"did you mean '{close[0]}'?" if close else f"allowed: {', '.join(keys)}."
         return f"{where}: no such key; {allowed}"
     if error["type"] == "missing" and isinstance(error["loc"][-1], int):
-        return f"{where}: {len(given)} given, {len(given) + len(errors)} needed."
+        return f"{where}: {len(input_value)} given, {len(input_value) + len(errors)} needed."
     if error["type"] == "missing":
         return f"{where} is missing; it has no default, so give it."
     reason = ", or ".join(dict.fromkeys(map(_reason, errors)))
-    if isinstance(given, dict | list):
+    if isinstance(input_value, dict | list):
         return f"{where}: {reason}." if where else f"{reason}."
-    value = repr(given)
+    value = repr(input_value)
     return f"{where} = {value if len(value) <= LONGEST_VALUE else f'{value[:LONGEST_VALUE]}...'}: {reason}."
 
 

@@ -95,10 +95,14 @@ def _of_tuple(parts: list[Any], several: bool) -> str:
 
 def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
     # A Field inside an annotation has constraints of its own.
-    flat = [one for given in constraints for one in (given.metadata if isinstance(given, FieldInfo) else [given])]
+    flat = [
+        bound
+        for constraint in constraints
+        for bound in (constraint.metadata if isinstance(constraint, FieldInfo) else [constraint])
+    ]
     if kind is str:
-        yield from (f"of up to {one.max_length:,} letters" for one in flat if getattr(one, "max_length", None))
-    limits = {name: getattr(one, name) for name in BOUNDS for one in flat if hasattr(one, name)}
+        yield from (f"of up to {bound.max_length:,} letters" for bound in flat if getattr(bound, "max_length", None))
+    limits = {name: getattr(bound, name) for name in BOUNDS for bound in flat if hasattr(bound, name)}
     shown = {name: f"{int(limit) if float(limit).is_integer() else limit:,}" for name, limit in limits.items()}
     both = shown.keys() == {"ge", "le"}
     yield "from {ge} to {le}".format(**shown) if both else ", ".join(f"{BOUNDS[name]} {shown[name]}" for name in shown)
@@ -140,7 +144,11 @@ def keywords_of(*kinds: Table, only: Sequence[str] = (), without: Sequence[str] 
         head, rest = text.split("\n\nReturns\n")
         written = {name for line in head.splitlines() for name in line.split(", ")}
         owners = {name: kind for kind in kinds for name in kind.model_fields if name not in without}
-        parameters = {name: one for name, one in signature.parameters.items() if one.kind is not one.VAR_KEYWORD}
+        parameters = {
+            name: parameter
+            for name, parameter in signature.parameters.items()
+            if parameter.kind is not parameter.VAR_KEYWORD
+        }
         KEYWORDS[function.__name__] = frozenset(only or owners)
         for name in only or owners:
             kind, field = owners[name], owners[name].model_fields[name]

@@ -172,13 +172,13 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueF
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
         names += [name for name in folders if Path(parent, name).is_symlink()]
         for file in (Path(parent, name).relative_to(folder) for name in names if not name.startswith(HIDDEN)):
-            place, shown = place_of(file), plain(as_text(file))
-            if place is None:
+            entry, shown = place_of(file), plain(as_text(file))
+            if entry is None:
                 unused.append(CatalogueFault(shown, NOT_READ))
             elif shown != str(file):
                 lost.append(CatalogueFault(shown, UNSHOWN))
             elif str(file) != DEFAULTS:
-                files[file] = place
+                files[file] = entry
     return files, sorted(unused), sorted(lost)
 
 
@@ -189,7 +189,7 @@ def plain(text: str) -> str:
 
 def rows_of(placed: Placed) -> list[tuple[PurePath, FilePlace]]:
     """Return the rows of the pairing file, sorted by sample, role and file."""
-    rows = [(file, place) for file, places in placed.items() for place in places]
+    rows = [(file, entry) for file, places in placed.items() for entry in places]
     return sorted(rows, key=lambda row: (row[1].key, ROLES.index(row[1].role), row[0]))
 
 
@@ -201,12 +201,12 @@ def pairing_text(placed: Placed, questions: Mapping[tuple[PurePath, str], Sequen
     rows = [
         {
             "file": file.as_posix(),
-            "role": place.role,
-            "sample": place.sample,
-            "question": " ".join(questions.get((file, place.key), ())),
-            **place.answers,
+            "role": entry.role,
+            "sample": entry.sample,
+            "question": " ".join(questions.get((file, entry.key), ())),
+            **entry.answers,
         }
-        for file, place in rows_of(placed)
+        for file, entry in rows_of(placed)
     ]
     columns = [name for name in COLUMNS if name in asked.union(NAMES, ["question"], *rows)]
     return sheet_text(columns, [[row.get(name, "") for name in columns] for row in rows])
@@ -239,7 +239,7 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
             sample = as_label(cells.get("sample", named[file].sample))
             decisions.setdefault(file, []).append(FilePlace(sample, ROLES[ROLES.index(role)], answers))
     for file, places in decisions.items():
-        parts = {"".join(place.answers.get(name, "") for name in PART).upper() for place in places} - {""}
+        parts = {"".join(entry.answers.get(name, "") for name in PART).upper() for entry in places} - {""}
         if len(parts) < len(places) != 1:
             faults.append(f"{path}: {file} has several rows; keep one, or give each its own range, sheet or levels.")
     if faults:

@@ -77,7 +77,7 @@ def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False
         is_edited = digest not in ("", catalogue.content.pairing)
         decisions = read_decisions(lab / PAIRING, named) if is_edited else earlier.decisions if earlier else {}
         catalogue.content.pairing = digest
-        placed = {file: decisions.get(file, [place]) for file, place in named.items()}
+        placed = {file: decisions.get(file, [entry]) for file, entry in named.items()}
         samples = pair(folder, placed, [fault.name for fault in lost])
         ingested = Ingested(lab, source, dry_run, samples, unused, lost, placed, decisions)
         if not samples and not ingested.faults:

@@ -167,11 +167,11 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     a sheet are held back.
     """
     samples = dict[str, LabSample]()
-    for file, place in rows_of(placed):
-        if place.role != "ignore":
-            sample = samples.setdefault(place.key, LabSample(folder, place.sample))
-            sample.files.setdefault(place.role, []).append(file)
-            sample.answers[place.role, file] = place.answers
+    for file, entry in rows_of(placed):
+        if entry.role != "ignore":
+            sample = samples.setdefault(entry.key, LabSample(folder, entry.sample))
+            sample.files.setdefault(entry.role, []).append(file)
+            sample.answers[entry.role, file] = entry.answers
     order = sorted(samples.values(), key=lambda sample: "photo" not in sample.files)
     lacking = [sample for sample in order if "photo" in sample.files and "readings" not in sample.files]
     without = listed([f"{sample.files['photo'][0]}" for sample in lacking]) or "none"

@@ -19,7 +19,7 @@ from simulate.spread_law import GRAVITY_M_S2
 
 MASS_ERROR_G = 0.03  # Standard uncertainty: a scale with steps of 0.05 g, and paste that sticks to the nozzle
 SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a straight line
-LAW = 0.057  # Relative standard uncertainty of a yield stress: RMS over simulated beads
+LAW_ERROR = 0.057  # Relative standard uncertainty of a yield stress: RMS over simulated beads
 SECTION = 0.03  # Relative standard uncertainty of the section in the middle, from the same beads
 STIFFEST = 0.16
 """Largest stress divided by rho g sqrt(A), for a section A. A stiffer bead hardly flows, so it does not show its yield
@@ -28,7 +28,7 @@ SHORTEST = 4.0  # Least laid length over the root of the section: in a shorter b
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
 END = 0.1  # Standard uncertainty of where the bead begins, over its width: ends spread irregularly
 BINS = 40  # Classes of the distance to the edge
-BESIDE = 0.5  # Largest distance of the start mark from the bead's line, over its width
+MARK_WIDTHS = 0.5  # Largest distance of the start mark from the bead's line, over its width
 BEAD_NOT_FOR = (
     *NOT_FOR,
     "flows other than the bead's: a pump needs weighings at two flows or more, each repeated",
@@ -86,7 +86,7 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
         raw = footprint.volume_mm3(per_mm, scale, outward, STRETCH)[1]
         section = laid_section(per_mm, raw) * (1 + SECTION * off["section"])
         weight_pa_mm = density * GRAVITY_M_S2 * 1e-3
-        whole = weight_pa_mm * slumped_stress(per_mm, raw) * (1 + LAW * off["law"])
+        whole = weight_pa_mm * slumped_stress(per_mm, raw) * (1 + LAW_ERROR * off["law"])
         edge = np.maximum(0.0, laid.edge_n_m + laid.edge_error_n_m * off["surface tension"])
         # For a disc it is lambda R^2 / V (Roussel, Stefani and Leroy 2005); the area generalises it to any outline.
         stress = whole - 1e3 * edge * bead.area_mm2 * scale**2 / (np.pi * volume)
@@ -150,7 +150,7 @@ def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) 
     aside = abs(float(forth[0] * to_tip[1] - forth[1] * to_tip[0]))
     begins_mm = float(to_tip @ forth) + (bead.length_mm - laid_mm) / 2
     error_mm = float(np.hypot(END * bead.width_mm, bead.edge_error_mm))
-    if aside > BESIDE * bead.width_mm or begins_mm < -3 * error_mm:
+    if aside > MARK_WIDTHS * bead.width_mm or begins_mm < -3 * error_mm:
         raise InputError(
             f"--start-mm {start_mm[0]:g},{start_mm[1]:g} is not the start of the bead, which begins {begins_mm:.1f} mm "
             f"farther along its line and {aside:.1f} mm to the side: give x and y in mm from the lower left corner of "
@@ -165,15 +165,17 @@ def footprint_of(bead: BeadOutline) -> PasteArea:
     ends = np.linspace(0, bead.inward_mm.max() * (1 + 1e-9), BINS + 1)
     piece_mm = MIDDLE * bead.length_mm
     middle = np.abs(bead.along_mm) < piece_mm / 2
-    area, middle_area = (np.histogram(bead.inward_mm[of], ends)[0] * bead.cell_mm2 for of in (slice(None), middle))
+    area, middle_area = (
+        np.histogram(bead.inward_mm[pixels], ends)[0] * bead.cell_mm2 for pixels in (slice(None), middle)
+    )
     return PasteArea((ends[1:] + ends[:-1]) / 2, area, bead.edge_mm, middle_area, piece_mm)
 
 
 def material_of_bead(photo: PhotoInput, laid: LaidBead, warn: Callable[[str], None]) -> MeasuredPaste:
     """Measure a bead in a photo, and return the paste and the pump's flow. Raises InputError if it shows neither."""
     if (start := laid.start_mm) is not None and photo.face_mm is not None:
-        for name, place, side in zip("xy", start, photo.face_mm, strict=True):
-            if not 0 <= place <= side:
+        for name, coordinate, side in zip("xy", start, photo.face_mm, strict=True):
+            if not 0 <= coordinate <= side:
                 raise InputError(
                     f"--start-mm {start[0]:g},{start[1]:g}: {name} is outside the sheet's opening of "
                     f"{photo.face_mm[0]:g} x {photo.face_mm[1]:g} mm: give mm from its lower left corner."

@@ -30,7 +30,7 @@ MOST_CHANGE = 0.05  # Largest mean change of stress at repeated rates if the pas
 MOST_ALIKE = 0.8  # Share of these changes with one sign from which they are systematic
 WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress is interpolated, in logarithms
 MOST_MISS = 0.1  # Largest RMS of the misfit over the stress: rheometers repeat to a few percent
-MISSES = 3.0  # RMS misfits by which a row may be off, beside the yield stress's interval: one of 400 is by chance
+MISFITS = 3.0  # RMS misfits by which a row may be off, beside the yield stress's interval: one of 400 is by chance
 Rate = Annotated[float, Field(gt=0, le=1e9)]
 Row = Annotated[int, Field(ge=1, le=MOST_ROWS + 1)]
 INDEX = (0.2, 2.0)  # Range of fluid.flow_index
@@ -164,7 +164,7 @@ def _left_out(law: FlowLaw, slower: _Rows) -> tuple[str, ...]:
     """
     law_pa = law.stress_pa(slower.rate)
     off_pa = slower.stress - law_pa
-    count = int((np.abs(off_pa) > np.ptp(law.yield_stress_pa.interval) / 2 + MISSES * law.misfit * law_pa).sum())
+    count = int((np.abs(off_pa) > np.ptp(law.yield_stress_pa.interval) / 2 + MISFITS * law.misfit * law_pa).sum())
     if not count:
         return ()
     far = int(np.abs(off_pa).argmax())

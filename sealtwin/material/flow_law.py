@@ -102,7 +102,7 @@ class _Curve:
         near = int(squares.argmin())
         ends = GRID[max(0, near - 1)], GRID[min(len(GRID) - 1, near + 1)]
         n = minimize_scalar(
-            lambda one: self.fixed(one, stress, thick).squares, bounds=ends, method="bounded", options={"xatol": 1e-6}
+            lambda n: self.fixed(n, stress, thick).squares, bounds=ends, method="bounded", options={"xatol": 1e-6}
         ).x
         return min(self.fixed(float(GRID[near]), stress, thick), self.fixed(float(n), stress, thick))
 
@@ -143,9 +143,9 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
     def thick_of(k: float) -> Thickness:
         return lambda n: k * np.exp(n * log_middle)
 
-    k_free, k = (one.thick * curve.middle**-one.n for one in (free, chosen))
+    k_free, k = (fit.thick * curve.middle**-fit.n for fit in (free, chosen))
     most_k = 1 / curve.inverse.min() * max(1.0, 1 / rate.min()) ** MOST_N
-    k_ends = _ends(k_free, (0.0, most_k), lambda one: beyond(curve.best(thick=thick_of(one))))
+    k_ends = _ends(k_free, (0.0, most_k), lambda consistency: beyond(curve.best(thick=thick_of(consistency))))
     thickness = float(np.hypot(TORQUE, GAP * chosen.n))
     return FlowLaw(
         yield_stress_pa=_value(chosen.stress, free.stress, stress_ends, TORQUE),

@@ -85,23 +85,23 @@ class PlanInputs:
     """A trial to plan, with the robot's cell and its pump's table."""
 
     file: Path
-    given: Trial  # As in the file
+    file_trial: Trial  # As in the file
     trial: Trial  # With the files that it names, and without readings
     cell: CellFile | None
 
     @classmethod
     def read(cls, file: Path, settings: SettingValues | None, cell_file: Path | None) -> "PlanInputs":
         """Read the files. Raises InputError if the trial has no fluid for a plan, or the cell has a steady flow."""
-        given = load_trial(file, settings)
-        require_sample(given, file.parent)
-        trial = require_plannable(given.loaded(file.parent), str(file))
+        file_trial = load_trial(file, settings)
+        require_sample(file_trial, file.parent)
+        trial = require_plannable(file_trial.loaded(file.parent), str(file))
         cell = None if cell_file is None else CellFile.read(cell_file)
         if cell is not None and (steady := cell.settings.steady_settings):
             raise InputError(
                 f"{cell_file}: {' and '.join(steady)}: such a program has only one speed or one flow, but a plan "
                 "varies both. Change this setting, or remove the format from formats."
             )
-        return cls(file, given, trial, cell)
+        return cls(file, file_trial, trial, cell)
 
     @contextmanager
     def digitised(self, folder: Path, progress: Progress) -> Iterator[Sample]:
@@ -197,10 +197,10 @@ def plan_on(
     others = range(trial.seed + 1, trial.seed + options.seeds)
     seeds = [(f"{draft.name}, seed {seed}", draft.path, seed) for seed in others]
     judged = [draft, *verifier.judge("The plan with other seeds", seeds, drafts=drafts)]
-    levels_mm, s_mm = np.array([one.level.level_mm for one in judged]), draft.level.s_mm
+    levels_mm, s_mm = np.array([run.level.level_mm for run in judged]), draft.level.s_mm
     names = [f"with seed = {trial.seed + number}" for number in range(len(judged))]
     require_different(levels_mm, names, f"{where}: {draft.name}")
-    misfits = tuple(one.misfit for one in judged)
+    misfits = tuple(run.misfit for run in judged)
     level, it, runs = replace(draft.level, level_mm=levels_mm.mean(axis=0)), mean_of(misfits), len(judged)
     steady = baselines[0]
     if drafts:
@@ -259,8 +259,8 @@ def _over_with_more_mm3(case: Case, path: NozzlePath, level: Profile) -> float:
 
 def _chances(misfits: Sequence[Misfit]) -> dict[str, float]:
     return {
-        f"over_above_{MUCH_OVER_MM3:g}_mm3": float(np.mean([one.over_mm3 > MUCH_OVER_MM3 for one in misfits])),
-        f"level_above_{MUCH_ABOVE_MM:g}_mm": float(np.mean([one.highest_mm > MUCH_ABOVE_MM for one in misfits])),
+        f"over_above_{MUCH_OVER_MM3:g}_mm3": float(np.mean([misfit.over_mm3 > MUCH_OVER_MM3 for misfit in misfits])),
+        f"level_above_{MUCH_ABOVE_MM:g}_mm": float(np.mean([misfit.highest_mm > MUCH_ABOVE_MM for misfit in misfits])),
         "draws": len(misfits),
     }
 
@@ -297,18 +297,18 @@ def make_plan(
     posterior cannot be used, and NumericalError if a run fails.
     """
     inputs = PlanInputs.read(file, settings, options.cell)
-    given, trial = inputs.given, inputs.trial
+    file_trial, trial = inputs.file_trial, inputs.trial
     if trial.path.plan is not None:
         raise InputError(f"{file}: path.plan is already a plan. Remove it, and give path.speed_mm_s for a new plan.")
     draws = [] if options.posterior is None else read_draws(options.posterior, trial)
-    folder = out or Path("reports", f"{given.folder_name}-plan")
+    folder = out or Path("reports", f"{file_trial.folder_name}-plan")
     with inputs.digitised(folder, progress) as sample:
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
         planned = plan_on(verifier, options, draws, inputs.limits_by, file)
         warned = verifier.fluid_warnings
         content = _write(folder, planned, trial.name, warned)
         write_plan_page(folder / PAGE, trial.name, planned, warned)
-        files.write_text(folder / "trial.toml", _trial_beside(given, file.parent, folder))
+        files.write_text(folder / "trial.toml", _trial_beside(file_trial, file.parent, folder))
         # Before the program: if the cell refuses that, the plan stays.
         files.write_json(folder / REPORT, content)
         if planned.verified:
@@ -347,7 +347,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
         "duration_s": path.t_s[-1] - path.t_s[0],
         **planned.options.model_dump(include={"margin_mm", "reserve_mm"}),
         **planned.misfit.figures,
-        "seeds": [one.figures for one in planned.misfits],
+        "seeds": [misfit.figures for misfit in planned.misfits],
         "band_95_mm": planned.band_95_mm,
         "chances": planned.chances,
         "with_more": {
@@ -356,8 +356,8 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
             **vars(planned.with_more),
         },
         "low_stretches": planned.low_stretches,
-        "baselines": {one.name: one.misfit.figures for one in planned.baselines},
-        "rounds": [{**one.misfit.figures, "expected_off_mm": one.off_mm} for one in planned.rounds],
+        "baselines": {run.name: run.misfit.figures for run in planned.baselines},
+        "rounds": [{**run.misfit.figures, "expected_off_mm": run.off_mm} for run in planned.rounds],
     }
 
 

@@ -25,7 +25,7 @@ CELLS, STEPS = 32, 60
 """Cells and time steps of the fast model in a search. A run takes a third of the usual time. The discrepancy (particles
 minus fast model) includes the resulting change of level."""
 OVER_WEIGHT = 1.3  # Weight of overfill relative to underfill
-BENT, HURRIED, DWELT = 0.02, 0.01, 0.004
+BEND_WEIGHT, SPEED_WEIGHT, DWELL_WEIGHT = 0.02, 0.01, 0.004
 """Three weights, relative to the weight of the areas' mean relative error: for second differences of flow and speed,
 for the logarithm of the speed divided by the trial's, and for a dwell of 1 s. They are small, and cost a plan about 1 %
 of its gain."""
@@ -183,9 +183,9 @@ def discrepancy(filled: Filled, level: Profile) -> Floats:
 
     Both are areas under the level on the crack's centreline, since a plan is judged by this level.
     """
-    it = filled.sections
-    apart = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2)
-    return apart @ (areas_of(it, level) - filled.read_mm2) / apart.sum(axis=1)
+    sections = filled.sections
+    apart = np.exp(-0.5 * ((sections.s_mm[:, None] - sections.s_mm) / SMOOTHED_MM) ** 2)
+    return apart @ (areas_of(sections, level) - filled.read_mm2) / apart.sum(axis=1)
 
 
 def corrected_level_mm(filled: Filled, discrepancy_mm2: Floats, sections: Trapezoids | None = None) -> Floats:
@@ -238,31 +238,31 @@ def search(
             off_mm2 = case.fill(trajectory).read_mm2 + goal.discrepancy_mm2 - goal.target_mm2
             areas.append(weight * np.where(off_mm2 > 0, OVER_WEIGHT, 1.0) * off_mm2)
         flow, speed, dwell_s = knots.parts(plan)
-        smooth = [BENT * np.diff(values, 2) for values in (flow, speed)]
-        return np.concatenate([*areas, *smooth, HURRIED * (speed - own_speed), DWELT * dwell_s])
+        smooth = [BEND_WEIGHT * np.diff(values, 2) for values in (flow, speed)]
+        return np.concatenate([*areas, *smooth, SPEED_WEIGHT * (speed - own_speed), DWELL_WEIGHT * dwell_s])
 
-    def slopes(plan: Floats, here: Floats) -> Floats:
+    def slopes(plan: Floats, residual: Floats) -> Floats:
         columns = []
         for number in range(len(plan)):
             # Inwards at a bound.
             step = STEP if plan[number] + STEP <= high[number] else -STEP
             moved = plan.copy()
             moved[number] += step
-            columns.append((errors(moved) - here) / step)
+            columns.append((errors(moved) - residual) / step)
         return np.column_stack(columns)
 
     plan = np.clip(start, low, high)
-    here, reach, fresh = errors(plan), WIDEST, True
-    slope = slopes(plan, here)
+    residual, reach, fresh = errors(plan), WIDEST, True
+    slope = slopes(plan, residual)
     for number in range(1, MOST_STEPS + 1):
         report(number)
         span = np.maximum(low - plan, -reach) - TINY, np.minimum(high - plan, reach) + TINY
-        change = np.clip(lsq_linear(slope, -here, span).x, low - plan, high - plan)
-        there = errors(plan + change)
-        slope = slope + np.outer(there - here - slope @ change, change) / max(change @ change, TINY)
-        gained = 1 - float(there @ there) / float(here @ here)
+        change = np.clip(lsq_linear(slope, -residual, span).x, low - plan, high - plan)
+        next_residual = errors(plan + change)
+        slope = slope + np.outer(next_residual - residual - slope @ change, change) / max(change @ change, TINY)
+        gained = 1 - float(next_residual @ next_residual) / float(residual @ residual)
         if gained > 0:
-            plan, here = plan + change, there
+            plan, residual = plan + change, next_residual
         if gained < ENOUGH:
             if fresh and gained <= 0:
                 reach /= 4
@@ -270,6 +270,6 @@ def search(
                 break
             if reach < STEP:
                 break
-            slope = slopes(plan, here)
+            slope = slopes(plan, residual)
         fresh = gained < ENOUGH
     return np.clip(plan.round(DECIMALS), low, high)

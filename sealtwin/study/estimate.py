@@ -24,7 +24,7 @@ and 115 MB at radii of 0.4 and 0.6 mm."""
 PARTICLE_BYTES = 240.0  # Position, velocity, age, sorting for the neighbour search and a share of its cells
 MOVER_BYTES = 1810.0
 """Memory of one moving particle: a list of 224 neighbours of 4 bytes, 128 pairs of 6 bytes, and work space."""
-ALIKE = 0.1  # Runs whose expected times differ by less than this share count as of one size
+TIME_TOLERANCE = 0.1  # Runs whose expected times differ by less than this share count as of one size
 OVERDUE = 0.1  # A run that takes longer than expected is expected to take this share of its time so far in addition
 RUN_BYTES = 25e3  # Files of a run without fill.npz
 FILL_PARTICLE_BYTES = 25  # Of fill.npz, which has some moments of the run; measured, per particle
@@ -137,7 +137,7 @@ def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
     if not timings:
         return work_s
     apart = [abs(log(work / work_s)) for work, _ in timings]
-    near = [timing for timing, far in zip(timings, apart, strict=True) if far <= min(apart) + ALIKE]
+    near = [timing for timing, far in zip(timings, apart, strict=True) if far <= min(apart) + TIME_TOLERANCE]
     return work_s * sum(wall for _, wall in near) / sum(work for work, _ in near)
 
 

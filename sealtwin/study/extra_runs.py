@@ -216,32 +216,32 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
         # A viscosity in physical units moves particles differently from the trial's U.
         thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
         changes |= {"fluid.U": weight * thicker, "fluid.viscosity_pa_s": None}
-    changed, own = base.changed(changes), (run.radius_mm, base.sample.trajectory)
-    fluid = same_fluid(changed.given_fluid, trial.nozzle, own, (radius_mm, sample.trajectory))
+    changed, release = base.changed(changes), (run.radius_mm, base.sample.trajectory)
+    fluid = same_fluid(changed.given_fluid, trial.nozzle, release, (radius_mm, sample.trajectory))
     solver = changed.solver.model_copy(update={"radius_mm": radius_mm})
     none = dict.fromkeys(("readings", "gate", "seeds"))
     return changed.model_copy(update={"fluid": fluid, "solver": solver, **none})
 
 
 def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -> Spread:
-    own, inputs, radii_mm = base.profile, base.inputs, _sizes_mm(base)
+    trial_profile, inputs, radii_mm = base.profile, base.inputs, _sizes_mm(base)
     fast, unfit = fast_level(base)
     if not profiles:
-        return Spread(own.s_mm, None, (), None, None, draws, unfit=unfit)
-    fast_mm = None if fast is None or unfit else fast.level_at_mm(own.s_mm)
-    levels_mm = np.array([profile.level_at_mm(own.s_mm) for profile in profiles])
+        return Spread(trial_profile.s_mm, None, (), None, None, draws, unfit=unfit)
+    fast_mm = None if fast is None or unfit else fast.level_at_mm(trial_profile.s_mm)
+    levels_mm = np.array([profile.level_at_mm(trial_profile.s_mm) for profile in profiles])
     waiting = max(0, REPLICATES - len(base.levels_mm))
     finer, middle, coarser, designed = np.split(levels_mm, np.cumsum([REPLICATES, waiting, REPLICATES]))
     same = SizeRuns(radii_mm[1], np.vstack([base.levels_mm, middle]))
     sizes = SizeRuns(radii_mm[0], finer), same, SizeRuns(radii_mm[2], coarser)
     if not len(designed):
-        return Spread(own.s_mm, sizes, (), None, None, draws, fast_mm, unfit)
+        return Spread(trial_profile.s_mm, sizes, (), None, None, draws, fast_mm, unfit)
     effects_mm, scatter_mm = effects_of(designed, len(inputs))
     if scatter_mm is None:
         # From single runs of this size: an effect is the mean of half of the runs less that of the other half.
         scatter_mm = float(np.sqrt(coarser.var(axis=0, ddof=1).mean() / len(designed)))
     effects = (Effect(*declared, level_mm) for declared, level_mm in zip(inputs.items(), effects_mm, strict=True))
-    return Spread(own.s_mm, sizes, tuple(effects), scatter_mm, radii_mm[-1], None, fast_mm, unfit)
+    return Spread(trial_profile.s_mm, sizes, tuple(effects), scatter_mm, radii_mm[-1], None, fast_mm, unfit)
 
 
 def inputs_of(job: Job) -> dict[str, str]:

@@ -24,7 +24,7 @@ from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
 OF_THE_PATH = ("speed_mm_s", "start_mm")
 PART = 50  # Runs of the fast model in a task
-COARSER = 2
+STEP_FACTOR = 2
 """Number of usual time steps of the fast model that one step replaces here. The error of longer steps cancels, since
 only differences of levels are used."""
 PLACES = 121  # Places of a level: twice the cells of the fast model and one, which resolves all of its level
@@ -116,8 +116,8 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
     shape, weighed = trial.crack, sample.solid.figures.weighed
     if weighed is not None and shape is not None:
         shape = shape_by_weight(shape, weighed)
-        root, own = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])
-        signs = np.divide(own, root.diagonal(), out=np.zeros(len(own)), where=root.diagonal() > 0)
+        root, wall_steps = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])
+        signs = np.divide(wall_steps, root.diagonal(), out=np.zeros(len(wall_steps)), where=root.diagonal() > 0)
         step |= dict(zip(OF_THE_WALLS, (root @ signs).tolist(), strict=True))
         # Past vertical the tilt would be another one.
         step[ANGLE] = max(step[ANGLE], -weighed.wall_angle_deg)
@@ -132,7 +132,7 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
     changes = {} if trial.path.plan is not None else path
     if shape is not None:
         angle_deg, by_deg = shape.wall_angle_deg, step[ANGLE]
-        angles_deg = tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
+        angles_deg = tuple(deg + by_deg for deg in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
         other = {"wall_angle_deg": angles_deg, "depth_mm": moved_depth(shape.depth_mm, step["depth_mm"])}
         changes |= {"crack": shape.model_copy(update=other).model_dump(mode="json", exclude_none=True)}
     changed = base.changed(changes)
@@ -274,7 +274,7 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
     from simulate.slot.run import bed_of, paste_of
 
     pour = base.changed(moved_paste(base, steps)).pour(moved_sample(base, steps, meshed=False))
-    bed = bed_of(pour, paste_of(pour), pour.sample.trajectory, steps=STEPS // COARSER)
+    bed = bed_of(pour, paste_of(pour), pour.sample.trajectory, steps=STEPS // STEP_FACTOR)
     return np.interp(s_mm, bed.sections.s_mm, bed.level_mm)
 
 

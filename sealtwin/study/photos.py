@@ -116,13 +116,15 @@ def plan(targets: Sequence[Path], settings: SettingValues) -> list[PlannedPhoto]
     trial file of the same name in its folder. Raises InputError if a folder or a pattern has no photo.
     """
     named = [file for target in targets for file in _photos(target)]
-    own = [trial if (trial := file.with_suffix(".toml")).is_file() else file for file in named]
+    files = [trial if (trial := file.with_suffix(".toml")).is_file() else file for file in named]
     # A mask is part of another photo's trial.
-    parts = {part for file in set(own) if _is_trial(file) for part in _parts(file)}
-    chosen = list(dict.fromkeys(file for photo, file in zip(named, own, strict=True) if photo.absolute() not in parts))
-    given = {*named}
+    parts = {part for file in set(files) if _is_trial(file) for part in _parts(file)}
+    chosen = list(
+        dict.fromkeys(file for photo, file in zip(named, files, strict=True) if photo.absolute() not in parts)
+    )
+    photos = {*named}
     return [
-        PlannedPhoto(file, name, settings if file in given else {})
+        PlannedPhoto(file, name, settings if file in photos else {})
         for file, name in zip(chosen, _names(chosen), strict=True)
     ]
 
@@ -296,7 +298,7 @@ def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
     files.write_sheet(
         path,
         columns,
-        ([round(it, 4) if isinstance(it := row[name], float) else it for name in columns] for row in cells),
+        ([round(value, 4) if isinstance(value := row[name], float) else value for name in columns] for row in cells),
     )
 
 

@@ -24,7 +24,7 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import read_level, readings_of
-from validate.figures.compare_page import MOST, Side, compare_page, differing, first_with_readings
+from validate.figures.compare_page import MOST_RUNS, Side, compare_page, differing, first_with_readings
 from validate.figures.page import Page, write_page
 from validate.result import COMPARISON, Comparison, read_comparison
 from validate.run_facts import facts_of_runs, run_warnings
@@ -49,9 +49,9 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Pa
     Raises InputError if a folder is not a finished run or is named twice, if its settings or files were changed after
     its results were written, or if there are too many folders.
     """
-    if len(folders) > MOST:
+    if len(folders) > MOST_RUNS:
         raise InputError(
-            f"{len(folders)} runs: at most {MOST} can be distinguished in a plot; 'sealtwin map' shows a study."
+            f"{len(folders)} runs: at most {MOST_RUNS} can be distinguished in a plot; 'sealtwin map' shows a study."
         )
     twice = [str(folder) for folder, times in Counter(folder.resolve() for folder in folders).items() if times > 1]
     if twice:

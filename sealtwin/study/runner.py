@@ -320,16 +320,16 @@ def _inputs(folder: Path, group: Sequence[StudyRun]) -> tuple[bytes, list[Trial]
 
 
 @lru_cache(maxsize=1)
-def _pickled(folder: Path, given: str) -> bytes:
+def _pickled(folder: Path, settings_json: str) -> bytes:
     """Return a digitised sample with its readings, pickled, and cached for the next runs of the same sample.
 
     Raises InputError if a file is missing or cannot be read.
     """
     sample = record_files.read_sample(folder)
-    if given:
+    if settings_json:
         from validate.readings.read_readings import read_readings
 
-        settings = Readings.model_validate_json(given)
+        settings = Readings.model_validate_json(settings_json)
         sheet = folder / INPUTS / settings.file.name
         readings = read_readings(sheet, settings, sample.outline.length_mm, sample.solid.depth_mm)
         sample = replace(sample, readings=readings)

@@ -26,12 +26,12 @@ MOST_RUNS = 20_000  # At a second each, a night on one core; more is likely a mi
 Value = TypeVar("Value")
 
 
-def _by_dotted_name(given: Any) -> Any:
+def _by_dotted_name(table: Any) -> Any:
     """Return settings by dotted name. TOML reads fluid.U without quotes as a key in a table; it becomes "fluid.U"."""
-    if not isinstance(given, dict):
-        return given
+    if not isinstance(table, dict):
+        return table
     named: dict[str, Any] = {}
-    for name, value in given.items():
+    for name, value in table.items():
         is_table = name in TABLES and isinstance(value, dict)
         for dotted, content in {f"{name}.{key}": value[key] for key in value}.items() if is_table else [(name, value)]:
             if dotted in named:
@@ -122,9 +122,9 @@ class Study(Settings):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        given = [name for name in ("grid", "list", "latin") if getattr(self, name) is not None]
-        if len(given) != 1:
-            these = "none is" if not given else f"{' and '.join(given)} are"
+        designs = [name for name in ("grid", "list", "latin") if getattr(self, name) is not None]
+        if len(designs) != 1:
+            these = "none is" if not designs else f"{' and '.join(designs)} are"
             raise ValueError(f"give one of [grid], [list] and [latin], the settings that vary; {these} given")
         varied, runs, _ = self._design()
         if unknown := [name for name in (*self.fixed, *varied) if name not in SETTINGS]:

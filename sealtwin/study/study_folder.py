@@ -169,16 +169,16 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
 
     A study without readings does not depend on validate and does not record its number.
     """
-    own = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
-    others = _computed_by_others(plan, own)
+    numbers = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
+    others = _computed_by_others(plan, numbers)
     return [f"{shown(folder)}: {others}. 'sealtwin sweep' with its study computes them again."] if others else []
 
 
-def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
-    """Return a sentence on finished runs that other stage numbers than ``own`` computed; empty if there are none."""
+def _computed_by_others(plan: Plan, numbers: Mapping[str, int]) -> str:
+    """Return a sentence on finished runs computed by other stage numbers than ``numbers``; empty if there are none."""
     done = sum(run.state == "done" for run in plan.runs)
     runs = "one finished run was" if done == 1 else f"{done} finished runs were"
-    other = other_numbers(plan.numbers, own)
+    other = other_numbers(plan.numbers, numbers)
     return f"{runs} computed by {other}" if done and other else ""
 
 
@@ -218,8 +218,8 @@ def forget_outcome(folder: Path, run: StudyRun) -> StudyRun:
     return StudyRun(**_part(ScheduledRun, run))
 
 
-def _part(of: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str, Any]:
-    return {one.name: getattr(run, one.name) for one in fields(of)}
+def _part(record_type: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str, Any]:
+    return {field.name: getattr(run, field.name) for field in fields(record_type)}
 
 
 def resume(folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool) -> list[StudyRun]:

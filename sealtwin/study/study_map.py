@@ -135,18 +135,18 @@ def read_fill(path: Path) -> Watched:
     try:
         with opened(path, LARGEST_FILL_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
             content = {name: arrays[name] for name in arrays.files}
-        at = np.cumsum(content["particles"])[:-1]
-        places, ages, states = (np.split(content[name].T, at) for name in ("place", "age_s", "state"))
+        ends = np.cumsum(content["particles"])[:-1]
+        places, ages, states = (np.split(content[name].T, ends) for name in ("place", "age_s", "state"))
         frames = tuple(
             Frame(
                 t_s=float(t_s),
-                position_mm=place * GRAIN_MM,
-                velocity_mm_s=np.full(place.shape, np.nan),
+                position_mm=position * GRAIN_MM,
+                velocity_mm_s=np.full(position.shape, np.nan),
                 age_s=age_s.astype(float),
-                density=np.full(len(place), np.nan),
+                density=np.full(len(position), np.nan),
                 state=state.astype(int),
             )
-            for t_s, place, age_s, state in zip(content["t_s"], places, ages, states, strict=True)
+            for t_s, position, age_s, state in zip(content["t_s"], places, ages, states, strict=True)
         )
         moved = content["moving"] > 0
         return Watched(frames, content["moving"][moved], content["frame_ms"][moved])
@@ -223,14 +223,14 @@ def _readings(
 ) -> tuple[Profile, Readings]:
     from validate.readings.read_readings import read_readings
 
-    settings, own = trial.readings, None
+    settings, trial_sheet = trial.readings, None
     if settings is not None:
-        own = sample / INPUTS / settings.file.name
-    sheet = caliper or own
+        trial_sheet = sample / INPUTS / settings.file.name
+    sheet = caliper or trial_sheet
     if sheet is None:
         raise InputError(f"{sample.parent.parent}: its trial has no readings. Give --caliper SHEET and --data.")
     check_sheet(sheet)
-    if own is None or files.sha256(sheet) != files.sha256(own):
+    if trial_sheet is None or files.sha256(sheet) != files.sha256(trial_sheet):
         if data is None:
             raise InputError(
                 f"{sheet}: this is not the sheet of the study's trial, so its origin is unknown; give --data measured, "
@@ -271,7 +271,7 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "as_near_as_the_best": [row["number"] for row in rows if row["as_near_as_the_best"]],
         "flat_level_error_mm": chart.best.flat_level_error_mm,
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
-        "baselines": [asdict(one) for one in chart.baselines],
+        "baselines": [asdict(baseline) for baseline in chart.baselines],
         "against_baselines": chart.beside_baselines,
         "scatter_of_replicates_mm": None if chart.replicates is None else chart.replicates.scatter_mm,
         "screening": chart.screening,

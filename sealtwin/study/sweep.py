@@ -59,9 +59,9 @@ def sweep(
     """
     study = load_study(file)
     base = file.parent / study.trial
-    given, trial = settings or {}, load_trial(base, settings)
+    replacements, trial = settings or {}, load_trial(base, settings)
     refuse_seeds(trial, base)
-    if twice := sorted({*(study.names & given.keys()), *replaced(trial, given, study.names)}):
+    if twice := sorted({*(study.names & replacements.keys()), *replaced(trial, replacements, study.names)}):
         raise InputError(f"--set {twice[0]}: {file} also sets this setting, or one that replaces it; change it there.")
     planned = plan_runs(study, file, trial)
     if planned[0].trial.fluid is None:
@@ -70,7 +70,7 @@ def sweep(
     require_sample(planned[0].trial, base.parent)
     folder = out or Path("reports", study.folder_name)
     require_own(folder, PLAN, "sweep")
-    if sets_resolution((*study.names, *given)):
+    if sets_resolution((*study.names, *replacements)):
         options = replace(options, drafts=False)
     with holding(folder), progress:
         adopt(folder, study.name)
@@ -243,14 +243,14 @@ def _baselines(run: StudyRun, figures: StudyFigures, error_mm: float) -> dict[st
     declared = (run.trial.get("readings") or {}).get("fitted") or ()
     varied = {name for name in run.settings if name != "seed"}
     fitted = len(varied | {*declared})
-    curves = [one for one in figures.baselines if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
+    curves = [curve for curve in figures.baselines if curve.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
     sentence = None
     if curves:
         sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, figures.stations_compared)
     return {
         "varied": len(varied),
         "fitted": fitted,
-        "baselines": [asdict(one) for one in curves],
+        "baselines": [asdict(curve) for curve in curves],
         # If only the seed varies, the readings still chose one of the runs.
         "beats_baseline": beaten(error_mm, curves, "calibrated-on", fitted or 1),
         "against_baselines": sentence,

@@ -80,7 +80,7 @@ def bring_up_to_date(job: Job) -> bool:
     for warning in warnings:
         job.progress.warn(warning)
     wall_time_s = time.monotonic() - began
-    facts = {"given": list(inputs), "path_source": outline.path_source}
+    facts = {"from_user": list(inputs), "path_source": outline.path_source}
     job.folder.record("digitise", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
     return True
 

@@ -98,17 +98,17 @@ class CellFile:
     inputs: Mapping[str, str]  # Hashes of its files by their names
 
     @classmethod
-    def read(cls, given: Path | Mapping[str, Any]) -> "CellFile":
+    def read(cls, source: Path | Mapping[str, Any]) -> "CellFile":
         """Read a cell file, or the content of one, whose pump's file is then relative to the current folder.
 
         Raises InputError, as ``read_settings`` does, and if the weighings of the pump cannot be used.
         """
-        if isinstance(given, Path):
+        if isinstance(source, Path):
             starter = "'sealtwin robot --example cell.toml' writes one to start from"
-            settings = read_settings(RobotCell, given, name="cell file", starter=starter)
-            name, folder, paths = given.name, given.parent, [given]
+            settings = read_settings(RobotCell, source, name="cell file", starter=starter)
+            name, folder, paths = source.name, source.parent, [source]
         else:
-            settings, name, folder, paths = checked(RobotCell, Path("cell"), given), "cell", Path(), []
+            settings, name, folder, paths = checked(RobotCell, Path("cell"), source), "cell", Path(), []
         paths += [] if settings.pump is None else [folder / settings.pump.file]
         pump = None if settings.pump is None else read_pump(settings.pump, folder)
         return cls(settings, name, pump, {path.name: files.sha256(path) for path in paths})
@@ -137,7 +137,7 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
         inputs = report["inputs"]
         outputs = [f"robot/{name}" for name in (*report["files"], REPORT)]
         wall_time_s, numbers = time.monotonic() - began, folder.numbers_of("digitise")
-        facts = {"numbers": numbers, "given": [*cell.inputs]}
+        facts = {"numbers": numbers, "from_user": [*cell.inputs]}
         folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
     others = other_versions(folder, stage="digitise")
     return {**report, "folder": shown(target), "kept": renamed, "other_versions": others}
@@ -271,8 +271,8 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
     written: dict[str, str] = {}
     if (target / REPORT).is_file():
         with files.understood(target / REPORT):
-            listed = files.read_json(target / REPORT)["files"]
-            written = {it.file: listed[it.file] for it in LANGUAGES.values() if it.file in listed}
+            names = files.read_json(target / REPORT)["files"]
+            written = {it.file: names[it.file] for it in LANGUAGES.values() if it.file in names}
     for name in (*texts, *written):
         path = target / name
         if path.is_file() and written.get(name) != files.sha256(path):

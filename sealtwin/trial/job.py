@@ -83,11 +83,11 @@ def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[
     """
     sentences: list[str] = []
     for folder in folders:
-        finished: list[StageName] = [one for one in STAGES if one in folder.finished()]
+        finished: list[StageName] = [name for name in STAGES if name in folder.finished()]
         last = stage or (finished[-1] if finished else None)
         if last and (other := other_numbers(folder.numbers_of(last), numbers_up_to(last))):
-            place = shown(folder.path)
-            sentences.append(f"{place}: computed by {other}. 'sealtwin run TRIAL --out {place}' computes it again.")
+            path = shown(folder.path)
+            sentences.append(f"{path}: computed by {other}. 'sealtwin run TRIAL --out {path}' computes it again.")
     return sentences
 
 

@@ -147,26 +147,26 @@ def quick_trial(photo: Path, folder: Path, settings: SettingValues, sheet: Path 
     sheets = {} if sheet is None else {"readings.file": sheet}
     if twice := sorted({"photo.file", *sheets} & settings.keys()):
         raise InputError(f"{photo}: {twice[0]} is given twice; give it once.")
-    given = seen_from(folder, {"photo.file": photo, **settings, **sheets})
+    settings = seen_from(folder, {"photo.file": photo, **settings, **sheets})
     defaults = {"photo.data": NOBODY, **QUICK}
     if sheet is not None:
         defaults |= {"readings.data": NOBODY, "readings.role": NOBODY}
-    content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), given)
+    content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), settings)
     # A given setting also replaces those that it excludes.
-    assumed = {name: value for name, value in defaults.items() if name not in given and name in names_in(content)}
+    assumed = {name: value for name, value in defaults.items() if name not in settings and name in names_in(content)}
     sentences = [f"{name} = {toml_value(value)}" for name, value in assumed.items()]
     content = {"note": f"Assumed, not measured or given: {', '.join(sentences)}.", **content}
     checked_trial(photo, content)
-    return _text(folder, content, given, assumed), sentences
+    return _text(folder, content, settings, assumed), sentences
 
 
-def _text(folder: Path, content: Mapping[str, Any], given: SettingValues, assumed: SettingValues) -> str:
+def _text(folder: Path, content: Mapping[str, Any], settings: SettingValues, assumed: SettingValues) -> str:
     head = {key: content[key] for key in ("name", "note", "seed", "seeds") if key in content}
     lines = [HEAD.format(file=(folder / "trial.toml").as_posix(), run=(folder / "run").as_posix())]
     lines += [f"{key} = {toml_value(value)}" for key, value in head.items()]
-    tables = dict.fromkeys(name.partition(".")[0] for name in (*given, *assumed) if "." in name)
+    tables = dict.fromkeys(name.partition(".")[0] for name in (*settings, *assumed) if "." in name)
     for table in tables:
-        lines += ["", f"[{table}]", *_rows(table, given), *(f"{row}  # assumed" for row in _rows(table, assumed))]
+        lines += ["", f"[{table}]", *_rows(table, settings), *(f"{row}  # assumed" for row in _rows(table, assumed))]
     text = "\n".join(lines) + "\n"
     return f"{MARK}{_check(text)}\n{text}"
 

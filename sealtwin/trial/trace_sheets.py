@@ -35,11 +35,11 @@ data = "undeclared"  # "measured", "reconstructed" or "synthetic"; "undeclared" 
 """
 
 
-def sheets_in(folder: Path, given: SettingValues) -> list[Sheet]:
+def sheets_in(folder: Path, replacements: SettingValues) -> list[Sheet]:
     """Return the trials with a photo in a folder, and its photos without a trial, sorted by name.
 
-    ``given`` has settings by dotted name that replace the trials' own. Raises InputError if there are neither trials
-    nor photos.
+    ``replacements`` are settings by dotted name that replace the trials' own. Raises InputError if there are neither
+    trials nor photos.
     """
     sheets: dict[Path, Sheet] = {}
     for trial in sorted(folder.glob("*.toml")):
@@ -51,21 +51,21 @@ def sheets_in(folder: Path, given: SettingValues) -> list[Sheet]:
         if settings is not None:
             # A mask does not show another crack.
             named = (settings.file, settings.mask)
-            sheets |= {(folder / one).resolve(): sheet_of(trial, given) for one in named if one is not None}
+            sheets |= {(folder / path).resolve(): sheet_of(trial, replacements) for path in named if path is not None}
     photos = [file for file in folder.iterdir() if file.suffix.lower() in PHOTO_SUFFIXES and file.is_file()]
-    sheets |= {file.resolve(): sheet_of(file, given) for file in photos if file.resolve() not in sheets}
+    sheets |= {file.resolve(): sheet_of(file, replacements) for file in photos if file.resolve() not in sheets}
     if not sheets:
         raise InputError(f"{folder}: contains neither a photo nor a trial with a photo.")
     unique = {sheet.name: sheet for sheet in sheets.values()}
     return [unique[name] for name in sorted(unique)]
 
 
-def sheet_of(path: Path, given: SettingValues) -> Sheet:
+def sheet_of(path: Path, replacements: SettingValues) -> Sheet:
     """Return the sheet of a trial file, or of a photo without a trial.
 
-    ``given`` has settings by dotted name that replace the trial's own.
+    ``replacements`` are settings by dotted name that replace the trial's own.
     """
-    return Sheet(path.name, lambda: _opened(path, given), lambda: _traced(path))
+    return Sheet(path.name, lambda: _opened(path, replacements), lambda: _traced(path))
 
 
 def _traced(path: Path) -> bool:
@@ -77,26 +77,26 @@ def _traced(path: Path) -> bool:
     return photo is not None and (photo.ends_px is not None or photo.mask is not None)
 
 
-def _opened(path: Path, given: SettingValues) -> Opened:
+def _opened(path: Path, replacements: SettingValues) -> Opened:
     """Return the session of a trial file or of a photo, the function that saves its hints, and facts for the page."""
     # The page may have saved a trial for this photo before.
     if path.suffix.lower() != ".toml" and _traced(path):
         path = path.with_suffix(".toml")
     if path.suffix.lower() == ".toml":
-        loaded = load_trial(path, given)
+        loaded = load_trial(path, replacements)
         settings = loaded.photo
         if settings is None:
             raise InputError(f"{path}: this trial starts from a mesh and has no photo to trace.")
         # A path without a solid has no [crack].
         shape = Shape() if loaded.crack is None else Shape.of(loaded.crack)
-        trial, hints = TrialFile(path, given), Hints.of(settings)
+        trial, hints = TrialFile(path, replacements), Hints.of(settings)
         facts = {"saves_to": f"Saves into {path.name}, and keeps its comments."}
         runs, new = loaded.fluid is not None, False
         tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key, None), tuple)]
     else:
-        trial = new_trial(path, given)
-        settings, hints = _of_photo(path, given)
-        shape, tables = _shape(path, given)
+        trial = new_trial(path, replacements)
+        settings, hints = _of_photo(path, replacements)
+        shape, tables = _shape(path, replacements)
         facts = {"saves_to": f"Writes {trial.path.name} beside the photo, with the starter's sealant."}
         runs, new = True, True
     facts |= {"is_new": new, "path_only": bool(settings.path_only), "shape": shape.said(), "tables": tables}
@@ -113,22 +113,22 @@ def _opened(path: Path, given: SettingValues) -> Opened:
     return Opened(TraceSession(settings, path.parent, hints), save, facts)
 
 
-def _of_photo(path: Path, given: SettingValues) -> tuple[PhotoInput, Hints]:
-    """Return settings and hints of a photo without a trial. Raises InputError if ``given`` has an unusable setting."""
+def _of_photo(path: Path, replacements: SettingValues) -> tuple[PhotoInput, Hints]:
+    """Return settings and hints of a photo without a trial. Raises InputError if a replacement is unusable."""
     photo = {"photo": {"file": path.name, "data": "undeclared"}}
-    content = with_settings(photo, seen_from(path.parent, given))["photo"]
+    content = with_settings(photo, seen_from(path.parent, replacements))["photo"]
     has_scale = content.keys() & {"markers", "face_mm", "ruler_px", "mm_per_px"}
     unscaled = {} if has_scale else {"mm_per_px": UNSCALED_MM_PER_PX}
     settings = checked(PhotoInput, path, content | unscaled)
     return settings, Hints.of(settings).model_copy(update=dict.fromkeys(unscaled))
 
 
-def _shape(path: Path, given: SettingValues) -> tuple[Shape, list[str]]:
-    """Return the crack's shape in ``given``, and the names of its settings whose value is a table.
+def _shape(path: Path, replacements: SettingValues) -> tuple[Shape, list[str]]:
+    """Return the crack's shape in ``replacements``, and the names of its settings whose value is a table.
 
     Raises InputError if a value cannot be used.
     """
-    values = {key: given[f"crack.{key}"] for key in Shape.model_fields if f"crack.{key}" in given}
+    values = {key: replacements[f"crack.{key}"] for key in Shape.model_fields if f"crack.{key}" in replacements}
     tables = [key for key, value in values.items() if isinstance(value, list)]
     return checked(Shape, path, {key: value for key, value in values.items() if key not in tables}), tables
 
@@ -169,10 +169,10 @@ class TrialFile:
         before = with_settings(before, self._settings)
         after = tomllib.loads(edited)
         others = {key: value for key, value in before["photo"].items() if key not in self._keys}
-        given = {"photo": {**others, **hints.said()}}
+        tables = {"photo": {**others, **hints.said()}}
         if "crack" in before or shape.said():
-            given["crack"] = {**before.get("crack", {}), **shape.said()}
-        if after != {**before, **given}:
+            tables["crack"] = {**before.get("crack", {}), **shape.said()}
+        if after != {**before, **tables}:
             lines = "; ".join(f"{key} = {json.dumps(value)}" for key, value in {**hints.said(), **shape.said()}.items())
             raise InputError(
                 f"{self.path}: [photo] or [crack] has a form that cannot be edited without changing more than the "
@@ -214,13 +214,13 @@ def with_hints(
     document = tomlkit.parse(text.replace("\r\n", "\n"))
     replaced = _replaced(document, settings)
     photo: Any = document["photo"]
-    given = hints.said()
-    removed = [key for key in keys if key not in given and key in photo]
+    values = hints.said()
+    removed = [key for key in keys if key not in values and key in photo]
     for key in removed:
         photo.remove(key)
     if "crack" not in document and shape.said():
         document["crack"] = tomlkit.table()
-    changed = [*replaced, *_filled(photo, given), *removed, *_filled(document.get("crack", {}), shape.said())]
+    changed = [*replaced, *_filled(photo, values), *removed, *_filled(document.get("crack", {}), shape.said())]
     edited = tomlkit.dumps(document)
     return edited.replace("\n", "\r\n") if windows else edited, changed
 
@@ -260,10 +260,10 @@ def _put(table: Any, key: str, value: Any) -> None:
     """Insert a key after the last key of a table, but before a comment that belongs to the next table."""
     from tomlkit.items import Table
 
-    own = [name for name in table if not isinstance(table[name], Table)]
+    keys = [name for name in table if not isinstance(table[name], Table)]
     if key in table or not isinstance(table, Table) or not table.value.body:
         table[key] = value
-    elif own:
-        table.value._insert_after(own[-1], key, value)
+    elif keys:
+        table.value._insert_after(keys[-1], key, value)
     else:
         table.value._insert_at(0, key, value)

@@ -231,15 +231,15 @@ def load_trial(path: Path, settings: SettingValues | None = None) -> Trial:
     Raises InputError as ``read_settings`` does. The message names this call instead of the file if the fault is in
     ``settings``, which are options of a command or arguments of a function.
     """
-    given = settings or {}
+    replacements = settings or {}
     content = read_toml(path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
 
-    def named(place: str) -> str:
-        below = any(f"{place}.".startswith(f"{name}.") for name in given)
-        above = place not in Trial.model_fields and any(name.startswith(f"{place}.") for name in given)
+    def named(key: str) -> str:
+        below = any(f"{key}.".startswith(f"{name}.") for name in replacements)
+        above = key not in Trial.model_fields and any(name.startswith(f"{key}.") for name in replacements)
         return "settings of this call" if below or above else str(path)
 
-    return checked_trial(path, with_settings(content, given), named)
+    return checked_trial(path, with_settings(content, replacements), named)
 
 
 def checked_trial(path: Path, content: Mapping[str, Any], origin: Callable[[str], str] | None = None) -> Trial:

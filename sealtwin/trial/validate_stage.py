@@ -52,11 +52,11 @@ def bring_up_to_date(job: Job) -> bool:
         **made_by(job, "simulate", SIMULATED),
         **{name: files.sha256(job.path / name) for name in snapshots_of(job)},
     }
-    given = {}
+    sheets = {}
     if trial.readings is not None and job.sheet is not None:
         check_sheet(job.sheet)
-        given = {trial.readings.file.as_posix(): files.sha256(job.sheet)}
-    inputs |= given
+        sheets = {trial.readings.file.as_posix(): files.sha256(job.sheet)}
+    inputs |= sheets
     spread = read_spread(job)
     if spread is not None:
         inputs |= {SPREAD: files.sha256(job.path / SPREAD)}
@@ -133,7 +133,7 @@ def bring_up_to_date(job: Job) -> bool:
             files.write_json(job.path / name, record.model_dump())
             outputs.append(name)
     job.progress.advance(2)
-    facts = {"numbers": numbers, "given": list(given)}
+    facts = {"numbers": numbers, "from_user": list(sheets)}
     job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, **facts)
     return True
 

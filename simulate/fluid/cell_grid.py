@@ -19,7 +19,7 @@ WALL_NEIGHBOURS = 96  # Slots of a list of wall particles. A flat wall fills 13,
 ENTRIES = 70  # Initial room of packed lists, in entries per row. Fluid at rest fills 58 to 65 with its padding.
 MOST_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
 """Number of entries of a block whose lists are full, divided by sixteen."""
-TOGETHER = 64  # The number of points in a slice is a multiple of this
+SLICE_POINTS = 64  # The number of points in a slice is a multiple of this
 SPARE = 16  # Extra entries at the end, since a loop reads sixteen points at a time
 
 
@@ -41,13 +41,10 @@ def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: 
     return lists
 
 
-def make_room(lists: Any, sixteens: int) -> None:
-    """Replace the arrays of the lists by empty ones.
-
-    Packed lists get room for 16 times ``sixteens`` entries per block.
-    """
+def make_room(lists: Any, room: int) -> None:
+    """Replace the arrays of the lists by empty ones. Packed lists get room for 16 times ``room`` entries per block."""
     if lists.room:
-        lists.room = sixteens
+        lists.room = room
     lists.lacking.zero_()
     lists.store, lists.fluid = pairs_of(lists, NEIGHBOURS, int)
     if lists.room:
@@ -67,10 +64,10 @@ def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
     if not lists.room:
         store = wp.zeros(slots * rows, dtype, device)
         return store, _windows(store, (rows, slots), (slots, 1) if lists.lanes > 1 else (1, rows))
-    sixteens = -(-rows // int(BLOCK)) * lists.room
+    windows = -(-rows // int(BLOCK)) * lists.room
     # The last windows extend past the last block.
-    store = wp.zeros(16 * sixteens + slots, dtype, device)
-    return store, _windows(store, (sixteens, slots), (16, 1))
+    store = wp.zeros(16 * windows + slots, dtype, device)
+    return store, _windows(store, (windows, slots), (16, 1))
 
 
 def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) -> wp.array:
@@ -129,7 +126,7 @@ class CellGrid:
             cloud.runs, cloud.position, cloud.status, cloud.cell, cloud.rank = runs, position, status, cell, rank
             cloud.present = self._present
             cloud.index = wp.array(np.arange(points), int, device=device) if index is None else index
-            bind, of_points = partial(launcher.bind, extent=Extent(self._present, TOGETHER)), fixed(1, device)
+            bind, of_points = partial(launcher.bind, extent=Extent(self._present, SLICE_POINTS)), fixed(1, device)
             self._find_cells = bind(in_order_code.find_cells_of, cloud, cells)
             self._count = bind(in_order_code.count_in_order, cloud, cells, extent=of_points)
             self._fill = bind(in_order_code.fill_in_order, cloud, cells)

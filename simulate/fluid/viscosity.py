@@ -28,7 +28,7 @@ before a thin fluid is slowed."""
 ITERATIONS_AT_MOST = 5000  # Limit of the conjugate gradients; paste of 10,000 Pa takes up to 1,300
 STABLE = 0.9  # Largest fraction of a velocity that a pass may remove. It overshoots above 1 and explodes at 2.
 AT_WALLS = 5.0  # Largest fraction of a velocity that walls on three sides remove, divided by D / h
-FRESH_SHEAR = 10.0  # Shear rate in 1/s of a particle just released, since its neighbours are from an earlier release
+RELEASE_SHEAR = 10.0  # Shear rate in 1/s of a particle just released, since its neighbours are from an earlier release
 
 
 def explicit_passes(
@@ -88,7 +88,7 @@ class Viscosity:
             lists,
             support,
             paste,
-            FRESH_SHEAR,
+            RELEASE_SHEAR,
             self.system,
             shared=True,
         )

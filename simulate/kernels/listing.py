@@ -16,7 +16,7 @@ ROWS = wp.constant(1)  # Number of rows that are listed together
 
 
 @wp.func
-def collect(cells: CellArrays, run: int, position: wp.vec4, self: int, listed: wp.array2d[int], row: int):
+def collect(cells: CellArrays, run: int, position: wp.vec4, self: int, neighbours: wp.array2d[int], row: int):
     """List the points of a run that are nearer than a cell's size, except ``self``. Returns their number.
 
     Points that do not fit into the row's slots are only counted. The order is the same for any number of lanes.
@@ -45,8 +45,8 @@ def collect(cells: CellArrays, run: int, position: wp.vec4, self: int, listed: w
                             is_near = 1
                     marks = count_marks(is_near)
                     slot = total + marks[0]
-                    if is_near == 1 and slot < listed.shape[1]:
-                        listed[row, slot] = cells.number[k]
+                    if is_near == 1 and slot < neighbours.shape[1]:
+                        neighbours[row, slot] = cells.number[k]
                     total += marks[1]
     return total
 

@@ -32,9 +32,9 @@ class Resolution(NamedTuple):
         return float(f"{radius_mm:.3g}")
 
 
-FINE = Resolution()
+ACCURATE_RESOLUTION = Resolution()
 RESOLUTIONS = {
-    "accurate": FINE,
+    "accurate": ACCURATE_RESOLUTION,
     "draft": Resolution(abreast=2.6, fall=0.05, fall_alone=0.05, shear_by_frame=True, pairs_below=1.1),
-    "paper": FINE,
+    "paper": ACCURATE_RESOLUTION,
 }

@@ -9,7 +9,7 @@ import warp as wp
 
 from sealtwin.core.records import Floats
 from simulate.kernels import viscosity as device_code
-from simulate.setup.resolution import FINE
+from simulate.setup.resolution import ACCURATE_RESOLUTION
 from simulate.shear_law import Law, apparent_viscosity
 
 VISCOSITY_PER_U = 0.1185
@@ -105,7 +105,7 @@ def added_viscosity(radius: float, step_s: float) -> float:
 
     In substeps that are shorter than those of preset accurate, particles push each other more often and add more.
     """
-    usual_s = math.sqrt(FINE.fall * 4 * radius / 981.0)
+    usual_s = math.sqrt(ACCURATE_RESOLUTION.fall * 4 * radius / 981.0)
     return PARTICLE_VISCOSITY * radius**2 / step_s * max(1.0, usual_s / step_s) ** 0.75
 
 

@@ -18,11 +18,11 @@ distance."""
 MARGIN_MM = 12.0
 """Width of the face around the mouth that the grid covers, in mm. Farther out, sealant rests on the plane z = 0."""
 RAISED_MM = 1e-3  # Height above the face from which on a vertex is not due to rounding
-ROUND = 0.15  # Largest distance of walls from the plane that replaces them, divided by the radius
+ROUNDING_RATIO = 0.15  # Largest distance of walls from the plane that replaces them, divided by the radius
 ROUNDED = 0.01  # Fraction of a depth that rounding may change
 EVERYWHERE_MM = 1e7  # Search distance that reaches all triangles
 SLACK = 1.001  # Factor that enlarges a length which may have been rounded down
-COARSE = 4  # Number of blocks along the edge of a group of blocks
+GROUP_BLOCKS = 4  # Number of blocks along the edge of a group of blocks
 BLOCKS_AT_MOST = 4_000_000
 """Largest number of blocks of 64 cells. It is enough for 1.6 m of a crack like the paper's at the paper's radius, and
 takes at most 3 GB."""
@@ -108,7 +108,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     grid.face = wp.vec4(*(np.array(solid.block_mm) * CM))
     nodes_mm = _nodes_mm(mesh, grid, number[noded])
     grid.nodes = wp.array(nodes_mm.ravel() * CM, float, device=device)
-    grid.rounded = wp.array(_off_plane(nodes_mm) > ROUND * radius_mm, int, device=device)
+    grid.rounded = wp.array(_off_plane(nodes_mm) > ROUNDING_RATIO * radius_mm, int, device=device)
     return Barrier(mesh, surface.clearance, grid)
 
 
@@ -117,12 +117,12 @@ def _at_centres(
 ) -> Floats:
     """Return the distance at each block's centre, (b,). Above ``near_mm`` it is only a lower bound.
 
-    Blocks are measured one by one only if their group of ``COARSE`` cubed blocks is near the surface.
+    Blocks are measured one by one only if their group of ``GROUP_BLOCKS`` cubed blocks is near the surface.
     """
-    groups = number.max(axis=0) // COARSE + 1
-    member = np.ravel_multi_index(tuple((number // COARSE).T), tuple(groups))
-    first = np.indices(tuple(groups)).reshape(3, -1).T * COARSE
-    group_mm = low + (first + 0.5) * block_mm + (COARSE - 1) / 2 * block_mm
+    groups = number.max(axis=0) // GROUP_BLOCKS + 1
+    member = np.ravel_multi_index(tuple((number // GROUP_BLOCKS).T), tuple(groups))
+    first = np.indices(tuple(groups)).reshape(3, -1).T * GROUP_BLOCKS
+    group_mm = low + (first + 0.5) * block_mm + (GROUP_BLOCKS - 1) / 2 * block_mm
     around_mm = exact_distance_mm(mesh, group_mm)[member]
     away_mm = np.linalg.norm(middle_mm - group_mm[member], axis=1)
     for_sure_mm = np.abs(around_mm) - away_mm

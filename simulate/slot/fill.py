@@ -28,7 +28,7 @@ CELLS = 60
 STEPS = 200
 """Number of time steps while sealant flows. Levels in a slot of 60 mm are then within 0.2 mm of those with finer steps.
 A front advances by at most one cell per step."""
-GROWS = 1.05  # Ratio of each time step of settling to the step before it
+STEP_RATIO = 1.05  # Ratio of each time step of settling to the step before it
 TOLERANCE = 1e-6  # Largest residual of a step, divided by the area of the largest section
 MOST_NEWTON, MOST_HALVED = 60, 12
 OVERSHOT = 0.3
@@ -36,7 +36,7 @@ OVERSHOT = 0.3
 passed the minimum of the convex function and is halved."""
 SAMPLES = 8  # Number of samples of the nozzle's motion per step
 GRAVITY_MM_S2 = 9810.0
-HUGE = 1e6  # Reach per mm that stands for a fluid without a yield stress, in 1/mm
+REACH_PER_MM = 1e6  # Reach per mm that stands for a fluid without a yield stress, in 1/mm
 MOUND, CROWN = 4.0, 2.0
 """Heights of a mound and of a crown, divided by tau / rho g. tau is the yield stress."""
 MOST_MOUND = 0.5
@@ -110,7 +110,7 @@ def fill(
 ) -> Filled:
     """Pour along the trajectory, let the sealant settle, and return it with the mound that stays under the nozzle."""
     weight = paste.weight_pa_mm
-    reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
+    reach = min(REACH_PER_MM, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else REACH_PER_MM
     sections = sections_of(outline, solid, cells, reach_per_mm=reach)
     times_s = _times_s(trajectory, settle_s, steps)
     along, into = _down(outline, sections, slope)
@@ -147,8 +147,8 @@ def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
     left_s = trajectory.t_s[-1] + settle_s - end_s
     if left_s <= 0:
         return times_s
-    count = int(np.ceil(np.log1p(left_s / (times_s[1] - begin_s) * (GROWS - 1)) / np.log(GROWS)))
-    after_s = np.cumsum(GROWS ** np.arange(count))
+    count = int(np.ceil(np.log1p(left_s / (times_s[1] - begin_s) * (STEP_RATIO - 1)) / np.log(STEP_RATIO)))
+    after_s = np.cumsum(STEP_RATIO ** np.arange(count))
     return np.concatenate([times_s, end_s + after_s / after_s[-1] * left_s])
 
 

@@ -13,14 +13,14 @@ import numpy as np
 from sealtwin.core.records import Floats, Integers, Outline, Solid, unit
 from simulate.slot.sections import ROUND_CORNERS, Trapezoids, sections_of
 
-FINER = 8  # Number of cuts in each cell
+CUTS = 8  # Number of cuts in each cell
 LEVELS = 96  # Number of layers of a cut, from the deepest floor to the face
-TOLERATED = 0.05  # Fraction by which a cell may resist more, equal to the allowed error of a trapezoid
+RESISTANCE_TOLERANCE = 0.05  # Fraction by which a cell may resist more, equal to the allowed error of a trapezoid
 SLIVER_MM = 0.01  # Width up to which gaps are ignored, because nothing flows through them
-BEYOND, NEAREST_MM, PROBES = 0.5, 0.05, 16
+SEARCH_DEPTHS, NEAREST_MM, PROBES = 0.5, 0.05, 16
 """Search beyond an end of the crack: its distance divided by the depth (more than walls of 25 degrees open), the
 shortest distance in mm, and the number of cuts within the distance. The crack ends if one of the cuts is closed."""
-TINY = float(np.finfo(np.float32).tiny)
+SMALLEST_FLOAT = float(np.finfo(np.float32).tiny)
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,8 @@ def narrows(outline: Outline, solid: Solid, sections: Trapezoids, fill: float) -
     np.divide(holds**2 * own_mm2[:, None], area_mm2, out=drags, where=opens)
     # The end cells do not count: at a closed tip the width goes to 0, and nothing flows farther.
     holds_mm, drags_mm = (
-        sections.step_mm * np.maximum(more.mean(axis=1) - 1 - TOLERATED, 0.0)[1:-1] for more in (holds, drags)
+        sections.step_mm * np.maximum(more.mean(axis=1) - 1 - RESISTANCE_TOLERANCE, 0.0)[1:-1]
+        for more in (holds, drags)
     )
     return Narrows(float(holds_mm.sum()), float(drags_mm.sum()), float(sections.s_mm[1:-1][drags_mm.argmax()]))
 
@@ -84,17 +85,17 @@ def goes_on(outline: Outline, solid: Solid) -> float | None:
             continue
         tip_mm, across_mm = outline.centreline_mm[end], outline.left_wall_mm[end] - outline.right_wall_mm[end]
         inner_mm = outline.centreline_mm[1 if end == 0 else -2]
-        outward = (tip_mm - inner_mm) / max(float(np.linalg.norm(tip_mm - inner_mm)), TINY)
+        outward = (tip_mm - inner_mm) / max(float(np.linalg.norm(tip_mm - inner_mm)), SMALLEST_FLOAT)
         left = np.array([-outward[1], outward[0]])
         half_mm = max(float(np.linalg.norm(across_mm)), outline.mean_width_mm) / 2
-        reach_mm = BEYOND * solid.depth_mm
+        reach_mm = SEARCH_DEPTHS * solid.depth_mm
         cuts = np.array(
             [
                 _gaps(solid, tip_mm + away_mm * outward, left, middles_mm, (-half_mm, half_mm))[0].sum()
                 for away_mm in [-reach_mm, *np.geomspace(NEAREST_MM, reach_mm, PROBES)]
             ]
         )
-        if cuts[1:].min() > TOLERATED * cuts[0]:
+        if cuts[1:].min() > RESISTANCE_TOLERANCE * cuts[0]:
             return s_mm
     return None
 
@@ -109,24 +110,24 @@ def _surface_mm(sections: Trapezoids, height_mm: Floats) -> Floats:
 
 
 def _fine(outline: Outline, solid: Solid, sections: Trapezoids, height_mm: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the area, wetted length and number of gaps of finer sections, (cells, ``FINER``) each."""
+    """Return the area, wetted length and number of gaps of finer sections, (cells, ``CUTS``) each."""
     cells = len(height_mm)
-    fine = sections_of(outline, solid, FINER * cells, reach_per_mm=0.0)
-    there_mm = np.maximum(np.repeat(_surface_mm(sections, height_mm), FINER) - fine.bottom_mm, 0.0)
+    fine = sections_of(outline, solid, CUTS * cells, reach_per_mm=0.0)
+    there_mm = np.maximum(np.repeat(_surface_mm(sections, height_mm), CUTS) - fine.bottom_mm, 0.0)
     area_mm2, wetted_mm = fine.area_mm2(np.minimum(there_mm, fine.depth_mm))[0], fine.wetted_mm(there_mm)
-    return area_mm2.reshape(cells, FINER), wetted_mm.reshape(cells, FINER), np.ones((cells, FINER))
+    return area_mm2.reshape(cells, CUTS), wetted_mm.reshape(cells, CUTS), np.ones((cells, CUTS))
 
 
 def _below(cuts: _Cuts, surface_mm: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the area, wetted length and number of gaps of the cuts below the surface in their cell."""
     layer_mm = cuts.levels_mm[1] - cuts.levels_mm[0]
-    level = np.clip((np.repeat(surface_mm, FINER) - cuts.levels_mm[0]) / layer_mm, 0.0, len(cuts.levels_mm) - 1.0)
+    level = np.clip((np.repeat(surface_mm, CUTS) - cuts.levels_mm[0]) / layer_mm, 0.0, len(cuts.levels_mm) - 1.0)
     lower = np.minimum(level.astype(int), len(cuts.levels_mm) - 2)
     rows, share = np.arange(len(lower)), level - lower
 
     def value_at(values: Floats) -> Floats:
         between = values[rows, lower] + share * (values[rows, lower + 1] - values[rows, lower])
-        return between.reshape(-1, FINER)
+        return between.reshape(-1, CUTS)
 
     return value_at(cuts.area_mm2), value_at(cuts.wetted_mm), value_at(cuts.gaps)
 
@@ -144,7 +145,7 @@ def _cuts_of(outline: Outline, solid: Solid, cells: int) -> _Cuts:
 
 
 def _cut(outline: Outline, solid: Solid, cells: int) -> _Cuts:
-    s_mm = (np.arange(FINER * cells) + 0.5) * outline.length_mm / (FINER * cells)
+    s_mm = (np.arange(CUTS * cells) + 0.5) * outline.length_mm / (CUTS * cells)
     layer_mm, middles_mm = solid.depth_mm / LEVELS, _middles_mm(solid)
     centre_mm, left_mm, right_mm = (
         np.column_stack([np.interp(s_mm, outline.s_mm, line[:, axis]) for axis in (0, 1)])

@@ -1,7 +1,6 @@
-"""The benchmark of mutated inputs: it finds what it is there to find, and today's command passes it."""
+"""The benchmark of mutated inputs finds what it is there to find."""
 
 import os
-import random
 import time
 from pathlib import Path
 
@@ -11,10 +10,7 @@ import typer
 
 from benchmarks import fuzz_endings, fuzz_process
 from benchmarks.fuzz_lab import MINE
-from benchmarks.fuzz_mutations import flipped, rekeyed, repainted, reworded
-from tests.support.tiny_study import tiny_lab
 
-BUSY_S = 0.6  # Processor time of the command that computes, in its own process
 app = typer.Typer()
 
 
@@ -30,11 +26,6 @@ def pretend(what: str) -> None:
             raise KeyError(what)
         case "hangs":
             time.sleep(3)
-        case "computes":
-            while time.process_time() < BUSY_S:
-                pass
-        case "grows":
-            bytearray(b"x" * 400_000_000)
         case "breaks":
             os.abort()
         case "refuses":
@@ -48,8 +39,6 @@ def pretend(what: str) -> None:
         ("moves", "accepted"),
         ("raises", "traceback"),
         ("hangs", "too long"),
-        pytest.param("computes", "too long", marks=pytest.mark.slow),
-        pytest.param("grows", "too large", marks=pytest.mark.slow),
         ("breaks", "traceback"),
         ("refuses", "one sentence"),
         ("ends", "accepted"),
@@ -61,20 +50,9 @@ def test_each_failure_is_told_from_an_answer(tmp_path, monkeypatch, what, outcom
     for name, text in MINE.items():
         (sound / name).write_text(text)
     monkeypatch.setattr(fuzz_process, "app", app)
-    if what == "computes":
-        monkeypatch.setattr(fuzz_process, "LONGEST_S", BUSY_S / 2)
     if what == "hangs":  # Any other ends by itself, however busy the machine
         monkeypatch.setattr(fuzz_process, "HANGS_S", 1)
-    # Of this process, as far as it has grown by other tests, and half of what the command takes.
+    # This process has grown by other tests.
     monkeypatch.setattr(fuzz_endings, "LARGEST_GB", psutil.Process().memory_info().rss / 1e9 + 0.2)
     monkeypatch.setitem(fuzz_endings.KINDS, "pretended", lambda _: [what])
     assert fuzz_endings.judged("pretended", 0, 0, sound, tmp_path / "case").outcome == outcome
-
-
-@pytest.mark.parametrize("mutate", [flipped, reworded, rekeyed, repainted])
-def test_a_mutation_follows_from_its_seed_and_changes_something(mutate, tmp_path):
-    tiny_lab(tmp_path)
-    content = b'{"a": [1, 2], "b": {"c": "x"}}' if mutate is not repainted else (tmp_path / "crack.png").read_bytes()
-    made = [mutate(content, random.Random(number)) for number in range(30)]
-    assert made == [mutate(content, random.Random(number)) for number in range(30)]
-    assert sum(one != content for one in made) > 20

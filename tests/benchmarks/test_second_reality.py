@@ -1,4 +1,4 @@
-"""The second reality: closed forms, its kept tables, its worlds, and what it refuses."""
+"""The second reality: closed forms, its kept tables, and what a full crack spills."""
 
 from dataclasses import replace
 
@@ -10,7 +10,6 @@ from benchmarks.reality.along import Fluid, Slot, Source, State, run
 from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour
 from benchmarks.reality.pour import poured
 from benchmarks.reality.section import Section, Solid, flows
-from benchmarks.reality.worlds import WORLDS
 from benchmarks.reality.yielding import yield_gradient
 from sealtwin.core.records import Floats
 
@@ -60,45 +59,6 @@ def test_a_front_between_walls_spreads_as_barenblatts():
     assert after.max() / 4e-3 == pytest.approx(8 ** (-1 / 3), rel=0.02)
     lengths = [np.sqrt((depth * X**2).sum() / depth.sum()) for depth in (before, after)]
     assert lengths[1] / lengths[0] == pytest.approx(8 ** (1 / 3), rel=0.02)
-
-
-@pytest.mark.slow
-def test_a_bank_between_walls_comes_to_rest_at_the_slope_that_they_bear():
-    """2 tau / (rho g w), of a column of 8 mm by 12 mm."""
-    depth = settled(np.where(np.abs(X) < 4e-3, 12e-3, 0.0), 400.0, 7.5, law.closed_law(walls=True, floor=False))
-    flank = (X > 2e-3) & (depth > 1e-3)
-    slope = -np.polyfit(X[flank], depth[flank], 1)[0]
-    assert slope == pytest.approx(2 * 7.5 / (WIDTH * WEIGHT), rel=0.02)
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: replace(PASTE, wall_share=0.5), "wall_friction"),
-        (lambda: replace(PASTE, exponent=1.2), "exponent"),
-        (lambda: replace(CAVITY, right_deg=np.array([-40.0, 4.0])), "leans"),
-        (lambda: replace(CAVITY, s_mm=np.array([12.0, 0.0])), "stations"),
-    ],
-)
-def test_what_it_cannot_pour_is_refused(make, words):
-    with pytest.raises(ValueError, match=words):
-        make()
-
-
-@pytest.mark.slow  # Compiles for some seconds.
-def test_worlds_change_what_they_name_and_lose_no_paste():
-    beds = {name.split()[0]: poured(CAVITY, PASTE, POUR, world, COARSE) for name, world in WORLDS.items()}
-    for name, bed in beds.items():
-        assert bed.in_slot_mm3 + bed.above_face_mm3 == pytest.approx(bed.volume_mm3, rel=1e-12), name
-    volumes = {name: bed.volume_mm3 / 300.0 for name, bed in beds.items()}
-    assert {name: one for name, one in volumes.items() if abs(one - 1.0) > 1e-9} == pytest.approx(
-        {"W4": 0.9, "W5": 0.92, "W9": 0.95, "W11": 0.97 * 0.95}
-    )
-    steepness = {name: np.ptp(bed.mean_mm[1:-1]) for name, bed in beds.items()}
-    assert steepness["W2"] != pytest.approx(steepness["W0"], rel=0.02)
-    assert beds["W3"].yield_stress_pa.max() > 7.5 + 0.3
-    assert (beds["W10"].mean_mm == beds["W0"].mean_mm).all()
-    assert (beds["W10"].middle_mm < beds["W0"].middle_mm)[beds["W0"].mean_mm < -1.0].all()
 
 
 def test_a_crack_that_is_full_spills_onto_the_face():

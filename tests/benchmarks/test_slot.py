@@ -5,9 +5,14 @@ import csv
 import numpy as np
 import pytest
 
+from benchmarks.kept_runs import KeptRuns
 from benchmarks.slot_cases import CASES, FOLDER, HIGH, IN_LOGARITHMS, LOW, STATIONS_MM, Case, drawn, levels_mm
 
-pytestmark = pytest.mark.usefixtures("kept_of_any_number")
+
+@pytest.fixture(autouse=True)
+def kept_of_any_number(monkeypatch):
+    """Let kept results be read whatever solver computed them: tests of the code judge none of their figures."""
+    monkeypatch.setattr(KeptRuns, "require", lambda self: None)
 
 
 def test_the_draw_is_a_latin_hypercube_and_stays_as_it_is():

@@ -94,8 +94,6 @@ class Shot:
     """Along the crack's middle, (n, 2)."""
     corners_px: Any
     """Of the face: lower left, lower right, upper right, upper left."""
-    mortar_px: Any
-    """Two places with plain mortar between and around, (2, 2)."""
 
     def along(self, share):
         """A place on the crack, as a share of its length."""
@@ -120,7 +118,6 @@ def _shot(folder, megapixels=None):
         width_mm=PAPER.width_mm,
         line_px=seen(specimen.centreline_mm),
         corners_px=seen(rectangle((0, 0, *PAPER.face_mm))),
-        mortar_px=seen(np.array([[106.0, 18.0], [152.0, 3.0]])),
     )
 
 

@@ -1,6 +1,4 @@
-"""The trace page as a workbench: walls drawn, taken back, erased, saved; depth and tilt; a folder of photos."""
-
-import importlib
+"""The trace page as a workbench: walls drawn, taken back, erased, saved; depth and tilt."""
 
 import numpy as np
 import pytest
@@ -103,54 +101,6 @@ def test_strokes_and_dots_move_walls_are_saved_and_give_the_same_walls(open_page
     with open_folder(tmp_path / "run", create=True) as folder:
         run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("digitise",))
     assert abs(signed_area(read_outline(folder.path).outline_mm)) == pytest.approx(shown_mm2, abs=0.51)
-
-
-def test_ground_across_the_crack_is_refused_by_the_setting_that_the_tool_names(bench, shot):
-    bench.give_ends(shot)
-    bench.page.keyboard.press("g")
-    draw(bench, [beside(bench, 0.5, 15.0), beside(bench, 0.5, -60.0)])
-    bench.await_state("refused")
-    assert "ground_strokes_px, stroke 1, crosses the crack" in bench.text("#refusal")
-    assert "ground_strokes_px" in bench.page.get_attribute("#tools [data-tool=ground]", "title")
-    assert bench.page.locator("#left-wall, #right-wall").count() == 2, "walls stay as they were before the stroke"
-    bench.page.keyboard.press("Control+z")
-    bench.await_state("walls")
-
-
-@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])
-def test_axe_finds_nothing_serious_beside_strokes(open_page, shot, width, scheme):
-    """Contrast of words and names of controls among it."""
-    axe = importlib.import_module("axe_playwright_python.sync_playwright").Axe()
-    bench = open_page(shot.file, width=width, color_scheme=scheme)
-    bench.give_ends(shot)
-    bench.page.keyboard.press("c")
-    bench.click(beside(bench, 0.5, 5.0))
-    bench.await_state("walls")
-    violations = axe.run(bench.page).response["violations"]
-    assert [one["id"] for one in violations if one["impact"] in ("serious", "critical")] == []
-
-
-def test_a_folder_is_traced_photo_by_photo(open_page, shot, tmp_path):
-    folder = tmp_path / "photos"
-    folder.mkdir()
-    for name in ("a.jpg", "b.jpg"):
-        (folder / name).write_bytes(shot.file.read_bytes())
-    bench = open_page(folder)
-    assert bench.page.locator("#photos li").count() == 2
-    for name in ("a.jpg", "b.jpg"):
-        bench.page.wait_for_function("(name) => document.querySelector('#name').textContent === name", arg=name)
-        bench.give_ends(shot)
-        bench.give_scale_and_depth()
-        bench.page.click("#save")
-        bench.page.wait_for_selector("#farewell[open]")
-        if name == "a.jpg":
-            assert "1 of 2" in bench.text("#photos-left")
-            bench.page.click("#next-photo")
-            bench.page.wait_for_selector("#farewell:not([open])", state="attached")
-    assert bench.page.is_hidden("#next-photo")
-    bench.page.click("#finish")
-    bench.until("!document.querySelector('#farewell-close').hidden")
-    assert {file.name for file in folder.glob("*.toml")} == {"a.toml", "b.toml"}
 
 
 @pytest.mark.parametrize(("tilt", "angle"), [("flare", "5,5"), ("funnel", "4"), ("undercut", "4,84")])

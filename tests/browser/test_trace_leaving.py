@@ -1,4 +1,4 @@
-"""How the trace page ends: saved into a trial, refused, quit, or left by its command."""
+"""How the trace page ends: saved into a trial, refused, or left by its command."""
 
 import shutil
 from pathlib import Path
@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from digitise.scale.marker_scale import board_around
 from sealtwin.trial.trial_file import load_trial
 from tests.support.paths import FIXTURE
 
@@ -19,15 +18,6 @@ SAID = {
     "a box and via points": "mm_per_px = 0.1\nvia_px = [[900.25, 550.125]]\nroi_px = [[200, 200], [1900, 700]]",
     "a polygon": "mm_per_px = 0.1\nroi_px = [[200, 200], [1900, 210.5], [1900, 700], [210, 690]]",
 }
-
-SLOWLY = """() => {
-  const real = window.fetch;
-  window.fetch = async (name, ...rest) => {
-    if (name === "trace") await new Promise((passed) => setTimeout(passed, 700));
-    return real(name, ...rest);
-  };
-}"""
-"""A computer that traces slowly."""
 
 
 def test_it_saves_into_the_trial_and_ends(open_page, tmp_path):
@@ -90,35 +80,6 @@ def test_a_photo_needs_scale_and_depth_before_it_is_saved(open_page, shot, tmp_p
     assert (new.crack.depth_mm, new.photo.mm_per_px) == (16.0, pytest.approx(shot.mm_per_px, abs=1e-5))
     # One screen pixel is two or three of the photo.
     assert np.allclose(new.photo.ends_px, [shot.along(0.05), shot.along(0.95)], atol=4)
-
-
-def test_a_save_waits_for_the_scale_that_was_just_given(open_page, shot, tmp_path):
-    photo = Path(shutil.copy(shot.file, tmp_path))
-    bench = open_page(photo)
-    bench.give_ends(shot)
-    bench.page.evaluate(SLOWLY)
-    assert bench.text("#seen") == "Markers (8 seen)"
-    bench.page.check("input[value=frame]")
-    for field, value in (("depth", "16"), ("frame-ruler", "97"), ("face-width", "160"), ("face-height", "40")):
-        bench.page.fill(f"#{field}-mm", value)
-    bench.page.keyboard.press("Control+s")
-    bench.page.wait_for_selector("#farewell[open], #save-refused:not(:empty)")
-    assert bench.text("#save-refused") == ""
-    assert "8 4x4_50 markers of 15.52 mm" in bench.text("#scale-found")
-    new = load_trial(photo.with_suffix(".toml"))
-    assert new.photo is not None
-    assert new.photo.markers == board_around((160.0, 40.0), 16.0, "4x4_50", 8, 97.0)
-
-
-def test_quitting_asks_once_where_something_would_be_lost(bench, shot):
-    bench.click(shot.along(0.05))
-    bench.page.click("#quit")
-    assert bench.text("#quit") == "Quit without saving?"
-    assert bench.command.poll() is None
-    bench.page.click("#quit")
-    bench.page.wait_for_selector("#farewell[open]")
-    assert bench.command.wait(10) == 0
-    assert not shot.file.with_suffix(".toml").exists()
 
 
 def test_a_page_whose_command_has_gone_says_so(bench, shot):

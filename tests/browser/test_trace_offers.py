@@ -1,9 +1,9 @@
-"""Lines that may be the crack, outlined and numbered on the page: one click or key takes one."""
+"""Lines that may be the crack, outlined and numbered on the page: one click takes one."""
 
 import numpy as np
 import pytest
 
-from tests.support.photos import edge_of_patch, mortar, with_crack, write_png
+from tests.support.photos import mortar, with_crack, write_png
 
 pytestmark = pytest.mark.browser
 
@@ -51,24 +51,4 @@ def test_one_click_on_a_number_takes_that_crack_and_undo_offers_both_again(bench
     taken(bench, first)
     bench.page.keyboard.press("Control+z")
     bench.page.keyboard.press("Control+y")
-    taken(bench, first)
-
-
-def test_a_single_line_that_is_not_sure_has_its_number(open_page, tmp_path):
-    """The page asked to click a number that it did not draw."""
-    bench = open_page(write_png(tmp_path / "edge.png", edge_of_patch()))
-    bench.await_state("refused")
-    assert "click its number" in bench.text("#refusal")
-    assert bench.page.locator(".offered:visible").all_inner_texts() == ["1"]
-    bench.page.keyboard.press("1")
-    assert bench.points() == ["end-0", "end-1"]
-
-
-def test_a_key_or_a_focused_number_takes_a_crack(bench):
-    first, second = lines_offered(bench)
-    bench.page.keyboard.press("2")
-    taken(bench, second)
-    bench.page.keyboard.press("Control+z")
-    bench.page.focus(".offered")
-    bench.page.keyboard.press("Enter")
     taken(bench, first)

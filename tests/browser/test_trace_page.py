@@ -1,7 +1,6 @@
 """The crack traced on the page with a mouse: ends, via points, walls, a proposal, refusals."""
 
 import os
-import re
 import sys
 
 import numpy as np
@@ -33,18 +32,6 @@ def test_two_clicks_and_the_walls_are_there_within_half_a_second(open_page, big,
     assert _distance_to_line(bench.probe("line", "way"), big.line_px).max() < 0.5 / big.mm_per_px
 
 
-def test_the_line_follows_the_pointer_before_the_second_click(bench, shot):
-    """Nothing is kept of it: the figures stay empty until the end is placed."""
-    bench.click(shot.along(0.05))
-    bench.page.mouse.move(*bench.at(shot.along(0.5)))
-    bench.await_state("path")
-    bench.page.wait_for_selector("#way", state="attached")
-    line = np.array(bench.probe("line", "way"))
-    assert np.linalg.norm(line[-1] - shot.along(0.5)) < 1.5 / shot.mm_per_px
-    assert bench.points() == ["end-0"]
-    assert not re.search(r"\d", bench.text("#length"))
-
-
 def test_via_points_undo_and_redo(bench, shot):
     bench.give_ends(shot)
     assert bench.page.get_attribute("#tools [data-tool=via]", "aria-pressed") == "true", "via points come next"
@@ -67,28 +54,6 @@ def test_via_points_undo_and_redo(bench, shot):
     assert bench.page.is_disabled("#redo"), "what was undone is gone once something else is said"
 
 
-def test_walls_follow_a_point_that_is_dragged(open_page, big):
-    """Before it is let go; and what is typed or saved is not yet changed."""
-    bench = open_page(big.file)
-    bench.give_ends(big)
-    whole = bench.number("length")
-    bench.page.mouse.move(*bench.at(big.along(0.95)))
-    bench.page.mouse.down()
-    bench.page.mouse.move(*bench.at(big.along(0.8)), steps=5)
-    bench.page.mouse.move(*bench.at(big.along(0.7)), steps=5)
-    bench.until("window.probe.number('length') < given[0]", 0.78 * whole)
-    assert bench.page.get_attribute("#stage", "data-state") == "walls"
-    assert bench.page.locator("#left-wall").count() == 1
-    assert bench.page.is_disabled("#redo")
-    bench.page.mouse.up()
-    bench.await_state("walls")
-    # 65 of 90 hundredths of the crack are left.
-    assert bench.number("length") / whole == pytest.approx(65 / 90, abs=0.03)
-    bench.page.click("#undo")
-    bench.await_state("walls")
-    bench.until("window.probe.number('length') === given[0]", whole)
-
-
 def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(bench):
     bench.await_state("walls")
     assert bench.page.is_visible("#proposal")
@@ -101,11 +66,3 @@ def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(bench):
     assert not bench.page.is_visible("#proposal")
     assert bench.points() == ["end-0", "end-1"]
     assert "Between your two ends" in bench.text("#how")
-
-
-def test_a_line_that_is_refused_does_not_stay_on_the_photo(bench, shot):
-    bench.give_ends(shot)
-    bench.drag(shot.along(0.95), np.add(shot.along(0.05), [5, 0]))
-    bench.until("document.getElementById('refusal').innerText.includes('px apart')")
-    assert bench.page.locator("#way").count() == 0
-    assert bench.page.locator("#left-wall").count() == 0

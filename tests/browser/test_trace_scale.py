@@ -36,28 +36,3 @@ def test_the_corners_of_the_face_give_the_scale(bench, shot):
     bench.give_ends(shot, shares=(0.01, 0.99))
     assert "both ends open" in bench.text("#how")
     assert bench.number("length") == pytest.approx(shot.length_mm, rel=0.015)
-
-
-def test_corners_of_a_turned_face_go_round_from_its_lower_left(bench):
-    """Turned by 20 degrees, a long face's lower left corner lies above the middle of the photo."""
-    bench.page.keyboard.press("f")
-    corners = ((368, 315), (1684, 793), (1752, 605), (436, 127))
-    for corner in (1, 3, 0, 2):
-        bench.click(corners[corner])
-    for number, corner in enumerate(corners):
-        assert bench.place(f"face-{number}") == pytest.approx(corner, abs=3)
-
-
-def test_corners_that_were_found_are_adjusted_by_hand(bench, shot):
-    bench.page.check("input[value=face]")
-    bench.page.fill("#face-width-mm", "160")
-    bench.page.fill("#face-height-mm", "40")
-    bench.page.keyboard.press("Enter")
-    bench.until("document.getElementById('scale-found').innerText.includes('found by its edges')")
-    assert bench.points() == []
-    bench.page.click("#adjust")
-    assert bench.points() == [f"face-{corner}" for corner in range(4)]
-    assert not bench.page.is_visible("#adjust")
-    bench.until("document.getElementById('scale-found').innerText.includes('corners given')")
-    for corner in range(4):
-        assert bench.at(bench.place(f"face-{corner}")) == pytest.approx(bench.at(shot.corners_px[corner]), abs=2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skimage.draw import disk, polygon2mask
 
-from digitise.exports import coco_of, mask_of, mask_png, run_lengths
+from digitise.exports import coco_of, mask_of, mask_png
 from digitise.image.decoding import read_mask
 from sealtwin.core.errors import InputError
 from tests.support.shapes import arc_slot, straight_slot
@@ -36,24 +36,6 @@ def test_an_island_is_outside_and_makes_a_run_length_code():
     assert annotation["area"] == mask.sum()
     flat = np.repeat(np.arange(len(counts)) % 2 == 1, counts)
     assert np.array_equal(flat.reshape(mask.shape, order="F"), mask)
-
-
-def test_coco_names_every_photo_once_and_counts_from_pixel_corners():
-    content = coco_of([("a.png", OUTLINE), ("b.jpg", OUTLINE)])
-    assert [tuple(image[key] for key in ("id", "file_name", "width", "height")) for image in content["images"]] == [
-        (1, "a.png", *SIZE_PX),
-        (2, "b.jpg", *SIZE_PX),
-    ]
-    first, second = content["annotations"]
-    assert {first["image_id"], second["image_id"]} == {1, 2}
-    assert first["category_id"] == content["categories"][0]["id"]
-    xy = np.array(first["segmentation"][0]).reshape(-1, 2)
-    assert np.allclose(xy - 0.5, OUTLINE.outline_px, atol=0.006)
-    assert first["bbox"] == pytest.approx([200.5, 485.0, 800.0, 31.0], abs=0.02)
-
-
-def test_a_first_pixel_inside_begins_with_none_outside():
-    assert run_lengths(np.array([[True, False], [True, True]])) == {"size": [2, 2], "counts": [0, 2, 1, 1]}
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from benchmarks.tracing_cases import clean_case
-from benchmarks.tracing_wide import trace_wide
 from digitise.crack_path.find_path import find_path
-from digitise.geometry.polyline import crossings, signed_area
+from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
 from digitise.photo import Photo, load_photo
 from fixtures.generate.lighting import Look
@@ -91,22 +90,6 @@ def test_other_cracks_are_traced_as_well(tmp_path, seed, recipe):
     assert (outline.islands_mm, outline.branches_mm) == ((), ())
 
 
-def test_the_ring_is_simple_and_stations_are_a_quarter_of_a_millimetre_apart(paper_photo, paper_outline):
-    """Counter-clockwise, with y up, and the left wall left of travel."""
-    outline = paper_outline
-    assert signed_area(outline.outline_mm) == pytest.approx(80 * 3.1, rel=0.02)
-    assert not crossings(outline.outline_mm, closed=True)
-    steps = np.diff(outline.centreline_mm, axis=0)
-    assert np.linalg.norm(steps, axis=1) == pytest.approx(0.25, abs=0.01)
-    heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
-    assert np.degrees(np.abs(np.diff(heading))).max() < 10
-    across = (outline.left_wall_mm - outline.right_wall_mm)[:-1]
-    assert np.all(steps[:, 0] * across[:, 1] - steps[:, 1] * across[:, 0] > 0)
-    for name in ("centreline", "left_wall", "right_wall", "outline"):
-        seen_mm = paper_photo.to_mm(getattr(outline, f"{name}_px"))
-        assert seen_mm == pytest.approx(getattr(outline, f"{name}_mm"), abs=1e-6)
-
-
 def test_ends_inside_a_longer_crack_cut_it_straight_across(bent_photo, bent_outline):
     outline = bent_outline
     assert outline.ends == ("cut", "cut")
@@ -187,12 +170,3 @@ def test_no_wall_is_drawn_outside_the_photo(tmp_path):
     assert outline.outline_px[:, 0].max() > 480
     with pytest.raises(InputError, match=r"outside the photo on \d\d% of the path \(at most 20%\)"):
         trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 20.0))))
-
-
-@pytest.mark.slow
-def test_a_crack_that_grows_twice_as_wide_is_followed_to_its_blunt_end(tmp_path):
-    """45 px, then 105, which the finer map's background swallows: the path hugged a wall, the width was 5.7 % off."""
-    figures = trace_wide(950171, drawn=True, folder=tmp_path)
-    assert abs(figures.width_error_percent) < 1.5
-    assert abs(figures.area_error_percent) < 1.5
-    assert figures.rank == 1

@@ -14,14 +14,6 @@ from tests.support.paths import FIXTURE
 from tests.support.photos import mortar, photo_of_light, with_crack, write_png
 
 
-def test_a_photo_is_looked_for_beside_the_trial(tmp_path):
-    write_png(tmp_path / "photo.png", mortar())
-    settings = PhotoInput(file=Path("photo.png"), data="synthetic", mm_per_px=0.1)
-    assert load_photo(settings, tmp_path).size_px == (500, 300)
-    with pytest.raises(InputError, match="not found"):
-        load_photo(settings, tmp_path / "elsewhere")
-
-
 def test_a_black_photo_is_refused_as_black(tmp_path):
     with pytest.raises(InputError, match=r"photo\.png: the photo is black"):
         photo_of_light(tmp_path, np.full((200, 300), 0.001))
@@ -69,13 +61,6 @@ def test_a_painted_mask_says_where_the_crack_is_or_is_refused(tmp_path, mask, re
 def test_markers_beside_a_typed_scale_are_named_if_they_contradict_it(mm_per_px, warned):
     photo = load_photo(PhotoInput(file=FIXTURE / "photo.jpg", data="synthetic", mm_per_px=mm_per_px), FIXTURE)
     assert any("markers of 4x4_50" in warning.text for warning in photo.warnings) is warned
-
-
-def test_a_length_is_in_px_alone_until_there_is_a_scale(tmp_path):
-    """A millimetre of a photo without a scale would be taken for one of the sample's."""
-    photo = photo_of_light(tmp_path, mortar())
-    assert photo.length(94.0) == "9.4 mm (94 px)"
-    assert replace(photo, unit="px").length(94.0) == "94 px"
 
 
 def test_a_smaller_copy_shows_every_point_where_the_photo_does(tmp_path):

@@ -32,14 +32,6 @@ def written(folder, rows=ROWS):
     return folder / "plan.csv"
 
 
-def test_a_trajectory_goes_through_a_file_unchanged(tmp_path):
-    table = planned_path(BY_SECTIONS)
-    columns = np.column_stack([getattr(table, name) for name in COLUMNS])
-    read_back = plan_trajectory(OUTLINE, NozzlePath(plan=written(tmp_path, columns)).loaded(tmp_path))
-    for name in ("t_s", "position_mm", "s_mm", "speed_mm_s", "flow_mm3_s"):
-        np.testing.assert_allclose(getattr(read_back, name), getattr(BY_SECTIONS, name), atol=2e-5)
-
-
 def test_the_volume_of_the_table_is_what_particles_and_the_fast_model_give(tmp_path):
     """300 x 2 + 120 x 3 + 60 x 4 mm3, to 0.1 %: a particle is 0.03 % of it.
 

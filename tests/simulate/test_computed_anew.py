@@ -76,13 +76,6 @@ def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
     assert frames == list(range(10, present(run.health.frames, "frames") + 1, 10)), "rows of the collapsed run are gone"
 
 
-def test_a_given_number_of_substeps_is_kept():
-    collapses = Pour(SAMPLE, (STIFF,), SOLVER.model_copy(update={"substeps": 2}))
-    with pytest.raises(NumericalError, match="128 neighbours"):
-        fill(collapses)
-    assert isinstance(fill_each(collapses, ComputeOptions())[0], NumericalError)
-
-
 @pytest.mark.parametrize(("named", "tries"), [(True, [2, 4, 8, 16]), (False, [2])])
 def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch, named, tries):
     """An error that no run failed with, such as one of the host, is no collapse."""

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import warp as wp
 
-from simulate.device import choose_device
 from simulate.kernels.beds import PARTS
 from tests.support.batches import (
     PASTES,
@@ -21,10 +20,6 @@ from tests.support.small_fluids import results
 DEVICE = "cuda:0"
 
 pytestmark = [pytest.mark.gpu, pytest.mark.skipif(not wp.get_cuda_device_count(), reason="no CUDA device is here")]
-
-
-def test_the_device_is_one_that_can_record_frames():
-    assert choose_device("auto") == DEVICE
 
 
 def test_a_frame_is_recorded_and_the_fluid_stays_near_to_the_cpus():

@@ -1,25 +1,20 @@
 """Several fluids at once, several threads, and an injection followed by hand."""
 
-import time
 from functools import cache
 
 import numpy as np
 import pytest
 
-from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Run
-from simulate.injection import SAMPLE_EVERY
 from tests.support.batches import (
     PASTES,
     check_going_on,
     check_the_others,
     finish,
     forbid_long_solves,
-    ready,
     spoil_a_place,
     together,
 )
-from tests.support.small_fluids import results
 
 
 @pytest.fixture(params=["in order", "renumbered"])
@@ -78,17 +73,6 @@ def test_a_frame_recorded_once_and_replayed_is_the_same_frame(way):
         assert 0 < replayed.health.recorded()["moving_most"] <= run.health.recorded()["moving_most"]
 
 
-def test_a_replayed_run_ends_when_its_bed_is_at_rest():
-    """It is seen at the next sample, and not at the last frame; what lies then lies where it lay."""
-    asking, replayed = (finish(ready(PASTES[2:], replays=replays, settle_s=5.0)) for replays in (False, True))
-    assert asking.at_rest
-    assert asking.done < asking.frames - SAMPLE_EVERY
-    assert asking.done <= replayed.done < asking.done + SAMPLE_EVERY
-    ends, again = results(asking)[0], results(replayed)[0]
-    assert (ends.velocity_mm_s == 0).all()
-    assert np.array_equal(again.position_mm, ends.position_mm)
-
-
 @pytest.mark.parametrize("replays", [False, True])
 @pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])
 def test_a_run_that_fails_costs_the_others_of_its_launch_nothing(spoil, replays, monkeypatch):
@@ -96,21 +80,3 @@ def test_a_run_that_fails_costs_the_others_of_its_launch_nothing(spoil, replays,
     injection, reason = spoil(monkeypatch, replays=replays)
     finish(injection)
     check_the_others(injection, reason)
-
-
-def test_a_launch_of_which_no_run_is_left_ends(monkeypatch):
-    monkeypatch.setattr("simulate.fluid.viscosity.ITERATIONS_AT_MOST", 0)
-    injection = ready(PASTES[:2])
-    with pytest.raises(NumericalError, match="did not converge"):
-        finish(injection)
-    assert len(injection.failed) == 2
-
-
-def test_time_that_is_spent_waiting_for_the_device_is_the_frames(monkeypatch):
-    """A GPU computes while the host goes on; who reads first would else find its time nowhere."""
-    injection = ready(PASTES[:1])
-    injection.advance()
-    before_s = injection.statistics.frames_s
-    monkeypatch.setattr("warp.synchronize_device", lambda _: time.sleep(0.02))
-    injection.snapshot()
-    assert 0.02 <= injection.statistics.frames_s - before_s < 1

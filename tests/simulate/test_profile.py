@@ -9,7 +9,7 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
-from sealtwin.core.records import Floats, Outline, Profile, Run, Sections, Solid
+from sealtwin.core.records import Floats, Outline, Profile, Run, Solid
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import SolidFigures
 from simulate.profile import half_side_mm, measure_profile, volume_ratio
@@ -129,30 +129,6 @@ def test_an_empty_stretch_is_the_floor_and_a_gap_in_the_packing_is_not():
     assert (profile.level_mm[(profile.s_mm > 11) & (profile.s_mm < 14)] == -DEPTH_MM).all()
     assert np.ptp(profile.level_mm[(profile.s_mm < 9) | (profile.s_mm > 16)]) < 1e-9
     assert read(np.empty((0, 3))).level_mm.max() == -DEPTH_MM
-
-
-@pytest.fixture
-def stepped() -> Solid:
-    """Half of the crack is 4 mm deep, half 10."""
-    sections = Sections(np.array([0.0, 19.9, 20.1, 40.0]), np.array([4.0, 4.0, 10.0, 10.0]), np.full(4, 1.0))
-    return replace(mouth_without_face(), sections=sections)
-
-
-def test_an_empty_stretch_over_a_stepped_floor_is_the_floor_of_its_place(stepped):
-    """Nothing lies in the crack but a heap in the shallow half, on its floor."""
-    heap = [(x, y, z) for x in np.arange(5, 10, 0.8) for y in (-0.8, 0.0, 0.8) for z in (-3.6, -2.8, -2.0)]
-    profile = read(heap, stepped)
-    empty = (profile.s_mm < 4.0) | ((profile.s_mm > 11.0) & (profile.s_mm < 19.8))
-    assert profile.level_mm[empty] == pytest.approx(-4.0)
-    assert profile.level_mm[profile.s_mm > 20.2] == pytest.approx(-10.0)
-    assert profile.level_mm[np.abs(profile.s_mm - 7.4) < 1.5] == pytest.approx(-1.6, abs=BIAS_MM)
-
-
-def test_what_falls_onto_a_shallow_floor_lies_on_it(stepped):
-    """A fast particle a radius above the floor of its place is no jet; as far above a deeper floor it is."""
-    profile = read([(10.0, 0.0, -3.7), (30.0, 0.0, -3.7)], stepped, velocity=np.array([[0.0, 0.0, -200.0]] * 2))
-    assert profile.level_mm[np.abs(profile.s_mm - 10.0) < 0.2] == pytest.approx(-3.3, abs=BIAS_MM)
-    assert profile.level_mm[np.abs(profile.s_mm - 30.0) < 0.2] == pytest.approx(-10.0)
 
 
 def test_a_jet_and_lost_drops_are_not_the_surface_and_fast_parts_of_it_are():

@@ -7,24 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from digitise.settings import CrackShape, NozzlePath
+from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.progress import Progress
 from sealtwin.core.records import Outline, Profile, Run, Solid
-from simulate import run as run_module
 from simulate import setup_checks
-from simulate.injection import ComputeOptions
 from simulate.kernels import status
-from simulate.pour import Pour
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup import signed_distance
 from simulate.setup.signed_distance import CM
-from simulate.setup_checks import check_fit, domain_of, sized
+from simulate.setup_checks import check_fit, sized
 from tests.support.shapes import OPEN, closed_crack, oblique_slot, straight_slot
-from tests.support.small_fluids import LIKE_THE_PAPER, injected, path, pour, sample_of, sealant, slot
+from tests.support.small_fluids import LIKE_THE_PAPER, injected, path, pour, sealant, slot
 
 WHERE = r"Frame \d+, t = .* s, particle \d+ at \(.*\) mm\. Try"
 
@@ -46,17 +41,6 @@ def test_a_cpu_run_repeats_bit_for_bit_and_a_seed_changes_it():
     assert np.array_equal(first.position_mm, again.position_mm)
     assert np.array_equal(first.velocity_mm_s, again.velocity_mm_s)
     assert not np.array_equal(first.position_mm, other.position_mm)
-
-
-def test_a_bed_that_froze_while_it_settled_stands_still():
-    """The path starts without flow and the run outlasts the last particle's freezing: no frame of either moves any."""
-    crack = slot(12.0)
-    trajectory = path(crack[1], 0.05, speed_mm_s=20.0)
-    trajectory.flow_mm3_s[:2] = 0.0
-    run = pour(crack, trajectory, Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.15), settle_s=0.3)
-    assert (run.velocity_mm_s == 0).all()
-    assert run.position_mm[:, 2].max() < -10
-    assert np.isfinite(run.health.recorded()["density_error_max"])
 
 
 @pytest.mark.parametrize(
@@ -114,28 +98,6 @@ def test_a_particle_put_behind_a_wall_is_found_though_it_knows_of_open_room():
         escaped.append(status_of[particle] == int(status.ESCAPED))
     assert len(escaped) > 20
     assert all(escaped)
-
-
-class Titles(Progress):
-    def __init__(self) -> None:
-        self.titles = list[str]()
-
-    def start(self, title: str, total: int, done: int = 0) -> None:
-        self.titles.append(title)
-
-
-def test_a_run_is_titled_and_says_remarks_as_it_starts_and_escapes_as_it_ends(monkeypatch):
-    """On escapes the last word has the mesh itself: here a mesh that moved by 2 mm under the finished run."""
-    exact, progress = signed_distance.Barrier.exact_mm, Titles()
-    monkeypatch.setattr(signed_distance.Barrier, "exact_mm", lambda self, points: exact(self, points - [0, 0, 2.0]))
-    crack = slot(12.0)
-    inputs = Pour(sample_of(crack, path(crack[1], 0.05, speed_mm_s=20.0)), (LIKE_THE_PAPER,), Solver(settle_s=0.2))
-    run, _ = run_module.fill(inputs, ComputeOptions(progress=progress))
-    *remarks, fault = progress.warned
-    assert progress.titles == ["Simulating"]
-    assert remarks == [*run.remarks] != []
-    assert run.escaped_particles > 10
-    assert (fault.key, fault.level, fault.value) == ("fluid.escaped", "fault", run.escaped_particles)
 
 
 @pytest.mark.parametrize(
@@ -226,16 +188,6 @@ def test_a_path_that_leads_far_away_is_refused_before_memory_is_asked_for(away_m
         pour((solid, outline), trajectory)
 
 
-def test_a_lead_without_sealant_costs_no_memory():
-    """Half a metre of approach would double a box of 4 000 000 cells; nothing is released on it."""
-    solid, outline = slot(12.0)
-    there = path(outline, 0.05)
-    led = plan_trajectory(outline, NozzlePath(volume_ml=0.05, trim_mm=2.0, lead_in_mm=500.0, lead_out_mm=40.0), 1e3)
-    boxes = [domain_of(solid, outline, trajectory, 0.4) for trajectory in (there, led)]
-    for name in ("low", "high"):
-        assert np.abs(getattr(boxes[0], name) - getattr(boxes[1], name)).max() < 1e-9
-
-
 @pytest.mark.parametrize(
     ("fluid", "solver", "fault"),
     [
@@ -250,21 +202,6 @@ def test_what_a_substep_cannot_carry_is_refused(fluid, solver, fault):
     crack = slot(12.0)
     with pytest.raises(InputError, match=fault):
         pour(crack, path(crack[1], 0.05, speed_mm_s=20.0), sealant(**fluid), radius_mm=0.7, **solver)
-
-
-@pytest.mark.parametrize(("yield_stress_pa", "last_over_first"), [(0.0, 3.0), (50.0, 0.5)])
-def test_a_late_frame_of_a_liquid_is_more_work_and_that_of_a_sleeping_paste_is_not(yield_stress_pa, last_over_first):
-    """250 for the launches and one for each particle: by frames alone a liquid's time left is told as far too short.
-
-    A paste has two units a frame, and one as it falls asleep.
-    """
-    crack = slot(12.0)
-    fluid, way = sealant(U=30.0, D_cm=0.3, yield_stress_pa=yield_stress_pa), path(crack[1], 0.4, speed_mm_s=20.0)
-    run = injected(crack, way, fluid, radius_mm=0.45, settle_s=0.5)
-    each = np.diff(run.work)
-    assert len(each) == run.frames
-    assert each[-1] == (1 if yield_stress_pa else 250 + run.schedule.particles)
-    assert each[-1] / each[0] >= last_over_first
 
 
 # Whole runs. The crack is the paper's without its wander, so that the prototype's figures (straight, R = 0.4 and
@@ -369,7 +306,6 @@ WATERY = {"U": 0.1, "D_cm": 1e-3}
 THE_PAPERS = {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.58}
 STIFF = {"U": 1e4, "D_cm": 3.0, "freeze_after_s": 0.3}
 STEEP = SampleSlope(gradient_deg=-30.0, crossfall_deg=20.0)
-EDGE_AT_HAND_MM = (-2.0, -3.0, 14.0, 3.0)
 
 STONE = replace(straight_slot(12.0, 7.0), islands_mm=(np.array([(4.0, -1.5), (5.0, 1.5), (7.0, 1.0), (7.5, -1.0)]),))
 

@@ -1,6 +1,4 @@
 import re
-from collections.abc import Callable
-from functools import partial
 
 import pytest
 from pydantic import ValidationError
@@ -12,15 +10,13 @@ from simulate.pour import Pour
 from simulate.remarks import remarks_on
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import plan_releases
-from simulate.setup.rheology import NEVER
-from simulate.setup_checks import resolved, rheology_of
-from tests.support.small_fluids import injected, path, sample_of, sealant, slot
+from simulate.setup_checks import resolved
+from tests.support.small_fluids import path, sample_of, sealant, slot
 
 
 @pytest.mark.parametrize(
     ("table", "fault"),
     [
-        ({"freeze_after_s": 1.0}, "no viscosity .* U,"),
         ({"U": 1.0, "viscosity_pa_s": 0.1, "freeze_after_s": 1.0}, "U cannot .* viscosity_pa_s"),
         ({"U": 1.0, "freeze_after_s": 0.0}, "freeze_after_s is 0"),
         ({"U": 1.0, "yield_stress_pa": 12.0, "yield_stress_most_pa": 5.0}, "yield_stress_most_pa is 5, .* which is 12"),
@@ -40,29 +36,6 @@ def test_only_the_record_of_a_draft_has_the_radius_that_it_replaced(others):
     assert Solver(preset="draft", radius_mm=0.6, accurate_radius_mm=0.4).size_mm == 0.6
     with pytest.raises(ValidationError, match=r"accurate_radius_mm is 0\.4"):
         Solver.model_validate({"accurate_radius_mm": 0.4, **others})
-
-
-def test_the_walls_drag_is_the_papers_beside_u_and_follows_from_a_viscosity_unless_it_is_given():
-    """A trial with U is the same file, with the same hash, whether or not it says D_cm = 0.3."""
-    stated, unsaid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), Fluid(U=30.0, freeze_after_s="never")
-    assert stated.model_dump_json() == unsaid.model_dump_json()
-    assert Fluid(U=0.0, freeze_after_s="never").D_cm == 0.3
-    assert Fluid(viscosity_pa_s=0.05, freeze_after_s="never").D_cm is None
-    for d_cm in (0.0, 0.1):
-        assert Fluid(viscosity_pa_s=0.05, D_cm=d_cm, freeze_after_s="never").D_cm == d_cm
-
-
-def test_presets_differ_where_the_issue_says_and_what_the_user_sets_replaces_theirs():
-    """A particle's volume is 4/3 pi R^3 by the paper, over 4 sqrt(2) 0.97^3 R^3."""
-    accurate, paper = (Solver(preset=name) for name in ("accurate", "paper"))
-    assert accurate.scheme.iterations == paper.scheme.iterations == 4
-    assert (accurate.scheme.wall, paper.scheme.wall) == ("calibrated", "source")
-    assert (accurate.scheme.frozen_answer, paper.scheme.frozen_answer) == (1.0, 0.0)
-    assert (accurate.keeps_volume, paper.keeps_volume, Solver(volume_factor=1.02).keeps_volume) == (True, False, False)
-    factors = [solver.scheme.volume_factor for solver in (accurate, paper, Solver(volume_factor=1.02))]
-    assert factors == pytest.approx([1.07, 0.8113, 1.02], abs=1e-4)
-    mine = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme
-    assert (mine.iterations, mine.volume_factor, mine.wall) == (7, 1.0, "source")
 
 
 @pytest.mark.parametrize(
@@ -94,37 +67,12 @@ def test_a_long_thin_crack_has_the_finest_radius_of_a_run_and_a_remark():
     assert "four particles across" in next(remarks).text
 
 
-def test_an_age_that_no_run_reaches_is_still_one():
-    assert rheology_of(Fluid(U=30.0, freeze_after_s=1e300), 0.16, 7e-3).frames_to_freeze < NEVER
-
-
 @pytest.mark.parametrize("table", [{"relaxation": 0.0}, {"relaxation": 1e300}, {"damping_per_s": 1e300}])
 def test_constants_out_of_their_range_are_refused(table):
     """No relaxation leaves a particle alone without a multiplier; 1e300 is infinite on the device."""
     (name,) = table
     with pytest.raises(ValidationError, match=name):
         Solver.model_validate(table)
-
-
-def counted(step: Callable[..., None], measured: list[bool], *, measures_shear: bool) -> None:
-    measured.append(measures_shear)
-    step(measures_shear=measures_shear)
-
-
-def test_a_draft_has_fewer_substeps_and_measures_shear_once_a_frame(monkeypatch):
-    """In the crack and by the radius of an accurate run, whose frames are as long."""
-    crack, paste = slot(12.0), sealant(viscosity_pa_s=0.3, yield_stress_pa=12.0)
-    seen = []
-    for preset in ("accurate", "draft"):
-        injection = injected(crack, path(crack[1], 0.1), paste, preset=preset, radius_mm=0.6)
-        engine, measured = injection.engine, list[bool]()
-        monkeypatch.setattr(engine, "step", partial(counted, engine.step, measured))
-        for frame in range(3):
-            engine.advance(frame)
-        seen.append((engine.substeps, sum(measured)))
-    (substeps, accurate), (fewer, draft) = seen
-    assert fewer < substeps
-    assert (accurate, draft) == (3 * substeps, 3)
 
 
 @pytest.mark.parametrize(

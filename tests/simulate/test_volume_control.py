@@ -10,7 +10,7 @@ from simulate.kernels.status import ASLEEP, ESCAPED, FROZEN, GIVEN_UP, MOVING, S
 from simulate.profile import half_side_mm, settled, volume_ratio
 from simulate.settings import LEVEL, Fluid, SampleSlope
 from simulate.setup.signed_distance import CM
-from simulate.vessel import Vessel, vessel_of
+from simulate.vessel import vessel_of
 from simulate.volume_control import (
     CELL,
     FLOWS_MM_S,
@@ -44,23 +44,6 @@ def test_a_bed_has_the_volume_that_was_dispensed_whatever_holds_it(paste):
     assert factor is not None
     assert LEAST_FACTOR * 0.9999 <= factor <= MOST_FACTOR * 1.0001
     assert factor != pytest.approx(run.settings["solver"]["volume_factor"], abs=1e-4)
-
-
-@pytest.mark.parametrize("solver", [{"preset": "paper"}, {"volume_factor": 1.0}])
-def test_a_factor_that_is_given_or_the_papers_stays(solver):
-    injection = finish(ready(PASTES[:1], **solver))
-    assert injection.volume_control is None
-    assert (injection.engine.state.swelling.numpy() == 1.0).all()
-
-
-def test_its_columns_read_a_rough_bed_in_a_narrow_slot():
-    """Particles of 0.6 mm that lie loose, so that columns as wide as they are miss hollows between them."""
-    (solid, _), random, off = slot(28.0, 3.1, 8.0, "vertical", 0.0), np.random.default_rng(0), []
-    for _ in range(2):
-        place_mm = random.uniform([0, -1.2, -7.5], [28, 1.2, -3.0], (160, 3))
-        coarse, fine = (Vessel(solid, cell_mm).volume_mm3(place_mm, 0.52) for cell_mm in (CELL * 0.6, 0.1))
-        off.append(coarse / fine - 1)
-    assert np.abs(off).max() < 0.01
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from simulate.injection import ComputeOptions, Injection
 from simulate.kernels import status
 from simulate.run import follow
 from simulate.settings import Fluid
-from simulate.watchers import COLUMNS, Checkpoint, HealthLog, Moments, take_frame
+from simulate.watchers import COLUMNS, Checkpoint, HealthLog, Moments
 from tests.support.small_fluids import injected, path, results, slot
 
 FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
@@ -123,19 +123,6 @@ def test_a_damaged_checkpoint_or_of_another_run_is_one_sentence_and_a_fresh_star
     assert (fresh.done, bits(fresh)) == (0, before)
 
 
-def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fresh, tmp_path, monkeypatch):
-    file = tmp_path / "checkpoint.npz"
-    checkpoint = Checkpoint(file, "key", pytest.fail)
-    checkpoint.begin(fresh)
-    checkpoint.after_frame(fresh)
-    assert not file.exists()
-    monkeypatch.setattr("simulate.watchers.EVERY_S", 0.0)
-    checkpoint.after_frame(fresh)
-    assert [path.name for path in tmp_path.iterdir()] == ["checkpoint.npz"]
-    checkpoint.remove()
-    assert not file.exists()
-
-
 def test_a_checkpoint_has_behind_it_what_others_wrote_of_its_frame(tmp_path, monkeypatch):
     """Killed at any moment of frame 20. With the checkpoint before the row, on purpose, row 20 is lost."""
     monkeypatch.setattr("simulate.watchers.EVERY_S", 0.0)
@@ -182,20 +169,6 @@ def test_states_have_the_numbers_of_the_kernels():
     }
 
 
-def test_a_frame_holds_what_has_left_the_nozzle_as_it_is_then():
-    run = brief()
-    followed(run)
-    frame, (result,) = take_frame(run), results(run)
-    assert frame.t_s == run.t_s
-    assert np.array_equal(frame.position_mm, result.position_mm)
-    assert np.array_equal(frame.velocity_mm_s, result.velocity_mm_s)
-    assert np.array_equal(frame.age_s, result.age_s)
-    assert ((frame.state == ParticleState.FROZEN) == (frame.age_s > 0.2)).mean() > 0.98
-    half = brief()
-    followed(half, frames=20)
-    assert len(take_frame(half).age_s) == half.out < len(result.age_s)
-
-
 def test_each_moment_is_taken_once_by_the_first_frame_that_reaches_it():
     """0 before anything is out, two in one frame, one just past the end; one far past it is not there."""
     run, taken = brief(), []
@@ -206,17 +179,6 @@ def test_each_moment_is_taken_once_by_the_first_frame_that_reaches_it():
     for asked_s, t_s in taken[1:-1]:
         assert 0 <= t_s - asked_s < run.schedule.frame_s
     assert (taken[0][1], taken[-1][1]) == (run.schedule.frame_s, run.t_s)
-
-
-def test_a_resumed_run_takes_each_moment_that_a_kill_may_have_lost():
-    """Kept in the very frame in which a moment fell due: its file may not be there."""
-    whole, resumed, taken = brief(), brief(), []
-    take = lambda asked_s, _: taken.append(asked_s)  # noqa: E731
-    followed(whole, frames=20)
-    resumed.restore(whole.snapshot())
-    times_s = (whole.t_s * share for share in (0.5, 1.0, 1.5, 2.0))
-    followed(resumed, Moments(times_s, take), frames=25)
-    assert taken == pytest.approx([whole.t_s * share for share in (1.0, 1.5, 2.0)])
 
 
 def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_it(tmp_path):

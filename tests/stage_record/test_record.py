@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from benchmarks.kept_runs import PARTS
-from tests.stage_record import __main__ as command
 from tests.stage_record import record
 from tests.stage_record.record import Recorded, StageRecord
 
@@ -43,33 +42,3 @@ def test_an_output_may_move_by_its_tolerance_or_with_the_number(number, level_mm
     fault = record.fault_of("simulate", LEVEL, number, {"level": np.array(level_mm)})
     assert words in fault
     assert bool(words) == bool(fault)
-
-
-def test_the_command_writes_nothing_while_a_number_lags_behind_its_outputs(tmp_path, monkeypatch, capsys):
-    """Once the number is raised it remakes that stage alone, with its tolerances, and then has nothing to do."""
-    path, level = tmp_path / "record.json", {"simulate": lambda nudge: {"level": nudge([-4.0, -3.0])}}
-    monkeypatch.setattr(record, "STAGES", level)
-    monkeypatch.setattr(command, "PARTS", {"simulate": 3})
-    monkeypatch.setattr(record.read, "__defaults__", (path,))
-    monkeypatch.setattr(record.write, "__defaults__", (path,))
-    record.write({"simulate": LEVEL})
-    before = path.read_bytes()
-    assert command.main() == 1
-    assert "Nothing was written." in capsys.readouterr().err
-    assert path.read_bytes() == before
-    monkeypatch.setattr(command, "PARTS", {"simulate": 4})
-    assert command.main() == 0
-    assert "simulate 4: remade, the record is of number 3, and this is 4" in capsys.readouterr().out
-    (remade,) = record.read().values()
-    assert remade.number == 4
-    assert remade.outputs["level"].values.tolist() == [-4.0, -3.0]
-    assert 4e-6 <= remade.outputs["level"].tolerance < 1e-4
-    assert command.main() == 0
-    assert capsys.readouterr().out == "simulate 4: as recorded\n"
-
-
-def test_an_output_that_amplifies_rounding_is_not_recorded(monkeypatch):
-    """Its tolerance would pass any change."""
-    monkeypatch.setattr(record, "STAGES", {"simulate": lambda nudge: {"chaos": 1e6 * (nudge([1.0]) - 1)}})
-    with pytest.raises(ValueError, match="rounding moves it by"):
-        record.measured("simulate", 1)

@@ -1,4 +1,4 @@
-"""A lab's folder as labs leave them: ten samples in ten dialects; and nineteen faults that can be planted in it."""
+"""A lab's folder as labs leave them: ten samples in ten dialects; and fifteen faults that can be planted in it."""
 
 import csv
 import io
@@ -84,13 +84,6 @@ NOTES: dict[str, tuple[str, str]] = {
     "P09": ("P09 notes.toml", f'{DEEP}[readings]\nstate = "cured"\nshrinkage_percent = 2.5\n'),
     "P10": ("P10_meta.toml", f'{DEEP}[readings]\nstate = "wet"\n'),
 }
-TEXTS = {
-    "P02": ("P02_Notiz.csv", "Angabe;Wert\nTiefe [mm];8,0\nDatum;03.05.2026\n"),
-    "P03": ("P03.txt", "Probe P03. Der Riss ist ca. 8 mm tief, etwa 0,8 cm. Kante links ausgebrochen.\n"),
-    "P10": ("P10.md", "# P10\n\ncrack.depth_mm = 8 # or 9?\nreadings.state = wet\nAm 3.5., bei 21 °C\n"),
-}
-"""Notes in the words of labs, in place of those above: not read, and asked about."""
-ANSWER = f"crack.depth_mm = 8.0; photo.ends_px = {ENDS}"
 # fmt: on
 
 
@@ -116,13 +109,6 @@ def make_lab_folder(folder: Path) -> Path:
     (folder / "lab.toml").write_text(DEFAULTS, encoding="utf-8")
     (folder / "README.pdf").write_bytes(b"%PDF-1.4")
     return folder
-
-
-def write_texts(folder: Path) -> None:
-    """Replace notes of ``make_lab_folder`` by those in the words of labs."""
-    for sample, (name, content) in TEXTS.items():
-        (folder / NOTES[sample][0]).unlink()
-        (folder / name).write_text(content, encoding="utf-8")
 
 
 @dataclass(frozen=True)
@@ -177,8 +163,6 @@ FAULTS = (
         _edit("P02_Notiz.toml", "date", "Tiefe = 8.0\ndate")),
     Planted("no depth at all", r"P03.*: crack\.depth_mm is missing: no photo shows it",
         _edit("P03_Notizen.toml", "depth_mm = 8.0\n", "")),
-    Planted("a misspelt key", r"P04_notes\.toml: crack\.dpeth_mm = '8\.0': no such key",
-        _edit("P04_notes.toml", "crack.depth_mm", "crack.dpeth_mm")),
     Planted("a header without a unit", r"P04_levels\.txt: column A .*has no unit",
         _edit("P04_levels.txt", "/mm", "", "utf-16")),
     Planted("two photos of one sample", r"P05/photo\.png, P05/side\.png: 2 files are its photo",
@@ -193,9 +177,6 @@ FAULTS = (
         _edit("P09 notes.toml", 'state = "cured"', 'state = "wet"')),
     Planted("a wall that lies down", r"P09 notes\.toml: crack\.wall_angle_deg = 80",
         _edit("P09 notes.toml", "depth_mm = 8.0", "depth_mm = 8.0\nwall_angle_deg = 80.0")),
-    Planted("a number of two meanings",
-        r"P08\.txt: is not read, since not each of its lines is key = value",
-        lambda folder: (folder / "P08.txt").write_text("crack.wall_angle_deg = 8,000\n")),
     Planted("an old workbook",
         r"P11_Messung\.xls: an old Excel workbook \(\.xls\), or one with a password\. Open it in a spreadsheet program",
         lambda folder: ((folder / "P11_Messung.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
@@ -206,10 +187,6 @@ FAULTS = (
     Planted("a place before the crack begins",
         r"P09_measurements\.tsv: -3 mm in A3 is outside the crack",
         _cell("P09_measurements.tsv", 3, 1, "-3.0", HANDS["P09"][1])),
-    Planted("a sheet of several samples", r"caliper_all\.csv: no photo is called 'all'",
-        lambda folder: (folder / "caliper_all.csv").write_text("sample,s_mm,level_mm\nK98,1,-1\nK98,5,-2\n")),
-    Planted("a photo that calls itself one", r"P12\.jpg: \S*photo\.jpg: not a readable photo",
-        lambda folder: (folder / "P12.jpg").write_text("This is no photo.")),
 )
 # fmt: on
 """All at once in one folder: none of them hides another, and P10 stays sound."""

@@ -1,9 +1,5 @@
-"""Commands that a test calls, and programs that it starts and ends."""
+"""Commands that a test calls in its own process."""
 
-import signal
-import subprocess
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from typing import Any
 
 from typer.main import get_command
@@ -20,26 +16,6 @@ def commands() -> dict[str, Any]:
         for name, group in groups.commands.items()
         for inner, command in getattr(group, "commands", {"": group}).items()
     }
-
-
-@contextmanager
-def interruptible() -> Iterator[None]:
-    """Let Ctrl-C mean what it does in a terminal: a script ignores it in what it runs in the background, and in tests.
-
-    A program that is started inside has the usual handler too, for one of Python's own is not passed on. It is set
-    here: Python that runs between fork and exec may wait for a lock that another thread held.
-    """
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def start_interruptible(command: Sequence[str], **options: Any) -> "subprocess.Popen[str]":
-    """Start a program that Ctrl-C ends, with its output and errors as text."""
-    with interruptible():
-        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 
 
 def sealtwin(*arguments: object) -> Result:

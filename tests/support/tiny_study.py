@@ -55,6 +55,10 @@ file = "readings.csv"
 data = "synthetic"
 role = "calibrated-on"
 """
+AGED = "U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2"
+FAST_PASTE = 'viscosity_pa_s = 0.05\nyield_stress_pa = 1.0\nfreeze_after_s = "never"'
+FAST = TRIAL.replace(AGED, FAST_PASTE).replace("[solver]", '[solver]\nmodel = "slot"')
+"""The same by the fast model."""
 READINGS = "s_mm,level_1_mm\n1,-2\n4,-2\n7,-1\n11,-1\n"
 GRID = """
 [grid]
@@ -77,8 +81,8 @@ def tiny_lab(folder: Path, varies: str = GRID) -> Path:
 def plannable_lab(folder: Path) -> Path:
     """A trial of that crack which can be planned, with a cell and draws of its sealant."""
     tiny_lab(folder)
-    aged, fluid = "U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", "viscosity_pa_s = 1\nyield_stress_pa = 5"
-    trial = TRIAL.split("[readings]")[0].replace(aged, f'{fluid}\nfreeze_after_s = "never"')
+    fluid = 'viscosity_pa_s = 1\nyield_stress_pa = 5\nfreeze_after_s = "never"'
+    trial = TRIAL.split("[readings]")[0].replace(AGED, fluid)
     trial = trial.replace("volume_ml = 0.08\nspeed_mm_s = 20", 'volume_ml = "cavity"\nspeed_mm_s = 8')
     (folder / "planned.toml").write_text(trial.replace("substeps = 2", "substeps = 2\nsettle_s = 0.5"))
     cell = CELL.replace("{file}", "cell.toml").replace('["spel", "csv"]', '["csv"]')

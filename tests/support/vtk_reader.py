@@ -5,19 +5,13 @@ Source: VTK User's Guide, "VTK XML Format". Whatever it does not know it refuses
 
 import re
 import struct
-import xml.sax
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
-
-NUMBERS = {
-    "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4", "Int64": "i8",
-    "UInt64": "u8", "Float32": "f4", "Float64": "f8",
-}  # fmt: skip
-HEADERS = {"UInt32": ("I", 4), "UInt64": ("Q", 8)}
 
 
 @dataclass
@@ -27,30 +21,7 @@ class PolyData:
     field_data: dict[str, NDArray[Any]]
     vertices: list[list[int]]
     """Points of each vertex cell."""
-    active: dict[str, str] = field(default_factory=dict)
-
-
-class _Tree(xml.sax.ContentHandler):
-    """Elements in their order, each with the way down to it and its text."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.way: list[str] = []
-        self.elements: list[tuple[str, dict[str, str], list[str]]] = []
-        self._open: list[list[str]] = []
-
-    def startElement(self, name: str, attrs: Any) -> None:  # noqa: N802
-        self.way.append(name)
-        text: list[str] = []
-        self._open.append(text)
-        self.elements.append(("/".join(self.way), dict(attrs.items()), text))
-
-    def characters(self, content: str) -> None:
-        self._open[-1].append(content)
-
-    def endElement(self, name: str) -> None:  # noqa: N802
-        self.way.pop()
-        self._open.pop()
+    active: dict[str, str]
 
 
 def read_polydata(path: Path) -> PolyData:
@@ -60,48 +31,40 @@ def read_polydata(path: Path) -> PolyData:
     assert opening is not None, "no raw appended data"
     closing = content.rindex(b"</AppendedData>")
     data = content[opening.end() : closing]
-    tree = _Tree()
-    xml.sax.parseString(content[: opening.end()] + content[closing:], tree)
-    ((_, root, _),) = [one for one in tree.elements if one[0] == "VTKFile"]
-    assert root["type"] == "PolyData"
-    assert "compressor" not in root
-    order = {"LittleEndian": "<", "BigEndian": ">"}[root["byte_order"]]
-    letter, width = HEADERS[root["header_type"]]
+    root = ElementTree.fromstring(content[: opening.end()] + content[closing:])
+    assert (root.attrib["type"], root.get("compressor")) == ("PolyData", None)
+    order = {"LittleEndian": "<", "BigEndian": ">"}[root.attrib["byte_order"]]
+    header = order + {"UInt32": "I", "UInt64": "Q"}[root.attrib["header_type"]]
 
-    def values(attributes: dict[str, str], text: list[str]) -> NDArray[Any]:
-        dtype = np.dtype(order + NUMBERS[attributes["type"]])
-        if attributes["format"] == "ascii":
-            flat = np.array("".join(text).split(), dtype=dtype)
+    def values(array: ElementTree.Element) -> NDArray[Any]:
+        dtype = np.dtype(f"{order}{np.dtype(array.attrib['type'].lower()).str[1:]}")
+        if array.attrib["format"] == "ascii":
+            flat = np.array((array.text or "").split(), dtype=dtype)
         else:
-            assert attributes["format"] == "appended"
-            begin = int(attributes["offset"])
-            (size,) = struct.unpack_from(order + letter, data, begin)
-            assert begin + width + size <= len(data), "beyond the end of the file"
-            flat = np.frombuffer(data[begin + width : begin + width + size], dtype)
-        columns = int(attributes.get("NumberOfComponents", 1))
+            assert array.attrib["format"] == "appended"
+            (size,) = struct.unpack_from(header, data, int(array.attrib["offset"]))
+            begin = int(array.attrib["offset"]) + struct.calcsize(header)
+            assert begin + size <= len(data), "beyond the end of the file"
+            flat = np.frombuffer(data[begin : begin + size], dtype)
+        columns = int(array.get("NumberOfComponents", 1))
         return flat.reshape(-1, columns) if columns > 1 else flat
 
     def under(way: str) -> dict[str, NDArray[Any]]:
-        return {a["Name"]: values(a, text) for place, a, text in tree.elements if place == f"{way}/DataArray"}
+        return {array.attrib["Name"]: values(array) for array in root.iterfind(f"PolyData/{way}/DataArray")}
 
-    piece_way = "VTKFile/PolyData/Piece"
-    ((_, piece, _),) = [one for one in tree.elements if one[0] == piece_way]
-    ((_, active, _),) = [one for one in tree.elements if one[0] == f"{piece_way}/PointData"]
-    (points,) = under(f"{piece_way}/Points").values()
-    assert points.shape == (int(piece["NumberOfPoints"]), 3)
-    point_data = under(f"{piece_way}/PointData")
+    (piece,), (active,) = (root.findall(f"PolyData/Piece{way}") for way in ("", "/PointData"))
+    (points,), point_data, cells = under("Piece/Points").values(), under("Piece/PointData"), under("Piece/Verts")
+    assert points.shape == (int(piece.attrib["NumberOfPoints"]), 3)
     assert all(len(values) == len(points) for values in point_data.values())
-    cells = under(f"{piece_way}/Verts")
     ends = cells["offsets"].tolist()
-    assert len(ends) == int(piece["NumberOfVerts"])
-    assert all(int(piece[f"NumberOf{kind}"]) == 0 for kind in ("Lines", "Strips", "Polys"))
+    assert len(ends) == int(piece.attrib["NumberOfVerts"])
+    assert all(int(piece.attrib[f"NumberOf{kind}"]) == 0 for kind in ("Lines", "Strips", "Polys"))
     vertices = [cells["connectivity"][a:b].tolist() for a, b in zip([0, *ends], ends, strict=False)]
-    return PolyData(points, point_data, under("VTKFile/PolyData/FieldData"), vertices, active)
+    return PolyData(points, point_data, under("FieldData"), vertices, active.attrib)
 
 
 def read_pvd(path: Path) -> list[tuple[float, Path]]:
-    tree = _Tree()
-    xml.sax.parseString(path.read_bytes(), tree)
-    assert tree.elements[0][1]["type"] == "Collection"
-    entries = [a for place, a, _ in tree.elements if place == "VTKFile/Collection/DataSet"]
+    root = ElementTree.parse(path).getroot()
+    assert root.attrib["type"] == "Collection"
+    entries = [entry.attrib for entry in root.iterfind("Collection/DataSet")]
     return [(float(entry["timestep"]), path.parent / entry["file"]) for entry in entries]

@@ -98,15 +98,6 @@ def test_only_declared_inputs_count_and_the_others_are_named(evidence, lifted, v
     assert "not assessed" in waiting["findings"][0]["text"]
 
 
-def test_the_validation_uncertainty_is_that_of_all_errors_together(lifted):
-    """The root of the sum of squares, as in V&V 20, but for tails that are not normal and an error that was found."""
-    mean = lifted["uncertainty"]["mean_level"]
-    parts = [mean["data_mm"], mean["numerics_mm"], mean["inputs_mm"]]
-    assert mean["validation_mm"] == pytest.approx(np.sqrt(np.square(parts).sum()), rel=0.05)
-    assert mean["error_mm"] == pytest.approx(0.5, abs=1e-3)
-    assert mean["resolved"] is (2 * mean["validation_mm"] < 0.5)
-
-
 def test_a_gate_within_the_interval_is_in_doubt(evidence):
     """The mean error is 0.46 to 0.54 mm. Seen to fail with the interval kept from the judgement."""
     comparison: Any = assess(evidence, SHEET, NO_PASSES, None, Gate(mean_error_mm=0.51))

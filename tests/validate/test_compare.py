@@ -8,10 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 from sealtwin.study.runner import MOST_NUMBERS, _compared
-from tests.support.levels import PROSE, STATIONS, compared, curves, measured, outline, profile, solid
-from validate.compare import compare
-from validate.metrics.curve_distances import Difference
-from validate.settings import Gate
+from tests.support.levels import PROSE, STATIONS, compared, curves, measured, profile
 
 
 @settings(max_examples=4, deadline=None)
@@ -40,33 +37,6 @@ def test_every_metric_agrees_with_a_fine_grid(a, b):
     assert whole == pytest.approx(result.distances.area_mm2, rel=1e-9, abs=1e-9)
 
 
-def test_bins_are_ten_millimetres_and_the_last_takes_the_rest():
-    def edges(length_mm):
-        line = profile([0, length_mm], [0, 0])
-        result = compare(line, line, outline(length_mm), solid(), role="held-out", photo_data="measured")
-        return [(part.from_mm, part.to_mm) for part in result.distances.by_bin]
-
-    assert edges(80.0) == [(10.0 * i, 10.0 * (i + 1)) for i in range(8)]
-    assert edges(80.3)[-1] == (70.0, 80.3)
-    assert edges(3.0) == [(0.0, 3.0)]
-
-
-def test_what_is_not_covered_is_said_and_not_counted():
-    half = compared(profile(STATIONS, PROSE + 1), profile(STATIONS[3:9], PROSE[3:9], data="measured"))
-    assert half.basis.covered_length_mm == 25.0
-    assert half.basis.coverage == pytest.approx(25 / 80)
-    assert half.mean_error_mm == pytest.approx(1.0)
-    covered = [part.covered_mm for part in half.distances.by_bin]
-    assert covered == [0.0, 5.0, 10.0, 10.0, 0.0, 0.0, 0.0, 0.0]
-    assert half.distances.by_bin[0].mean_error_mm is None
-
-
-def test_a_flat_simulation_does_not_beat_the_flat_level():
-    metrics = compared(profile([0, 80], [-2, -2]))
-    assert (metrics.worst_error_mm, metrics.worst_at_mm, metrics.beats_flat_level) == (14.0, 0.0, False)
-    assert metrics.errors.flat_level_error_mm == pytest.approx(Difference([0, 80], [1, 1], STATIONS, PROSE).mean_error)
-
-
 def test_repeats_of_all_stations_are_pooled():
     """Seventeen stations of three have 34 degrees of freedom, and two readings less two of them less."""
     random = np.random.default_rng(3)
@@ -79,14 +49,6 @@ def test_repeats_of_all_stations_are_pooled():
     repeats[4, 1:] = np.nan
     thinned = compared(profile(STATIONS, PROSE), replace(read, repeats_mm=repeats)).scatter
     assert thinned.degrees_of_freedom == 32
-
-
-def test_a_gate_is_on_the_mean_error_and_a_particle_through_a_wall_fails_every_run():
-    sound = compared(profile(STATIONS, PROSE + 1.0), gate=Gate(mean_error_mm=1.6))
-    assert (sound.passed, sound.headline[-1].text[:13]) == (True, "Gate passed: ")
-    leaking = compared(profile(STATIONS, PROSE), escaped_particles=11)
-    assert leaking.passed is False
-    assert leaking.verdict.startswith("Do not use this run: 11 particles went through a wall")
 
 
 def test_a_station_beyond_the_crack_is_counted_as_such_everywhere():

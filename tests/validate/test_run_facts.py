@@ -8,12 +8,10 @@ import pytest
 from sealtwin.core.facts import doubt, of_keys, texts
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import WeighedCavity
-from tests.support.evidence import SEEDS, make_evidence
+from tests.support.evidence import SEEDS
 from validate.report.report_facts import cautions, headline, uncertainty_facts
-from validate.run_facts import facts_of_runs, names_of, run_warnings
-from validate.settings import Gate
+from validate.run_facts import names_of, run_warnings
 
-GATE = Gate(mean_error_mm=1.0)
 FILL = doubt("weighed.contradicts", "The fill contradicts.")
 
 
@@ -21,20 +19,6 @@ FILL = doubt("weighed.contradicts", "The fill contradicts.")
 def run(evidence):
     """Nothing over the edge, nothing through a wall."""
     return replace(evidence.run, spilled=evidence.run.spilled & False)
-
-
-@pytest.mark.parametrize(
-    ("readings_data", "photo_data", "begins"),
-    [
-        ("reconstructed", "synthetic", "the photo is synthetic and the caliper readings are reconstructed. "),
-        ("undeclared", "measured", "it is not declared whether the caliper readings are measured. "),
-    ],
-)
-def test_only_what_was_not_measured_is_named(tmp_path, readings_data, photo_data, begins):
-    evidence = make_evidence(tmp_path, readings_data=readings_data, photo_data=photo_data, gate=GATE)
-    (caution,) = cautions(evidence)
-    assert caution.text.startswith("Not a validation: " + begins)
-    assert "alidated" not in " ".join(texts(headline(evidence)[0]))
 
 
 TWO = {"particles_across": 2.07}
@@ -116,21 +100,3 @@ def test_edited_files_come_first_and_then_a_leak_and_what_a_weighed_fill_contrad
     assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
     (fact,), outcome = headline(replace(leaking, readings=None, comparison=None))
     assert (fact.key, fact.value, fact.level, outcome) == ("verdict.leak", 11, "fault", "failed")
-
-
-FAR, NEAR = (doubt("fluid.volume", f"The fluid lost {percent} % of its volume.") for percent in (19, 6))
-PRESSED = doubt("fluid.compressed", "The bed is compressed.")
-
-
-@pytest.mark.parametrize(
-    ("by_run", "sentences"),
-    [
-        ({1: [PRESSED, PRESSED]}, [f"1 of 1 runs: {PRESSED}"]),
-        (
-            {4: [FAR, PRESSED], 7: [NEAR], 9: [PRESSED]},
-            [f"2 of 3 runs (as of run 4): {FAR}", f"2 of 3 runs: {PRESSED}"],
-        ),
-    ],
-)
-def test_a_fact_is_stated_once_with_its_runs(by_run, sentences):
-    assert list(texts(facts_of_runs(by_run, len(by_run)))) == sentences

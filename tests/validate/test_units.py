@@ -13,7 +13,6 @@ from validate.units import counted, percent, setting_words, signed, words
         (counted(1200, "station"), "1,200 stations"),
         (words("viscosity_pa_s"), "viscosity (Pa s)"),
         (words("structuration_pa_per_s"), "structuration (Pa/s)"),
-        (words("damping_per_s"), "damping (1/s)"),
         (words("D_cm"), "D (cm)"),
         (setting_words(np.bool_(False)), "no"),
         (setting_words(3.24808e-5), "3.24808e-05"),

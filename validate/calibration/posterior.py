@@ -10,7 +10,7 @@ from sealtwin.core.records import Floats
 from validate.calibration.emulator import COMPONENTS, Emulator, Scatter, most_components
 from validate.units import setting_name, words
 
-WIDE = 5.0  # Ratio of a range's ends from which on the range is sampled on a log scale
+LOG_RATIO = 5.0  # Ratio of a range's ends from which on the range is sampled on a log scale
 INTERVAL = 0.9  # Probability of the stated interval of a free setting
 
 
@@ -30,7 +30,7 @@ class Free:
 
     @property
     def logarithmic(self) -> bool:
-        return self.low > 0 and self.high >= WIDE * self.low
+        return self.low > 0 and self.high >= LOG_RATIO * self.low
 
     def values(self, shares: Floats) -> Floats:
         """Return the values of the setting at fractions of its range, from 0 to 1."""

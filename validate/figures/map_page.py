@@ -81,9 +81,9 @@ def map_page(chart: Chart, fills: Sequence[Fill], cautions: Sequence[str] = ()) 
         Plot(
             f"influence-{axis.name.replace(' ', '-')}",
             f"Mean error against {axis.name}, as in the paper's Fig. 10{figure}.",
-            partial(draw_influence, chart, of),
+            partial(draw_influence, chart, number),
         )
-        for of, axis, figure in ((1, second, "a"), (0, first, "b"))
+        for number, axis, figure in ((1, second, "a"), (0, first, "b"))
     ]
     ends = "The lettered runs at their end, particles by age, with the level measured from them."
     during = "Sections along the crack during the fill in chosen runs, coloured by age, as in the paper's Fig. 6."
@@ -243,14 +243,14 @@ def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
 
 
 @themed()
-def draw_influence(chart: Chart, of: int) -> Figure:
-    """Draw the mean error over the setting of axis number ``of``.
+def draw_influence(chart: Chart, axis: int) -> Figure:
+    """Draw the mean error over the setting of ``axis``.
 
     For a grid of runs, each value of the other setting has a line. Otherwise each run is a point.
     """
-    along, other = chart.axes[of], chart.axes[1 - of]
+    along, other = chart.axes[axis], chart.axes[1 - axis]
     figure, axes = wide_axes(4.2)
-    places, values = chart.pairs[:, of], chart.pairs[:, 1 - of]
+    places, values = chart.pairs[:, axis], chart.pairs[:, 1 - axis]
     norm = (LogNorm if other.logarithmic else Normalize)(other.values[0], other.values[-1])
     axes.scatter(places, chart.errors_mm, c=values, cmap=LINE_COLOURS, norm=norm, s=12)
     for value in other.values if other.is_graded(len(chart.runs)) else ():

@@ -43,7 +43,7 @@ MOST_VERTICES = 24_000
 page."""
 COARSER_SURFACE, COARSER_WALLS = 1.15, 1.3
 """Factors by which the cells of the surface and of the walls grow in each attempt while there are too many vertices."""
-FINEST = 1 / 2000
+MERGED_CELL = 1 / 2000
 """Size of the cells in which wall vertices are first merged if there are too many, as a fraction of the solid's
 extent."""
 ASIDE_DEG, DOWN_DEG = 28.0, 32.0
@@ -176,7 +176,7 @@ def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, I
 def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
     """Return the cavity of a solid. If it has more than ``MOST_CORNERS`` vertices, neighbouring vertices are merged."""
     faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
-    cell_mm = FINEST * float(np.ptp(solid.vertices_mm, axis=0).max())
+    cell_mm = MERGED_CELL * float(np.ptp(solid.vertices_mm, axis=0).max())
     # Each facet has its own three vertices, and an edge of the rim has two facets.
     while 3 * (len(faces) + 2 * len(rim)) > MOST_CORNERS:
         cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)

@@ -21,7 +21,7 @@ from validate.sentences import sentence, stated
 from validate.settings import Gate, Role
 
 ALWAYS = (1, 3)  # Numbers of coefficients of the curves that every calibrated level is compared with
-FINEST, IN_A_GAP = 400, 8  # Largest number of fit points, and largest number in a gap between stations
+FIT_POINTS, GAP_POINTS = 400, 8  # Largest number of fit points, and largest number in a gap between stations
 NAMES = {1: "a flat line", 2: "a straight line", 3: "a parabola"}
 POOL = "the dispensed volume lying flat"
 
@@ -48,8 +48,8 @@ def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterab
 def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count: int) -> float:
     """Return the mean error of the best polynomial of ``count`` coefficients. It is exact between its points."""
     x, readings = np.array(s_mm), Profile(np.array(s_mm), np.array(level_mm))
-    if len(x) * IN_A_GAP <= FINEST:
-        x = np.unique(x[:-1, None] + np.diff(x)[:, None] * np.linspace(0, 1, IN_A_GAP + 1))
+    if len(x) * GAP_POINTS <= FIT_POINTS:
+        x = np.unique(x[:-1, None] + np.diff(x)[:, None] * np.linspace(0, 1, GAP_POINTS + 1))
     curve_mm = _nearest_polynomial(x, readings.level_at_mm(x), count)
     return level_difference(Profile(x, curve_mm), readings).mean_error
 

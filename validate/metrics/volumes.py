@@ -123,12 +123,12 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
     return Profile(outline.s_mm, np.maximum(floor_mm, level_mm), source="volume balance")
 
 
-ACROSS, LARGEST_MM = 8, 0.125  # Number of cells across the crack's mean width, and their largest size
+CELLS_ACROSS, LARGEST_MM = 8, 0.125  # Number of cells across the crack's mean width, and their largest size
 MOST_IN_MOUTH, MOST_CELLS = 40_000, 1_000_000  # Largest numbers of cells between the walls, and in total
 LEAST_SHARE = 1e-9  # Fraction of a cell below which an area is a rounding error
 LEVELS = 49  # Number of levels from the deepest floor to the face, a third of a mm apart at 16 mm
 BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at which the area jumps
-FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Further levels in the lowest layer, since modelled floors are uneven
+LOWEST_LEVELS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # In the lowest layer, since a modelled floor is uneven
 LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
 """Three limits for level facets: height in mm within which facets count as level, smallest area at one height that gets
 its own levels (as a fraction of the mouth's area), and largest number of such heights. Floors, shelves and roofs are
@@ -210,11 +210,11 @@ _BY_SOLID: WeakKeyDictionary[Solid, tuple[Outline, CavityByLevel]] = WeakKeyDict
 
 def cavity_by_level(outline: Outline, solid: Solid) -> CavityByLevel:
     """Return the horizontal areas of the solid's cavity along its crack. The result for the last outline is cached."""
-    of = _BY_SOLID.get(solid)
-    if of is None or of[0] is not outline:
-        of = outline, _cut(outline, solid)
-        _BY_SOLID[solid] = of
-    return of[1]
+    columns = _BY_SOLID.get(solid)
+    if columns is None or columns[0] is not outline:
+        columns = outline, _cut(outline, solid)
+        _BY_SOLID[solid] = columns
+    return columns[1]
 
 
 @dataclass(frozen=True)
@@ -266,7 +266,7 @@ def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm])
     corners_mm = np.vstack([walls_mm, *(np.reshape(cut.bounds(), (2, 2)) for cut in cuts if not cut.is_empty())])
     low_mm, high_mm = corners_mm.min(axis=0), corners_mm.max(axis=0)
-    cell_mm = min(outline.mean_width_mm / ACROSS, LARGEST_MM)
+    cell_mm = min(outline.mean_width_mm / CELLS_ACROSS, LARGEST_MM)
     mouth_mm2 = outline.mean_width_mm * outline.length_mm
     cell_mm = max(cell_mm, float(np.sqrt(max(np.prod(high_mm - low_mm) / MOST_CELLS, mouth_mm2 / MOST_IN_MOUTH))))
     columns, rows = (np.ceil((high_mm - low_mm) / cell_mm).astype(int) + 3).tolist()
@@ -337,7 +337,7 @@ def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
     No level is within the hollows of a rough face.
     """
     even_mm = np.linspace(-solid.depth_mm, 0.0, LEVELS)
-    finer_mm = even_mm[0] + (even_mm[1] - even_mm[0]) * FINER
+    finer_mm = even_mm[0] + (even_mm[1] - even_mm[0]) * LOWEST_LEVELS
     noisy_mm = -noise_mm * np.array([2.0, 1.5, 1.0])
     inner_mm = np.concatenate([even_mm[1:-1], finer_mm, _beside_flats_mm(outline, solid), noisy_mm])
     inner_mm = inner_mm[(inner_mm > even_mm[0] + 2 * BESIDE_MM) & (inner_mm <= -max(noise_mm, 2 * BESIDE_MM))]

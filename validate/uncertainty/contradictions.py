@@ -135,7 +135,7 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
     )
 
 
-COARSE = 1.2
+RESOLUTION_LIMIT = 1.2
 """Resolution, in standard deviations, above which rounding hides the scatter and is modelled explicitly. Below it,
 rounding counts as an independent error (Sheppard)."""
 WRITTEN_MM = 0.006  # Distance from a multiple of an inch's fraction that is written in hundredths of a millimetre
@@ -194,7 +194,7 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
     other end of the distribution. It is skipped if the last digit hides the scatter.
     """
     declared_mm = declared.repeatability_mm
-    if declared_mm is None or measured.repeats_mm is None or resolution_mm > COARSE * declared_mm:
+    if declared_mm is None or measured.repeats_mm is None or resolution_mm > RESOLUTION_LIMIT * declared_mm:
         return ()
     squares_mm2, freedom = _scatter(repeats_of(measured)[1], measured.s_mm, declared)
     variance_mm2 = declared_mm**2 + resolution_mm**2 / 12

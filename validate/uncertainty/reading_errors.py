@@ -21,7 +21,7 @@ from validate.uncertainty.budget import (
     uniforms,
 )
 from validate.uncertainty.contradictions import (
-    COARSE,
+    RESOLUTION_LIMIT,
     passes_error,
     refuse_contradicted,
     repeats_of,
@@ -36,7 +36,7 @@ INCHES = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 0.01, 0.005)
 FEWEST_LEVELS = 5
 """Smallest number of different levels that identifies a step. By chance, this number of levels are all multiples of
 0.05 mm in one of 600 sheets."""
-BENT = 2.4
+ARCH_RATIO = 2.4
 """Largest arch between two stations, divided by the arch of a parabola with their curvature. The smallest is 0. For a
 level with a corner, the ratio is 0 if the corner is at a station, 2 if it is in the middle of a gap, and 1 on
 average."""
@@ -80,7 +80,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     if freedom.sum():
         pooled_mm = float(np.sqrt(squares_mm2.sum() / freedom.sum()))
     last_digit = f"last digit, {resolution_mm:g} mm"
-    if has_scatter and resolution_mm > COARSE * pooled_mm and count.max() > 1:
+    if has_scatter and resolution_mm > RESOLUTION_LIMIT * pooled_mm and count.max() > 1:
         draws_mm = rounded_errors_mm(np.where(alone, np.nan, repeats_mm), resolution_mm, draws) - middle_mm
         components.append(Component(f"scatter and {last_digit}", origin, draws_mm))
     else:
@@ -142,12 +142,12 @@ def resolution_of(repeats_mm: Floats) -> float:
 def _arches(s_mm: Floats, level_mm: Floats) -> Component:
     """Draw the height of the straight line above the sealant, in the middle between two stations.
 
-    The level has a curvature at each station. A random part of it (``BENT``) is drawn for the neighbouring gaps.
+    The level has a curvature at each station. A random part of it (``ARCH_RATIO``) is drawn for the neighbouring gaps.
     """
     gap_mm = np.diff(s_mm)
     turn = np.diff(np.diff(level_mm) / gap_mm) / ((gap_mm[:-1] + gap_mm[1:]) / 2)
     curvature = np.pad(turn, 1, mode="edge") if len(turn) else np.zeros(len(s_mm))
-    drawn = curvature * BENT * uniforms("arch", len(s_mm), draws_for(len(s_mm)))
+    drawn = curvature * ARCH_RATIO * uniforms("arch", len(s_mm), draws_for(len(s_mm)))
     draws_mm = (drawn[:, :-1] + drawn[:, 1:]) / 2 * gap_mm**2 / 8
     return Component("the bed's shape between stations", "assumed", draws_mm, shared=True, between=True)
 
@@ -184,11 +184,11 @@ def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans,
 
 ALIKE_MM = 15.0
 """Correlation length, in mm, of an error that all repeats share: the length over which a level rises and falls."""
-UNSURE = 0.8
+SLOPE_ERROR = 0.8
 """Standard deviation of the slope at a station, divided by the mean change of slope at the station and its neighbours.
 With this value, bands for tips of 2 to 4 mm contain 94 to 99 % of stations."""
 CALIPER_MM = 0.02  # Limit of error of a digital caliper up to 150 mm
-USUAL = {"readings.probe_mm": 2.0, "readings.limit_mm": 0.02}
+USUAL_SIZES = {"readings.probe_mm": 2.0, "readings.limit_mm": 0.02}
 """Sizes of undeclared errors: the width of a tip in mm, and the relative error of a gauge's scale."""
 OF_READINGS = ("datum_error_mm", "probe_mm")
 ROUNDING = "readings.rounding"
@@ -210,7 +210,7 @@ def _hidden_errors(
     height_mm, stations = measured.level_mm - (settings.datum_level_mm or 0.0), len(measured.s_mm)
     present, missing = list[Component](), list[Component]()
     for name, value in sizes_mm.items():
-        size_mm = USUAL.get(name, UNDECLARED_MM) if value is None else value
+        size_mm = USUAL_SIZES.get(name, UNDECLARED_MM) if value is None else value
         (missing if value is None else present).append(_error(name, size_mm, measured.s_mm, height_mm))
     if settings.rounding != "nearest":
         # The error of the last digit is the rest of the rounding. Toward zero, a level at the datum stays.
@@ -252,7 +252,7 @@ def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Compon
         case "readings.probe_mm":
             # A probe reads the highest point below it. Its half meets slopes that stations do not show.
             label = f"width of a probe of {size_mm:g} mm on a slope"
-            draws_mm = size_mm / 2 * np.abs(mean_slope + UNSURE * turn * independent)
+            draws_mm = size_mm / 2 * np.abs(mean_slope + SLOPE_ERROR * turn * independent)
         case "uncertainty.station_mm":
             label, draws_mm = "common shift of the stations", slope * size_mm * common
         case "uncertainty.station_each_mm":
@@ -284,7 +284,7 @@ of 1.65 of the middle one, and three times 0.5 is hardly possible."""
 SPREADS = np.arange(0.025, 3 * UNEVEN, 0.05)
 """Grid of the spread of ln(scatter). Only 0.3 % of the prior are beyond it, and a dozen stations do not resolve
 0.05."""
-AROUND = np.arange(-5.0, 10.5, 0.5)
+LEVEL_GRID = np.arange(-5.0, 10.5, 0.5)
 """Grid of the scatter's level, in standard deviations from the most likely level. Few repeats leave a long upper
 tail."""
 
@@ -300,14 +300,14 @@ def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS
     """
     behind = _freedoms_behind()
     log_level, width = _likeliest(squares_mm2, freedom)
-    level_mm2 = np.exp(log_level[:, None] + width[:, None] * AROUND)
+    level_mm2 = np.exp(log_level[:, None] + width[:, None] * LEVEL_GRID)
     chance = _log_chance(level_mm2[:, :, None], behind[:, :, None], squares_mm2, freedom)
     chance += np.log(width)[:, None] - (SPREADS[:, None] / UNEVEN) ** 2 / 2
     chance = np.exp(chance - chance.max())
     # A seed of its own keeps these draws independent of the errors that are drawn with these scatters.
     random = np.random.default_rng(3)
     drawn = random.choice(chance.size, draws, p=chance.ravel() / chance.sum())
-    spread, level = np.divmod(drawn, len(AROUND))
+    spread, level = np.divmod(drawn, len(LEVEL_GRID))
     known_mm2 = behind[spread] * level_mm2[spread, level][:, None] + squares_mm2
     return np.sqrt(known_mm2 / random.chisquare(behind[spread] + freedom))
 

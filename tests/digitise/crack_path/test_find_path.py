@@ -74,8 +74,6 @@ ALIKE = [wandering([(30, 60), (470, 80)]), wandering([(30, 240), (470, 220)])]
     ("lines", "ends_px", "says"),
     [
         ([], ((-5.0, 100.0), (400.0, 100.0)), r"end \(-5, 100\) is outside the photo of 500 x 300 px"),
-        ([], ((5.0, 100.0), (400.0, 300.0)), r"end \(400, 300\) is outside the photo"),
-        ([], ((100.0, 100.0), (100.0, 100.0)), "0 px apart"),
         ([], ((100.0, 100.0), (111.0, 100.0)), r"11 px apart; .* 15 px"),
         ([], ((50.0, 60.0), (450.0, 250.0)), "no crack between the ends"),
         ([], None, "no crack found"),
@@ -140,18 +138,6 @@ def test_of_several_pieces_the_largest_is_taken_or_that_of_both_ends_and_it_is_s
         path = find_path(photo, ends_px)
         assert distance_to(path.points_px, np.array(line)).max() < 4
         assert "2 pieces" in path.warnings[0].text
-
-
-@pytest.mark.slow
-def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
-    """On the fine map it is two lines 70 px apart, and one of them was taken."""
-    wave = [(x, round(350 + 20 * np.sin(x / 90 + 350))) for x in range(40, 961, 20)]
-    photo = photo_of_lines(tmp_path, wave, size_px=(1000, 700), width_px=70)
-    (only,) = CrackSearch.of(photo).cracks
-    assert only.width_px == pytest.approx(70, rel=0.2)
-    inner = only.line_px[(only.line_px[:, 0] > 100) & (only.line_px[:, 0] < 900)]
-    assert distance_to(inner, np.array(wave, dtype=float)).max() < 15
-    assert find_path(photo, None).width_px == pytest.approx(70, rel=0.1)
 
 
 def test_a_number_takes_the_crack_of_that_rank(tmp_path):

@@ -70,10 +70,3 @@ def test_exchanged_walls_and_those_beside_the_face_are_refused():
         outline_between(left_mm, right_mm, (0.0, 60.0, 80.0, 90.0), "walls")
     with pytest.raises(InputError, match="exchange"):
         outline_between(right_mm, left_mm, None, "walls")
-
-
-def test_a_line_of_many_corners_has_growing_stations():
-    """The resampled line cuts the corners, so that it is shorter."""
-    zigzag_mm = np.column_stack([np.arange(41.0), np.arange(41) % 2])
-    outline, _ = outline_of_line(zigzag_mm, np.array([[0.0, 0.4]]), None, "line")
-    assert np.diff(outline.s_mm).min() > 0

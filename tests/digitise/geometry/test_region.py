@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from digitise.geometry.polyline import signed_area
 from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
 from sealtwin.core.errors import InputError
@@ -35,14 +34,6 @@ def stone(x_mm: float, y_mm: float, radius_mm: float, sides: int = 24) -> Floats
 
 def with_islands(*islands_mm: Floats) -> Outline:
     return dataclasses.replace(straight_slot(20.0, 3.0, CLOSED), islands_mm=islands_mm)
-
-
-def test_islands_stand_in_the_crack_whichever_way_they_run():
-    stones_mm = stone(5.0, 0.0, 0.5), stone(12.0, 0.4, 0.8)[::-1]
-    footprint = lay_out(with_islands(*stones_mm), VERTICAL, 0.0)
-    area_mm2 = 60.0 - sum(abs(signed_area(stone_mm)) for stone_mm in stones_mm)
-    assert footprint.crack.area() == pytest.approx(area_mm2, rel=1e-4)
-    assert (footprint.crack.num_contour(), footprint.warnings) == (3, ())
 
 
 def test_a_small_island_is_filled_and_its_place_named():

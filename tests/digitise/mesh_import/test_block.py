@@ -79,15 +79,6 @@ def test_a_block_is_cut_exactly_at_its_sides_whatever_crack_leaves_by_them(body)
     assert block.body.volume() == pytest.approx(body.volume(), rel=1e-9)
 
 
-@pytest.mark.parametrize("top_mm", [0.0, 10.0])
-def test_dams_at_its_sides_are_no_part_of_it(top_mm):
-    dams = box((-4.0, 10.0, -20.0), (0.0, 30.0, top_mm)) + box((60.0, 40.0, -20.0), (72.0, 44.0, top_mm))
-    block = cut_block(slotted() + dams, BELOW_MM)
-    assert block.size_mm == BLOCK_MM[:2]
-    assert block.trimmed_mm == 4.0
-    assert block.body.volume() == pytest.approx(slotted().volume(), rel=1e-12)
-
-
 @pytest.mark.parametrize(
     "body",
     [Manifold.cylinder(30.0, 50.0, 50.0, 128), Manifold.cylinder(30.0, 10.0, 60.0, 4)],

@@ -90,19 +90,6 @@ def test_a_path_beside_the_crack_is_refused():
         in_mouth(cavity_in(slotted()).mouth, np.array([[10.0, 35.0], [90.0, 35.0]]))
 
 
-def test_a_section_is_square_to_the_crack_and_as_deep_as_it_is():
-    """A wedge of a floor, from 4 mm deep at one end to 12 mm at the other."""
-    length_mm, width_mm = 60.0, 3.0
-    ends = ((0.0, 4.0), (length_mm, 12.0))
-    wedge = Manifold.hull_points(np.array([[x, y, z] for x, depth in ends for y in (-1.5, 1.5) for z in (0.0, -depth)]))
-    sections = cavity_sections(wedge, straight_slot(length_mm, width_mm, CLOSED))
-    expected_mm = 4.0 + 8.0 * sections.s_mm / length_mm
-    # The first and last cut of the floor are 0.01 mm from the ends, and a layer of the cavity is 0.25 mm thick.
-    assert sections.depth_mm == pytest.approx(expected_mm, abs=2e-3)
-    assert sections.area_mm2 == pytest.approx(width_mm * expected_mm, rel=0.02)
-    assert np.trapezoid(sections.area_mm2, sections.s_mm) == pytest.approx(width_mm * 60.0 * 8.0, rel=1e-3)
-
-
 def test_other_parts_of_the_crack_are_left_out_and_undercuts_are_not():
     """A hairpin's other leg stands beside this one; a pocket under the face's edge belongs to it."""
     leg, other_leg = box((0, -1.5, -5), (40, 1.5, 0)), box((0, 8.5, -5), (40, 11.5, 0))

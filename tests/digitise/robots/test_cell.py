@@ -60,15 +60,12 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
         (None, "robot_mm = [250.0, 80.0, 55.0]", "robot_mm = [250.0, 80.0, 5e9]", ["taught.1.robot_mm.2", "10000"]),
         (None, '["spel", "csv"]', '["gcode"]', ['formats has "gcode", but there is no [gcode] table']),
         (None, '["spel", "csv"]', '["krl"]', ["formats.0 = 'krl'", "urscript"]),
-        (None, 'dispenser = "output"', 'dispenser = "z"', ["spel: ", "needs output_bit"]),
         (None, "output_bit = 8", "", ["spel: ", "needs output_bit"]),
         (None, "output_bit = 8", "output_bit = 8\naxis_start_mm = 3.0", ["spel: ", "need axis_start_mm"]),
         (None, BY_S[0], BY_S[1], ["spel: ", 'dispenser = "s" ', 'motion = "curve"']),
-        (None, "largest_speed_mm_s = 100.0", "largest_speed_mm_s = nan", ["motion.largest_speed_mm_s = nan", "finite"]),
         (None, SECOND_POINT, "", ["taught: give at least 3 values, not 2"]),
         ("plunger", "# diameter_mm = 20.0 ", "#", ["plunger.diameter_mm is missing"]),
         ("urscript", "# port = 0", "port = 2", ["port is 2: give 0 or 1"]),
-        ("urscript", "# full_flow_mm3_s = 1000.0", "#", [ONLY_ANALOG]),
         ("urscript", '# dispenser = "analog"', 'dispenser = "digital"', [ONLY_ANALOG]),
         ("urscript", "# port = 0", BY_A_VECTOR, ["rotation_vector_rad: no such key"]),
     ],
@@ -79,15 +76,6 @@ def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, table, old, new, nam
     with pytest.raises(InputError, match=r"cell\.toml") as fault:
         read(tmp_path, (old, new), *changes, *([("output_bit = 8", "")] if new == BY_S[1] else []))
     assert all(words in str(fault.value) for words in named)
-
-
-def test_what_a_language_needs_is_told_apart(tmp_path):
-    assert [read(tmp_path).missing_for(kind) for kind in LANGUAGES] == [None, None, None, "gcode", "urscript"]
-    changes = ('dispenser = "output"', 'dispenser = "z"'), ("output_bit = 8", "axis_start_mm = -20.0")
-    on_z = read(tmp_path, *uncommented("plunger", "gcode"), *changes)
-    no_plunger = on_z.model_copy(update={"plunger": None})
-    for kind in ("spel", "gcode"):
-        assert (on_z.missing_for(kind), no_plunger.missing_for(kind)) == (None, "plunger")
 
 
 CORNERS = np.array([[0.0, 0.0], [160.0, 0.0], [0.0, 40.0]])
@@ -120,22 +108,9 @@ def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
     assert lifted - frame.to_robot_mm(flat) == pytest.approx(np.tile(3.0 * frame.normal, (5, 1)))
 
 
-def test_errors_of_touch_grow_outside_the_taught_points():
-    """Square to the face, against a thousand simulated teachings; the leverage formula is exact for a plane."""
-    points_mm = np.array([[80.0, 20.0, 0.0], [80.0, 100.0, 0.0]])
-    touched_mm = seen(FOUR, 0.0, 0.0) + np.random.default_rng(1).normal(0, 0.1, (1000, 4, 3))
-    heights_mm = [fitted(FOUR, robot_mm, limit_mm=9.0).to_robot_mm(points_mm)[:, 2] for robot_mm in touched_mm]
-    spread = np.std(heights_mm, axis=0) / 0.1
-    frame = fitted(FOUR, seen(FOUR))
-    # 1000 draws know a standard deviation to 2 %; three of them. Of several points it is the largest.
-    assert frame.error_growth(points_mm[:1, :2]) == pytest.approx(spread[0], rel=0.07)
-    assert frame.error_growth(points_mm[:, :2]) == pytest.approx(spread[1], rel=0.07)
-
-
 @pytest.mark.parametrize(
     ("sample_mm", "robot_mm", "says"),
     [
-        (CORNERS, seen(CORNERS) / 25.4, r"0\.03937 times as far apart"),
         (CORNERS, seen(CORNERS * 1.013), r"1\.013 times as far apart"),
         (CORNERS, seen(CORNERS * [1, -1], tip_deg=0.0), "mirrored"),
         # The arm hangs.

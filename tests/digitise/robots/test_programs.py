@@ -46,12 +46,6 @@ def test_the_nozzle_comes_from_above_and_leaves_upward_giving_nothing():
     assert motions[0].place == (0, 0, motions[1].place[2])
 
 
-def test_what_the_cell_asks_for_stands_before_the_first_move():
-    plain, cold = (gcode_text(placed(gcode={"cold_extrusion": on})) for on in (False, True))
-    assert "M302" not in plain
-    assert cold.index("M302 P1") < cold.index("G1 ")
-
-
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
@@ -111,16 +105,6 @@ def test_the_tool_looks_into_the_face_and_is_turned_as_asked(turn_deg):
     x /= np.linalg.norm(x)
     seen_deg = np.degrees(np.arctan2(np.cross(x, axes[:, 0]) @ axes[:, 2], x @ axes[:, 0]))
     assert seen_deg == pytest.approx(turn_deg, abs=1e-3)
-
-
-def test_a_digital_output_is_on_over_the_crack_only():
-    it = trajectory(lead_in_mm=8.0, lead_out_mm=5.0)
-    text = urscript_text(placed(it, urscript=DIGITAL))
-    script = read_urscript(text)
-    assert script.outputs == {("set_standard_digital_out", 3)}
-    levels = np.array([motion.given for motion in script.motions[2:-1]])
-    assert (levels > 0).tolist() == (it.flow_mm3_s[:-1] > 0).tolist()
-    assert f"dispenser to {it.flow_mm3_s.max():.4f} mm3/s" in text
 
 
 @pytest.mark.parametrize(

@@ -72,16 +72,6 @@ def test_where_z_presses_the_plunger_it_does_nothing_else(motion):
     assert flown / step_s == pytest.approx(np.full(61, 4.0), rel=2e-3)
 
 
-def test_a_six_axis_arm_gets_all_its_angles_and_the_flags_of_its_cell():
-    table = {"vw_deg": (90.0, 180.0), "u_deg": 30.0, "hand": "left", "local": 3, "tool": 2, "first_point": 100}
-    text = spel_text(placed(spel=table))
-    program = read_spel(text)
-    assert (program.curve, program.flags) == ((6, 101, 100 + len(trajectory().t_s)), {"/L", "/3"})
-    assert {point[3:] for point in program.points.values()} == {(30.0, 90.0, 180.0)}
-    assert min(program.points) == 100
-    assert "  Tool 2\n" in text
-
-
 LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)}}
 
 

@@ -6,13 +6,11 @@ import pytest
 
 from digitise.geometry.polyline import rectangle
 from digitise.photo import Photo, load_photo
-from digitise.scale.face_scale import edge_line
 from digitise.settings import PhotoInput
 from fixtures.generate.specimen import Recipe, Specimen, make_specimen
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import texts
 from sealtwin.core.records import Floats
-from tests.support.photos import SMALL_FACE, mortar, photo_of, write_png
+from tests.support.photos import SMALL_FACE, mortar, write_png
 
 FACE = rectangle((0, 0, 70, 40))
 
@@ -38,24 +36,6 @@ def photo_with(specimen, tmp_path):
         return load_photo(PhotoInput(**settings), tmp_path)
 
     return load
-
-
-def test_markers_place_the_face_to_a_hundredth_of_a_millimetre(specimen, tmp_path):
-    """With corners refined in the gamma of the stored photo, or not at all, this is 0.03 mm and more."""
-    photo = photo_of(specimen, tmp_path)
-    assert np.abs(photo.to_mm(specimen.to_px(FACE)) - FACE).max() < 0.01
-    assert photo.scale_residual_mm is not None
-    assert photo.scale_residual_mm < 0.04
-    assert photo.scale_source == "8 4x4_50 markers of 16 mm"
-    # The face runs round from its lower left corner.
-    assert photo.face_px == pytest.approx(specimen.to_px(FACE), abs=0.1)
-
-
-def test_a_marker_out_of_sight_is_named_and_the_others_used(specimen, photo_with):
-    corner = np.rint(specimen.to_px(np.array([[-14.0, -14.0]]))[0]).astype(int)
-    photo = photo_with(lambda image: cv2.circle(image, tuple(corner), 120, (200, 200, 200), -1))
-    assert texts(photo.warnings) == ("markers not found: [0]",)
-    assert photo.scale_source.startswith("7 ")
 
 
 def cover(image, _):
@@ -134,13 +114,3 @@ def test_a_photo_without_a_face_is_refused(tmp_path):
     path = write_png(tmp_path / "plain.png", mortar())
     with pytest.raises(InputError, match=r"no face 4\.00 times as wide as high, as face_mm"):
         load_photo(PhotoInput(file=path, data="synthetic", face_mm=(160, 40)), tmp_path)
-
-
-def test_a_quarter_of_the_points_pulled_to_one_side_moves_nothing():
-    """As by a fleck on an edge. Least squares alone is pulled 2 px off by it, and then keeps the fleck."""
-    foot, outward = np.linspace((10.0, 20.0), (200.0, 45.0), 60), np.array([-25.0, 190.0]) / np.hypot(25, 190)
-    across_px = np.random.default_rng(1).normal(0, 0.05, 60)
-    across_px[46:60] += 8.0
-    (point, direction), miss_px = edge_line(foot, outward, across_px)
-    assert len(miss_px) == 46
-    assert np.abs((foot[[0, -1]] - point) @ [-direction[1], direction[0]]).max() < 0.05

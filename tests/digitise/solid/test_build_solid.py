@@ -12,23 +12,18 @@ from digitise.geometry.mesh_topology import examine_mesh
 from digitise.geometry.polyline import signed_area
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.build_solid import build_solid
-from digitise.solid.footprint import lay_out
-from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
-from sealtwin.core.records import FaceLabel, Floats, Solid
+from sealtwin.core.records import FaceLabel, Solid
 from tests.support.meshes import labelled_mm2
-from tests.support.section_volumes import cavity_volume_mm3
 from tests.support.shapes import (
     CLOSED,
     CUT,
     OPEN,
     arc_slot,
-    closed_crack,
     cut_crack,
     oblique_slot,
     pinched_crack,
-    random_crack,
     straight_slot,
     wandering_crack,
     with_ring,
@@ -42,10 +37,6 @@ L, W = 80.0, 3.1
 
 def shape(tilt: Tilt = "lean", **changes) -> CrackShape:
     return CrackShape.model_validate({"depth_mm": DEPTH_MM, "tilt": tilt} | changes)
-
-
-def corners(solid: Solid, *labels: FaceLabel) -> Floats:
-    return solid.vertices_mm[solid.faces[np.isin(solid.face_label, labels)]].reshape(-1, 3)
 
 
 def manifold(solid: Solid) -> Manifold:
@@ -109,15 +100,6 @@ def test_the_file_is_the_solid(tmp_path, crack, tilt):
         assert getattr(read_back.sections, name) == pytest.approx(getattr(solid.sections, name), abs=1e-5)
 
 
-@pytest.mark.parametrize(("lean_to", "side"), [("left", 1.0), ("right", -1.0)])
-def test_lean_shears_the_mouth_to_the_named_side(lean_to, side):
-    """Along +x left is +y. The floor is the mouth, moved: mouth, width and volume are the photo's."""
-    floor = corners(build_solid(straight_slot(L, W, CLOSED), shape("lean", lean_to=lean_to)), FaceLabel.FLOOR)
-    shift_mm = side * SLOPE * DEPTH_MM
-    assert (floor[:, 1].min(), floor[:, 1].max()) == pytest.approx((shift_mm - W / 2, shift_mm + W / 2), abs=1e-6)
-    assert np.ptp(floor[:, 0]) == pytest.approx(L, abs=1e-6)
-
-
 @pytest.mark.parametrize("tilt", TILTS)
 def test_dams_close_open_ends(tilt):
     """Below the face the cavity is a hole in the sample, not a gap that runs out of its side; above it stand plates."""
@@ -149,14 +131,6 @@ def test_labels_cover_the_faces_they_name():
         assert labelled_mm2(solid, label) == pytest.approx(area, rel=1e-6), label.name
 
 
-@pytest.mark.parametrize("tilt", TILTS)
-def test_without_a_face_the_margin_stands_around_mouth_and_floor(tilt):
-    solid = build_solid(straight_slot(L, W, CLOSED), shape(tilt, margin_mm=5.0))
-    inner = corners(solid, FaceLabel.WALL, FaceLabel.FLOOR)[:, :2]
-    assert inner.min(axis=0) - solid.block_mm[:2] == pytest.approx(5.0, abs=0.02)
-    assert solid.block_mm[2:] - inner.max(axis=0) == pytest.approx(5.0, abs=0.02)
-
-
 SHORT, NARROW = straight_slot(40.0, 3.0, CLOSED), straight_slot(10.0, 0.2, CLOSED)
 BOW_TIE = with_ring(SHORT, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.0, 1.5]]))
 
@@ -179,25 +153,3 @@ BOW_TIE = with_ring(SHORT, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.
 def test_impossible_cracks_are_refused_in_a_sentence(outline, changes, says):
     with pytest.raises(InputError, match=says):
         build_solid(outline, shape(**changes))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20))
-def test_any_crack_becomes_sound_in_every_tilt(seed):
-    """Twenty of each of five kinds, smooth and rough, against the integral of their sections."""
-    rough_mm = (0.0, 0.05, 0.1, 0.2)[seed % 4]
-    outlines = [
-        wandering_crack(seed, rough_mm=rough_mm),
-        cut_crack(seed, rough_mm=rough_mm),
-        closed_crack(seed, rough_mm=rough_mm),
-        random_crack("plain", seed, length_mm=100.0, rough_mm=rough_mm),
-        random_crack("pinched", seed, neck_mm=0.03 + 0.1 * (seed % 3), rough_mm=rough_mm / 2),
-    ]
-    for outline in outlines:
-        for tilt in TILTS:
-            solid = build_solid(outline, shape(tilt))
-            assert examine_mesh(solid.vertices_mm, solid.faces, expected_euler=2)[0] == []
-            rounded = solid.vertices_mm.astype(np.float32).astype(float)
-            assert examine_mesh(rounded, solid.faces, expected_euler=2)[0] == []
-            footprint = lay_out(outline, shape(tilt), max(wall_shifts_mm(shape(tilt))))
-            assert solid.cavity_volume_mm3 == pytest.approx(cavity_volume_mm3(footprint, shape(tilt), 8), rel=1e-3)

@@ -5,20 +5,12 @@ import pytest
 from manifold3d import Manifold, OpType
 
 from digitise.geometry.mesh_topology import examine_mesh, mesh_volume_mm3
-from digitise.solid.float_mesh import DUST_MM3, SHORT_MM, tidy
+from digitise.solid.float_mesh import SHORT_MM, tidy
 from sealtwin.core.records import Floats, Integers
 
 
 def cube(size_mm: float, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Manifold:
     return Manifold.cube((size_mm, size_mm, size_mm)).translate(at)
-
-
-def test_dust_is_dropped_and_bodies_are_kept():
-    dust = cube(0.5 * DUST_MM3 ** (1 / 3), (20, 0, 0))
-    body = Manifold.compose([cube(10), cube(2, (30, 0, 0)), dust])
-    vertices, faces = tidy(body)
-    assert len(faces) == 24
-    assert mesh_volume_mm3(vertices, faces) == pytest.approx(1008.0)
 
 
 def test_a_step_below_the_limit_is_collapsed_without_losing_volume():

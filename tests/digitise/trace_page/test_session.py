@@ -17,16 +17,14 @@ from pydantic import ValidationError
 
 from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
-from digitise.settings import CrackShape, Marker, MarkerBoard, PhotoInput
+from digitise.settings import Marker, MarkerBoard, PhotoInput
 from digitise.trace_page import session as page_session
 from digitise.trace_page.session import (
     TILE_PX,
     Hints,
     OutdatedError,
     Pyramid,
-    Shape,
     TraceSession,
-    path_settings,
     rest_of,
     scale_settings,
 )
@@ -221,15 +219,6 @@ def _assembled(pyramid, level) -> np.ndarray:
     return np.vstack(rows)
 
 
-def test_the_tiles_of_the_first_level_are_the_photo():
-    """JPEG leaves soft spots within 2 of 255 on average; a tile out of place would be off by 40."""
-    photo = _clouds(1300, 700)
-    photo[..., 2] = 90  # blue, so that swapped channels show
-    whole = _assembled(Pyramid(photo), 0)
-    assert whole.shape == photo.shape
-    assert np.abs(whole.astype(int) - photo).mean(axis=(0, 1)).max() < 2
-
-
 @pytest.mark.parametrize("size", [(1024, 512), (1301, 703), (2049, 130)])
 def test_every_pixel_keeps_its_place_at_every_size(size):
     """Each is the mean of its block of the photo, but for 2.5 of 255 by JPEG and rounding.
@@ -246,13 +235,6 @@ def test_every_pixel_keeps_its_place_at_every_size(size):
         expected = blocks.astype(float).mean(axis=(1, 3))
         seen = _assembled(pyramid, level)[: height // block, : width // block, 0]
         assert np.abs(seen - expected)[:, -100:].mean() < 3
-
-
-def test_outside_the_photo_there_is_no_tile():
-    pyramid = Pyramid(_clouds(1200, 1200))
-    assert pyramid.tile(0, 1, 1) is not None
-    for tile in ((0, 3, 0), (0, 0, 3), (0, -1, 0), (0, 0, -2), (-1, 0, 0), (3, 0, 0)):
-        assert pyramid.tile(*tile) is None
 
 
 HINTED_ENDS = ((1.0, 2.0), (300.0, 4.5))
@@ -273,13 +255,6 @@ def test_a_trial_taken_apart_and_put_together_is_the_same():
     assert together.model_dump(exclude={"ends_px", "via_px"}) == trial.model_dump(exclude={"ends_px", "via_px"})
 
 
-def test_without_a_scale_there_is_none():
-    """It is never guessed: the page then measures in pixels."""
-    assert scale_settings(rest_of(_trial(mm_per_px=0.1)), Hints(ends_px=HINTED_ENDS)) is None
-    assert scale_settings(rest_of(_trial(mm_per_px=0.1)), Hints(scale_is="assumed")) is None
-    assert scale_settings(rest_of(_trial(markers=BOARD)), Hints()) is not None
-
-
 @pytest.mark.parametrize(
     ("hints", "named"),
     [
@@ -293,17 +268,6 @@ def test_without_a_scale_there_is_none():
 def test_half_a_scale_or_two_are_refused(hints, named):
     with pytest.raises(InputError, match=named):
         scale_settings(rest_of(_trial(mm_per_px=0.1)), hints)
-
-
-def test_a_wrong_scale_does_not_keep_the_path_from_being_traced():
-    rest = rest_of(_trial(markers=BOARD, edge_fraction=0.7))
-    settings = path_settings(rest, Hints(ends_px=HINTED_ENDS, mm_per_px=-1.0))
-    assert (settings.ends_px, settings.edge_fraction, settings.markers) == (HINTED_ENDS, 0.7, None)
-
-
-def test_via_points_without_ends_are_refused():
-    with pytest.raises(InputError, match="ends"):
-        path_settings(rest_of(_trial(mm_per_px=0.1)), Hints(via_px=((5.0, 6.0),)))
 
 
 @pytest.mark.parametrize(
@@ -324,10 +288,3 @@ def test_anything_else_is_no_hint(body):
     """The page can name no file, and send no number that is none."""
     with pytest.raises(ValidationError):
         Hints.model_validate_json(body)
-
-
-def test_a_shape_is_what_a_trial_says_in_single_values():
-    """A default must not be saved as if somebody had said it, nor a table be flattened."""
-    assert Shape.of(CrackShape(depth_mm=16)).said() == {"depth_mm": 16.0}
-    crack = CrackShape(depth_mm=((0, 16), (40, 12)), tilt="flare", wall_angle_deg=(5, 7))
-    assert Shape.of(crack).said() == {"tilt": "flare"}

@@ -71,19 +71,6 @@ def test_the_nozzles_path_lies_on_the_crack_where_it_gives(scene):
     assert np.array_equal(pixels(picture, photo, trimmed_px), pixels(bare, photo, trimmed_px))
 
 
-def test_side_cracks_are_drawn_dashed_where_they_are_left_out_and_islands_with_their_rim(scene):
-    """Half of a dashed line is dashes, whose ends are soft."""
-    photo, outline, _ = scene
-    line_px, ring_px = np.array([[100.0, 300.0], [160.0, 360.0]]), np.array([[200.0, 300], [240, 300], [220, 340]])
-    spoilt = replace(outline, branches_mm=(photo.to_mm(line_px),), islands_mm=(photo.to_mm(ring_px),))
-    shares = []
-    for seen in (spoilt, replace(spoilt, branches_kept=True)):
-        picture = draw_overlay(photo, seen)
-        for points_px, colour in ((line_px, CENTRE), (ring_px, ENDS)):
-            shares.append(share_of_colour(picture, photo, resampled(points_px, 0.5), colour))
-    assert shares == pytest.approx([0.5, 1, 1, 1], abs=0.15)
-
-
 X_MM = np.linspace(0.0, 60.0, 121)
 LINE_MM = np.column_stack([X_MM, 8 * np.sin(X_MM / 15)])
 

@@ -38,12 +38,6 @@ def test_the_width_of_a_thin_crack_is_that_drawn(tmp_path):
     assert abs(figures.width_error_percent) < 10
 
 
-@pytest.mark.slow
-def test_an_enlarged_photo_is_no_wider_crack(tmp_path):
-    """Between walls at half contrast, a crack of 3 px enlarged to 12 is 32 % too wide."""
-    assert abs(trace_thin_photo(3, 3.0, tmp_path, times=4).width_error_percent) < 10
-
-
 def test_the_line_is_in_the_middle_and_its_interval_goes_into_files_and_into_the_volume(tmp_path):
     photo, path = seen(tmp_path, 5)
     outline = trace_outline(photo, path)

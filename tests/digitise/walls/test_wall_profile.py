@@ -43,17 +43,6 @@ def test_a_wall_is_found_to_a_twentieth_of_a_pixel(walls_of, shift):
     assert (walls.clear_step[0].all(), walls.open_line.all()) == (True, True)
 
 
-def test_a_wall_off_the_sample_goes_with_the_other_one(walls_of):
-    """The upper wall leaves the mask at x = 200; from there on it is known by the width alone."""
-    brightness, mask = band(51.0, 69.0), np.full((120, 300), 255, dtype=np.uint8)
-    mask[:56, 200:] = 0
-    walls = walls_of(brightness, mask)
-    hidden = np.arange(20, 280, 2.5) > 203
-    assert not walls.clear_step[0][hidden].any()
-    assert walls.clear_step[1].all()
-    assert walls.away_mm[0] / MM_PER_PX == pytest.approx(9, abs=0.1)
-
-
 @pytest.mark.parametrize("rim_px", [3, 5])
 def test_a_lit_rim_is_crack_and_the_other_wall_stays_where_it_is(walls_of, rim_px):
     """56 % as bright as mortar, blurred by 1 px, in grain of 5 %. A narrow one raises the level: 0.9 px too far in.

@@ -11,22 +11,18 @@ import tempfile
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from matplotlib import pyplot
 
 import sealtwin as st
 from sealtwin.core.errors import InputError
 from sealtwin.trial.trial_file import load_trial
-from tests.support.evidence import axes_of
 from tests.support.report_stubs import leave_out_figures, leave_out_pages
 from tests.support.tiny_study import tiny_lab
-from validate.report.write_report import REPORT
 
 ENDS_PX = [[40, 101], [160, 98]]
 READINGS = np.array(
@@ -104,16 +100,6 @@ def test_a_mask_may_be_an_array(way):
         st.trace_crack(masked, ENDS_PX, roi_px=[(0, 0), (199, 199)])
 
 
-def test_python_is_warned_of_what_a_run_cannot_show(way):
-    """A volume ratio of 2 came back without a word."""
-    solver = st.Solver(**COARSE, settle_s=0.0)
-    with pytest.warns(RuntimeWarning, match=r"Set a longer solver\.settle_s") as caught:
-        run = st.inject(way[1], way[2], way[3], st.Fluid(U=30, D_cm=0.3), solver=solver)
-    assert {warning.filename for warning in caught} == {__file__}
-    texts = [str(warning.message) for warning in caught]
-    assert [remark.text for remark in run.remarks] == [text for text in texts if text.startswith("fluid.")] != []
-
-
 def test_python_is_warned_of_doubtful_readings():
     """A code for a missing reading was taken for a level without a word."""
     doubtful = np.column_stack([READINGS, READINGS[:, 1:]])
@@ -172,27 +158,6 @@ def test_the_level_of_several_seeds_is_their_mean(lab, tmp_path, monkeypatch):
     assert trial.result.seeds.seeds == (0, 1)
     table = np.genfromtxt(tmp_path / "run" / "level.csv", delimiter=",", names=True)
     assert trial.level.level_mm == pytest.approx((table["seed_0_mm"] + table["seed_1_mm"]) / 2, abs=1e-6)
-    with pytest.warns(RuntimeWarning, match="fluid.U is "):
-        again = st.run_trial(lab / "trial.toml", out=tmp_path / "run")
-    assert again.result.seeds is None
-    assert again.level.level_mm == pytest.approx(table["seed_0_mm"])
-
-
-def test_a_report_says_what_nobody_declared(way, result, tmp_path, monkeypatch):
-    leave_out_figures(monkeypatch)
-    _, crack, solid, path, run = way
-    page = st.write_report(tmp_path / "P01", crack, solid, path, run, result, note="by hand")
-    assert {file.name for file in page.parent.iterdir()} == {*REPORT, "overlay.png", "straight.png"}
-    report = json.loads((page.parent / "report.json").read_text(encoding="utf-8"))
-    compared = report["comparison"]
-    assert report["name"] == "P01"
-    assert report["photo_data"] == compared["readings_data"] == compared["role"] == "undeclared"
-    assert "alidated" not in str(report["headline"])
-    (caution,) = [fact["text"] for fact in report["cautions"] if fact["key"] == "data.not-a-validation"]
-    assert caution.count("not declared") == 3
-    assert compared["errors"]["mean_error_mm"] == pytest.approx(result.mean_error_mm)
-    assert compared["uncertainty"]["mean_error_interval_mm"] == pytest.approx(result.interval_95_mm)
-    assert crack.sha256 in str(report["provenance"])
 
 
 def test_a_report_is_of_one_run_and_leaves_a_run_folder_alone(way, result, tmp_path):
@@ -204,6 +169,14 @@ def test_a_report_is_of_one_run_and_leaves_a_run_folder_alone(way, result, tmp_p
     with pytest.raises(InputError, match=str(tmp_path)):
         st.write_report(tmp_path, *way[1:])
     assert [file.name for file in tmp_path.iterdir()] == ["manifest.json"]
+
+
+def test_inject_takes_the_slopes_by_keyword(way):
+    _, crack, solid, path, run = way
+    fluid, solver = st.Fluid(U=30, D_cm=0.3), st.Solver(**COARSE)
+    sloping = st.inject(crack, solid, path, fluid, solver=solver, gradient_deg=20)
+    assert sloping.settings["sample"]["gradient_deg"] == 20
+    assert sloping.position_mm[:, 0].mean() < run.position_mm[:, 0].mean() - 0.1
 
 
 OTHER = st.crack_from_polyline([(0, 20), (60, 20)], 2.0)
@@ -261,35 +234,6 @@ def test_declared_data_can_validate_a_run_without_leaks(lab, way):
     assert st.compare(leaking, readings, crack, solid).verdict.startswith("Do not use this run: 3 particles")
 
 
-def test_levels_are_drawn_on_a_figure(result):
-    figure = st.plot_levels(result.level, result.readings, result)
-    (axes,) = axes_of(figure)
-    labels = [str(line.get_label()) for line in axes.lines]
-    assert "simulated" in labels
-    assert "caliper, UNDECLARED" in labels
-    with pytest.raises(InputError, match="readings"):
-        st.plot_levels()
-
-
-def test_a_plot_leaves_the_plots_of_a_notebook_alone(result, monkeypatch):
-    """Emulates the inline backend: its first figure switches interactive mode on, a cell shows pyplot's figures."""
-    monkeypatch.setattr(pyplot, "figure", lambda *_, new=pyplot.figure, **how: (pyplot.ion(), new(**how))[1])
-    pictures = []
-    levels = partial(st.plot_levels, result.level)
-    for cell in (levels, partial(pyplot.plot, [1, 2, 3]), levels):
-        shown = cell()
-        drawn = len(pyplot.get_fignums() if pyplot.isinteractive() else [])
-        pictures.append(drawn + (getattr(shown, "_repr_html_", str)() or "").count("<img src="))
-        pyplot.close("all")
-    pyplot.ioff()
-    assert pictures == [1, 1, 1]
-
-
-def test_a_robot_s_path_is_confirmed(way, tmp_path):
-    with pytest.raises(InputError, match="allow_automatic"):
-        st.write_robot_program(tmp_path, replace(way[1], path_source="automatic"), way[3], {})
-
-
 def test_a_fluid_does_not_freeze_unless_told_and_is_copied_without_being_checked_again():
     assert st.Fluid(U=30, D_cm=0.3, yield_stress_pa=12).freeze_after_s == "never"
     assert st.Fluid(U=np.float64(30), freeze_after_s=2).freeze_after_s == 2
@@ -302,23 +246,24 @@ def test_a_fluid_does_not_freeze_unless_told_and_is_copied_without_being_checked
 @pytest.mark.parametrize(
     ("call", "named"),
     [
-        ("Fluid(U=-1)", "Fluid: U = -1"),
         ("Fluid(1.0)", "Fluid: give settings by name, as in U="),
         ("read_photo('nowhere.jpg', mm_per_px=0.1)", "nowhere.jpg"),
         ("read_photo(photo.image)", "read_photo: no scale"),
         ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: an array"),
         ("read_photo(7, mm_per_px=0.1)", "photo: expected a file"),
-        ("trace_crack(photo, [(1, 2), (3, '4')])", "trace_crack: ends_px.1.1"),
         ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
-        ("plan_path(crack, solid, speed_mm_s=0)", "plan_path: speed_mm_s = 0"),
         ("trace_crack(photo, mm_per_px=0.2)", "trace_crack: mm_per_px: no such keyword"),
         ("inject(crack, solid, path, {'U': 30})", "inject: fluid is a dict"),
         ("inject(crack, solid, path, Fluid(U=1), seed=-1)", "inject: seed = -1"),
         ("inject(crack, solid, path, Fluid(U=1), threads=0)", "inject: threads = 0"),
+        ("inject(crack, solid, path, Fluid(U=1), crossfall_deg=46)", "inject: crossfall_deg = 46"),
+        ("inject(crack, solid, path, Fluid(curve='none.csv'))", "none.csv: no such file"),
         ("inject(crack, solid, path, Fluid(U=1), solver=Solver(radius_mm=5))", "solver.radius_mm is 5"),
         ("read_readings(READINGS[:, 0])", "shape"),
         ("read_readings(READINGS, unit='cm')", "read_readings: unit"),
-        ("read_readings(READINGS + [90, 0, 0], crack, solid)", "readings: 90.5 mm in A2"),
+        ("read_readings(__file__, columns=['s_mm', 'level_mm'])", "columns of a file is a table"),
+        ("plot_levels()", "readings"),
+        ("write_robot_program('P01', replace(crack, path_source='automatic'), path, {})", "allow_automatic"),
         ("read_readings(READINGS, fitted=['fluid.u'])", "read_readings: fitted: fluid.u"),
         ("release_block(9, 9, 0, Fluid(U=1), duration_s=1, solver=Solver())", "release_block: height_mm = 0"),
         ("compare(None, None, None, None, gate_mm=-1)", "compare: gate_mm = -1"),
@@ -390,7 +335,6 @@ def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid)
         ([[10, 4], [30, 4]], ["s_mm", "reading"], "Give unit=...."),
         ([[10, 4], [30, 4]], ["s_mm", "reading"], "Give quantity=...."),
         ([[10, 9], [30, -9], [50, 9]], ["s_mm", "level_mm"], "as_written=['B3']"),
-        ([[10, 9], [30, -9], [50, 9]], None, "as_written=['B3']"),
         ("s_mm,foo\n10,4\n30,4\n", None, "columns={'levels': ...}"),
     ],
 )
@@ -411,31 +355,9 @@ def test_what_is_wrong_with_readings_is_told_by_keywords(tmp_path, rows, columns
     assert isinstance(rows, Path) or tempfile.gettempdir() not in text
 
 
-def test_columns_of_a_file_are_its_table(tmp_path, crack, solid):
-    sheet = tmp_path / "sheet.csv"
-    sheet.write_text("a,b,c\n10,7,-4.0\n30,8,-3.0\n", encoding="utf-8")
-    readings = st.read_readings(sheet, crack, solid, columns={"s": "A", "levels": ["C"]}, unit="mm", quantity="level")
-    assert readings.level_mm == pytest.approx([-4.0, -3.0])
-    with pytest.raises(st.InputError, match="columns of a file is a table"):
-        st.read_readings(sheet, columns=["s_mm", "level_mm"])
-
-
 def test_records_show_their_main_figures_in_a_line_and_a_table(crack, result):
     length = f"{crack.length_mm:.1f} mm"
     assert repr(crack).startswith(f"CrackOutline(length {length}, mean width 3.00 mm, ends open and open")
     assert repr(result).startswith(f"LevelComparison(mean error {result.mean_error_mm:.2f} mm (")
     assert repr(st.Fluid(U=30, D_cm=0.3)) == "Fluid(U=30.0, D_cm=0.3)"
     assert f"<td>{length}</td>" in crack._repr_html_()
-
-
-def test_levels_on_axes_of_the_users_leave_title_colours_and_limits_alone(crack, solid, path):
-    figure, ax = pyplot.subplots()
-    ax.set(title="mine", ylim=(-30.0, 5.0))
-    (drawn,) = ax.plot([0, 80], [-1, -1])
-    for stress_pa in (3, 6):
-        level = st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=2, yield_stress_pa=stress_pa))
-        st.plot_levels(level, solid=solid, ax=ax, label=f"{stress_pa} Pa")
-    colours = {line.get_label(): line.get_color() for line in ax.get_lines()}
-    assert len({colours["3 Pa"], colours["6 Pa"], drawn.get_color()}) == 3
-    assert (ax.get_title(), ax.get_title(loc="left"), ax.get_ylim()[0]) == ("mine", "", -30.0)
-    pyplot.close(figure)

@@ -89,15 +89,6 @@ def test_readings_that_nothing_makes_stop_the_search_without_a_posterior():
     assert not result.reaches[0].possible or result.least_implausibility > 1
 
 
-def test_a_search_goes_on_if_few_runs_only_seem_to_rule_out_all_settings():
-    """An emulator of the first runs is overconfident: it once ruled out readings of a run of the same paste, by 2.0."""
-    sentences = list[str]()
-    result = search(FREES, [_source(Twin(), bump_mm=0.7)], FEWEST, sentences.append)
-    first = float(sentences[0].partition("best setting ")[2].split()[0])
-    assert 2 < first < 3
-    assert len(result.points) > FIRST + searching.AGAIN
-
-
 def test_a_lost_run_is_left_out_and_many_end_the_search():
     result = search(FREES, [_source(Twin(lost={2}))], FEWEST, lambda _: None)
     assert result.possible

@@ -1,20 +1,17 @@
 """The command as a user meets it: answers, exit codes, one sentence for each thing that is wrong."""
 
 import json
-import os
 import shlex
 import subprocess
 import sys
 from pathlib import Path
 
-import cv2
-import numpy as np
 import pytest
 import typer
 
 from sealtwin.cli.answer import Command, ending
 from tests.support.photos import mortar, with_crack, write_png
-from tests.support.processes import refusal, sealtwin, start_interruptible
+from tests.support.processes import refusal, sealtwin
 from tests.support.tiny_study import tiny_lab
 
 LINE = [(40, 150), (460, 140)]
@@ -29,7 +26,6 @@ def trial(tmp_path):
     ("file", "content", "named"),
     [
         ("crack.png", None, "crack.png: not found"),
-        ("crack.png", "This is no photo.", "crack.png: not a readable photo"),
         ("readings.csv", "s_mm,height\n0,-16\n", "readings.csv: column B 'height'"),
     ],
 )
@@ -69,12 +65,8 @@ def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
         ("digitise photo.png", "--depth-mm"),
         ("digitise photo.png --depth-mm 16 --ends '12;340' 1,2", "--ends"),
         ("digitise scan.stl --depth-mm 16", "sealtwin import-mesh scan.stl"),
-        ("import-mesh scan.stl", "--units"),
-        ("robot run --speed 4", "--speed"),
         ("sweep study.toml --jobs 1.5", "--jobs: jobs = 1.5: should be a whole number"),
         ("plan trial.toml --from levels.csv --seeds 1", "--from"),
-        ("export run --format mask,dwg --out x", "--format: formats.1 = 'dwg'"),
-        ("fly", "fly"),
     ],
 )
 def test_a_program_reads_what_was_wrong_with_its_command_line(line, named):
@@ -85,35 +77,6 @@ def test_a_program_reads_what_was_wrong_with_its_command_line(line, named):
     assert named in error["error"]
     assert named in answer.stderr
     assert not sealtwin(*shlex.split(line)).stdout
-
-
-def test_the_module_is_the_command():
-    """Run as a module, a file that only defines would do nothing, and say so by code 0."""
-    command = [sys.executable, "-m", "sealtwin.cli.app", "--version"]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout == sealtwin("--version").stdout != ""
-
-
-INTERRUPTED = """
-import typer
-from sealtwin.cli.answer import CheckedCommand, answers
-
-app = typer.Typer()
-
-@app.command(cls=CheckedCommand)
-@answers()
-def command(command):
-    exec("import signal; signal.raise_signal(signal.SIGINT); done = 1")
-
-app()
-"""
-"""A signal where CPython notes it."""
-
-
-def test_an_interrupt_in_the_making_of_a_class_ends_with_130_too():
-    ended = start_interruptible([sys.executable, "-c", INTERRUPTED])
-    narration = ended.communicate()[1]
-    assert ended.returncode == 130, narration
 
 
 def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
@@ -134,16 +97,6 @@ def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
     for name in ("manifest.json", "trial.toml", "outline.json", "solid.json"):
         text = (run / name).read_text()
         assert [place for place in (str(tmp_path), str(Path.home())) if place in text] == [], name
-
-
-def test_a_refusal_shows_what_was_found(tmp_path):
-    """A piece of a wide crack: seen, followed, and too short to be measured."""
-    photo = write_png(tmp_path / "crack.png", with_crack(mortar(), LINE, width_px=50))
-    line = ("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "190,146", "310,144")
-    picture = tmp_path / "run" / "refused.png"
-    assert refusal(*line, "--out", picture.parent).endswith(f"Look at {picture}.")
-    colours = np.asarray(cv2.imread(str(picture))).astype(int)
-    assert np.abs(colours - (60, 235, 250)).max(axis=2).min() < 40, "the way, in its yellow"
 
 
 @pytest.fixture
@@ -172,16 +125,6 @@ def test_a_path_alone_is_a_robot_s_and_no_simulation_s_until_it_has_a_depth(thin
     assert result["sample"]["width_source"] == outline["width_source"] == "fit"
 
 
-def test_a_gauge_s_widths_are_taken_as_given(thin, tmp_path):
-    arguments, out = thin
-    (tmp_path / "widths.csv").write_text("s_mm,width_mm\n0,0.2\n42,0.4\n")
-    answer = sealtwin("digitise", *arguments, "--depth-mm", 16, "--width-mm", tmp_path / "widths.csv")
-    assert answer.exit_code == 0, answer.output
-    assert json.loads((out / "run.json").read_text())["sample"]["mean_width_mm"] == pytest.approx(0.3, abs=0.01)
-    path_alone = ("--set", "photo.path_only=true", "--width-mm", 0.3)
-    assert "path_only cannot be combined with width_mm" in refusal("digitise", *arguments, *path_alone)
-
-
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a file that is always full")
 def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
     with Path("/dev/full").open("w") as full:
@@ -197,16 +140,3 @@ def test_a_library_that_finds_no_memory_is_one_sentence_and_another_fault_a_bug(
     assert (end.value.exit_code, "not enough memory" in capsys.readouterr().err) == (3, True)
     with pytest.raises(ImportError, match="no such name"), ending(Command()):
         raise ImportError("no such name")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name != "posix", reason="a shell that can close a stream")
-def test_without_an_open_stderr_the_answer_is_the_same(tmp_path):
-    """A file opened next would take the closed stream's number, and all narration."""
-    command = f"exec {shlex.quote(sys.executable)} -m sealtwin validate nowhere --json 2>&-"
-    answer = subprocess.run(command, shell=True, stdout=subprocess.PIPE, cwd=tmp_path, text=True, check=False)
-    assert answer.returncode == 3
-    assert "nowhere: not a run folder" in json.loads(answer.stdout)["error"]
-    digits = f"exec {shlex.quote(sys.executable)} -m sealtwin init lab >&- 2>&-"
-    assert subprocess.run(digits, shell=True, cwd=tmp_path, check=False).returncode == 0
-    assert (tmp_path / "lab" / "trial.toml").is_file()

@@ -61,19 +61,6 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     assert written.read_text() == edited
 
 
-def test_several_seeds_are_kept_in_the_trial_and_shown(lab, monkeypatch):
-    """In this process; without --seeds nothing of them is left."""
-    monkeypatch.setattr("sealtwin.core.cluster.cores", lambda: 0)
-    answer = _quick(lab, "--seeds", "2", "--json")
-    assert answer.exit_code == 0, answer.output
-    assert "seeds = 2\n" in (lab / "out" / "trial.toml").read_text()
-    assert json.loads(answer.stdout)["seeds"]["seeds"] == [0, 1]
-    assert (lab / "out" / "run" / "level.csv").is_file()
-    answer = _quick(lab)
-    assert "The level is the mean" not in answer.stdout
-    assert not (lab / "out" / "run" / "level.csv").exists()
-
-
 @pytest.mark.parametrize(
     ("more", "named"),
     [(("--caliper", "none.csv"), "none.csv: no such file"), (("--mm-per-px", "9"), "photo.mm_per_px = 9.0: ")],

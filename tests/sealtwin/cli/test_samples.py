@@ -2,20 +2,13 @@
 
 import json
 import shutil
-import tomllib
 from pathlib import Path
 
-import numpy as np
 import pytest
 import trimesh
 
-from digitise.settings import CrackShape
-from digitise.solid.build_solid import build_solid
-from tests.support.coarse_trial import make_coarse
 from tests.support.meshes import mesh_of, slotted
 from tests.support.processes import refusal, sealtwin
-from tests.support.shapes import wandering_crack
-from tests.support.sheets import read_pdf
 from tests.support.tiny_study import TRIAL, tiny_lab
 
 
@@ -38,37 +31,6 @@ def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
     assert trimesh.load_mesh(run / "crack.stl").is_watertight
     assert "nothing to redo" in sealtwin(*command).stderr
     assert f"sealtwin simulate {run}'" in refusal("run", run / "trial.toml")
-
-
-@pytest.mark.parametrize(
-    ("name", "unit", "named"),
-    [("scan.stl", "m", "The file is probably in mm"), ("none.stl", "mm", "none.stl: not found")],
-)
-def test_a_wrong_unit_and_a_missing_mesh_are_refused(tmp_path, name, unit, named):
-    write(tmp_path / "scan.stl")
-    assert named in refusal("import-mesh", tmp_path / name, "--units", unit, "--out", tmp_path / "run")
-    assert not (tmp_path / "run" / "trial.toml").exists()
-
-
-@pytest.mark.slow
-def test_a_scan_is_injected_and_reported(tmp_path):
-    """The paper's crack as a mesh in inches that stands on its side: no particle leaves it."""
-    outline = wandering_crack()
-    solid = build_solid(outline, CrackShape(depth_mm=16.0, tilt="flare", wall_angle_deg=5.5))
-    stands = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
-    trial = make_coarse(tmp_path / "lab")
-    trimesh.Trimesh(solid.vertices_mm @ stands.T / 25.4, solid.faces, process=False).export(trial.with_name("scan.stl"))
-    text = trial.read_text(encoding="utf-8")
-    mesh = '[mesh]\nfile = "scan.stl"\ndata = "synthetic"\nunits = "inch"\nup = "y"\n\n'
-    trial.write_text(text[: text.index("[photo]")] + mesh + text[text.index("[path]") :], encoding="utf-8")
-    done = sealtwin("run", trial, "--out", tmp_path / "run", "--device", "cpu", "--json")
-    assert done.exit_code == 0, done.output
-    result = json.loads(done.stdout)
-    assert (result["fluid"]["escaped_particles"], result["fluid"]["spilled_particles"]) == (0, 0)
-    assert result["sample"]["cavity_volume_mm3"] == pytest.approx(solid.cavity_volume_mm3, rel=1e-3)
-    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    assert "The walls are those of the mesh" in page
-    assert "the mesh is synthetic" in page
 
 
 @pytest.fixture(scope="module")
@@ -111,17 +73,6 @@ def test_runs_of_one_name_what_is_no_run_and_a_file_of_the_users_are_named(run, 
     assert [(file.name, file.read_text()) for file in mine.iterdir()] == [("coco.json", "mine")]
 
 
-def test_samples_whose_photos_have_one_name_have_that_of_their_trials(run, tmp_path):
-    shutil.copytree(run, tmp_path / "twin")
-    trial = tmp_path / "twin" / "trial.toml"
-    trial.write_text(trial.read_text().replace('name = "', 'name = "other-', 1))
-    answer = sealtwin("export", run, tmp_path / "twin", "--format", "mask,coco", "--out", tmp_path / "out")
-    assert answer.exit_code == 0, answer.output
-    images = json.loads((tmp_path / "out" / "coco.json").read_text())["images"]
-    assert len({image["file_name"] for image in images}) == 2
-    assert len(list((tmp_path / "out").glob("other-*_mask.png"))) == 1
-
-
 @pytest.mark.parametrize("options", ["--line L", "--outline A --walls B C", "--depth-mm 1e9"])
 def test_options_that_do_not_go_together_are_a_usage_error(tmp_path, options):
     (tmp_path / "a.dxf").write_text("")
@@ -140,32 +91,6 @@ def test_what_is_no_drawing_is_one_sentence(tmp_path, name, content):
 FRAME = ("markers", "--face-mm", "160x40", "--out")
 
 
-def test_a_frame_and_its_table_are_written(tmp_path):
-    """And once more: the same frame is no file of the user's."""
-    command = (*FRAME, tmp_path / "frame.pdf", "--toml", tmp_path / "board.toml")
-    assert sealtwin(*command).exit_code == 0
-    answer = sealtwin(*command)
-    assert answer.exit_code == 0, answer.output
-    assert read_pdf(tmp_path / "frame.pdf").size_mm == pytest.approx((297, 210), abs=5e-3)
-    table = (tmp_path / "board.toml").read_text()
-    assert answer.stdout == table
-    assert len(tomllib.loads(table)["photo"]["markers"]["markers"]) == 8
-    assert f"sealtwin digitise PHOTO --markers {tmp_path / 'board.toml'} --face-mm 160x40" in answer.stderr
-
-
-def test_a_frame_on_other_paper_is_answered_by_its_table_or_by_one_object(tmp_path):
-    command = f"markers --face-mm 70x40 --size-mm 10 --count 4 --paper letter --out {tmp_path}/frame.PDF".split()
-    answer = sealtwin(*command, "--quiet")
-    assert (answer.exit_code, answer.stderr) == (0, ""), answer.output
-    assert answer.stdout.startswith("# In [photo]: face_mm = [70.0, 40.0]\n[photo.markers]")
-    assert read_pdf(tmp_path / "frame.PDF").size_mm == pytest.approx((215.9, 279.4), abs=5e-3)
-    answer = sealtwin(*command, "--json")
-    content = json.loads(answer.stdout)
-    assert "For the trial file" not in answer.stderr, "a program has no trial file to paste into"
-    assert (content["face_mm"], content["markers"]["size_mm"]) == ([70, 40], 10)
-    assert content["markers"]["markers"][0] == {"id": 0, "x_mm": -8.75, "y_mm": -8.75}
-
-
 @pytest.mark.parametrize("names", [("mine.pdf", "board.toml"), ("frame.pdf", "mine.pdf")])
 def test_no_file_of_the_users_is_overwritten_by_a_frame_or_its_table(tmp_path, names):
     """--toml wants a new file for the table: whoever gives the trial's own name must not lose the trial."""
@@ -180,7 +105,6 @@ def test_no_file_of_the_users_is_overwritten_by_a_frame_or_its_table(tmp_path, n
     [
         ("--face-mm 300x200", 3, "210 x 297"),
         ("--face-mm 160", 2, "--face-mm 160: expected WxH"),
-        ("--face-mm 160x40 --size-mm 1", 2, "--size-mm"),
         ("--face-mm 160x40 --out frame.png", 2, ".pdf"),
         ("--face-mm 160x40 --toml frame.pdf", 2, "same file"),
     ],

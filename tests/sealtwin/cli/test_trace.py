@@ -8,13 +8,11 @@ import socket
 import webbrowser
 from contextlib import closing
 from pathlib import Path
-from unittest.mock import Mock
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
 import pytest
 
-from digitise.trace_page.page import TracePage
 from sealtwin.core.errors import present
 from sealtwin.trial.trial_file import load_trial
 from tests.support.paths import FIXTURE
@@ -116,27 +114,6 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
     result = json.loads(answer.stdout)
     assert [one["file"] for one in result["saved"]] == [str(folder / "another.toml")]
     assert result["not_traced"] == ["broken.png"]
-
-
-def test_leaving_saves_nothing(trial, browser):
-    before = trial.read_bytes()
-    browser.posts = (("quit", {}),)
-    answer = sealtwin("trace", trial)
-    assert browser.answers == ([{"left": True}],)
-    assert (answer.exit_code, answer.stdout) == (0, "Nothing was saved.\n")
-    assert not browser.door.parent.exists()
-    assert trial.read_bytes() == before
-
-
-def test_no_browser_is_opened_if_none_is_wanted(trial, browser, monkeypatch):
-    """Ctrl-C ends it, with the exit code of an interruption, and nothing is written."""
-    monkeypatch.setattr(TracePage, "wait", Mock(side_effect=KeyboardInterrupt))
-    before = trial.read_bytes()
-    answer = sealtwin("trace", trial, "--no-browser", "--quiet")
-    assert (answer.exit_code, browser.answers) == (130, ())
-    assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
-    assert answer.stderr.endswith("interrupted; nothing was saved.\n")
-    assert trial.read_bytes() == before
 
 
 def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tmp_path):

@@ -1,4 +1,4 @@
-"""The short answer of commands that run a trial: its length, and what it never leaves out."""
+"""The short answer of commands that run a trial: what it never leaves out."""
 
 from dataclasses import replace
 from typing import Any
@@ -15,13 +15,12 @@ from sealtwin.trial.job import StageName
 from tests.support.evidence import FAST_FILL, SEEDS, make_evidence, slope
 from tests.validate.test_assess import LIFTED, NO_PASSES, SHEET, spread
 from validate.compare import assess
-from validate.comparison import Baseline, Comparison
-from validate.intervals import PredictedLevel, StationError
+from validate.comparison import Comparison
+from validate.intervals import PredictedLevel
 from validate.result import Evidence, FluidFigures, SampleFigures, TrialResult
 from validate.settings import Gate, Uncertainty
 
 GATE = Gate(mean_error_mm=1.6)
-FITTED = ("fluid.U", "fluid.D_cm", "crack.tilt", "crack.wall_angle_deg")
 REMARK = doubt("fluid.liquid", "fluid.U is 30: at any U, sealant levels like a thin liquid until it freezes.")
 SAMPLE: dict[str, Any] = {
     "data": "synthetic", "length_mm": 79.5, "mean_width_mm": 3.12, "width_source": "walls", "width_95_mm": None,
@@ -66,47 +65,15 @@ def result_of(comparison: Comparison | None, sample: Any = (), fluid: Any = (), 
     )
 
 
-@pytest.fixture
-def shipped(evidence) -> TrialResult:
-    """The result of the shipped trial with its figures: readings off between stations, and four settings fitted."""
-    readings = replace(present(evidence.readings, "readings"), data="reconstructed", dialect="CSV, commas")
-    comparison = compared(replace(evidence, readings=readings), role="calibrated-on", fitted=FITTED)
-    baselines = Baseline("a flat line", 1, 3.69), Baseline("a parabola", 3, 0.59), Baseline("a curve", 4, 0.39)
-    uncertainty = present(comparison.uncertainty, "uncertainty")
-    uncertainty = uncertainty.model_copy(update={"worst_at_a_station": StationError(5.82, 0.0)})
-    errors = replace(comparison.errors, mean_error_mm=1.14, worst_error_mm=5.98, worst_at_mm=0.6)
-    figures = {"errors": errors, "baselines": baselines, "uncertainty": uncertainty}
-    return result_of(comparison.model_copy(update=figures))
-
-
-def test_the_answer_of_the_shipped_trial_is_short(shipped):
-    """With its remark, as of a command that computes nothing."""
-    lines = result_lines(shipped, "validate", can_be_varied=True)
-    assert len(lines) <= 8
-    assert len(" ".join(lines).split()) <= 110
-    beginnings = [f"Warning  {REMARK}", "Result", "A parabola (0.59 mm) is nearer, unlike a flat line (3.69 mm)"]
-    beginnings += ["Worst 6.0 mm at s = 0.6 mm, between readings; 5.8 mm at a station.", "Gate     1.6 mm: passed"]
-    for line, beginning in zip(lines[2:], [*beginnings, "Report   run/report.html"], strict=True):
-        assert line.strip().startswith(beginning)
-    assert lines[3].endswith("Fitted to these reconstructed readings (4 settings): not a test.")
-
-
-def test_verbose_prints_what_the_short_answer_leaves_out(shipped):
-    short, full = (result_lines(shipped, "validate", can_be_varied=True, verbose=verbose) for verbose in (False, True))
+def test_verbose_prints_what_the_short_answer_leaves_out(evidence):
+    comparison = compared(replace(evidence, readings=replace(present(evidence.readings, "readings"), dialect="CSV")))
+    result = result_of(comparison)
+    short, full = (result_lines(result, "validate", can_be_varied=True, verbose=verbose) for verbose in (False, True))
     assert full[: len(short)] == short
-    rest, comparison = "\n".join(full[len(short) :]), shipped.comparison
+    rest = "\n".join(full[len(short) :])
     sentences = [*texts((*comparison.headline, *comparison.findings)), comparison.readings_dialect]
     figures = ["residual 0.004 mm", "tilted 3.4 degrees", "14,527 particles; volume ratio 0.999; CPU", "crack: ends"]
     assert [text for text in (*sentences, *figures) if text not in rest] == []
-
-
-@pytest.mark.parametrize("last", ["simulate", "validate"])
-def test_each_warning_of_the_fluid_is_a_line_unless_it_was_printed(evidence, last):
-    warnings = REMARK, *(doubt(key, f"About {key}.") for key in ("method.draft", "fluid.escaped", "fluid.compressed"))
-    for printed in ((), warnings[:1], warnings):
-        lines = lines_of(compared(evidence), last, printed, fluid={"warnings": warnings})
-        shown = [line.removeprefix("Warning").strip() for line in lines]
-        assert [shown.count(fact.text) for fact in warnings] == [int(fact not in printed) for fact in warnings]
 
 
 def test_each_reason_why_the_fast_model_is_unfit_is_a_line(evidence):
@@ -188,12 +155,3 @@ def test_each_kind_of_result_without_readings_has_its_line(kind):
     lines = lines_of(None, **parts)
     assert [text for text in expected if text not in "\n".join(lines)] == []
     assert kind != "prediction" or "--uncertainty" not in lines[-1]
-
-
-def test_a_digitised_crack_shows_its_scale_and_no_fluid():
-    """A path alone has no width."""
-    lines = lines_of(None, "digitise")
-    assert [line.split()[0] for line in lines] == ["Crack", "Scale", "Folder"]
-    assert lines[1] == "Scale    8 4x4_50 markers of 16 mm, 0.1001 mm/px, uncertain by 0.045 %"
-    path = {"mean_width_mm": None, "cavity_volume_mm3": None, "sealant_mm3": 0.0}
-    assert lines_of(None, "digitise", sample=path)[0].startswith("Crack    79.5 mm long, a path alone")

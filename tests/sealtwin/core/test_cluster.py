@@ -3,13 +3,10 @@
 import multiprocessing
 import os
 import signal
-import socket
 import subprocess
 import sys
-import threading
 import time
 from concurrent.futures import Future
-from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -172,24 +169,3 @@ def test_an_unencrypted_scheduler_of_another_machine_and_one_that_does_not_answe
     monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.2)
     with pytest.raises(InputError, match=f"--scheduler {address}: {fault}"):
         next(run_tasks(pow, [(0, (1, 1))], 0, address))
-
-
-@pytest.mark.parametrize("greeting", [b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n", b""])
-def test_a_server_of_another_kind_is_no_scheduler(monkeypatch, greeting):
-    """A dashboard's port is easily given in place of the scheduler's; some servers wait for the caller's words."""
-    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.3)
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-
-        def answer():
-            with suppress(OSError):  # The server is closed.
-                while True:
-                    connection, _ = server.accept()
-                    with connection:
-                        connection.sendall(greeting)
-                        while connection.recv(1000):
-                            pass
-
-        threading.Thread(target=answer, daemon=True).start()
-        with pytest.raises(InputError, match="no scheduler answers there"):
-            next(run_tasks(pow, [(0, (1, 1))], 0, address))

@@ -1,11 +1,9 @@
-"""Times left: within a factor of two of the truth after a tenth of the work, and none before they are known."""
-
-import sys
+"""Times left: none before they are known, and by the pace of the later half."""
 
 import pytest
 
 from sealtwin.core import progress
-from sealtwin.core.progress import Pace, PlainProgress, in_words, wanted
+from sealtwin.core.progress import Pace, PlainProgress, in_words
 
 
 @pytest.fixture
@@ -35,13 +33,6 @@ def test_steps_that_grew_dearer_count_by_their_later_half():
     assert left_s[-1] == pytest.approx(7000.0)
 
 
-def test_time_in_which_nothing_is_done_counts():
-    pace = Pace(100)
-    for now_s in range(1000):
-        assert pace.left_s(20, float(now_s)) is None
-    assert pace.left_s(40, 1000.0) == pytest.approx(3 * 1000.0)
-
-
 def test_a_log_tells_the_time_that_is_given_or_that_its_pace_shows(capsys, clock):
     shown = PlainProgress()
     shown.start("Simulating", 1400)
@@ -59,37 +50,6 @@ def test_a_log_tells_the_time_that_is_given_or_that_its_pace_shows(capsys, clock
     clock[0] = 25.0
     shown.advance(2, "too soon for a line")
     assert capsys.readouterr().err.splitlines() == ["Extra runs", "Extra runs: 1%, about 10 min left. 1 done"]
-
-
-def test_the_time_left_is_that_of_the_whole_command(capsys, clock):
-    """Of a hundred steps a tenth took 10 s, and 30 s of other work follow; then two more times the same steps."""
-    shown = PlainProgress()
-    shown.later(30.0)
-    shown.start("Simulating", 100)
-    for clock[0], done in ((0.0, 0), (20.0, 20)):
-        shown.advance(done)
-    assert "about 110 s left" in capsys.readouterr().err
-    shown.later(5.0)
-    shown.expect(60.0)
-    clock[0] = 40.0
-    shown.advance(40)
-    assert "about 45 s left" in capsys.readouterr().err
-    shown.later(5.0, times=2)
-    clock[0] = 60.0
-    shown.advance(50)
-    assert "about 105 s left" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("progress", "terminal", "notebook", "shows"),
-    [(None, True, False, True), (None, False, True, True), (False, True, True, False), (True, False, False, True)],
-)
-def test_python_shows_progress_if_a_person_looks(monkeypatch, progress, terminal, notebook, shows):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal, raising=False)
-    monkeypatch.setitem(sys.modules, "ipykernel", sys) if notebook else monkeypatch.delitem(
-        sys.modules, "ipykernel", raising=False
-    )
-    assert wanted(progress) is shows
 
 
 @pytest.mark.parametrize(("time_s", "words"), [(7.4, "7 s"), (119, "119 s"), (700, "12 min"), (9000, "2.5 h")])

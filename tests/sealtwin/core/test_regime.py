@@ -35,16 +35,6 @@ def test_the_meniscus_has_the_closed_forms_of_narrow_and_wide_cracks(width_mm, m
     assert raise_and_height_mm(width_mm, 1.75) == pytest.approx((mean_mm, wall_mm), rel=1e-3)
 
 
-@pytest.mark.parametrize("width_mm", [0.5, 3.1, 8.0])
-def test_weight_and_curvature_carry_what_the_walls_pull(width_mm):
-    """The force balance of the liquid above its lowest line, by the profile integrated step by step."""
-    capillary_mm = 1.75
-    mean_mm, wall_mm = raise_and_height_mm(width_mm, capillary_mm)
-    # z(phi = 90 degrees) = l^2 (sqrt(k^2 + 2 / l^2) - k) gives the curvature k at the lowest line.
-    curvature = (2 * capillary_mm**2 - wall_mm**2) / (2 * wall_mm * capillary_mm**2)
-    assert mean_mm * width_mm == pytest.approx(capillary_mm**2 * (2 - width_mm * curvature), rel=1e-6)
-
-
 def test_the_meniscus_flattens_at_the_brim_and_is_absent_without_surface_tension():
     levels_mm = np.array([-10.0, -0.2, 0.0])
     capillary_mm = capillary_length_mm(0.03, 998)

@@ -8,7 +8,6 @@ import pytest
 
 from sealtwin.core import files
 from sealtwin.lab import catalogue
-from sealtwin.lab.catalogue import latest_trials
 from sealtwin.lab.ingest import ingest
 from tests.support.evidence import make_evidence
 from tests.support.ingested_lab import QUIET, edit, sealtwin
@@ -79,19 +78,6 @@ def test_export_is_a_table_with_a_row_for_each_sample_taken_in_or_not(lab, tmp_p
     assert "exists and is not overwritten" in again.stderr
 
 
-def test_asking_changes_nothing_and_needs_a_lab(lab, tmp_path):
-    copy = shutil.copytree(lab, tmp_path / "copy")
-    before = {path: path.stat().st_mtime_ns for path in copy.rglob("*")}
-    for arguments in (("list", copy), ("show", copy, "P01")):
-        assert _lab(*arguments).exit_code == 0
-    assert {path: path.stat().st_mtime_ns for path in copy.rglob("*")} == before
-    nothing = _lab("list", tmp_path)
-    assert nothing.exit_code == 3
-    assert "not a lab" in nothing.stderr
-    assert _lab("show", lab).exit_code == 2
-    assert _lab("list", lab, "P01").exit_code == 2
-
-
 @pytest.fixture
 def ready(small, tmp_path):
     """P01 to P03 are sound; P04 has no unit in its sheet."""
@@ -131,17 +117,3 @@ def test_all_sound_samples_are_run_once_and_the_others_named(ready, monkeypatch)
     text = sealtwin("lab", "run", ready, "--device", "cpu").stdout
     for words in ("P01     done", "P03     up to date", "P04     left out", "left out: P04: P04_Messung.csv: column A"):
         assert words in text
-
-
-def test_a_sample_that_was_removed_with_its_questions_is_not_run(ready, small):
-    for file in small.glob("P0[14]*"):
-        file.unlink()
-    sealtwin("ingest", small, "--out", ready, "--quiet")
-    faults = {fault.name: fault.sentence for fault in latest_trials(ready)[1]}
-    assert "open questions" in faults.pop("P04")
-    assert not faults
-
-
-def test_options_of_another_action_are_refused(two):
-    for action, *rest in (("list", "--jobs", "2"), ("list", "--device", "cpu"), ("run", "P01")):
-        assert sealtwin("lab", action, two / "lab", *rest).exit_code == 2

@@ -12,7 +12,7 @@ from sealtwin.lab import sample as samples
 from sealtwin.lab.catalogue import CATALOGUE, latest_trials
 from sealtwin.lab.files import CatalogueFault
 from sealtwin.lab.ingest import ingest
-from tests.support.ingested_lab import QUIET, answer, fates, sealtwin
+from tests.support.ingested_lab import QUIET, fates, sealtwin
 from tests.support.photos import mortar, write_png
 
 
@@ -27,41 +27,6 @@ def test_links_are_not_followed(small, tmp_path):
     for name in ("P03.png", "P02_Messung.csv"):
         assert f"{name}: not a plain file; links are not followed: copy the file itself." in sentences
     assert fates(ingested) == {"P01": "new", "P02": "failed", "P03": "failed"}
-
-
-def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path):
-    """Once it was new, without readings, and nobody looked again."""
-    (small / "P02_Messung.csv").unlink()
-    (small / "P02 mesures.xlsb").write_bytes(b"PK\x03\x04")
-    ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert fates(ingested) == {"P01": "new", "P02": "failed"}
-    (fault,) = ingested.faults
-    assert fault.name == "P02"
-    assert fault.sentence.startswith("P02 mesures.xlsb: the file is damaged, or it is not a workbook")
-
-
-def test_what_was_saved_anew_is_asked_about_beside_the_old(small, tmp_path):
-    (small / "P02_Messung.xls").write_bytes(b"old")
-    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "failed"}
-    answer(tmp_path / "lab", {"P02_Messung.xls": {"role": "ignore"}})
-    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "revised"}
-
-
-def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):
-    (small / "shut").mkdir()
-    scandir = os.scandir
-
-    def refusing(folder):
-        if str(folder).endswith("shut"):
-            raise PermissionError(13, "Permission denied", str(folder))
-        return scandir(folder)
-
-    monkeypatch.setattr(lab_files.os, "scandir", refusing)
-    ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert fates(ingested) == {"P01": "new", "P02": "new"}
-    assert ingest_answer(ingested).exit_code == 6
-    faults = {fault.name: fault.sentence for fault in ingested.faults}
-    assert faults["shut"].startswith("this folder cannot be read (Permission denied)")
 
 
 def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sound, tmp_path):
@@ -119,12 +84,3 @@ def test_a_catalogue_that_is_none_is_told_of(small, lab, damage):
     with pytest.raises(InputError, match=r"is not a lab, since it has no catalogue.json"):
         latest_trials(lab)
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # as the remedy says
-
-
-def test_a_lab_names_no_place_of_this_machine_and_moves_with_its_folder(small, two, lab, tmp_path):
-    files = [path for path in lab.rglob("*") if path.is_file()]
-    assert len(files) > 5
-    assert not [path.name for path in files if str(two).encode() in path.read_bytes()]
-    (tmp_path / "moved").mkdir()
-    both = [folder.rename(tmp_path / "moved" / folder.name) for folder in (small, lab)]
-    assert set(fates(ingest(both[0], both[1], QUIET)).values()) == {"unchanged"}

@@ -1,14 +1,10 @@
 """A file belongs to the photo whose stem is its own; all else is a question in pairing.csv, answered in one round."""
 
-import json
-import re
-import shutil
 from pathlib import Path, PurePath
 
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.files import place_of
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.sample import pair
@@ -16,13 +12,11 @@ from tests.support.ingested_lab import (
     QUIET,
     add_rows,
     answer,
-    edit,
     fates,
     hashes_of,
     levels_mm,
     pairing_rows,
     question,
-    sealtwin,
 )
 
 SPELLINGS = {
@@ -73,9 +67,7 @@ def _paired(*names):
     [
         ("K05.jpg K05.csv K06.jpg Blatt_1.csv", {"K06"}),
         ("K05.jpg K06.jpg K07.csv", {"K05", "K06"}),
-        ("K05.jpg K06.jpg K07_Wasser.csv", {"K05", "K06"}),
         ("K05.jpg K06.jpg Blatt.toml", set()),
-        ("K05.jpg K06.jpg", set()),
     ],
 )
 def test_photos_without_a_sheet_wait_while_a_sheet_has_no_photo(names, waiting):
@@ -86,27 +78,6 @@ def test_photos_without_a_sheet_wait_while_a_sheet_has_no_photo(names, waiting):
     assert {f"{file}" for question in questions for file in question.rows} == {
         f"{name}.jpg" for name in waiting
     } | others
-
-
-def test_all_questions_of_a_folder_come_at_once_and_their_answers_leave_none(small, tmp_path):
-    """Matching, the content of a sheet without a photo, a missing setting, two photos."""
-    lab = tmp_path / "lab"
-    (small / "P02_Messung.csv").rename(small / "Q02_Messung.csv")
-    edit(small / "Q02_Messung.csv", "[mm]", "")
-    edit(small / "lab.toml", 'role = "held-out"', "")
-    shutil.copy(small / "P01.png", small / "P01_side.png")
-    for dry_run in (True, False):
-        assert set(fates(ingest(small, lab, QUIET, dry_run=dry_run)).values()) == {"failed"}
-    assert set(Catalogue.of(lab).faults()) == {"p01", "p02", "q02"}, "'lab run' leaves them out"
-    for words in ("no photo is called 'Q02'", "Photos without a sheet: P02.png", "no unit"):
-        assert words in question(lab, "Q02_Messung.csv")
-    assert "readings.role is missing" in question(lab, "P02.png")
-    assert "2 files are its photo" in question(lab, "P01_side.png")
-    role = "readings.role = 'held-out'"
-    sheet, other = {"sample": "p-02", "unit": "mm", "settings": role}, {"role": "ignore"}
-    answer(lab, {"Q02_Messung.csv": sheet, "P01_side.png": other, "P01.csv": {"settings": role}})
-    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "revised"}
-    assert {row["question"] for row in pairing_rows(lab)} == {""}
 
 
 def test_the_pairing_is_corrected_and_remembered(small, tmp_path):
@@ -159,19 +130,6 @@ def test_an_answer_in_a_column_without_a_known_name_is_refused(small, lab, heade
         ingest(small, lab, QUIET)
 
 
-def test_the_pairing_has_only_columns_that_are_asked_for_or_answered(small, tmp_path):
-    def columns():
-        ingest(small, tmp_path / "lab", QUIET)
-        return (tmp_path / "lab" / "pairing.csv").read_text().splitlines()[0]
-
-    assert columns() == "file,role,sample,question"
-    edit(small / "P02_Messung.csv", "[mm]", "")
-    assert columns() == "file,role,sample,places,unit,question"
-    # A column that nothing asks for, by hand and in another position.
-    answer(tmp_path / "lab", {"P02_Messung.csv": {"unit": "mm"}, "P01.csv": {"as_written": "B3"}})
-    assert columns() == "file,role,sample,unit,as_written,question"
-
-
 def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
     (lab := tmp_path / "lab").mkdir()
     rows = "P01.png,readings,P01\ngone.png,photo,P01\nP02.png,photo,\nP02.stl,readings,P02\n"
@@ -199,59 +157,3 @@ def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_pat
     assert "P01.csv,readings,P01,A,B C,mm,down,\n" in pairing.read_text(), "no question is left"
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
     assert hashes_of(small) == before
-
-
-def test_a_sheet_in_question_is_shown_as_it_was_understood(small, tmp_path):
-    (small / "P01.csv").write_text(";<script>;s [mm];x\n;;1;1,5\n;;5;1,4\n")
-    sealtwin("ingest", small, "--out", tmp_path / "lab", "--quiet")
-    page = (tmp_path / "lab" / "index.html").read_text()
-    assert "<td>&lt;script&gt;</td>" in page
-    assert "<td><strong>1</strong></td>" in page
-
-
-def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, tmp_path):
-    (small / "P01.csv").write_text(UNKNOWN)
-    (small / "P02_Messung.csv").write_text(UNKNOWN)
-    with (small / "lab.toml").open("a") as lab_toml:
-        lab_toml.write('quantity = "depth"\nunit = "mm"\n[readings.columns]\ns = "A"\nlevels = ["B:C"]\n')
-    lab = tmp_path / "lab"
-    ingest(small, lab, QUIET)
-    answer(lab, {"P01.csv": {"levels": "B", "datum": "sealant_top", "datum_level_mm": "-1"}})
-    # The second ingest reads the "'-1" of its own file, which no spreadsheet calculates.
-    for _ in range(2):
-        assert not ingest(small, lab, QUIET).faults
-        assert levels_mm(lab, "P01") == pytest.approx([-2.5, -2.4, -2.6])
-        answer(lab, {"P02_Messung.csv": {"as_written": "B"}})
-    assert levels_mm(lab, "P02") == pytest.approx([-1.55, -1.45, -1.65])
-
-
-@pytest.fixture
-def doubtful(small):
-    """The small folder, with a 0 for a missing reading of P01 in cell C4."""
-    lines = (small / "P01.csv").read_text().splitlines()
-    lines[3] = re.sub(r"^([^,]*,[^,]*),[^,]*", r"\1,0.00", lines[3])
-    (small / "P01.csv").write_text("\n".join(lines) + "\n")
-    return small
-
-
-def test_a_doubt_holds_its_sample_alone_names_cell_and_answer_and_is_answered_in_the_pairing(doubtful, tmp_path):
-    lab = tmp_path / "lab"
-    ingested = ingest(doubtful, lab, QUIET)
-    assert fates(ingested) == {"P01": "failed", "P02": "new"}
-    (fault,) = ingested.faults
-    assert fault.sentence.startswith("P01.csv, cell C4: 0 mm at s = 5 mm")
-    assert "as_written = C4" in fault.sentence
-    assert not Catalogue.of(lab).latest["p01"].sound, "'lab run' leaves it out, even once its files are removed"
-    assert "as_written = C4" in question(lab, "P01.csv")
-    answer(lab, {"P01.csv": {"as_written": "C4"}})
-    assert fates(ingest(doubtful, lab, QUIET))["P01"] == "revised"
-
-
-def test_the_readings_are_judged_again_by_the_volume_in_the_traced_crack(small, tmp_path):
-    """0.08 ml fill a third of the crack, and levels 1.5 mm below its face most of it."""
-    rows = (f"{s_mm},-1.5{s_mm},-1.4{13 - s_mm}" for s_mm in (0, 3, 5, 8, 11, 13))
-    (small / "P01.csv").write_text("\n".join(["s_mm,level_1_mm,level_2_mm", *rows]))
-    ingested = sealtwin("ingest", small, "--out", tmp_path / "lab", "--json")
-    (doubt,) = json.loads(ingested.stdout)["faults"]
-    assert (ingested.exit_code, doubt["name"]) == (6, "P01")
-    assert "as_written = datum" in doubt["sentence"]

@@ -3,17 +3,13 @@
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from sealtwin.core import files, record_files
-from sealtwin.core.errors import present
-from sealtwin.core.records import Profile
+from sealtwin.core import files
 from sealtwin.core.run_folder import look_into
 from sealtwin.lab import ingest as steps
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial import digitise_stage
-from sealtwin.trial.trial_file import load_trial
 from tests.support.ingested_lab import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
 from tests.support.photos import mortar, wandering, with_crack, write_png
 
@@ -37,14 +33,6 @@ def late(small, tmp_path):
     return small, tmp_path / "lab"
 
 
-def test_a_sheet_in_question_is_held_against_its_crack_too(late):
-    folder, lab = late
-    edit(folder / "P01.csv", "level", "reading")
-    ingest(folder, lab, QUIET, jobs=1)
-    for words in ("sign = ...", "outside the crack"):
-        assert words in question(lab, "P01.csv")
-
-
 def test_questions_of_traced_cracks_are_asked_at_their_files_and_answered_for_the_same_command(late):
     """A fault of one sample costs no other; neither would run before its answer, and neither is traced again."""
     folder, lab = late
@@ -63,26 +51,6 @@ def test_questions_of_traced_cracks_are_asked_at_their_files_and_answered_for_th
     assert "2 of 2 samples are sound" in call_ingest(folder, lab)
     assert {row["question"] for row in pairing_rows(lab)} == {""}
     assert hashes_of(folder) == before
-
-
-@pytest.mark.slow
-def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
-    lab = tmp_path / "lab"
-    edit(small / "lab.toml", "volume_ml = 0.08", 'volume_ml = "cavity"')
-    rows = [f"{s_mm},{z},{z - 0.1}" for s_mm, z in zip(range(1, 12, 2), np.linspace(-3.0, -0.5, 6), strict=True)]
-    (small / "P01.csv").write_text("\n".join(["s_mm,level_1_mm,level_2_mm", *rows]))
-    call_ingest(small, lab)
-    run = lab / "P01" / "run"
-    assert sealtwin("simulate", run, "--quiet").exit_code == 0
-    s_mm = np.linspace(0.0, 12.0, 25)
-    level_mm = np.interp(s_mm, [1, 11], [-0.5, -3.0])
-    record_files.write_profile(run, Profile(s_mm, level_mm, data="synthetic", source="simulation"))
-    assert "Give s_from = second." in call_ingest(small, lab, code=6)
-    assert "Give s_from = second." in question(lab, "P01.csv")
-    answer(lab, {"P01.csv": {"s_from": "second"}})
-    call_ingest(small, lab)
-    readings = present(load_trial(lab / "P01@2" / "trial.toml").readings, "readings")
-    assert present(readings.columns, "columns").s_from == "second"
 
 
 def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):

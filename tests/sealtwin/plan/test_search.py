@@ -2,19 +2,14 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
-from typer.testing import CliRunner
 
 from digitise.robots.cell import PumpTable
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.cli.app import app
-from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
@@ -65,13 +60,6 @@ def level_of(bed, higher_mm=0.0) -> Profile:
     return Profile(bed.sections.s_mm, bed.level_mm + higher_mm)
 
 
-def with_other_last_bits(*inputs: Any) -> Any:
-    """``lsq_linear`` as another processor's BLAS solves it."""
-    solution = lsq_linear(*inputs)
-    solution.x = solution.x * (1 + 1e-13 * np.random.default_rng(len(solution.x)).normal(size=len(solution.x)))
-    return solution
-
-
 def searched():
     sections = CASE.fill(OWN).sections
     goal = Goal(target_of(sections, 0.0), np.zeros(32))
@@ -87,14 +75,6 @@ def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
     giving = path.flow_mm3_s[path.giving][:-1]
     assert giving.min() >= 9.99
     assert giving.max() <= 500.01
-
-
-@pytest.mark.slow
-def test_last_bits_of_a_solver_do_not_reach_a_plan(monkeypatch):
-    """By them processors differ, and pours by particles part at any difference."""
-    level_plan = searched()
-    monkeypatch.setattr("scipy.optimize.lsq_linear", with_other_last_bits)
-    assert searched().tolist() == level_plan.tolist()
 
 
 def test_a_discrepancy_moves_the_goal():
@@ -189,16 +169,6 @@ def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
     assert filled[1] - filled[0] == pytest.approx(0.8 * 4.0 * 40.0, rel=0.25)
 
 
-@pytest.mark.parametrize(("draft_mm", "changes_mm3"), [(-0.8, (-1.0, 0.0)), (0.8, (-320.0, -100.0))])
-def test_corrections_keep_the_reserve(tmp_path, monkeypatch, draft_mm, changes_mm3):
-    monkeypatch.setattr(searching, "MOST_STEPS", 2)
-    monkeypatch.setattr(DraftsStandLower, "draft_mm", draft_mm)
-    planned = plan_on(verifier(DraftsStandLower, tmp_path), PlanOptions(knots=3, verify=2, seeds=1), [])
-    first, second, best = (plan_trajectory(OUTLINE, one.path) for one in (*planned.rounds, planned.best))
-    assert changes_mm3[0] <= second.dispensed_mm3 - first.dispensed_mm3 <= changes_mm3[1]
-    assert max((path.flow_mm3_s - first.flow_mm3_s).max() for path in (second, best)) < 1e-3
-
-
 def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected):
     constant = plan_trajectory(OUTLINE, corrected.baselines[0].path, SOLID.cavity_volume_mm3, SOLID.sections)
     assert constant.dispensed_mm3 == pytest.approx(SOLID.cavity_volume_mm3, rel=0.02)
@@ -208,35 +178,6 @@ def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected)
     assert more.constant_flow_over_mm3 > corrected.baselines[0].misfit.over_mm3
     worse = replace(corrected, with_more=replace(more, over_mm3=more.constant_flow_over_mm3 + 1.0))
     assert any("aim lower (--reserve-mm)" in text for text in plan_cautions(worse, []))
-
-
-def test_constant_flow_with_more_is_judged_as_by_an_accurate_run(corrected, particles):
-    """Its draft stands 0.8 mm lower, and the plan that it is compared with was run accurately."""
-    accurate = plan_on(particles, PlanOptions(knots=3, verify=1, seeds=1, accurate=True), [])
-    over_mm3 = accurate.with_more.constant_flow_over_mm3
-    assert corrected.with_more.constant_flow_over_mm3 == pytest.approx(over_mm3, rel=0.05)
-
-
-@pytest.mark.parametrize("accurate", [False, True])
-def test_the_time_ahead_of_a_plan_is_that_of_all_its_runs_and_searches(particles, accurate):
-    plan_on(particles, PlanOptions(knots=3, verify=2, seeds=1, accurate=accurate), [])
-    assert particles.ahead_s == pytest.approx(0.0, abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("given", "drafts"),
-    [(["--accurate"], False), (["--set", "solver.radius_mm=0.6"], False), (["--set", "seed=3"], True)],
-)
-def test_a_plan_takes_all_cores_and_drafts_unless_accurate_or_a_resolution_is_given(monkeypatch, given, drafts):
-    asked = list[tuple[bool, int]]()
-
-    def make(_trial, _out, options, *_, jobs, **__):
-        asked.append((not options.accurate, jobs))
-        raise InputError("seen")
-
-    monkeypatch.setattr("sealtwin.plan.make_plan.make_plan", make)
-    CliRunner().invoke(app, ["plan", "trial.toml", "--device", "cpu", *given])
-    assert asked == [(drafts, cores())]
 
 
 def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():

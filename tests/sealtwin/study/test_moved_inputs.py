@@ -1,4 +1,4 @@
-"""Inputs drawn by the fast model: a linear one gives the closed form, a kill loses no part, and the report names it."""
+"""Inputs drawn by the fast model: a linear one gives the closed form, and the report names it."""
 
 from dataclasses import replace
 from functools import partial
@@ -12,7 +12,6 @@ import pytest
 from digitise.settings import Dispensed
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.progress import Progress
 from sealtwin.study import extra_runs, moved_inputs
 from sealtwin.study.extra_runs import vary
 from sealtwin.study.moved_inputs import PART, Base, draw, moved_sample, refuse_immovable, takes_draws
@@ -20,13 +19,8 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.validate_stage import SPREAD
 from simulate.slot import run as slot_run
 from tests.support.report_stubs import leave_out_pages
-from tests.support.tiny_study import TRIAL, job_in, run_tiny
-from validate.uncertainty.computed import drawn_inputs
+from tests.support.tiny_study import FAST, job_in, run_tiny
 
-PASTE = 'viscosity_pa_s = 0.05\nyield_stress_pa = 1.0\nfreeze_after_s = "never"'
-FAST = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", PASTE).replace(
-    "[solver]", '[solver]\nmodel = "slot"'
-)
 DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\ndepth_mm = 0.5\n"
 MM_PER_ML, MM_PER_MM, RUNS, UNFIT = 30.0, 0.3, 4 * PART, ("A mound.",)
 DIFFERENCES = "uncertainty.differences"
@@ -88,16 +82,6 @@ def test_the_uncertainty_of_inputs_of_a_linear_model_is_the_closed_form(fast, li
     assert "the fast model" in figures["findings"][0]["text"]
     assert result.comparison is not None
     assert result.comparison.model_dump(mode="json")["uncertainty"] == figures
-
-
-def test_draws_of_all_parts_are_those_of_one_after_the_other(fast, linear):
-    """Broken on purpose with all parts in the rows of the first, the second is empty."""
-    base = base_of(fast)
-    moved_mm = draw(base, 0, Progress(), 2 * PART).moved_mm
-    inputs = drawn_inputs(base.inputs, 2 * PART)
-    steps = moved_inputs._steps(base, dict(zip(base.inputs, inputs[PART].tolist(), strict=True)))
-    unmoved_mm, level_mm = (moved_inputs.level_of(base, each, np.zeros(1)) for each in ({}, steps))
-    assert moved_mm[PART] == pytest.approx(float((level_mm - unmoved_mm)[0]), abs=1e-4)
 
 
 def test_the_fast_model_itself_is_moved(fast):

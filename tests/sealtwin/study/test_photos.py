@@ -2,11 +2,7 @@
 
 import csv
 import json
-import resource
 import shutil
-import subprocess
-import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -80,15 +76,6 @@ def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
     assert "http" not in page.replace("http-equiv", ""), "it loads nothing"
 
 
-def test_a_second_call_redoes_nothing_and_tells_the_same(done, lab):
-    out, first = done
-    before = {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")}
-    again = _digitise(lab, "--out", out)
-    assert len(before) == 2
-    assert {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")} == before
-    assert again.stdout == first.stdout
-
-
 def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
     """Of two alike none is taken; a picture numbers them, and a number in the table is asked for no second time."""
     photo, out, starts = tmp_path / "photos" / "two.png", tmp_path / "out", set()
@@ -109,17 +96,6 @@ def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
         assert rows_of(out)["two.png"]["crack"] == number
     assert len(starts) == 2
     assert not (out / "two" / "refused.png").exists()
-
-
-def test_names_with_markup_or_formulas_stay_text(tmp_path, lab):
-    shutil.copy(lab / "first.png", tmp_path / "=cmd&<b>x.png")
-    report = digitise_many(plan([tmp_path], GIVEN), tmp_path / "out", Progress())
-    assert report.exit_code == 0
-    assert "<b>" not in (tmp_path / "out" / "index.html").read_text()
-    batch.write_csv(tmp_path / "photos.csv", [replace(report.rows[0], file="=cmd()", warnings=("+1", "x"))])
-    row = (tmp_path / "photos.csv").read_text().splitlines()[1]
-    assert row.startswith("'=cmd()")
-    assert "'+1; x" in row
 
 
 @pytest.mark.parametrize(
@@ -145,38 +121,19 @@ def test_a_mask_named_by_a_trial_and_a_hidden_file_are_no_photos(tmp_path):
         assert [item.file.name for item in plan([path], GIVEN)] == names
 
 
-@pytest.mark.parametrize("full", [False, True])
-def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, monkeypatch, full):
-    """Also on a full disk, where its trace cannot be written."""
+def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, monkeypatch):
     real = batch.run_stages
 
     def burst(job, stages):
         if job.trial.name == "second":
             return real(job, stages)
-        if full:
-            (job.path / "fault.txt").mkdir()  # nothing can be written over it
         raise ZeroDivisionError("on purpose")
 
     monkeypatch.setattr(batch, "run_stages", burst)
     report = _both(lab, tmp_path)
     assert report.exit_code == 1
     assert [row.status for row in report.rows] == ["bug", "ok"]
-    trace = report.rows[0].reason if full else (tmp_path / "first" / "fault.txt").read_text()
-    assert "ZeroDivisionError: on purpose" in trace
-
-
-def test_an_interrupted_batch_tells_of_what_is_done(tmp_path, lab, monkeypatch):
-    real = batch.run_stages
-
-    def interrupted(job, stages):
-        if job.trial.name == "second":
-            raise KeyboardInterrupt
-        return real(job, stages)
-
-    monkeypatch.setattr(batch, "run_stages", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        _both(lab, tmp_path)
-    assert [row["folder"] for row in json.loads((tmp_path / "batch.json").read_text())["photos"]] == ["first"]
+    assert "ZeroDivisionError: on purpose" in (tmp_path / "first" / "fault.txt").read_text()
 
 
 def test_nothing_of_the_users_is_overwritten(tmp_path, lab):
@@ -204,20 +161,6 @@ def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
     assert json.loads((tmp_path / "out" / "batch.json").read_text())["failed"] == 1
 
 
-def test_a_full_disk_is_told_for_each_photo_and_is_no_bug(tmp_path, lab):
-    """Each photo's STL takes some 200 kB; no file may have more than 30."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, hard))
-    try:
-        report = _both(lab, tmp_path)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert report.exit_code == 6
-    assert [row.reason.startswith(str(tmp_path / row.folder)) for row in report.rows] == [True, True]
-    assert all("File too large" in row.reason for row in report.rows)
-    assert digitise_many(plan([lab / "first.png"], GIVEN), tmp_path, Progress()).exit_code == 0
-
-
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [("--ends 1,2 3,4 --out x", "photo.ends_px cannot be given for several photos"), ("", "--out")],
@@ -226,13 +169,3 @@ def test_what_only_one_photo_can_have_is_refused_for_several(lab, arguments, nam
     answer = _digitise(lab, *arguments.split())
     assert answer.exit_code == 2
     assert named in answer.stderr.replace("\n", " ")
-
-
-@pytest.mark.slow
-def test_two_processes_make_what_one_makes(lab, tmp_path):
-    for jobs in ("1", "2"):
-        command = [sys.executable, "-m", "sealtwin", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
-        subprocess.run([*command, "--jobs", jobs, "--out", str(tmp_path / jobs), "--quiet"], check=False, timeout=120)
-    one, two = ((tmp_path / jobs / "photos.csv").read_text() for jobs in ("1", "2"))
-    assert one == two
-    assert (tmp_path / "1/first/crack.stl").read_bytes() == (tmp_path / "2/first/crack.stl").read_bytes()

@@ -52,14 +52,6 @@ def other(run, tmp_path):
     return path
 
 
-def forge(path: Path, name: str, old: str, new: str) -> None:
-    """Edit an input of validate, and its hash in the manifest."""
-    edit(path / name, old, new)
-    with open_folder(path, create=False) as folder:
-        folder.manifest["stages"]["validate"]["inputs"][name] = files.sha256(path / name)
-        folder.save()
-
-
 def test_runs_are_told_apart_by_the_setting_that_differs(run, other, tmp_path):
     """Two trials of one name are named by their folders."""
     page = tmp_path / "page"
@@ -74,23 +66,6 @@ def test_runs_are_told_apart_by_the_setting_that_differs(run, other, tmp_path):
     (warning,) = [warning for warning in content["fluid_warnings"] if warning.startswith("2 of 2 runs: fluid.U is 3")]
     assert text.count(warning) == 1
     assert sealtwin("compare", run).exit_code == 2
-
-
-@pytest.mark.parametrize(("model", "idle"), [("particles", []), ("slot", ["solver.relaxation"])])
-def test_settings_without_effect_come_last(run, other, tmp_path, model, idle):
-    """Uncertainties and gates move no level, and particles' settings none of the fast model."""
-    gate = "[gate]\nmean_error_mm = 1.0\n"
-    change(other, "validate", "[uncertainty]", f"{gate}\n[uncertainty]\nspeed_mm_s = 0.1\nwidth_mm = 0.1")
-    change(other, "simulate", "relaxation = 1.5", "relaxation = 1.25")
-    if model == "slot":
-        for path in (run := shutil.copytree(run, tmp_path / "first"), other):
-            forge(path, "simulation.json", '"solver": {', '"solver": {"model": "slot", "settle_s": 0.0}, "was": {')
-    content, _ = compare_runs([run, other], tmp_path / "page")
-    effective = [name for name in ("fluid.U", "solver.relaxation") if name not in idle]
-    names = [*content["differing"]]
-    assert names[: len(effective)] == effective
-    without_effect = ["gate.mean_error_mm", "gate.reason", "uncertainty.speed_mm_s", "uncertainty.width_mm", *idle]
-    assert sorted(names[len(effective) :]) == sorted(without_effect)
 
 
 def test_a_folder_that_is_no_finished_run_of_its_trial_is_refused_by_name(run, other, tmp_path):

@@ -1,8 +1,6 @@
 """Runs of a study: their progress, their workers, and those by the fast model."""
 
 import csv
-import os
-import signal
 import time
 from dataclasses import replace
 from typing import Any
@@ -24,13 +22,6 @@ from tests.support.tiny_study import HERE, results_of, tiny_lab
 from validate.figures.map_page import map_page
 
 
-def _killed_at_300(bench, trials, options):
-    """Kill the worker at two of the four runs, as the operating system does if memory runs out."""
-    if trials[0].fluid.U == 300.0 and trials[0].fluid.D_cm == 0.3:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return runner.seal(runner._unpickled(bench), trials, options)
-
-
 def _lost_at_300(function, tasks, *_):
     """Tell of that run what is told of one whose workers were killed, and compute the others here."""
     for group, arguments in tasks:
@@ -39,16 +30,10 @@ def _lost_at_300(function, tasks, *_):
         yield group, Lost(KILLED) if deadly else function(*arguments)
 
 
-@pytest.mark.parametrize(
-    ("name", "stand_in"),
-    # That workers which are killed are told so is tests/sealtwin/core/test_cluster.py; four new ones take 15 s.
-    [("run_tasks", _lost_at_300), pytest.param("seal_in_worker", _killed_at_300, marks=pytest.mark.slow)],
-)
-def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(
-    lab, unbroken, tmp_path, monkeypatch, name, stand_in
-):
+# That workers which are killed are told so is tests/sealtwin/core/test_cluster.py.
+def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(lab, unbroken, tmp_path, monkeypatch):
     out = tmp_path / "out"
-    monkeypatch.setattr(runner, name, stand_in)
+    monkeypatch.setattr(runner, "run_tasks", _lost_at_300)
     report = sweep(lab, out, replace(HERE, jobs=1), Progress())
     assert report["exit_code"] == 6
     runs = read_plan(out).runs
@@ -119,12 +104,6 @@ def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
     assert {run.number: run.reason.key for run in chart.excluded} == {3: "unfit", 6: "unfit"}
     assert "do not scatter" in chart.flatness
     assert map_page(chart, []).cautions[0] == swept["screening"]
-
-
-def test_a_study_asks_about_a_slip_of_unit_before_it_begins(tmp_path):
-    progress, slip = Progress(), FAST.replace("[0.05, 0.5]", "[0.5, 300.0]")
-    sweep(tiny_lab(tmp_path, slip), tmp_path / "out", StudyOptions("cpu", 0, dry_run=True), progress)
-    assert ("setting.viscosity_pa_s", 300) in [(fact.key, fact.value) for fact in progress.warned]
 
 
 def test_progress_goes_on_during_a_run_and_is_of_all_runs(monkeypatch):

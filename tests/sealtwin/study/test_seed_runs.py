@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from sealtwin.calibration.search import Twin
-from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_folder import look_into, open_folder
@@ -20,7 +19,7 @@ from sealtwin.study.study_folder import read_plan
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import SEEDS, StageName, resume_job
 from sealtwin.trial.trial_file import load_trial
-from sealtwin.trial.validate_stage import OF_SEEDS, read_spread
+from sealtwin.trial.validate_stage import read_spread
 from tests.support.messages import Narration
 from tests.support.report_stubs import leave_out_pages
 from tests.support.tiny_study import HERE, TRIAL, job_in, run_tiny, tiny_lab
@@ -107,29 +106,6 @@ def test_every_reader_shows_the_mean(three):
         side = run_comparison._side(job, "three")
     assert side.profile.level_mm == pytest.approx(levels["level_mm"])
     assert side.settings["seeds"] == 3
-
-
-def test_one_seed_again_leaves_nothing_of_the_mean(single, path):
-    once = shutil.copytree(single, path.parent / "once")
-    _validate(once)
-    assert _validate(path, settings={"seeds": 1}).redone == ("validate",)
-    assert not any((path / name).exists() for name in OF_SEEDS)
-    for name in ("comparison.json", "trial.toml", "profile.csv"):
-        assert (path / name).read_bytes() == (once / name).read_bytes(), name
-    keys = list(files.read_json(path / "run.json"))
-    assert keys == list(files.read_json(once / "run.json"))
-    assert "seeds" not in keys
-
-
-def test_new_particles_clear_the_old_mean(path):
-    """A run of another fluid does not keep the mean of the earlier one's seeds."""
-    before = _levels(path)["level_mm"]
-    finished = _validate(path, stage="simulate", settings={"fluid.D_cm": 0.03})
-    assert finished.redone == ("simulate",)
-    assert finished.result.seeds is not None
-    assert finished.result.stages == ("digitise", "simulate", SEEDS)
-    assert not np.array_equal(_levels(path)["level_mm"], before)
-    assert "mean of 3 runs" in "\n".join(result_lines(finished.result, "simulate"))
 
 
 def test_copies_are_refused(single, tmp_path, monkeypatch):

@@ -1,23 +1,19 @@
 """Studies, comparisons and plans across a raised stage number."""
 
-import json
 import shutil
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from sealtwin.api.studies import write_map
 from sealtwin.cli.studies import compared_lines, mapped_lines
 from sealtwin.core.progress import Progress
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study
-from sealtwin.study.sweep import status, sweep
+from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import NUMBERS, shown
-from tests.support.ingested_lab import sealtwin
 from tests.support.messages import Narration
 from tests.support.tiny_study import HERE, TRIAL, compute_here, job_in, run_tiny, tiny_lab
 
@@ -60,19 +56,6 @@ def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(two, 
     assert not [note for note in second.notes if "finished runs" in note]
 
 
-def test_status_and_map_say_that_another_version_computed_the_runs(out, monkeypatch):
-    """A sweep computes its runs anew; these two take them as they are."""
-    own = NUMBERS["simulate"]
-    monkeypatch.setitem(NUMBERS, "simulate", 999)
-    words = f"2 finished runs were computed by simulate {own}, while this version has simulate 999. 'sealtwin sweep'"
-    terminal, as_json = (sealtwin("sweep", "status", out, "--quiet", *more).stdout for more in ([], ["--json"]))
-    assert terminal.count(words) == 1
-    (sentence,) = json.loads(as_json)["other_versions"]
-    assert words in sentence
-    monkeypatch.setitem(NUMBERS, "simulate", own)
-    assert status(out)["other_versions"] == []
-
-
 @pytest.mark.parametrize(("raised", "times"), [("simulate", 1), ("validate", 0)])
 def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch, raised, times):
     """The readings are compared anew, so that the number of validate is this version's."""
@@ -82,13 +65,6 @@ def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch,
     sentence = f"4 finished runs were computed by {raised} {own}, while this version has {raised} 999."
     assert [sentence in other for other in mapped.content["other_versions"]] == [True] * times
     assert "\n".join(mapped_lines(mapped)).count(sentence) == times
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        page = write_map(done, any_volume=True)
-    warned = [str(one.message) for one in caught if one.category is RuntimeWarning]
-    assert [sentence in one for one in warned if "computed by" in one] == [True] * times
-    assert set(mapped.content["fluid_warnings"]) < {*warned, ""}
-    assert page.read_text(encoding="utf-8").count(sentence) == times
 
 
 def test_a_number_that_differs_between_two_runs_is_a_row_of_their_comparison(tmp_path, monkeypatch):

@@ -1,13 +1,11 @@
 """A study file: what varies, checked for all runs before the first one starts."""
 
 import math
-import re
 
 import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.study.study_file import load_study, plan_runs
-from sealtwin.trial.starter_files import write_example_study
 from sealtwin.trial.trial_file import load_trial
 from tests.support.paths import FIXTURE
 from tests.support.tiny_study import tiny_lab
@@ -37,12 +35,6 @@ def _values(planned, name):
             '[fixed]\nsolver.radius_mm = 0.5\n[list]\ncolumns = ["seed"]\nrows = [[1], [2]]\n',
             {"solver.radius_mm": [0.5, 0.5], "seed": [1, 2], "fluid.freeze_after_s": [0.2, 0.2]},
             id="what is fixed holds in all runs and the rest is the trial's own",
-        ),
-        pytest.param(
-            '[list]\ncolumns = ["fluid.freeze_after_s", "crack.wall_angle_deg"]\n'
-            'rows = [["never", [3.0, 5.0]], [1.5, 4.0]]',
-            {"fluid.freeze_after_s": ["never", 1.5], "crack.wall_angle_deg": [(3.0, 5.0), 4.0]},
-            id="a list takes values of every kind",
         ),
         pytest.param(
             '[grid]\n"fluid.viscosity_pa_s" = [1.0, 5.0]\n',
@@ -93,7 +85,6 @@ def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_p
     ("varies", "sentence"),
     [
         ("", "give one of [grid], [list] and [latin], the settings that vary; none is given"),
-        ('[grid]\nseed = [1]\n[list]\ncolumns = ["seed"]\nrows = [[1]]', "grid and list are given"),
         ('[grid]\n"fluid.u" = [1]', "fluid.u: no such setting; the nearest is 'fluid.U'"),
         ('[grid]\n"photo.file" = ["a"]', "photo.file: no such setting; expected seed or a key of [fluid]"),
         ('[grid]\n"fluid.U" = []', "grid.fluid.U: no values are given"),
@@ -112,23 +103,6 @@ def test_a_study_that_cannot_be_is_refused_in_words(tmp_path, varies, sentence):
         _plan(tmp_path, varies)
     assert sentence in str(caught.value)
     assert "study.toml" in str(caught.value)
-
-
-def test_the_example_is_a_study_with_each_of_its_three_forms(tmp_path):
-    """Also with what stands commented out in it in place of the grid."""
-    tiny_lab(tmp_path)
-    file = tmp_path / "mine.toml"
-    write_example_study(file)
-    text = file.read_text()
-    head, grid, rest = re.split(r"^(?=\[grid\]|# \[list\])", text, flags=re.MULTILINE)
-    rows, latin = re.split(r"^(?=# \[latin\])", rest, flags=re.MULTILINE)
-    for part, runs in ((grid, 8), (rows, 2), (latin, 40)):
-        file.write_text(head + re.sub("^# ", "", part, flags=re.MULTILINE))
-        assert len(plan_runs(load_study(file), file, load_trial(tmp_path / "trial.toml"))) == runs
-    with pytest.raises(InputError, match="not overwritten"):
-        write_example_study(file)
-    with pytest.raises(InputError, match="'sealtwin sweep --example"):
-        load_study(tmp_path / "none.toml")
 
 
 def test_the_shipped_study_is_the_paper_s_132_combinations_over_its_ranges():

@@ -1,4 +1,4 @@
-"""A sweep's folder on a map: the ledger's own errors, runs seen once more, and what is refused."""
+"""A sweep's folder on a map: the ledger's own errors, what is not ranked, and what is refused."""
 
 import json
 import re

@@ -5,7 +5,6 @@ import os
 import platform
 import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,21 +46,6 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, done)
     assert head.startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
 
 
-@pytest.mark.parametrize(
-    ("declared", "fitted"), [("", 2), ('fitted = ["fluid.U", "crack.tilt", "seed"]\n', 4)], ids=["none", "three"]
-)
-def test_what_was_fitted_is_said_and_computes_nothing_again(lab, done, tmp_path, declared, fitted):
-    """Two settings vary, one of which is declared too; four stations were read. No run's key changes by it."""
-    copied = shutil.copytree(lab.parent, tmp_path / "lab")
-    edit(copied / "trial.toml", 'role = "calib', f'{declared}role = "calib')
-    report = sweep(copied / lab.name, done, replace(HERE, dry_run=True), Progress())
-    assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
-    (sentence,) = (line for line in swept_lines(report) if "settings fitted" in line)
-    assert sentence == report["best"]["against_baselines"]
-    assert f"({fitted} settings fitted)" in sentence
-    assert ("4 settings can fit any level at 4 stations" in sentence) is (fitted == 4)
-
-
 def test_a_result_that_was_lost_edited_or_half_written_is_computed_again_and_no_other(lab, unbroken, done):
     """What a killed write has left is removed."""
     runs = read_plan(done).runs
@@ -81,24 +65,6 @@ def test_a_study_that_grows_keeps_what_is_done(done, tmp_path, lab):
     for study, states in ((more, ["waiting", "done", "done"]), (lab, ["done"] * 4)):
         sweep(study, done, replace(HERE, dry_run=True), Progress())
         assert [run.state for run in read_plan(done).runs] == states
-
-
-@pytest.mark.parametrize(
-    ("rows", "drafts", "preset"),
-    [
-        ('"fluid.U" = [1, 2]', True, "draft"),
-        ('"fluid.U" = [1, 2]', False, "accurate"),
-        ('"solver.substeps" = [2, 3]', True, "accurate"),
-    ],
-)
-def test_runs_are_drafts_unless_the_study_is_about_the_solver(tmp_path, rows, drafts, preset):
-    lab, out = tiny_lab(tmp_path, f"[grid]\n{rows}\n"), tmp_path / "out"
-    swept = sweep(lab, out, replace(HERE, dry_run=True, drafts=drafts), Progress())
-    runs = read_plan(out).runs
-    assert {run.trial["solver"]["preset"] for run in runs} == {preset}
-    assert ("2 of 2 runs are drafts" in swept["screening"]) == (preset == "draft")
-    # Settings of a run are in the trial's own numbers: its U is that of the trial's radius.
-    assert [run.settings.get("fluid.U") for run in runs] == ([1, 2] if "U" in rows else [None, None])
 
 
 def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
@@ -263,18 +229,3 @@ def test_folders_that_are_somebody_else_s_in_use_or_edited_are_refused(lab, tmp_
     (fresh / "plan.json").write_text(json.dumps(plan))
     with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is not a table"):
         read_plan(fresh)
-
-
-@pytest.mark.slow
-def test_a_process_does_not_grow_from_run_to_run(fresh):
-    """Twenty runs: what the first ones load stays, what each takes is given back. One brings 1.8 MB.
-
-    The heap itself breathes by 25 MB, so the least of some counts; kept on purpose, twelve runs add 20 MB.
-    """
-    seen_mb = []
-    for _ in range(5):
-        for outcome in fresh.glob(f"runs/*/{OUTCOME}"):
-            outcome.unlink()
-        compute_here(fresh)
-        seen_mb.append(int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6)
-    assert min(seen_mb[3:]) - min(seen_mb[1:3]) < 5

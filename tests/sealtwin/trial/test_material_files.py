@@ -1,12 +1,10 @@
 """A trial whose sealant has tables: they are read beside it, travel with the run, and count by what they say."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-import sealtwin as st
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
@@ -14,14 +12,12 @@ from sealtwin.core.progress import Progress
 from sealtwin.study.extra_runs import _variants
 from sealtwin.study.moved_inputs import Base
 from sealtwin.study.pipeline import run_stages, run_trial
-from sealtwin.study.study_folder import read_plan
-from sealtwin.study.sweep import sweep
 from sealtwin.trial.trial_file import load_trial
 from simulate.material_curve import CoolingCurve, MaterialCurve
 from simulate.material_file import Material
 from tests.support.ingested_lab import edit
 from tests.support.report_stubs import leave_out_figures
-from tests.support.tiny_study import HERE, job_in, tiny_lab
+from tests.support.tiny_study import job_in, tiny_lab
 
 QUIET = Progress()
 STAGES = ("digitise", "simulate")
@@ -76,27 +72,6 @@ def test_a_table_travels_with_its_run_and_counts_by_what_it_says(tmp_path):
     assert run(trial, out) == ("simulate",)
 
 
-def test_a_study_varies_a_curve_as_a_whole_and_it_replaces_what_it_excludes(tmp_path):
-    """Two tables over the base's U and yield stress; and each row of the plan holds its own table."""
-    varies = '[grid]\n"fluid.curve" = ["curing.csv", "thick.csv"]\n'
-    base = 'U = 30.0\nyield_stress_pa = 12.0\nfreeze_after_s = "never"'
-    study = lab_with(tmp_path, base, varies).with_name("study.toml")
-    (tmp_path / "thick.csv").write_text(CURING.replace("0,0.05,0", "0,0.5,0"), encoding="utf-8")
-    out = tmp_path / "out"
-    sweep(study, out, replace(HERE, dry_run=True), QUIET)
-    runs = read_plan(out).runs
-    assert [one.trial["fluid"]["curve"]["viscosity_pa_s"] for one in runs] == [[0.05, 5.0], [0.5, 5.0]]
-    assert len({one.key for one in runs}) == 2
-    assert [one.settings["fluid.curve"] for one in runs] == ["curing.csv", "thick.csv"]
-    # A sweep that goes on computes again what another table decides, and no other run.
-    (tmp_path / "thick.csv").write_text(CURING.replace("0,0.05,0", "0,0.6,0"), encoding="utf-8")
-    sweep(study, out, replace(HERE, dry_run=True), QUIET)
-    assert [one.key == again.key for one, again in zip(runs, read_plan(out).runs, strict=True)] == [True, False]
-    edit(study, "fluid.curve", "fluid.curve.age_s")
-    with pytest.raises(InputError, match="no such setting"):
-        sweep(study, out, replace(HERE, dry_run=True), QUIET)
-
-
 def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_path):
     """In proportion for the viscosity, by a step for the yield stress, at every row; the cooling stays."""
     fluid = 'curve = "hot.csv"\ncooling = "cooling.csv"\nfreeze_after_s = "never"'
@@ -117,25 +92,6 @@ def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_
         step_pa = moved.get("yield_stress_pa")
         assert curve.yield_stress_pa == (None if step_pa is None else (max(0.0, step_pa),) * 2)
         assert cooling.temperature_c == (190.0, 120.0)
-
-
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
-    lab_with(tmp_path, "U = 1.0\nfreeze_after_s = 1.0")
-    crack = st.trace_crack(st.read_photo(tmp_path / "crack.png", mm_per_px=0.1), [(40, 101), (160, 98)])
-    solid = st.build_solid(crack, 8, tilt="vertical")
-    path = st.plan_path(crack, solid, volume_ml=0.04, speed_mm_s=20, trim_mm=1)
-    solver = st.Solver(radius_mm=0.45, substeps=2)
-    monkeypatch.chdir(tmp_path)
-    columns = {"age_s": [0, 0.2], "viscosity_pa_s": [0.05, 5], "yield_stress_pa": [0, 20]}
-    by_file, by_columns = (
-        st.inject(crack, solid, path, st.Fluid(curve=curve), solver=solver) for curve in ("curing.csv", columns)
-    )
-    assert by_file.position_mm.tobytes() == by_columns.position_mm.tobytes()
-    with pytest.raises(InputError, match=r"none\.csv: no such file"):
-        st.inject(crack, solid, path, st.Fluid(curve="none.csv"), solver=solver)
-    with pytest.raises(InputError, match=r"curve cannot .* U,"):
-        st.Fluid(curve=columns, U=3)
 
 
 def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp_path, monkeypatch):

@@ -5,16 +5,15 @@ from pathlib import Path
 
 import pytest
 
-import sealtwin as st
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.study.pipeline import run_stages, run_trial
-from sealtwin.study.study_folder import read_level, read_plan
+from sealtwin.study.study_folder import read_plan
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import stage_settings
 from sealtwin.trial.trial_file import load_trial
-from tests.support.tiny_study import HERE, compute_here, job_in, tiny_lab
+from tests.support.tiny_study import HERE, job_in, tiny_lab
 
 QUIET = Progress()
 
@@ -52,20 +51,3 @@ def test_runs_of_a_study_on_two_slopes_share_no_launch(tmp_path):
     first, second = read_plan(out).runs
     assert first.sample == second.sample
     assert first.kin != second.kin
-    compute_here(out, batch=4)
-    level, sloping = (read_level(out, run).level_mm for run in read_plan(out).runs)
-    assert abs(level - sloping).max() > 0.1
-
-
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_inject_takes_the_slopes_by_keyword(tmp_path):
-    tiny_lab(tmp_path)
-    crack = st.trace_crack(st.read_photo(tmp_path / "crack.png", mm_per_px=0.1), [(40, 101), (160, 98)])
-    solid = st.build_solid(crack, 8, tilt="vertical")
-    path = st.plan_path(crack, solid, volume_ml=0.04, speed_mm_s=20, trim_mm=1)
-    given = crack, solid, path, st.Fluid(U=3, D_cm=0.03)
-    solver = st.Solver(radius_mm=0.45, substeps=2, settle_s=0.3)
-    middle = [st.inject(*given, solver=solver, gradient_deg=angle).position_mm[:, 0].mean() for angle in (20, -20)]
-    assert middle[0] < middle[1] - 0.4
-    with pytest.raises(InputError, match=r"inject: crossfall_deg = 46: .*45"):
-        st.inject(*given, solver=solver, crossfall_deg=46)

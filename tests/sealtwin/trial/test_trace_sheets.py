@@ -8,7 +8,7 @@ from digitise.trace_page.session import Hints, Shape
 from sealtwin.core.errors import InputError, present
 from sealtwin.trial import trace_sheets
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trace_sheets import TrialFile, new_trial, sheet_of
+from sealtwin.trial.trace_sheets import TrialFile, sheet_of
 from sealtwin.trial.trial_file import load_trial
 from tests.support.photos import mortar, with_crack, write_png
 
@@ -72,16 +72,6 @@ def photo_in(path):
     return present(load_trial(path).photo, "photo")
 
 
-def test_the_shape_is_saved_into_its_table_and_what_is_not_said_stays(path):
-    shape = Shape(depth_mm=17.5, tilt="flare", wall_angle_deg=5.5)
-    changed = TrialFile(path).save(Hints(ends_px=ENDS, branches="keep", mm_per_px=0.2), shape)
-    assert changed == ["ends_px", "branches", "depth_mm", "wall_angle_deg"]
-    assert "depth_mm = 17.5           # three places" in path.read_text()
-    TrialFile(path).save(TRACED, SAME)
-    crack = present(load_trial(path).crack, "crack")
-    assert (crack.depth_mm, crack.tilt, crack.wall_angle_deg) == (17.5, "flare", 5.5)
-
-
 def test_a_path_alone_has_no_crack_until_a_depth_is_given(path):
     text = COMMENTED[: COMMENTED.index("# What calipers said")].replace("mm_per_px ", "path_only = true\nmm_per_px ")
     written(path, text)
@@ -113,16 +103,11 @@ LAYOUTS = {
         + ", ".join(f"{{ id = {n}, x_mm = {n}.0, y_mm = 0.0 }}" for n in range(4))
         + "]\n",
     ).replace("mm_per_px   =   0.2     # from the ruler\n", ""),
-    "an inline table": 'name = "x"\nphoto = { file = "a.jpg", data = "measured", mm_per_px = 0.2 } # short\n'
-    "[crack]\ndepth_mm = 16 # deep\n",
     "dotted keys": 'name = "x"\nphoto.file = "a.jpg" # one\nphoto.data = "measured"\nphoto.mm_per_px = 0.2 # two\n'
     "crack.depth_mm = 16\n",
-    "photo last, no newline": 'name = "x"\n[crack]\ndepth_mm = 16\n'
-    '[photo]\nfile = "a.jpg"\ndata = "measured"\nmm_per_px = 0.2',
     "old ends over several lines": COMMENTED.replace(
         "edge_fraction", "ends_px = [\n  [1.0, 2.0],  # this one\n  [3.0, 4.0],\n]\nedge_fraction"
     ),
-    "Windows' line ends": COMMENTED.replace("\n", "\r\n"),
     "Windows' byte-order mark": "\ufeff" + COMMENTED,
 }
 
@@ -158,50 +143,12 @@ def test_a_file_that_somebody_else_changed_is_not_overwritten(path):
         opened.save(TRACED, SAME)
 
 
-@pytest.mark.parametrize(
-    ("hints", "named"),
-    [
-        (Hints(ends_px=ENDS), "no scale"),
-        (Hints(ends_px=ENDS, mm_per_px=9.0), "photo.mm_per_px"),
-        (Hints(mm_per_px=0.1, via_px=((1.0, 2.0),)), "via_px is given without ends_px"),
-    ],
-)
-def test_what_would_be_no_trial_is_not_written(path, hints, named):
-    with pytest.raises(InputError, match=named):
-        TrialFile(path).save(hints, SAME)
-    assert path.read_text() == COMMENTED
-    assert list(path.parent.iterdir()) == [path]
-
-
 def test_an_edit_that_would_change_more_is_refused(path, monkeypatch):
     """Trust, but look: what an editor of TOML left is read again before it is written."""
     monkeypatch.setattr(trace_sheets, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
     with pytest.raises(InputError, match=r"Write them yourself: ends_px = \[\[12.5, 340.0\]"):
         TrialFile(path).save(TRACED, SAME)
     assert path.read_text() == COMMENTED
-
-
-def test_a_photo_gets_a_trial_of_its_name(tmp_path):
-    photo = tmp_path / 'crack "7".jpg'
-    new = new_trial(photo)
-    new.save(TRACED, Shape(depth_mm=16.0))
-    trial = load_trial(photo.with_suffix(".toml"))
-    read, crack = present(trial.photo, "photo"), present(trial.crack, "crack")
-    assert (trial.name, read.file.name, read.data, crack.depth_mm) == ('crack "7"', photo.name, "undeclared", 16.0)
-    assert Hints.of(read) == TRACED
-    assert "# Traced on the page" in new.path.read_text()
-
-
-def test_no_depth_is_ever_made_up_and_a_trial_that_is_there_is_not_replaced(tmp_path):
-    new = new_trial(tmp_path / "crack.jpg")
-    with pytest.raises(InputError, match=r"crack.depth_mm is missing"):
-        new.save(TRACED, SAME)
-    assert not list(tmp_path.iterdir())
-    (tmp_path / "crack.toml").write_text("mine")
-    for attempt in (lambda: new_trial(tmp_path / "crack.jpg"), lambda: new.save(TRACED, Shape(depth_mm=16.0))):
-        with pytest.raises(InputError, match="already exists"):
-            attempt()
-    assert (tmp_path / "crack.toml").read_text() == "mine"
 
 
 def test_settings_of_the_command_are_saved_with_the_hints(path):

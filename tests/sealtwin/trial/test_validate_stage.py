@@ -48,24 +48,6 @@ def test_a_sheet_is_named_as_the_lab_named_it_and_in_the_run_folder_still(job):
     assert sheet_of(replace(job, source=job.path)) == sheet
 
 
-def test_another_sheet_than_the_lab_gave_has_no_operator(job):
-    job.sheet.write_text("s_mm,level_1_mm\n0,1\n")
-    sheet = present(sheet_of(job), "sheet")
-    assert (sheet.name, sheet.operator) == ("readings.csv, not as the lab gave it", None)
-    assert sheet.sha256 == sha256(job.sheet)
-
-
-@pytest.mark.parametrize("content", [None, '{"made": "by something else"}'])
-def test_a_trial_of_no_lab_has_the_name_of_its_file(job, content):
-    (job.source / RECORD).unlink()
-    if content is not None:
-        (job.source / RECORD).write_text(content)
-    sheet = present(sheet_of(job), "sheet")
-    assert (sheet.name, sheet.operator, sheet.date) == ("readings.csv", None, None)
-    keep_origin(job)
-    assert not (job.path / ORIGIN).exists()
-
-
 def test_a_record_that_somebody_broke_is_named(job):
     for files in (7, [{"role": "readings", "original": 7, "sha256": "73cf"}], [{"role": "readings"}]):
         record = {"ingested_utc": "", "files": files, "operator": None, "date": None}

@@ -35,25 +35,6 @@ def test_lists_are_those_of_a_search_over_all_pairs_and_walls():
         assert sorted(near) == sorted(walls[i])
 
 
-def test_rows_follow_the_cells_and_leave_out_who_rests_or_left():
-    """What spilled is nobody's neighbour."""
-    points = np.random.default_rng(1).uniform([0, -1, -12], [4, 1, -8], (400, 3))
-    engine = engine_with(points, slot())
-    fate = np.array([status.SPILLED, status.MOVING, status.MOVING, status.FROZEN], dtype=np.int32)[np.arange(400) % 4]
-    engine.state.status.assign(fate)
-    engine.find_movers()
-    engine.find_neighbours()
-    cells, row = engine.fluid_cells.cells, in_rows(engine)
-    assert sorted(row) == np.flatnonzero(fate == int(status.MOVING)).tolist()
-    assert [*cells.count] == sorted(cells.count)
-    along = engine.state.position_mm()[row][:, [*cells.axis]] * CM
-    index = np.floor((along - [*cells.corner]) / cells.size).astype(int)
-    assert (np.diff(np.ravel_multi_index(index.T[::-1], [*cells.count][::-1])) >= 0).all()
-    listed = np.concatenate(listed_fluid(engine))
-    assert len(listed) > 100
-    assert not (listed % 4 == 0).any()
-
-
 def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
     crowd = np.vstack([[[3.0, 0.0, -1.0]], np.random.default_rng(0).normal([3, 0, -8], 0.1, (200, 3))])
     engine = engine_with(crowd, slot())

@@ -5,16 +5,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sealtwin.core.errors import NumericalError
-from simulate.fluid.solver import AGAIN_S, PATIENCE_S, RESTLESS_S, WAKING_CM_S, FluidSolver, substeps_for
+from simulate.fluid.solver import AGAIN_S, PATIENCE_S, RESTLESS_S, WAKING_CM_S, FluidSolver
 from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, MOVING, RESTS
-from simulate.settings import Fluid, Solver, particle_volume
+from simulate.settings import particle_volume
 from simulate.setup.rheology import Rheology
-from simulate.setup_checks import rheology_of
 from simulate.watchers import take_frame
-from tests.support.batches import PASTES, finish, ready
-from tests.support.small_fluids import FRAME_S, check, corrected, engine_with, lattice, listed_fluid, positions_mm, slot
+from tests.support.batches import PASTES, ready
+from tests.support.small_fluids import check, engine_with, lattice, listed_fluid, positions_mm, slot
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 4.0, 3.1, 24.0
 COLUMN = 540
@@ -56,43 +54,6 @@ def test_the_volume_of_a_particle_is_that_of_eq_6_once_compression_is_allowed_fo
     assert ratio["paper"] > 1.3
 
 
-def test_fluid_rests_on_walls_at_the_clearance():
-    engine = settled()
-    distance = engine.barrier.exact_mm(positions_mm(engine))
-    assert distance.min() == pytest.approx(0.86 * 0.4, abs=0.02)
-
-
-def test_a_relaxation_is_the_same_at_any_scale():
-    """Twice the radius, lengths and all: 1.5 / h^2 is 60 per cm2 at h = 1.6 mm and scales with the gradients."""
-    moved = []
-    for scale in (1.0, 2.0):
-        points = scale * lattice(np.array([0, -2, 28]), np.array([4, 2, 32]), 0.68)
-        engine = corrected(engine_with(points, slot(depth_mm=4.0), radius_mm=0.4 * scale))
-        moved.append((positions_mm(engine) - points) / scale)
-    assert np.abs(moved[0]).max() > 0.02
-    assert moved[1] == pytest.approx(moved[0], abs=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("radius_mm", "frame_s", "carried", "alone"),
-    [(0.4, 7.225e-3, 4, 4), (0.4, 7.14e-3, 3, 4), (0.5, 14.1e-3, 6, 6), (0.4, 1e-3, 1, 1)],
-)
-def test_substeps_follow_the_fall_of_a_particle(radius_mm, frame_s, carried, alone):
-    """4 x 4 at R = 0.4 and 6 x 4 at R = 0.5 mm are what the prototype recommends for the paper's trial."""
-    paste, the_papers, water = (
-        rheology_of(Fluid.model_validate({"freeze_after_s": "never", **fluid}), radius_mm * 0.4, frame_s)
-        for fluid in (
-            {"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0},
-            {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.0},
-            {"viscosity_pa_s": 0.001},
-        )
-    )
-    local = Solver(radius_mm=radius_mm)
-    assert substeps_for(local, paste, frame_s) == carried
-    assert substeps_for(local, the_papers, frame_s) == substeps_for(local, water, frame_s) == alone
-    assert substeps_for(Solver(radius_mm=radius_mm, substeps=3), paste, frame_s) == 3
-
-
 SLEEPY = Rheology(30.0, 0.3, yield_cm2_s2=71.0)
 
 
@@ -127,36 +88,11 @@ def test_a_sleeper_wakes_beside_what_is_fast_or_goes_on_flowing(speed, flowed_s,
         assert quiet_s.numpy()[0] == pytest.approx(PATIENCE_S - AGAIN_S)
 
 
-def test_a_moment_of_quiet_forgets_the_flow_and_one_of_flow_the_quiet():
-    engine = engine_with(np.array([[3.0, 0.0, -8.0]]), slot(), fluid=SLEEPY)
-    quiet_s = engine.lasting()["quiet_s"]
-    for speed, before, after in ((0.0, -5.0, FRAME_S), (1.0, 0.2, -FRAME_S), (1.0, -0.2, -0.2 - FRAME_S)):
-        engine.state.velocity.assign(np.array([[speed, 0.0, 0.0]], dtype=np.float32))
-        quiet_s.fill_(before)
-        engine._fall_asleep(engine.rows)
-        assert quiet_s.numpy()[0] == pytest.approx(after, rel=1e-4)
-
-
 def with_entries(entries: int, spacing_mm: float, monkeypatch: pytest.MonkeyPatch, **solver: Any) -> FluidSolver:
     """Fluid whose lists have room for so many entries a row at first."""
     monkeypatch.setattr("simulate.fluid.cell_grid.ENTRIES", entries)
     points = lattice(np.array([0.2, -1.3, -12]), np.array([5.8, 1.3, -2]), spacing_mm)
     return engine_with(points, slot(), weights=(30.0, 0.3), **solver)
-
-
-@pytest.mark.parametrize("solver", [{"viscosity_solve": "implicit"}, {"viscosity_solve": "explicit"}])
-def test_lists_that_grow_on_the_way_are_those_with_room_from_the_start(monkeypatch, solver):
-    """Seen to fail with lists that stay as short as they are."""
-    ends = []
-    for entries in (84, 20):
-        engine = with_entries(entries, 0.69, monkeypatch, **solver)
-        room = engine.lists.room
-        for _ in range(10):
-            engine.step()
-        assert (engine.lists.room > room) == (entries == 20)
-        assert min(map(len, listed_fluid(engine))) > 0
-        ends.append(positions_mm(engine))
-    assert np.array_equal(*ends)
 
 
 def test_a_recorded_frame_has_room_for_what_comes_later(monkeypatch):
@@ -227,17 +163,3 @@ def test_a_renumbered_pour_is_the_same_pour(monkeypatch):
     assert np.allclose(here.density, there.density, atol=1e-3)
     state = renumbered.engine.state
     assert np.array_equal(state.by_release(state.release_frame), renumbered.schedule.frame_of)
-
-
-def test_a_fault_names_the_particle_by_its_release(monkeypatch):
-    monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 3)
-    injection = paste_under_way(31)
-    state = injection.engine.state
-    at = 5
-    released = int(state.number.numpy()[at])
-    assert released != at
-    position = state.position.numpy().copy()
-    position[at] = np.nan
-    state.position.assign(position)
-    with pytest.raises(NumericalError, match=f"particle {released} at"):
-        finish(injection)

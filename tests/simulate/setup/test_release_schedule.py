@@ -4,7 +4,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.spatial.distance import pdist
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
@@ -13,7 +12,7 @@ from sealtwin.core.records import Sections, Trajectory
 from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, FROZEN, MOVING
 from simulate.settings import Fluid, particle_volume
-from simulate.setup.release_schedule import course_of, pack_disc, plan_releases
+from simulate.setup.release_schedule import course_of, plan_releases
 from tests.support.shapes import straight_slot
 from tests.support.small_fluids import injected, slot
 from tests.support.small_fluids import path as short_path
@@ -49,16 +48,6 @@ def test_the_papers_trial_is_14527_particles_in_2076_frames_of_seven_from_within
     assert z == pytest.approx(3.0)
 
 
-@pytest.mark.parametrize(("ratio", "count"), [(0.5, 1), (1.0, 1), (2.0, 2), (2.4, 3), (3.0, 7), (4.31, 12)])
-def test_a_disc_holds_as_many_circles_as_pack_it(ratio, count):
-    """Known packings of circles in a circle, as far as they lie on a hexagonal lattice."""
-    packed = pack_disc(ratio * 0.4, 0.4)
-    assert len(packed) == count
-    if count > 1:
-        assert pdist(packed).min() == pytest.approx(0.8)
-        assert np.hypot(*packed.T).max() + 0.4 <= ratio * 0.4 + 1e-9
-
-
 DEEPENING = Sections(s_mm=np.array([0.0, 80.0]), depth_mm=np.array([4.0, 16.0]), area_mm2=np.array([10.0, 50.0]))
 """A crack whose section at s is 10 + s / 2 mm²."""
 
@@ -92,45 +81,6 @@ def test_every_kind_of_path_releases_what_was_planned_where_it_was_planned(chang
     leaving_mm_s = -schedule.velocity_mm_s[:, 2] * np.pi * 1.2**2
     assert leaving_mm_s.max() <= path.flow_mm3_s.max() * (1 + 1e-9)
     assert leaving_mm_s.min() >= path.flow_mm3_s[path.flow_mm3_s > 0].min() * (1 - 1e-9)
-
-
-def test_the_first_sealant_after_a_lead_comes_at_full_flow():
-    """320 mm3/s over pi 1.2^2 mm2; averaged over a frame in which the flow begins late, it would drip."""
-    schedule = plan(plan_trajectory(straight_slot(80.0), NozzlePath(volume_ml=4.8, lead_in_mm=0.513), 1.0))
-    assert schedule.frame_of[0] * schedule.frame_s < 0.513 / 4 < (schedule.frame_of[0] + 1) * schedule.frame_s
-    assert schedule.velocity_mm_s[0, 2] == pytest.approx(-70.74, abs=0.01)
-
-
-@pytest.mark.parametrize("last", [0.0, 1e9])
-def test_the_last_waypoint_has_no_flow_of_its_own(last):
-    """A row holds until the next, and the last has none: a path that ends with 0 gives as much as one that does not."""
-    flow = np.full(61, 4800 / 15)
-    constant, ended = plan(PAPER), plan(straight_path([*flow[:-1], last]))
-    assert ended.dispensed_mm3 == pytest.approx(4800)
-    for name in ("position_mm", "velocity_mm_s", "frame_of", "released", "frame_s"):
-        assert np.array_equal(getattr(ended, name), getattr(constant, name)), name
-
-
-@pytest.mark.parametrize(("radius_mm", "room_mm"), [(0.4, None), (0.7, 0.5), (1.2, 0.3)])
-def test_the_seed_moves_every_release_about_the_axis_and_a_lone_particle_anywhere_in_its_room(radius_mm, room_mm):
-    """Discs of seven, one particle with room in the bore, and one that fills it.
-
-    Broken on purpose with lone particles that are turned only, seeds 1 and 2 are the same bits at 0.7 and 1.2 mm. Even
-    over a disc, the shift's mean square is half of the room's; 700 draws scatter by 2 %.
-    """
-    first, again, other = (plan(PAPER, radius_mm=radius_mm, seed=seed) for seed in (1, 1, 2))
-    assert np.array_equal(first.position_mm, again.position_mm)
-    assert np.array_equal(first.released, other.released)
-    assert np.array_equal(first.velocity_mm_s, other.velocity_mm_s)
-    apart_mm = np.linalg.norm(first.position_mm - other.position_mm, axis=1)
-    if room_mm is None:
-        assert first.release == 7
-        assert 0 < np.mean(apart_mm < 1e-9) < 0.2, "those at the axis"
-        return
-    assert (apart_mm > 0).all()
-    shift_mm = np.hypot(first.position_mm[:, 0] - (10 + 4 * first.frame_of * first.frame_s), first.position_mm[:, 1])
-    assert shift_mm.max() <= room_mm + 1e-9
-    assert np.mean(shift_mm**2) == pytest.approx(room_mm**2 / 2, rel=0.1)
 
 
 BURST = np.zeros(60_000)

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import manifold3d
 import numpy as np
 import pytest
@@ -8,7 +6,7 @@ import trimesh
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import FaceLabel, Floats, Solid
+from sealtwin.core.records import Floats, Solid
 from simulate.fluid.solver import FluidSolver
 from simulate.hollow import solid_of
 from simulate.kernels.distance import BLOCK
@@ -28,23 +26,6 @@ def two_slots(septum_mm: float) -> Solid:
     return solid_of(block, (-12.0, -15.0, 32.0, 15.0), 8.0)
 
 
-def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():
-    """Near walls, where particles are stopped. Edges of the mesh are rounded by the grid: hence the worst case."""
-    solid, outline = slot(tilt="flare", depth_mm=6.0)
-    barrier = build_barrier(solid, outline, RADIUS_MM, "cpu")
-    points = np.random.default_rng(0).uniform([-3, -4, -6.7], [9, 4, 2], (20_000, 3))
-    exact, sampled = barrier.exact_mm(points), barrier.sampled_mm(points)
-    near = (exact > 0) & (exact < RADIUS_MM)
-    error = np.abs(exact - sampled)[near]
-    assert error.mean() < 0.005
-    assert np.quantile(error, 0.95) < RADIUS_MM / 20
-    assert error.max() < RADIUS_MM / 4
-    # Away from the surface the grid may only be careful: never a longer way than there is, never another side.
-    assert (np.abs(sampled) <= np.abs(exact) + RADIUS_MM / 4)[~near].all()
-    assert (np.sign(exact) == np.sign(sampled))[np.abs(exact) > 0.05].all()
-    assert (barrier.is_inside(points, 0.9 * RADIUS_MM) == (exact <= -0.9 * RADIUS_MM)).all()
-
-
 def test_the_nodes_of_the_grid_are_exact_beside_needles():
     """Against trimesh. The face around a crack has triangles a thousand times as long as high."""
     outline = wandering_crack()
@@ -61,30 +42,6 @@ def test_the_nodes_of_the_grid_are_exact_beside_needles():
         nearest_mm = np.fmin(nearest_mm, np.linalg.norm(closest - points, axis=1))
     nodes_mm = grid.nodes.numpy().reshape(-1, len(node))[row[block]] / CM
     assert np.abs(nodes_mm).ravel() == pytest.approx(nearest_mm, abs=1e-4)
-
-
-def test_exact_distances_are_those_of_a_box_and_beyond_the_grid_of_its_face():
-    solid, outline = slot(depth_mm=6.0)
-    points = np.array([[3, 0, -3], [3, 1.05, -3], [3, 2.05, -3], [3, 0, -5.8], [3, 0, -7], [-5, 9, 1.5]])
-    exact_mm = build_barrier(solid, outline, RADIUS_MM, "cpu").exact_mm(points)
-    assert exact_mm == pytest.approx([1.55, 0.5, -0.5, 0.2, -1.0, 1.5], abs=1e-4)
-    wide = build_barrier(replace(solid, block_mm=(-50.0, -50.0, 50.0, 50.0)), outline, RADIUS_MM, "cpu")
-    sampled_mm = wide.sampled_mm(np.array([[40.0, 40.0, 2.0], [40.0, 40.0, -2.0], [60.0, 0.0, -2.0]]))
-    assert sampled_mm[:2] == pytest.approx([2.0, -2.0], abs=1e-5)
-    assert sampled_mm[2] > 100
-
-
-@pytest.mark.parametrize(("tilt", "depth_mm", "angle_deg"), [("lean", 90.0, 11.0), ("flare", 40.0, 25.0)])
-def test_a_crack_whose_walls_lead_far_from_its_outline_is_known_to_its_floor(tilt, depth_mm, angle_deg):
-    """A margin around the outline alone leaves part of the lean cavity out, and paste on an unseen shelf."""
-    (solid, outline), radius_mm = slot(tilt=tilt, depth_mm=depth_mm, angle_deg=angle_deg), 0.75
-    barrier = build_barrier(solid, outline, radius_mm, "cpu")
-    cavity = solid.vertices_mm[solid.faces[np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR])]].reshape(-1, 3)
-    points = np.random.default_rng(0).uniform(cavity.min(axis=0), cavity.max(axis=0), (20_000, 3))
-    exact, sampled = barrier.exact_mm(points), barrier.sampled_mm(points)
-    clear = np.abs(exact) > radius_mm / 2
-    assert (exact[clear] > 0).sum() > 500
-    assert (np.sign(exact) == np.sign(sampled))[clear].all()
 
 
 def throw(engine: FluidSolver, step_mm: Floats) -> None:
@@ -128,24 +85,6 @@ def test_a_step_that_is_no_number_is_not_taken_for_rest():
     engine.state.velocity.assign(np.asarray([[np.nan, 0, 0], [0, 0, 0]], dtype=np.float32))
     engine.predict(engine.rows)
     assert np.isfinite(engine.state.position.numpy()[:, :3]).all(axis=1).tolist() == [False, True]
-
-
-def test_moves_within_a_free_ball_end_where_walls_would_have_let_them():
-    """Walls asked for at every move, and only where a move leaves the ball of the last answer.
-
-    The grid rounds distances in corners: a tenth of a millimetre at most, where a particle moves by ten.
-    """
-    ends = []
-    for always in (True, False):
-        engine = engine_with(lattice(np.array([0.2, -1.3, -6.0]), np.array([5.8, 1.3, 4.0]), 0.69), slot())
-        for _ in range(40):
-            engine.predict(engine.rows)
-            engine.update_velocity(engine.rows)
-            if always:
-                engine.state.particles.free.zero_()
-        ends.append(engine.state.position_mm())
-        assert engine.barrier.sampled_mm(ends[-1]).min() > 0.5 * 0.86 * 0.4
-    assert np.abs(ends[0] - ends[1]).max() < 0.1
 
 
 def test_a_radius_that_needs_too_fine_a_grid_is_refused():

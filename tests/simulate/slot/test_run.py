@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile, Run, Sample
 from simulate.injection import ComputeOptions, prepare
@@ -26,22 +25,6 @@ def poured(volume_ml: float = 1.2, solver: Solver = FAST, **fluid: Any) -> tuple
     return pour(Pour(sample(volume_ml), (Fluid.model_validate(PASTE | fluid),), solver))
 
 
-def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
-    run, profile = poured()
-    record_files.write_run(tmp_path, run)
-    record_files.write_profile(tmp_path, profile)
-    again = record_files.read_run(tmp_path)
-    filled = run.fast_fill
-    assert filled is not None
-    assert again.fast_fill == filled
-    assert run.unfit == ()
-    assert len(again.position_mm) == 0
-    assert again.dispensed_volume_mm3 == pytest.approx(1200.0)
-    assert filled.in_crack_mm3 + filled.above_face_mm3 + filled.in_flight_mm3 == pytest.approx(1200.0)
-    assert -16.0 < profile.level_mm.mean() < 0.0
-    assert (profile.s_mm[0], profile.s_mm[-1]) == (0.0, 40.0)
-
-
 @pytest.mark.parametrize(
     ("change", "key"),
     [
@@ -58,15 +41,6 @@ def test_a_case_outside_the_domain_says_why(change: dict[str, Any], key: str):
     assert (run.fast_fill.fill > FULLEST) == (key == "overfull")
     if key == "above-face":
         assert run.fast_fill.above_mm == pytest.approx(profile.level_mm.max(), abs=0.05)
-
-
-@pytest.mark.parametrize(("yield_stress_pa", "fit"), [(16.4, True), (16.8, False)])
-def test_paste_that_holds_a_mound_by_itself_is_outside_in_a_crack_of_any_width(yield_stress_pa: float, fit: bool):
-    """4 tau / rho g is above 4 mm from 16.6 Pa on at 1690 kg/m3."""
-    solid, outline = slot(40.0, 12.0)
-    paste = HerschelBulkley(1690.0, yield_stress_pa, 0.3)
-    reasons = fitness_of(solid, outline, path(outline, 2.0, trim_mm=6.0), paste).unfit
-    assert ("unfit.mound" not in [why.key for why in reasons]) is fit
 
 
 @pytest.mark.parametrize(("room", "fit"), [(1.04, True), (1.06, False), (0.94, False)])

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from ezdxf.filemanagement import new
-from scipy.interpolate import BSpline
 
 from tests.slow.reports.table import ALONG, LENGTH, LINE, MM3, OUTLINED, Check, refused, report, right, warned
 
@@ -39,30 +38,6 @@ def drawn(address: str, command: str, *sound: Check) -> Callable[[Draw], None]:
 
 QUARTER_ELLIPSE_MM = 24.22
 """Of half axes 20 and 10 mm."""
-WEIGHT = 5.0
-
-
-def conic_mm(weight: float = WEIGHT) -> float:
-    """Length of that spline. Without its weights it would be 48.7 mm."""
-    t = np.linspace(0, 1, 20_001)[:, None]
-    basis = np.hstack([(1 - t) ** 2, 2 * t * (1 - t) * weight, t**2])
-    line = basis @ np.array([(30.0, 0.0), (30.0, 30.0), (0.0, 30.0)]) / basis.sum(axis=1)[:, None]
-    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-
-
-RING = [(float(x), -2.0) for x in range(0, 70, 10)] + [(float(x), 2.0) for x in range(60, -10, -10)] + [(0.0, -2.0)]
-RING_KNOTS = [0.0] * 3 + [float(knot) for knot in range(len(RING) - 2)] + [float(len(RING) - 3)] * 3
-
-
-def ring_mm2() -> float:
-    """Area within that spline, without the code that reads drawings."""
-    x, y = BSpline(RING_KNOTS, np.array(RING), 3)(np.linspace(0, RING_KNOTS[-1], 5000)).T
-    return float(abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2)
-
-
-BULGED = [(0, 0, 0), (60, 0, 1), (60, 4, 0), (0, 4, 0)]
-BULGED_MM3 = 10 * (240 + 2 * np.pi)
-"""60 x 4 mm with half a circle at the far end, 10 mm deep."""
 
 
 def outline(space: Any) -> dict[str, str]:
@@ -82,8 +57,6 @@ def dxf_of_lines(path: Path, version: str = "R2010") -> None:
 
 COORDINATES = tuple(f"{code:>3}" for code in range(10, 40))
 """Group codes of a DXF whose values are coordinates."""
-ARC_MM = 30 + 0.5 * np.pi * 20
-"""Length of a line of 30 mm and a quarter of a circle of radius 20 mm."""
 
 
 @drawn(
@@ -108,45 +81,6 @@ def dxf_codepage(folder: Path) -> None:
     drawing.layers.add("Repère")
     space.add_lwpolyline([(0, 0), (60, 0)], dxfattribs={"layer": "Repère"})
     drawing.saveas(folder / "a.dxf")
-
-
-@drawn("KLayout/klayout/issues/704", ALONG, right(LENGTH, conic_mm(), 1.5), refused("a.dxf", "rational|weight"))
-def dxf_rational_spline(drawing: Any, space: Any) -> None:
-    """Weights of a rational spline are ignored."""
-    points = [(30, 0, 0), (30, 30, 0), (0, 30, 0)]
-    space.add_rational_spline(
-        points, [1, WEIGHT, 1], degree=2, knots=[0, 0, 0, 1, 1, 1], dxfattribs={"layer": "CENTRELINE"}
-    )
-
-
-@drawn(
-    "haplokuon/netDxf/issues/441",
-    OUTLINED,
-    right(MM3, 10 * ring_mm2(), 0.02 * 10 * ring_mm2()),
-    refused("a.dxf", "periodic"),
-)
-def dxf_periodic_spline(drawing: Any, space: Any) -> None:
-    """A closed periodic spline without weights cannot be read."""
-    spline = space.add_open_spline([(x, y, 0.0) for x, y in RING], 3, RING_KNOTS, dxfattribs={"layer": "OUTLINE"})
-    spline.dxf.flags = 11
-
-
-@drawn("GridSpace/grid-apps/pull/521", OUTLINED, RING_OF_SIXTY, refused("a.dxf", "dimension|text|point"))
-def dxf_with_dimensions(drawing: Any, space: Any) -> None:
-    """Dimensions and other aids of a drawing are taken for contours."""
-    here = outline(space)
-    space.add_linear_dim(base=(0, 12), p1=(0, 4), p2=(60, 4), dxfattribs=here).render()
-    space.add_text("Riss 4", dxfattribs=here | {"insert": (10, 20)})
-    space.add_point((0, 0), dxfattribs=here)
-
-
-@drawn("LibreCAD/LibreCAD/issues/2491", OUTLINED, right(MM3, BULGED_MM3, 24), refused("a.dxf", "mirror|block|insert"))
-def dxf_mirrored_block(drawing: Any, space: Any) -> None:
-    """Arcs of a block that is inserted mirrored bend the other way."""
-    here = {"layer": "OUTLINE"}
-    block = drawing.blocks.new("RISS")
-    block.add_lwpolyline(BULGED, format="xyb", close=True, dxfattribs=here)
-    space.add_blockref("RISS", (100, 0), dxfattribs=here | {"xscale": -1, "yscale": 1})
 
 
 @drawn("skymakerolof/dxf/issues/58", f"{ALONG} --units mm", SIXTY, refused("a.dxf", "block|insert|array"))
@@ -186,35 +120,12 @@ def dxf_cut_short(folder: Path) -> None:
     path.write_text("  0\nLINE\n".join(kept), encoding="utf-8")
 
 
-@drawn("CadQuery/cadquery/issues/624", ALONG, SIXTY, refused("a.dxf", "centreline"))
-def dxf_layer_in_small_letters(drawing: Any, space: Any) -> None:
-    """The case of a layer's name keeps it from being found."""
-    drawing.layers.add("Centreline")
-    space.add_lwpolyline([(0, 0), (60, 0)], dxfattribs={"layer": "Centreline"})
-
-
 @report("skymakerolof/dxf/issues/79", ALONG, SIXTY, refused("a.dxf", "binary|ascii|no readable dxf"))
 def dxf_binary(folder: Path) -> None:
     """A binary DXF is not read."""
     drawing, space = new_drawing()
     space.add_lwpolyline([(0, 0), (60, 0)], dxfattribs={"layer": "CENTRELINE"})
     drawing.saveas(folder / "a.dxf", fmt="bin")
-
-
-@drawn("Snapmaker/Luban/issues/316", ALONG, right(LENGTH, ARC_MM, 1.5))
-def dxf_arc_over_zero(drawing: Any, space: Any) -> None:
-    """An arc that goes over 0 degrees is lost, or drawn halfway."""
-    here = {"layer": "CENTRELINE"}
-    end = 20 * np.sqrt(0.5)
-    space.add_line((end - 30, -end), (end, -end), dxfattribs=here)
-    space.add_arc((0, 0), 20, 315, 45, dxfattribs=here)
-
-
-@drawn("DomCR/ACadSharp/pull/875", OUTLINED, RING_OF_SIXTY, refused("a.dxf", "circle|no length|nothing"))
-def dxf_circle_of_no_radius(drawing: Any, space: Any) -> None:
-    """A circle of no radius."""
-    here = outline(space)
-    space.add_circle((30, 2), 0, dxfattribs=here)
 
 
 @drawn(
@@ -245,28 +156,6 @@ def dxf_with_lines_behind(folder: Path) -> None:
     path = folder / "a.dxf"
     drawing.saveas(path)
     path.write_text(path.read_text(encoding="utf-8") + "\n\n\n", encoding="utf-8")
-
-
-@drawn("ieskudero/three-dxf-viewer/issues/34", OUTLINED, right(MM3, BULGED_MM3, 24))
-def dxf_arc_that_closes(drawing: Any, space: Any) -> None:
-    """The arc that closes a polyline is a straight line."""
-    corners = [(0, 0, 0), (60, 0, 0), (60, 4, 0), (0, 4, 1)]
-    space.add_lwpolyline(corners, format="xyb", close=True, dxfattribs={"layer": "OUTLINE"})
-
-
-@drawn("svenhb/GRBL-Plotter/issues/365", ALONG, SIXTY, refused("a.dxf", "block"))
-def dxf_scaled_block(drawing: Any, space: Any) -> None:
-    """The scale at which a block is inserted is left out."""
-    here = {"layer": "CENTRELINE"}
-    drawing.blocks.new("PIECE").add_line((0, 0), (6, 0), dxfattribs=here)
-    space.add_blockref("PIECE", (0, 0), dxfattribs=here | {"xscale": 10, "yscale": 10})
-
-
-@drawn("haplokuon/netDxf/pull/168", OUTLINED, RING_OF_SIXTY, refused("a.dxf", "open"))
-def dxf_ring_not_marked(drawing: Any, space: Any) -> None:
-    """Of a polyline that ends where it begins the last corner is lost."""
-    corners = [(0, 0), (60, 0), (60, 4), (0, 4), (0, 0)]
-    space.add_lwpolyline(corners, dxfattribs={"layer": "OUTLINE"})
 
 
 @drawn("heitzmann/gdspy/issues/91", ALONG, SIXTY, refused("a.dxf", "twice|no length"))

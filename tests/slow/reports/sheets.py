@@ -5,7 +5,6 @@ from pathlib import Path
 import openpyxl
 from openpyxl.styles import Alignment
 
-import sealtwin as st
 from tests.slow.reports.files import lab, text
 from tests.slow.reports.table import (
     CSV,
@@ -15,22 +14,14 @@ from tests.slow.reports.table import (
     TWELVE,
     XLSX,
     Maker,
-    has_levels,
     held,
-    numbers,
     refused,
     report,
     right,
     settings,
-    warned,
 )
 from tests.support.lab_folder import ENDS
 from tests.support.sheet_writers import rewritten
-
-
-def noted(depth: str) -> Maker:
-    """Return a function that makes a sound sample, but for the words of its depth."""
-    return lambda folder: lab(folder, {"P01_notes.csv": f"depth,{depth}\n"})
 
 
 def flow_curve(*rows: str, header: str = "shear_rate_per_s,stress_pa") -> Maker:
@@ -38,32 +29,6 @@ def flow_curve(*rows: str, header: str = "shear_rate_per_s,stress_pa") -> Maker:
 
 
 RATES = (1, 2, 5, 10, 20, 30, 40, 50, 60, 80, 100)
-SATURATED = [f"{rate},{min(12 + 1.5 * rate, 60):g}" for rate in RATES]
-"""12 Pa and 1.5 Pa s by a transducer that shows 60 Pa at most."""
-
-# After a narrow blank as thousands' mark the rest of a number is dropped: 29 000 is 29.
-report(
-    "apache/ofbiz-framework/pull/845",
-    lambda: st.read_readings("a.csv").s_mm,
-    right(numbers, (990.5, 1010.5, 1030.5), 0.001),
-    refused("a.csv", "a3"),
-)(text("a.csv", "s_mm;level_mm", "990,5;-2,15", "1\u202f010,5;-2,25", "1\u202f030,5;-2,05"))
-
-# Of two columns of one name the last one's values replace the first one's.
-report("pandas-dev/pandas/issues/9424", CSV, right(numbers, (-2.2, -2.3, -2.4), 0.001), refused("a.csv", "level_mm"))(
-    text("a.csv", "s_mm,level_mm,level_mm", "5,-2.0,-2.4", "10,-2.1,-2.5", "15,-2.2,-2.6")
-)
-
-# A header in the middle, of files that were joined, becomes missing values.
-report(
-    "manybabies/mb2-analysis/issues/89",
-    CSV,
-    right(numbers, (-2.0, -2.1, -2.2, -2.3), 0.001),
-    refused("a.csv", "line 4|row 4|header"),
-)(text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-2.1", "s_mm,level_mm", "15,-2.2", "20,-2.3"))
-
-# Of 'Between 10 and 20' the first number is taken.
-report("dylanwal/unit_parse/issues/13", LAB, held("p01_notes", "is not read"))(noted("between 7 and 9 mm"))
 
 
 @report(
@@ -86,13 +51,6 @@ report("ngscopeclient/scopehal/issues/940", PASTE, refused("curve.csv", "line 2|
     flow_curve("1/s,mPa", *(f"{rate},{1000 * (12 + 1.5 * rate):g}" for rate in RATES))
 )
 
-# Saturated samples are part of a fit.
-report(
-    "sPHENIX-Collaboration/coresoftware/pull/204",
-    PASTE,
-    refused("curve.csv", "satur|plateau|same stress|levels off|limit|bend|no line"),
-    warned("satur|plateau|same stress|levels off|limit|bend"),
-)(flow_curve(*SATURATED))
 
 # Columns in another order, and thousands of empty rows behind them.
 report("MaCFP/matl-db/pull/124", PASTE, TWELVE, refused("curve.csv", "line 13|row 13|empty"))(
@@ -103,37 +61,6 @@ report("MaCFP/matl-db/pull/124", PASTE, TWELVE, refused("curve.csv", "line 13|ro
     )
 )
 
-# +1.5E-03, as instruments write it, is no number.
-report("mholt/PapaParse/issues/1070", PASTE, TWELVE, refused("curve.csv", "line 2|row 2"))(
-    flow_curve(*(f"{rate:+.6E},{12 + 1.5 * rate:+.6E}" for rate in RATES))
-)
-
-# Of several values of one place all but one are dropped, without a word.
-report(
-    "Deltares/ddlpy/issues/24",
-    CSV,
-    has_levels((-2.0, -2.1, -2.2, -2.6, -2.5, -2.4), (-2.2, -2.3, -2.4)),
-    refused("a.csv", "a5"),
-)(text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-2.1", "15,-2.2", "15,-2.6", "10,-2.5", "5,-2.4"))
-
-# Decimal commas and decimal points in one file, separated by semicolons: some numbers are texts.
-report("vizabi/vizabi/issues/2547", CSV, has_levels((-2.15, -2.25, -2.05)), refused("a.csv", "a3"))(
-    text("a.csv", "s_mm;level_mm", "5,5;-2,15", "10.5;-2.25", "15,5;-2,05")
-)
-
-
-# Digits joined by an underscore are read as one number.
-report("pyexcel/pyexcel/issues/138", CSV, refused("a.csv", "2_1"))(
-    text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-2_1", "15,-2.2")
-)
-
-# Decimal commas in a file that commas separate: columns fall apart.
-report(
-    "SheetJS/sheetjs/issues/2236",
-    CSV,
-    has_levels((-2.15, -2.25, -2.05)),
-    refused("a.csv", "comma|line 2|row 2|cells|columns|separat"),
-)(text("a.csv", "s_mm,level_mm", "5,0,-2,15", "10,0,-2,25", "15,0,-2,05"))
 
 # The sign of a shear rate, which is that of the sense of rotation, gets into the viscosity.
 report(
@@ -162,43 +89,6 @@ report("ONLYOFFICE/DocumentServer/issues/2741", CSV, THREE, refused("a.csv", "li
     text("a.csv", "s_mm;level_mm", "5;-2,0\u00a0", "10;-2,1\u00a0", "15;-2,2")
 )
 
-
-# Marks of inches are unbalanced quotation marks.
-report("tilo/smarter_csv/issues/283", CSV, THREE, refused("a.csv", "c2"))(
-    text("a.csv", "s_mm\tlevel_mm\tnote", '5\t-2.0\tgauge 3/4"', "10\t-2.1\t", '15\t-2.2\t20" board')
-)
-
-
-@report("tidyverse/readxl/issues/648", XLSX, THREE, refused("a.xlsx", "place|cell|column|row"))
-def cells_without_places(folder: Path) -> None:
-    """Cells without their places get into the wrong columns."""
-
-    def word(text: str) -> str:
-        return f'<c t="inlineStr"><is><t>{text}</t></is></c>'
-
-    rows = f"<row>{word('s_mm')}{word('note')}{word('level_mm')}</row>"
-    for s_mm, level_mm in ((5, -2.0), (10, -2.1), (15, -2.2)):
-        rows += f'<row><c><v>{s_mm}</v></c><c r="C{1 + s_mm // 5}"><v>{level_mm}</v></c></row>'
-    rewritten(folder / "a.xlsx", sheet=rows, on_load=False)
-
-
-# An apostrophe that sets thousands apart makes no number.
-report("adobe/react-spectrum/issues/8545", CSV, THREE, refused("a.csv", "1'000"))(
-    text("a.csv", "s_mm;level_mm", "995;-2,0", "1'000;-2,1", "1'005;-2,2")
-)
-
-# Of 1.2.3.4 the start, 1.2, is read.
-report("dumbmatter/csv-sql-live/pull/1", CSV, refused("a.csv", "-2.1.5"))(
-    text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-2.1.5", "15,-2.2")
-)
-
-# Rows with an empty cell in the column that groups them are dropped.
-report(
-    "PEtab-dev/PEtab/pull/298",
-    CSV,
-    has_levels((-2.1, -2.2), (-2.0, -2.2, -2.1, -2.3)),
-    refused("a.csv", "a3"),
-)(text("a.csv", "s_mm,run,level_mm", "5,1,-2.0", "5,,-2.2", "10,1,-2.1", "10,2,-2.3"))
 
 # Stresses in mPa stand where Pa are written.
 report("DC-analysis/DCscope/issues/104", PASTE, refused("curve.csv", "stress_mpa"))(

@@ -170,7 +170,6 @@ WIDTH = figure("mean_width_mm")
 LENGTH = figure("length_mm")
 LAB = "ingest . --out {out}/lab"
 PASTE = "material rheometer curve.csv --density-kg-m3 1690 --data synthetic --json --out {out}/m.toml"
-ROBOT = "robot run --cell cell.toml --json --out {out}/robot"
 TWELVE = right(figure("yield_stress_pa", "viscosity_pa_s"), (12, 1.5), 0.1)
 SLOT = right(MM3, LONG_SLOT_MM3, 24)
 ALONG = f"import-dxf a.dxf --line CENTRELINE {LINE}"

@@ -15,7 +15,6 @@ from validate.calibration.posterior import (
     ReadLevels,
     combinations_of,
     confounded_pairs,
-    marginals_of,
     reach_of,
     smooth_errors_mm2,
 )
@@ -58,16 +57,6 @@ def test_the_density_is_the_normal_one_of_the_whole_covariance():
     assert np.isneginf(posterior.log_density(np.array([[1.1, 0.5]]))).all()
 
 
-def test_how_even_a_bed_is_does_not_tell_the_paste():
-    """Particles scatter more at some settings; a search and the judgement of what is possible make use of that."""
-    points = np.array([[0.4, 0.6], [0.3, 0.4], [0.5, 0.9]])
-    even, uneven = (_posterior((0.4, 0.6), rest_mm2=0.05, slopes=slopes) for slopes in ((0.0, 0.0), (2.0, -1.0)))
-    assert uneven.log_density(points) == pytest.approx(even.log_density(points))
-    searches = [replace(case, smooth=False).log_density(points) for case in (even, uneven)]
-    assert np.abs(np.subtract(*searches)).min() > 0.1
-    assert np.abs(uneven.implausibility(points[1:]) / even.implausibility(points[1:]) - 1).min() > 0.05
-
-
 def test_draws_have_the_spread_of_least_squares():
     posterior = _posterior((0.4, 0.6))
     draws, mixing = posterior.draws(500, 600)
@@ -85,21 +74,6 @@ def test_a_measured_setting_keeps_its_measure_where_readings_say_less():
     draws, _ = _posterior((0.4, 0.6), frees=frees).draws(500, 600)
     assert draws[:, 0].mean() == pytest.approx(0.45, abs=0.003)
     assert draws[:, 0].std() == pytest.approx(0.005, rel=0.25)
-
-
-def test_readings_that_a_setting_makes_are_possible_and_others_are_not():
-    assert _posterior((0.4, 0.6)).least_implausibility < 0.05
-    assert _posterior((0.4, 0.6), off_mm=3.0 * np.cos(S_MM)).least_implausibility > 2
-
-
-def test_only_several_trials_show_an_error_of_the_models_own():
-    off_mm = 1.0 * np.sin(S_MM / 6)
-    assert len(_posterior((0.4, 0.6), off_mm=off_mm).discrepancies_mm) == 1
-    posterior = _posterior((0.4, 0.6), trials=2, off_mm=off_mm)
-    best = posterior.discrepancies_mm[posterior.log_densities(np.array([[0.4, 0.6]])).argmax()]
-    assert 0.2 <= best <= 0.8
-    exact = _posterior((0.4, 0.6), trials=2)
-    assert exact.discrepancies_mm[exact.log_densities(np.array([[0.4, 0.6]])).argmax()] == 0
 
 
 def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
@@ -148,11 +122,6 @@ def _draws():
     return np.column_stack([along, sum_is_1, random.random(4000)])
 
 
-def test_a_range_over_which_a_setting_changes_fivefold_is_logarithmic():
-    assert FREES[0].values(np.array([0.0, 0.5, 1.0])) == pytest.approx([3, np.sqrt(180), 60])
-    assert FREES[2].values(np.array([0.0, 0.5, 1.0])) == pytest.approx([0.9, 1.0, 1.1])
-
-
 def test_what_was_known_beforehand_is_flat_or_normal_in_the_setting():
     assert FREES[2].prior == pytest.approx((0.9, np.sqrt(1 / 12)), rel=1e-3)
     measured = Free("path.fill", 0.9, 1.1, (1.0, 0.01))
@@ -162,15 +131,6 @@ def test_what_was_known_beforehand_is_flat_or_normal_in_the_setting():
     weight = np.exp(logarithmic.log_prior(shares))
     mean = (weight * logarithmic.values(shares)).sum() / weight.sum()
     assert mean == pytest.approx(20.0, rel=1e-3)
-
-
-def test_an_interval_wider_than_half_of_what_was_known_does_not_identify():
-    marginals = marginals_of(FREES, _draws(), np.array([0.5, 0.5, 0.5]))
-    assert [case.identified for case in marginals] == [False, False, False]
-    assert marginals[2].width_over_prior == pytest.approx(1.0, abs=0.02)
-    assert marginals[0].low == pytest.approx(3 * 20**0.23, rel=0.02)
-    narrow = marginals_of(FREES, 0.5 + 0.1 * (_draws() - 0.5), np.array([0.5, 0.5, 0.5]))
-    assert all(case.identified for case in narrow)
 
 
 def test_the_sum_is_the_combination_that_is_determined():

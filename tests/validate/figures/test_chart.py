@@ -34,22 +34,6 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
 
 
 @pytest.mark.parametrize(
-    ("is_run", "has_surface"),
-    [
-        (lambda u, d: True, True),
-        (lambda u, d: u == d == 0 or u + d > 8, False),  # Four runs
-        (lambda u, d: u < 3, False),  # Three values of a setting: 15 runs
-        (lambda u, d: u * 2 + d * 3 <= 12, False),  # 18 runs on half the square
-    ],
-)
-def test_a_surface_needs_enough_runs_around_enough_of_the_map(is_run, has_surface):
-    chart = make_chart()
-    runs = [run for run in chart.runs if is_run(U.index(run.values[0]), D_CM.index(run.values[1]))]
-    few = replace(chart, runs=tuple(runs), axes=axes_of([run.settings for run in runs]))
-    assert few.has_surface is has_surface
-
-
-@pytest.mark.parametrize(
     ("readings_mm", "runs_mm", "near"),
     [
         # The mean level is known to 0.07 mm by repeats that scatter by 0.5, and neighbours are 0.1 mm apart. Broken on
@@ -116,16 +100,6 @@ def test_chosen_runs_span_the_map_and_hold_the_best():
 
 def rows(*pairs: Any, names: tuple[str, str] = ("fluid.U", "fluid.D_cm")) -> list[dict[str, Any]]:
     return [dict(zip(names, pair, strict=True)) for pair in pairs]
-
-
-def test_axes_are_settings_that_vary_and_count_powers_of_ten_from_two_decades_on():
-    """Broken on purpose with a limit of one decade, the second axis is logarithmic. A seed is no axis."""
-    seeded = [{"seed": s, "fluid.U": u, "fluid.D_cm": d} for u, d, s in ((0.01, 1, 0), (1, 50, 0), (0.01, 50, 1))]
-    across, up = axes_of(seeded)
-    assert [(axis.setting, axis.logarithmic) for axis in (across, up)] == [("fluid.U", True), ("fluid.D_cm", False)]
-    assert not axes_of(rows((0, 1), (100, 50), (100, 1)))[0].logarithmic
-    texts = [across.said(value) for value in (10000.0, 1e-4, 23.8957, 0.03)]
-    assert texts == ["U = 10000", "U = 0.0001", "U = 23.9", "U = 0.03"]
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,11 @@
 
 import csv
 import re
-from dataclasses import replace
 
 from sealtwin.core.facts import Fact
 from tests.support.mapped_study import make_chart
-from tests.support.report_stubs import leave_out_figures
-from validate.figures.chart import VOLUME_OFF, Excluded
-from validate.figures.map_page import draw_error_map, map_page
+from validate.figures.chart import Excluded
+from validate.figures.map_page import map_page
 from validate.figures.page import write_page
 
 HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
@@ -34,20 +32,3 @@ def test_a_map_is_one_page_with_a_file_for_each_figure_and_its_names_are_text(tm
     assert "&lt;script&gt;alert(1)" in page
     left_out = (folder / "figures" / "left-out.csv").read_text(encoding="utf-8")
     assert not re.search(r"(?:^|,)\"?[=+@-]", left_out, flags=re.MULTILINE)
-
-
-def test_few_runs_are_points_with_their_numbers_and_no_surface(tmp_path, monkeypatch):
-    """Half a heat map between five runs suggested more than they show."""
-    leave_out_figures(monkeypatch)
-    chart = make_chart((Excluded(36, {"fluid.U": 0.03, "fluid.D_cm": 3.0}, VOLUME_OFF, 1.135),))
-    runs = tuple(run for run in chart.runs if run.number in (1, 13, 24, 31, 35))
-    few = replace(chart, runs=runs, as_near=(False,) * len(runs), replicates=None)
-    written = write_page(tmp_path / "map.html", map_page(few, ()))
-    assert "figures/points.svg" in written
-    assert "figures/heat.svg" not in written
-    page = (tmp_path / "map.html").read_text(encoding="utf-8")
-    assert "Run 36: the settled volume differs" in page
-    texts = [text.get_text() for text in draw_error_map(few, few.runs[:1]).axes[0].texts]
-    assert texts == [
-        f"{'a, ' if run.number == 1 else ''}run {run.number}: {run.mean_error_mm:.2f} mm" for run in few.runs
-    ]

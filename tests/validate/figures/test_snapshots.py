@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.patches import PathPatch
 from PIL import Image, ImageSequence
 
 from sealtwin.core.errors import InputError
@@ -40,39 +39,6 @@ def test_the_fill_shows_every_moment_by_speed_or_by_age_on_a_common_scale(scene,
             assert np.asarray(discs.get_array()) == pytest.approx(value[shown])
             assert axes.get_aspect() == 1.0
             assert limits in (discs.norm, discs.get_clim())
-
-
-def axes_box(axes, box):
-    return axes.transAxes.inverted().transform_bbox(box).extents
-
-
-def area(ring):
-    x, y = np.asarray(ring).T
-    return 0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
-
-
-def test_a_snapshot_has_a_unit_on_every_axis_and_hides_what_the_face_hides(scene, frames):
-    frame = frames[-1]
-    figure = Snapshot(scene).draw(frame)
-    by_age, by_speed, top, *sections, ages, speeds = axes_of(figure)
-    assert "t = 10.00 s" in by_age.get_title(loc="left")
-    for axes in (by_age, by_speed, top, *sections):
-        assert axes.get_xlabel().endswith("(mm)")
-        assert axes.get_aspect() == 1.0
-    assert (ages.get_ylabel(), speeds.get_ylabel()) == ("age (s)", "speed (mm/s)")
-    assert ages.get_ylim() == (0.0, frame.age_s.max())
-    under, over = top.collections
-    (mortar,) = [patch for patch in top.patches if isinstance(patch, PathPatch)]
-    assert under.get_zorder() < mortar.get_zorder() < over.get_zorder()
-    assert len(np.asarray(under.get_offsets())) + len(np.asarray(over.get_offsets())) == len(frame.age_s) - 1
-    # Its second ring goes round the other way: a hole where the crack is.
-    face, crack = mortar.get_path().to_polygons(closed_only=True)
-    assert np.sign(area(face)) == -np.sign(area(crack))
-    assert abs(area(crack)) == pytest.approx(40 * 3.1, rel=0.01)
-    # Its clip is in the place of the axes', beside which nothing must be painted.
-    clip = mortar.get_clip_box()
-    assert clip is not None
-    assert axes_box(top, clip) == pytest.approx(np.clip(axes_box(top, clip), 0, 1), abs=1e-6)
 
 
 def test_the_nozzle_stands_where_it_is_then_and_many_moments_are_thinned_to_a_page(scene, evidence, frames):

@@ -4,24 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.evidence import axes_of, heights
-from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_top_view, render
-
-
-def places(axes):
-    return np.asarray(axes.collections[-1].get_offsets())
-
-
-def test_the_side_view_shows_all_but_what_spilled_at_s_and_z(evidence):
-    figure = draw_side_view(evidence.run, evidence.outline, evidence.solid, evidence.profile)
-    axes, bar = axes_of(figure)
-    stays = ~evidence.run.spilled
-    # The slot of this trial runs along x from the origin, so s is x.
-    position_mm = evidence.run.position_mm[stays]
-    order = np.argsort(-np.abs(position_mm[:, 1]), kind="stable")
-    assert places(axes) == pytest.approx(position_mm[order][:, [0, 2]], abs=0.06)
-    assert np.asarray(axes.collections[-1].get_array()) == pytest.approx(evidence.run.age_s[stays][order])
-    assert axes.get_aspect() == 1.0
-    assert (axes.get_xlabel()[-4:], axes.get_ylabel(), bar.get_xlabel()) == ("(mm)", "z (mm)", "age (s)")
+from validate.figures.solid_pictures import draw_top_view, render
 
 
 def test_the_top_view_is_not_mirrored_and_walls_end_where_the_sample_does(evidence):
@@ -36,16 +19,6 @@ def test_the_top_view_is_not_mirrored_and_walls_end_where_the_sample_does(eviden
     for clip in (left.get_clip_box(), right.get_clip_box()):
         assert clip is not None
         assert axes.transData.inverted().transform_bbox(clip).extents == pytest.approx(evidence.solid.block_mm)
-
-
-def test_sections_show_a_slice_of_one_diameter(evidence):
-    figure = draw_sections(evidence.run, evidence.outline, evidence.solid)
-    assert [axes.get_title(loc="left") for axes in axes_of(figure)] == ["s = 8 mm", "s = 20 mm", "s = 32 mm"]
-    slope_mm = [places(axes)[:, 1].max() for axes in axes_of(figure)]
-    assert slope_mm[0] < slope_mm[1] < slope_mm[2]
-    for axes in axes_of(figure):
-        assert np.abs(places(axes)[:, 0]).max() < 3.1 / 2
-        assert len(axes.patches) == 1
 
 
 RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)

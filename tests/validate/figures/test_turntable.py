@@ -77,14 +77,6 @@ def test_a_layer_one_particle_thick_is_there_and_a_lone_particle_is_not(evidence
     assert empty.still[:, :, 3].max() == 255
 
 
-def test_colours_are_those_of_the_particles_around():
-    """Seen to fail with the weights left out."""
-    position_mm = lattice((40, 10, 10))
-    surface = fluid_surface(position_mm, 0.8**3, position_mm[:, 0])
-    inner = (surface.vertices_mm[:, 0] > 2) & (surface.vertices_mm[:, 0] < 30)
-    assert np.abs(surface.value - surface.vertices_mm[:, 0])[inner].max() < 0.2
-
-
 def test_many_particles_make_no_larger_mesh():
     """A page carries 12 bytes a vertex; this block has five times the surface of the paper's trial."""
     position_mm = lattice((150, 80, 12), spacing_mm=0.5)

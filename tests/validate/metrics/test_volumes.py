@@ -15,11 +15,10 @@ from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats, Outline, Profile, Run, Solid
 from sealtwin.core.run_figures import RunHealth
 from tests.support.meshes import block, mesh_of
-from tests.support.shapes import CUT, closed_crack, outline_between, straight_slot, with_ring
+from tests.support.shapes import CUT, closed_crack, straight_slot, with_ring
 from validate.comparison import MassBalance
 from validate.metrics.volumes import CavityByLevel, balance_profile, cavity_by_level, fill_volumes, mass_balance
 from validate.settings import Readings
-from validate.uncertainty.meniscus import Mouth
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 80.0, 3.0, 16.0
 OUTLINE = straight_slot(LENGTH_MM, WIDTH_MM)
@@ -60,11 +59,6 @@ def test_volumes_below_and_above_a_level_are_those_of_prisms(tilt, angle_deg, le
     assert volumes.fill_ratio == pytest.approx(filled_mm3 / (filled_mm3 + volumes.underfill_mm3))
 
 
-def test_the_mouth_of_a_flare_is_wider_than_what_was_traced():
-    for tilt, wider_mm in (("flare", 2 * 16 * TANGENT), ("funnel", 0.0), ("undercut", 0.0)):
-        assert Mouth.of(OUTLINE, solid(tilt, 5.5), None).at_mm(np.array([40.0])) == pytest.approx(3 + wider_mm)
-
-
 @pytest.mark.parametrize(
     ("tilt", "angle_deg", "volume_mm3", "level_mm"),
     [
@@ -80,15 +74,6 @@ def test_a_volume_that_lies_flat_in_the_crack_has_the_level_of_a_prism(tilt, ang
     assert baseline.level_mm == pytest.approx(np.full(len(baseline.s_mm), level_mm), abs=1e-6)
     assert (baseline.s_mm[0], baseline.s_mm[-1]) == pytest.approx((0.0, LENGTH_MM))
     assert fill_volumes(baseline, OUTLINE, sample, 0, LENGTH_MM).sealant_mm3 == pytest.approx(volume_mm3, rel=1e-5)
-
-
-def test_a_crack_that_closes_in_a_tip_has_a_level_too():
-    """Its mouth has no width there; half of the 80 x 3 mm of a wedge is a mean width of 1.5 mm over all of it."""
-    middle_mm, tip = OUTLINE.centreline_mm, np.linspace(0, 1, len(OUTLINE.centreline_mm))[:, None]
-    left_mm, right_mm = (middle_mm + tip * (wall - middle_mm) for wall in (OUTLINE.left_wall_mm, OUTLINE.right_wall_mm))
-    wedge = outline_between(middle_mm, left_mm, right_mm, ("closed", "cut"), None)
-    baseline = balance_profile(80 * 1.5 * 6, wedge, built(wedge))
-    assert np.interp(40, baseline.s_mm, baseline.level_mm) == pytest.approx(-10.0, abs=0.01)
 
 
 RADIUS_MM = 0.4
@@ -130,13 +115,6 @@ def test_parts_add_up_to_what_was_dispensed():
 def test_a_film_beside_the_mouth_is_a_footprint_and_a_heap_over_it_is_none(position_mm, spilled, footprint_mm2):
     """A disc of 0.4 mm covers 0.50 mm²; on cells of 0.2 mm it is read within a third, a row of them within 10 %."""
     assert balance(run(position_mm, spilled)).footprint_mm2 == footprint_mm2
-
-
-def test_cured_sealant_was_more_when_it_was_given():
-    cured = WET.model_copy(update={"state": "cured", "shrinkage_percent": 10.0})
-    sealant = run([[40.0, 6.0, 0.3]])
-    assert balance(sealant, settings=cured).readings_when_dispensed_mm3 == pytest.approx(100.0)
-    assert balance(sealant).readings_when_dispensed_mm3 == 90.0
 
 
 SIDE_CRACK = np.array([(0, -3), (40, -3), (40, 3), (22, 3), (22, 20), (18, 20), (18, 3), (0, 3)], dtype=float)
@@ -214,30 +192,6 @@ def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
     assert baseline.level_mm == pytest.approx(np.full(len(baseline.s_mm), 1.0), abs=tolerance + 0.01)
 
 
-@pytest.mark.parametrize("tapered", [False, True])
-def test_a_gap_thinner_than_the_raster_counts_where_it_is(tapered):
-    """A stone from s = 10 to 20 mm, a rectangle or a diamond, leaves gaps flat_at both sides of a slot 4 mm wide."""
-    half_mm = SLOT_MM / 2 - 0.02
-    rectangle = [(10.0, -half_mm), (10.0, half_mm), (20.0, half_mm), (20.0, -half_mm)]
-    diamond = [(10.0, 0.0), (15.0, half_mm), (20.0, 0.0), (15.0, -half_mm)]
-    stone_mm = np.array(diamond if tapered else rectangle)
-    crack = replace(straight_slot(40.0, SLOT_MM, CUT), islands_mm=(stone_mm,))
-    volumes = fill_volumes(flat(0.0), crack, built(crack, 12.0), 11.0, 19.0)
-    # A diamond is as wide as 0.6 of its middle, from 11 to 19 mm.
-    of_stone_mm = half_mm * (0.6 if tapered else 1.0)
-    assert volumes.sealant_mm3 == pytest.approx(8.0 * 2 * (SLOT_MM / 2 - of_stone_mm) * 12.0, rel=1e-3)
-    assert volumes.fill_ratio == pytest.approx(1.0)
-
-
-def test_a_step_of_depth_parts_the_crack_where_it_is():
-    """From 12 to 3 mm, in a slot 6 mm wide: within the 0.03 mm of a quarter of a cell."""
-    crack, at_mm = straight_slot(40.0, 6.0, CUT), 20.3
-    solid = built(crack, ((0.0, 12.0), (at_mm, 12.0), (at_mm + 1e-3, 3.0), (40.0, 3.0)))
-    for from_mm, to_mm, depth_mm in ((at_mm, 40.0, 3.0), (at_mm, at_mm + 4, 3.0), (at_mm - 2, at_mm, 12.0)):
-        held_mm3 = fill_volumes(flat(0.0), crack, solid, from_mm, to_mm).sealant_mm3
-        assert held_mm3 == pytest.approx((to_mm - from_mm) * 6.0 * depth_mm, abs=0.035 * 6.0 * 9.0)
-
-
 def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path):
     floor_mm, roof_mm, width_mm = -6.1, -5.9, 6.0
     shelf = [(21.9, floor_mm), (LEFT_MM + width_mm, floor_mm), (LEFT_MM + width_mm, roof_mm), (21.9, roof_mm)]
@@ -247,16 +201,3 @@ def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path):
         expected_mm3 = ROOM_MM * (SLOT_MM * (DEEP_MM + level_mm) + width_mm * shelf_mm)
         volumes = fill_volumes(flat(level_mm), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
         assert volumes.sealant_mm3 == pytest.approx(expected_mm3, rel=2e-4)
-
-
-@pytest.mark.parametrize(("shallow_mm", "deep_mm", "level_mm"), [(2, 12, -6.0), (11, 12, -11.5)])
-def test_a_level_that_follows_a_rising_floor_holds_nothing_there(shallow_mm, deep_mm, level_mm):
-    """The wet part of a slot 3 mm wide is a wedge; 0.1 % is what its end within a bin leaves."""
-    crack = straight_slot(40.0, 3.0, CUT)
-    solid = built(crack, ((0.0, shallow_mm), (40.0, deep_mm)))
-    wet_mm = 40.0 * (deep_mm + level_mm) / (deep_mm - shallow_mm)
-    s_mm = np.array([0.0, 40.0 - wet_mm, 40.0])
-    expected_mm3 = 3.0 * wet_mm * (deep_mm + level_mm) / 2
-    profile = Profile(s_mm, np.maximum(level_mm, -np.interp(s_mm, [0.0, 40.0], [shallow_mm, deep_mm])))
-    assert fill_volumes(profile, crack, solid, 0.0, 40.0).sealant_mm3 == pytest.approx(expected_mm3, rel=1e-3)
-    assert balance_profile(expected_mm3, crack, solid).level_mm[-1] == pytest.approx(level_mm, abs=2e-3)

@@ -4,10 +4,9 @@ import time
 
 import pytest
 
-from tests.support.ods_writer import write_content, write_ods
+from tests.support.ods_writer import write_content
 from validate.readings.grid import Cell, SheetFaults, read_grid
 
-ROWS = [["s [mm]", "{across=2}Tiefe [mm]"], [0.0, 1.5, 1.6], [5.0, 2.0, None], [10.0, 2.5, 2.6]]
 LOOKS = 'xmlns:fo="urn:oasis:names:tc:opendocument:xmlns:xsl-fo-compatible:1.0" fo'
 STYLE = '<style:style style:name="{}" style:parent-style-name="{}"><style:{}-properties {}/></style:style>'
 STRUCK = f'style:text-line-through-style="solid" {LOOKS}:color="#000000"'
@@ -36,16 +35,6 @@ def table(*rows: str, name: str = "a", columns: str = "", marks: str = "") -> st
     return f'<table:table table:name="{name}" {marks}>{columns}{"".join(rows)}</table:table>'
 
 
-def test_numbers_are_read_as_they_are_stored(tmp_path):
-    # LibreOffice ends every sheet with blank rows and cells.
-    blank = row(cell("", VAST.format("columns")), marks=VAST.format("rows"))
-    grid = read_grid(write_ods(tmp_path / "a.ods", ROWS, more=blank))
-    assert grid.written == ("ODS", "sheet 'Tabelle1'")
-    assert grid.rows[1] == {0: Cell("s [mm]"), 1: Cell("Tiefe [mm]")}
-    assert [*grid.rows[2].values()] == [Cell("0", "number"), Cell("1.5", "number"), Cell("1.6", "number")]
-    assert [len(cells) for cells in grid.rows.values()] == [2, 3, 2, 3]
-
-
 KINDS = {
     cell("<text:p>16.1.</text:p>", 'office:date-value="2026-01-16"', "date"): Cell("16.1.", "date"),
     f"<table:table-cell {FORMULA}/>": Cell("", "formula"),
@@ -62,12 +51,6 @@ KINDS = {
 @pytest.mark.parametrize(("written", "read"), KINDS.items(), ids=map(str, KINDS.values()))
 def test_cells_have_their_kind(tmp_path, written, read):
     assert read_grid(write_content(tmp_path / "a.ods", table(row(number(1), written)))).rows[1][1][:3] == read[:3]
-
-
-def test_formulas_of_which_all_results_are_0_were_never_calculated(tmp_path):
-    for results, kind in {(0, 0): "formula", (0, 1): "number"}.items():
-        cells = [number(value, marks=FORMULA) for value in results]
-        assert read_grid(write_content(tmp_path / "a.ods", table(row(*cells)))).rows[1][0].kind == kind
 
 
 def test_marks_are_of_cells_with_content(tmp_path):
@@ -90,13 +73,6 @@ def test_marks_are_of_cells_with_content(tmp_path):
     assert {key: cell.colours for key, cell in cells.items() if cell.colours} == {(1, 0): "#ffff00 #cc0000"}
     assert (grid.hidden_rows, grid.hidden_columns) == ({3, 4}, {2})
     assert grid.comments == [(1, 1, "in inch!\nwrong"), (7, 0, "in inch!\nwrong")]
-
-
-def test_texts_of_other_sheets_are_elsewhere(tmp_path):
-    rows = [row(number(value), number(1)) for value in (0, 5)]
-    hidden = table(row(cell(f"{NOTE}<text:p>all in cm</text:p>"), number(5)), name="N", marks='table:style-name="ta0"')
-    grid = read_grid(write_content(tmp_path / "a.ods", table(*rows) + hidden, styles=STYLES))
-    assert grid.elsewhere == [("sheet 'N', comment in row 1", "in inch!\nwrong"), ("sheet 'N', row 1", "all in cm")]
 
 
 BOMBS = {

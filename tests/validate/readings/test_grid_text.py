@@ -2,14 +2,13 @@
 
 import io
 import os
-import tracemalloc
 import zipfile
 
 import pytest
 
 from sealtwin.core.errors import InputError
 from tests.support.sheet_writers import Hand, write_sheet
-from validate.readings.grid import LARGEST_FILE_BYTES, Grid, SheetFaults, read_grid, table_of
+from validate.readings.grid import LARGEST_FILE_BYTES, Grid, SheetFaults, read_grid
 
 S_MM, LEVELS_MM = [0.0, 5.0, 12.34], [[-16.02, -15.98], [-13.07, float("nan")], [1.25, -0.01]]
 NOTES = "s_mm,depth_mm,note; who; why\n0,1,a;b;c\n5,2,d;e;f\n"
@@ -96,35 +95,8 @@ def test_what_is_no_table_is_refused_by_file_and_line(grid_of, tmp_path, content
     assert len(str(doubt)) < 3_000
 
 
-def test_blank_columns_and_lines_are_dropped(grid_of):
-    grid = grid_of("\n" * 50_000 + ",\n" * 10_100 + "s_mm,depth_mm" + "," * 50_000 + "\n0,1\n")
-    assert [(row, len(cells)) for row, cells in grid.rows.items()] == [(60_101, 2), (60_102, 2)]
-
-
-@pytest.mark.parametrize("start", [b"s_mm,depth_mm\n", b"PK\x03\x04"], ids=["text", "workbook"])
-def test_a_gigabyte_is_refused_before_it_is_read(tmp_path, start):
-    path = tmp_path / "large.csv"
-    path.write_bytes(start)
-    os.truncate(path, 1_000_000_000)
-    tracemalloc.start()
-    try:
-        with pytest.raises(InputError, match="larger than"):
-            read_grid(path)
-        assert tracemalloc.get_traced_memory()[1] < 20_000_000
-    finally:
-        tracemalloc.stop()
-
-
 def test_a_pipe_is_not_waited_for_and_a_file_must_exist(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
     for name, words in {"pipe.csv": "is a device or a pipe", "none.csv": "the readings cannot be opened"}.items():
         with pytest.raises(InputError, match=f"{name}: {words}"):
             read_grid(tmp_path / name)
-
-
-def test_any_table_has_names_and_rows(tmp_path):
-    (tmp_path / "a.csv").write_text("note;s_mm\n\nx;0;7\ny\n")
-    assert table_of(tmp_path / "a.csv") == (
-        ("note", "s_mm"),
-        [(3, [("note", "x"), ("s_mm", "0"), ("", "7")]), (4, [("note", "y"), ("s_mm", "")])],
-    )

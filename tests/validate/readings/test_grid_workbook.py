@@ -48,13 +48,6 @@ def rows_of(*cells: str) -> str:
 HEADER = ('<c t="inlineStr"><is><t>s_mm</t></is></c>', '<c t="str"><v>depth_mm</v></c>')
 
 
-def test_numbers_are_read_as_they_are_stored(read):
-    grid = read()
-    assert [*grid.rows[2].values()] == [Cell("0", "number"), Cell("1.5", "number"), Cell("1.6", "number")]
-    assert [*grid.rows[3].values()] == [Cell("5", "number"), Cell("2", "number")]
-    assert (grid.written, grid.sheet, grid.elsewhere) == (("XLSX", "sheet 'Sheet'"), "Sheet", [])
-
-
 def test_a_humidity_that_excel_stores_as_a_share_is_a_percentage(first, read, tmp_path):
     """The sign may also be a text of the format, behind 56, or be missing."""
     formats = ("General", "0 %", '0"%"', "General")
@@ -82,14 +75,6 @@ def test_cells_that_are_no_numbers_have_their_kind(first, read):
     assert rows[2][1:] == [FORMULA, Cell("2026-01-16", "date")]
     assert rows[3][1:] == [Cell("#DIV/0!", "error"), Cell("TRUE", "truth")]
     assert rows[4] == [Cell("1900-01-16 12:00", "date"), Cell("1,5"), Cell("#VALUE!", "error")]
-
-
-def test_formats_show_units_behind_numbers(first, read):
-    formats = {"B1": '0.0" cm"', "B2": '0.0" cm"', "B3": "0.0%", "B4": r"0.0\ \m\m", "A2": '0" m";-0'}
-    for cell, code in formats.items():
-        first[cell].number_format = code
-    grid = read()
-    assert [grid.cell(row, 1).unit for row in grid.rows] == ["", "cm", "%", "mm"]
 
 
 def test_marks_are_of_cells_with_content(first, read):
@@ -131,14 +116,6 @@ def test_texts_elsewhere_have_their_place(first, read):
     assert elsewhere[-1] == ("sheet 'Log', row 250", "line 249")
 
 
-def test_the_sheet_with_a_table_is_read_without_a_question(first, read):
-    first.parent.create_sheet("Cover").append(["Probe 7"])
-    table = first.parent.copy_worksheet(first)
-    table.title, table.sheet_state = "Rechnung", "hidden"
-    assert (read().sheet, read().elsewhere[0]) == ("Sheet", ("sheet 'Cover', row 1", "Probe 7"))
-    assert read("Rechnung").sheet == "Rechnung"
-
-
 def test_several_tables_are_one_question(first, read):
     def question(sheet: str | None = None) -> str:
         (doubt,) = read(sheet).doubts
@@ -175,14 +152,6 @@ def test_cells_of_other_programs_are_read(tmp_path, name):
     assert [cell.text or cell.kind for cell in read_grid(path).rows[2].values()] == read
 
 
-def test_merged_ranges_and_links_take_no_memory(tmp_path):
-    """A worksheet of openpyxl would have 17 thousand million cells of each."""
-    merged = '</sheetData><mergeCells><mergeCell ref="B3:C3"/><mergeCell ref="A1:XFD1048576"/></mergeCells>'
-    link = '<hyperlinks><hyperlink ref="A1:XFD1048576" display="x"/></hyperlinks><sheetData>'
-    grid = read_grid(rewritten(tmp_path / "a.xlsx", sheet=rows_of(*HEADER) + merged + link))
-    assert [len(cells) for cells in grid.rows.values()] == [2]
-
-
 DAMAGED = {
     # Nested entities of a few kilobytes are gigabytes of text; the standard library expands them.
     "entities": (rows_of("<c><v>&y;</v></c>", HEADER[1]), "Entities"),
@@ -202,16 +171,3 @@ def test_damaged_and_vast_worksheets_are_refused_by_file(tmp_path, damage, recwa
         read_grid(rewritten(tmp_path / "a.xlsx", sheet=sheet, prolog=ENTITY if damage == "entities" else ""))
     assert caught.value.doubts[0].where.file == tmp_path / "a.xlsx"
     assert not recwarn.list
-
-
-@pytest.mark.parametrize(("start", "number"), [(24, 1), (None, 1 << 30)], ids=["size", "offset"])
-def test_an_archive_that_lies_about_its_parts_is_damaged(tmp_path, start, number):
-    """The directory gives a worksheet one byte, or begins before the file; no more is ever unpacked."""
-    path = rewritten(tmp_path / "a.xlsx", sheet=rows_of(*HEADER))
-    content = bytearray(path.read_bytes())
-    entry = content.rfind(b"xl/worksheets/sheet1.xml") - 46
-    first = len(content) - 6 if start is None else entry + start
-    content[first : first + 4] = number.to_bytes(4, "little")
-    path.write_bytes(content)
-    with pytest.raises(SheetFaults, match="damaged"):
-        read_grid(path)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from validate.readings.words import Meaning, Role, is_calculated, meaning, parsed, sample_key, unit_of
+from validate.readings.words import Meaning, Role, meaning, parsed
 
 NAMES = {
     Meaning(Role.STATION, "mm"): "s_mm|s/mm|x / mm|distanza dall'inizio, mm|"
@@ -53,11 +53,6 @@ NO_LENGTHS = (
 LENGTHS = "s/mm|Tiefe / mm|Tiefe [1/10 mm]|depth [mm/100]|Level rel. to face|1° Lettura [mm]"
 RESTS = "depth (+5 mm)|depth -5 [mm]|depth [mm-5]|± depth [mm]|depth [mm²]|depth² [mm]|Tiefe x 10 2|depth [nm]|[10 mm]"
 READ = (Role.STATION, Role.READING, Role.REPEAT, Role.SAMPLE)
-KEYS = {"P01": "p 01|P-01|p_01|P.01", "1-11": "1 11|1_11"}
-OTHER_KEYS = [("P01", each) for each in ("P01'", "P01*", "P01+", "(P01)", "P01?", "P1")] + [
-    ("1-11", "11-1"),
-    ("+5", "-5 "),
-]
 
 
 @pytest.mark.parametrize(
@@ -77,18 +72,3 @@ def test_marks_of_a_name_that_are_no_words_count():
     assert [name for name in LENGTHS.split("|") if parsed(name).has_rest] == []
     read = [name for what, names in NAMES.items() if what.role in READ for name in names.split("|")]
     assert not any(parsed(name).has_rest for name in read)
-
-
-def test_a_cell_is_a_unit_only_as_a_whole():
-    texts = {"[mm]": "mm", "mm": "mm", '"': "inch", "(cm)": "cm", "mil": None, "mm mm2": None, "10 mm": None, "": None}
-    assert {text: unit_of(text) for text in texts} == texts
-
-
-def test_rows_of_means_are_known_by_their_first_cell():
-    assert all(map(is_calculated, ("Mittelwert", "Ø", "Mean depth", "Stabw.", "max", "Mittel 1")))
-    assert not any(map(is_calculated, ("", "Müller", "Mittel ohne Ausreißer", "Messung 1", "12")))
-
-
-def test_spellings_of_a_sample_differ_in_blanks_and_case_alone():
-    assert all(sample_key(name) == sample_key(other) for name, others in KEYS.items() for other in others.split("|"))
-    assert [pair for pair in OTHER_KEYS if sample_key(pair[0]) == sample_key(pair[1])] == []

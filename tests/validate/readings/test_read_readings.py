@@ -59,17 +59,6 @@ def test_every_fault_is_named_with_its_remedy(sheet, content, words):
     assert [word for word in words if word not in str(fault.value)] == []
 
 
-TABLE = np.array([[0, -16.1, -15.9, -16.0], [10, -10.0, -9.8, -10.2], [5, -13.0, -13.2, np.nan]])
-
-
-def test_readings_in_memory_are_those_of_a_sheet_and_levels_their_means(sheet):
-    for profile in (take(TABLE), read(sheet(GOOD))):
-        assert profile.s_mm.tolist() == [0, 5, 10]
-        assert profile.level_mm == pytest.approx([-16.0, -13.1, -10.0])
-        assert profile.repeats_mm == pytest.approx(TABLE[[0, 2, 1], 1:], nan_ok=True)
-        assert (profile.data, profile.source) == ("measured", "caliper.csv")
-
-
 SLOPE_MM = np.linspace(-12.0, -4.0, 9)
 
 

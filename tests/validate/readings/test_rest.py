@@ -29,14 +29,12 @@ HARMLESS = {
 }
 ASKED = {
     "above": (f"Fuß auf 5 mm Klotz\n{H}\n{ROWS}", ["A1"]),
-    "above, in two cells": (f"Nullpunkt;5 mm\n{H}\n{ROWS}", ["A1"]),
     "between": (f"{H}\n0;1\nab hier in Zoll\n5;2\n10;3\n", ["A3"]),
     "below": (f"{H}\n{ROWS}\nvom rechten Ende gemessen\n", ["A6"]),
     "another sample's rows": (f"Probe;{H}\n{OF.format('P02')}", ["A2", "A3", "A4"]),
     "beside, in a column of remarks": (NOTED.format("Bemerkung", "", "Ausreißer", ""), ["C3"]),
     "a number in a column of remarks": (NOTED.format("Bemerkung", "", "2,7", ""), ["C3"]),
     "codes beside some": (NOTED.format("Punkt", "x2", "", "x5"), ["C1", "C2", "C4"]),
-    "a flag": (NOTED.format("ok", "ja", "nein", "ja"), ["C2", "C3", "C4"]),
     "a unit in each row": (NOTED.format("Einheit", *["cm"] * 3), ["C1", "C2", "C3", "C4"]),
     "a word for a repeat": ("s_mm;Wdh;depth_mm\n0;xa;1\n0;verworfen;9\n5;xa;2\n", ["B2", "B3", "B4"]),
     "a number that counts no repeat": ("s_mm;Messung;depth_mm\n0;1,5;1\n5;2,5;2\n10;3;3\n", ["B2", "B3"]),
@@ -62,14 +60,6 @@ def test_a_text_that_may_change_readings_is_quoted_once(read, doubts_of, text, e
         assert read(text, as_written=tuple(entry[1:] for entry in entries)).questions == ()
 
 
-def test_a_remark_is_quoted_beside_its_readings(doubts_of):
-    (doubt,) = doubts_of(NOTED.format("Bemerkung", "", "Ausreißer", ""))
-    (other,) = doubts_of(f"xyz\nalle Werte in Zoll\n{H}\n{ROWS}")
-    assert (doubt.stops, other.stops) == (False, True)
-    assert other.finding.index("Zoll") < other.finding.index("xyz")
-    assert "C3 'Ausreißer' beside 5 2" in doubt.finding
-
-
 def _colour(sheet: Any, *cells: str) -> None:
     for cell in cells:
         sheet[cell].fill = PatternFill("solid", fgColor="FFFF0000")
@@ -78,7 +68,6 @@ def _colour(sheet: Any, *cells: str) -> None:
 WORKBOOKS = {
     "nothing": (lambda sheet: None, {}, {}),
     "another worksheet": (lambda sheet: sheet.parent.create_sheet().append(["in cm"]), {}, {"remark": ["worksheets"]}),
-    "a harmless worksheet": (lambda sheet: sheet.parent.create_sheet().append(["Prüfer: Meier"]), {}, {}),
     "a comment": (lambda sheet: setattr(sheet["B3"], "comment", Comment("slipped", "M")), {}, {"remark": ["B3"]}),
     "struck through": (lambda sheet: setattr(sheet["B3"], "font", Font(strike=True)), {}, {"struck": ["B3"]}),
     "a hidden row": (lambda sheet: setattr(sheet.row_dimensions[4], "hidden", True), {}, {"hidden": ["A4", "B4"]}),
@@ -112,12 +101,6 @@ def test_marks_and_texts_of_a_workbook_are_asked_about(tmp_path, change, declare
     assert not read_readings(path, Declared(**declared, as_written=confirmed)).questions
 
 
-def test_a_zero_that_is_no_face_is_answered_by_the_datum(read):
-    text = H + "\n" + "".join(f"{s};{-4 - s / 100}\n" for s in range(0, 12, 2))
-    assert {doubt.kind for doubt in read(text, 20.0).questions} == {"sign"}
-    assert not read(text, 20.0, datum="caliper_base", datum_level_mm=-5.0).questions
-
-
 S = np.arange(0, 60, 4)
 LEVEL = np.round(3.1 + np.sin(S / 9) + S / 300, 2)
 
@@ -137,11 +120,6 @@ SHEETS = {
         "Fuß auf 5 mm Klotz\nwo;a;b\n" + _rows(changed={3: "12;feucht;3.1", 5: "20;nass;2.9"}),
         OPEN | {"cell", "remark"},
     ),
-    "unknown names and flags": ("Ort;u;v;ok\n" + _rows("{s};{a};{b};ja", {3: "12;3.9;3.9;nein"}), OPEN | {"remark"}),
-    "no unit, remark, slip of a number": (
-        "s;Tiefe 1;Tiefe 2;Bemerkung\n" + _rows("{s};{a};{b};", {4: "16;3.1;3.l;", 6: "24;3.4;3.5;Ausreißer"}),
-        {"unit", "cell", "remark"},
-    ),
     "no direction, far station, zero": (
         NO_WAY + _rows(changed={7: "28;0;0", 14: "560;3.9;3.8"}),
         {"quantity", "outside", "outlier"},
@@ -150,10 +128,6 @@ SHEETS = {
     "two tables below each other": (
         f"P1\n{PAIR}\n" + _rows(changed={4: "16;x;3.1"}) + f"\nP2, vom rechten Ende\n{PAIR}\n" + _rows(),
         {"range", "cell", "remark"},
-    ),
-    "two tables beside each other": (
-        f"{PAIR};;{PAIR}\n" + _rows("{s};{a};{b};;{s};{b};{a}", {2: "8;y;3.6;;8;3.6;3.7"}),
-        {"range", "cell"},
     ),
     "several samples": (
         f"Probe;{PAIR};Bemerkung\n"
@@ -172,7 +146,7 @@ SHEETS = {
 }
 
 
-RANGES = {"P2": {"columns.range": "A2:C17"}, ";;": {"columns.range": "A1:C16"}, "(+5 mm)": {"columns.levels": ["B"]}}
+RANGES = {"P2": {"columns.range": "A2:C17"}, "(+5 mm)": {"columns.levels": ["B"]}}
 
 
 @pytest.mark.parametrize(("text", "kinds"), SHEETS.values(), ids=SHEETS)
@@ -182,26 +156,3 @@ def test_one_round_of_answers_is_enough(doubts_of, text, kinds):
     assert {doubt.kind for doubt in doubts} == kinds
     assert all(doubt.answers for doubt in doubts)
     assert doubts_of(text, 20.0, 60.0, **answered(doubts, own=ranges)) == ()
-
-
-def test_what_only_the_user_knows_is_left_open(doubts_of):
-    (doubt,) = doubts_of(NO_WAY + _rows(), 20.0, 60.0)
-    words = {"trial": "readings.quantity = ...", "pairing": "sign = ...", "python": "quantity=..."}
-    assert all(text in doubt.in_words(reader) for reader, text in words.items())
-
-
-NO_ANSWER = {
-    "places that are no numbers": "Stelle [mm];Tiefe [mm]\n" + _rows("P{s};{a}"),
-    "two units in a column": "s [mm];Tiefe\n" + _rows("{s};{a} mm", {3: "12;0.31 cm"}),
-}
-
-
-@pytest.mark.parametrize("text", NO_ANSWER.values(), ids=NO_ANSWER)
-def test_what_no_answer_settles_says_what_to_do_to_the_file(doubts_of, text):
-    doubts = doubts_of(text, 20.0, 60.0)
-    unsettled = [doubt for doubt in doubts if not doubt.answers]
-    assert unsettled
-    assert all(doubt.remedy for doubt in unsettled)
-    assert {doubt.kind for doubt in doubts_of(text, 20.0, 60.0, **answered(doubts))} == {
-        each.kind for each in unsettled
-    }

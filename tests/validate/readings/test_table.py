@@ -21,7 +21,6 @@ READ = {
     "names, numbers and units": ("Probe lab;;\nOrt;Tiefe;\n;1. Messung;2. Messung\nmm;mm;mm\n" + ROWS, {}, TWO),
     "a name above its repeats": ("Abstand [mm];Tiefe unter Oberkante [mm];\n;1;2\n" + ROWS, {}, TWO),
     "units of other quantities": ("s;Tiefe;Temp.\nmm;mm;[°C]\n0;1,5;20\n5;2;20\n10;3;21\n", {}, ONE),
-    "blank rows": ((H + ROWS).replace("\n", "\n;;\n"), {}, TWO),
     "particulars above": ("Probe;lab\nDatum;3.5.2026\nPrüfer;Meier\n\n" + H + ROWS, {}, TWO),
     "no readings": ("Nr.;s [mm];Risstiefe;Tiefe [mm];Mittel\n1;0;9;1,5;5\n2;5;9;2;5\n3;10;9;3;5\n", {}, ONE),
     "units of their own": ("s [m],depth [cm]\n0,0.15\n0.005,0.2\n0.01,0.3\n", {}, ONE),
@@ -32,7 +31,6 @@ READ = {
     "a dial, declared": ("s;Tiefe\n0;15\n0,5;20\n1;30\n", {"unit": "mm/10", "columns": {"places": "cm"}}, ONE),
     "a bare Messung": ("s [mm];Messung\n" + SINGLE, MM_DOWN, ONE),
     "a datum": (H + ROWS, {"datum": "caliper_base", "datum_level_mm": 1.5}, [[0, -0.1], [-0.5, -0.6], [-1.5, -1.6]]),
-    "no header": (ROWS, {"columns": BY_LETTER, **MM_DOWN}, TWO),
     "columns by letter": ("i;a;b;c\n" + ROWS.replace("\n", ";9\n"), {"columns": BY_LETTER, **MM_DOWN}, TWO),
     "a table beside another": (BESIDE, {"columns": {"range": "A:B"}}, ONE),
     "a range without a header": (H + ROWS + "15;9;9\n", {"columns": {"range": "A2:C4"}}, TWO),
@@ -64,14 +62,8 @@ ASKED = {
     ),
     "a number and a place": ("Position;Ort [mm];Tiefe [mm]\n1;0;1,5\n2;5;2\n", {}, "columns = C"),
     "readings beside their numbers": ("s [mm];Messung;z\n0;1;9\n1;2;9\n5;1;8\n", {}, "columns = A; unit C; quantity"),
-    "repeats far apart, unknown": (
-        "u;a;b\n" + "".join(f"{s};1;{s}9\n" for s in range(7)),
-        {},
-        "columns; unit A B C; quantity",
-    ),
     "an unknown name": (S + "Tiefe [mm];z\n" + ROWS, {}, "columns = A B"),
     "up and down": (S + "Tiefe [mm];Level [mm]\n" + ROWS, {}, "columns = A B"),
-    "up and down, chosen": (S + "Tiefe [mm];Level [mm]\n" + ROWS, {"columns": BY_LETTER}, "quantity"),
     "a number that counts nothing": (S + "Tiefe 5 mm\n" + SINGLE, {}, "columns = A B"),
     "the crack's own depth": (S + "Risstiefe [mm]\n" + SINGLE, {}, "columns = A; quantity"),
     "no such column": (H + ROWS, {"columns": {"s": "Q"}}, "columns; columns = B C"),
@@ -81,7 +73,6 @@ ASKED = {
     "several samples": (SAMPLES, {}, "range = 4:6"),
     "several samples in turn": ("Probe;s [mm];Tiefe [mm]\nlab;0;1\nP2;0;2\nlab;5;1\nP2;5;2\n", {}, "range"),
     "two spellings": ("Probe;s [mm];Tiefe [mm]\nlab;0;1\nlab;5;1\nlab';10;2\n", {}, "range = 2:3"),
-    "no unit": ("s;Tiefe\n" + SINGLE, {}, "unit A B"),
     "a dial of readings alone": ("s;Tiefe\n" + SINGLE, {"unit": "1/10 mm"}, "unit A"),
     "a unit of another kind": (S + "Tiefe [cm]\n" + SINGLE, UNIT, "unit"),
     "units in some cells": (S + "Tiefe\n0;1,5 mm\n5;2\n10;3 mm\n", UNIT, "unit"),
@@ -104,12 +95,3 @@ def test_places_of_numbered_stations_are_declared(read):
     text = "Ort;Tiefe [mm]\n1;1,5\n2;2\n3;3\n"
     assert read(text, columns={"places": [0, 10]}).s_mm.tolist() == [0, 5, 10]
     assert read(text, columns={"places": [0, 4, 10]}).s_mm.tolist() == [0, 4, 10]
-
-
-def test_the_roles_of_columns_are_shown(read):
-    text = "Nr.;s [mm];Tiefe 1 [mm];Tiefe 2 [mm];Foto\n1;0;1,5;1,6;a1\n2;5;2;2,1;a2\n"
-    assert read(text, columns={"levels": ["D"]}).understood.roles[2] == ("C", "not read")
-    understood = read(text).understood
-    down = [("C", "depth downward, mm"), ("D", "depth downward, mm")]
-    assert understood.roles == (("A", "not read"), ("B", "s, mm"), *down, ("E", "not read"))
-    assert (understood.header, understood.read) == ({1}, {(row, column) for row in (2, 3) for column in (1, 2, 3)})

@@ -49,7 +49,6 @@ def test_a_report_shows_the_fill_over_time_if_the_run_left_snapshots(evidence, f
         list(fill_plates(replace(evidence, frames=moments))) for moments in ((), tuple(frames))
     )
     assert above.caption == same.caption
-    assert "as in the paper's Fig. 6" in fill.caption
     assert [len(axes_of(plate.draw())) for plate in (rest, fill)] == [1 + 1, 3 + 1]
 
 

@@ -13,8 +13,6 @@ from validate.compare import assess
 from validate.figures.first_figure import BAND_NEXT, BAND_READ
 from validate.report.first_page import first_caption, first_page, station_rows
 from validate.settings import Gate, Readings, Uncertainty
-from validate.uncertainty.computed import Effect, Spread
-from validate.uncertainty.validation import predict
 
 FITTED = ("fluid.U", "fluid.yield_stress_pa")
 
@@ -119,34 +117,9 @@ def test_the_fast_model_escaped_particles_and_edited_files_get_no_verdict(eviden
     assert "no result" in edited.verdict
 
 
-def test_a_prediction_and_a_simulation_alone_have_figures_of_their_own(evidence):
-    alone = replace(evidence, readings=None, comparison=None)
-    page = first_page(alone)
-    assert (page.state, page.tiles[3].figure) == ("○ Simulation alone", "No")
-    s_mm = evidence.profile.s_mm
-    spread = Spread(s_mm, None, (Effect("volume_ml", 0.1, np.full(len(s_mm), 0.1)),), 0.0, 0.5)
-    predicted = replace(alone, prediction=predict(evidence.profile, spread, Uncertainty(volume_ml=0.1)))
-    page = first_page(predicted)
-    assert page.state == "○ Prediction, not measured yet"
-    assert page.verdict.startswith("Predicted: a mean level 3.5 mm below the face, give or take 0.2 mm")
-    assert page.tiles[0].figure == "-3.50 mm"
-    assert page.tiles[3].figure == "Not yet"
-    assert station_rows(predicted) == ()
-    _is_plain(page, first_caption(predicted))
-
-
 def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(evidence):
     rows = dict(station_rows(judged(evidence)))
     assert rows["read, mm"][0] == "-8.0"
     assert set(rows["error, mm"]) == {"+0.5"}
     beyond = replace(evidence.readings, s_mm=evidence.readings.s_mm + 1.0)
     assert dict(station_rows(judged(replace(evidence, readings=beyond))))["error, mm"][-1] == "-"
-
-
-def test_too_few_readings_are_told_how_many_are_needed(evidence):
-    """Seen to fail without the label: the page then only states that there are too few."""
-    read = evidence.readings
-    few = {name: getattr(read, name)[[0, 4]] for name in ("s_mm", "level_mm", "repeats_mm")}
-    labels = dict(first_page(judged(replace(evidence, readings=replace(read, **few)))).labels)
-    assert "7 stations or more" in labels["Verdict:"]
-    assert "Verdict:" not in dict(first_page(judged(evidence)).labels)

@@ -12,7 +12,6 @@ from sealtwin.core.facts import doubt
 from sealtwin.core.solid_figures import WeighedCavity
 from tests.support.evidence import make_evidence
 from validate.compare import assess
-from validate.figures.theme import printable
 from validate.report.chapters import Picture, chapters
 from validate.report.pdf import write_pdf
 from validate.report.write_report import report_data
@@ -60,18 +59,3 @@ def test_a_report_with_everything_has_four_pages_and_every_picture_with_its_capt
     assert "Caution 1." in pages[1][0]
     assert "Caution 39." not in pages[1][0]
     assert "read report.html" in pages[1][0]
-
-
-def test_a_plain_report_has_its_facts_on_the_first_page(tmp_path, data):
-    first, second = pages_of(tmp_path / "report.pdf", data, ["Figure 2. One.", "Figure 3. Other."])
-    for tile in data.first_page.tiles:
-        assert tile.figure in first[0]
-    assert [word for word, _ in data.first_page.notes if word in first[0]] == ["Freezing:"]
-    assert (first[1], second[1]) == (1, 2)
-    assert second[0].index("Figure 2.") < second[0].index("Figure 3.")
-
-
-def test_what_the_font_lacks_becomes_a_question_mark_and_nothing_is_markup(tmp_path, data):
-    assert printable("Ø 5 °, 裂\x00\n缝 \N{FIRE}") == "Ø 5 °, ??\n? ?"
-    (text, _), *_ = pages_of(tmp_path / "report.pdf", data, [])
-    assert text.startswith("? {nb} **no markup** · crack 40 mm long")

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_json
@@ -20,7 +19,6 @@ from validate.uncertainty.computed import (
     Spread,
     drawn_inputs,
     effects_of,
-    numerical_errors,
     size_series,
     two_level_design,
 )
@@ -45,55 +43,6 @@ def test_a_power_law_without_scatter_has_its_order_and_error(order):
     means_mm = [5.0 + 0.3 * h**order for h in RADII_MM]
     assert replicates(means_mm, [0.0] * 3).orders(4000) == pytest.approx(np.full(4000, order), abs=0.03)
     assert band_mm(means_mm, [0.0] * 3) == pytest.approx(0.3, rel=0.06)
-
-
-@pytest.mark.parametrize("order", [0.5, 2.0])
-def test_for_a_known_order_the_size_error_is_the_text_books_regression(order, monkeypatch):
-    """Slope, its standard error and Student's t of seven degrees of freedom, by scipy's linregress."""
-    monkeypatch.setattr("validate.uncertainty.computed.ORDERS", np.array([order, order + 1e-9]))
-    random = np.random.default_rng(3)
-    runs_mm = 0.3 * np.array(RADII_MM)[:, None] ** order + 0.1 * random.standard_normal((3, 3))
-    draws = Replicates(RADII_MM, list(runs_mm[:, :, None])).size_errors(40_000)[:, 0]
-    fit: Any = stats.linregress(np.repeat(np.array(RADII_MM) ** order, 3), runs_mm.ravel())
-    expected = fit.slope + fit.stderr * stats.t(7).ppf([0.025, 0.25, 0.5, 0.75, 0.975])
-    # So many draws know the ends to 0.03 standard errors.
-    assert np.quantile(draws, [0.025, 0.25, 0.5, 0.75, 0.975]) == pytest.approx(expected, abs=0.1 * fit.stderr)
-
-
-@pytest.mark.parametrize(("least", "most"), [(1.1, 1.18), (-0.04, 0.04)])
-def test_the_band_has_no_jump_as_the_sizes_differ_more(least, most):
-    """By index and spread, a ratio of 1.141 gave a band of 1.012 and 1.139 one of 0.214; at 0 the number turns.
-
-    A step of 0.002 in the ratio moves the band by less than 1 %; halved, by about half of that.
-    """
-    ratios = np.arange(least, most, 0.002)
-    bands_mm = np.array([band_mm((-0.1, 0.0, ratio * 0.1)) for ratio in ratios])
-    steps = np.abs(np.diff(np.log(bands_mm)))
-    assert steps.max() < 0.01
-    worst = int(steps.argmax())
-    middle = band_mm((-0.1, 0.0, ratios[worst : worst + 2].mean() * 0.1))
-    halves = np.abs(np.log(middle / bands_mm[worst : worst + 2]))
-    assert halves.max() < 0.8 * steps.max()
-
-
-def test_the_scatter_of_a_run_is_an_error_of_its_own():
-    """Six degrees of freedom: 95 % within 2.447 standard deviations, which are 0.05 mm."""
-    size, scatter = numerical_errors(replicates((0.0, 0.0, 0.0)), None)
-    assert (size.name, scatter.name) == ("particle size", "scatter of single runs")
-    assert np.quantile(np.abs(scatter.draws_mm), 0.95) == pytest.approx(2.447 * 0.05, rel=0.03)
-
-
-def test_the_mean_of_stations_has_the_band_of_their_mean():
-    """Stations whose runs are off alike do not average out, those that are off by themselves do."""
-    random = np.random.default_rng(5)
-    alike = [0.1 * random.standard_normal((3, 1)) + np.zeros(20) for _ in range(3)]
-    apart = [0.1 * random.standard_normal((3, 20)) for _ in range(3)]
-    for runs_mm in (alike, apart):
-        (size, _) = numerical_errors(Replicates(RADII_MM, runs_mm), None)
-        mean = np.quantile(np.abs(size.draws_mm.mean(axis=1)), 0.95)
-        assert mean == pytest.approx(
-            size_series([runs.mean(axis=1).tolist() for runs in runs_mm], RADII_MM).band, rel=0.05
-        )
 
 
 ALONG_MM = np.linspace(0.0, 40.0, 9)

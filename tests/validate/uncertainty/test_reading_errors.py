@@ -5,15 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.records import Floats, Profile
 from validate.readings.read_readings import grid_of_rows, readings_of
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
-from validate.uncertainty.budget import DRAWS, MOST, Budget, Component, Curve, half_width
+from validate.uncertainty.budget import Budget, Component, Curve, half_width
 from validate.uncertainty.meniscus import Mouth
-from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, resolution_of
+from validate.uncertainty.reading_errors import budget_of, resolution_of
 
 S_MM = np.linspace(0, 80, 17)
 MOUTH = Mouth(S_MM, np.full(17, 3.1), 1690.0)
@@ -51,13 +50,6 @@ def bias_mm(budget: Budget) -> float:
     return budget.mean_mm(ERROR.weights())
 
 
-def test_scatter_of_repeats_is_students_where_they_are_no_passes():
-    """Seventeen stations of three share 34 degrees of freedom, t = 2.03; a station's own part is a tenth wider."""
-    deviation_mm = np.sqrt(noise_mm(0.15).var(axis=1, ddof=1).mean())
-    band_mm = half_width(part(budget(scattered(0.15), NO_PASSES), "scatter").draws_mm)
-    assert np.median(band_mm) == pytest.approx(2.03 * deviation_mm / np.sqrt(3), rel=0.15)
-
-
 def test_passes_that_agree_are_allowed_to_differ_and_a_declaration_excludes_it():
     """Three passes cannot tell 0.2 mm from nothing: the bias is at least 1.5 times less sure than by scatter alone."""
     profile = scattered(0.15)
@@ -67,15 +59,6 @@ def test_passes_that_agree_are_allowed_to_differ_and_a_declaration_excludes_it()
     (note,) = texts(allowed.summary(ERROR).notes)
     assert "times narrower" in note
     assert none.summary(ERROR).notes == ()
-
-
-def test_passes_that_differ_show_in_the_repeats():
-    """Offsets of -0.4, 0 and 0.4 mm: their mean is known to no better than t2 times 0.4 / sqrt(3), and no worse."""
-    alike, apart = (budget(measured(noise_mm(0.02) + np.array([-mm, 0.0, mm]))) for mm in (0.0, 0.4))
-    assert bias_mm(apart) > 4 * bias_mm(alike)
-    assert 0.3 < bias_mm(apart) < 4.3 * 0.4 / np.sqrt(3)
-    # What the passes differ by is none of the stations' scatter.
-    assert half_width(part(apart, "scatter").draws_mm).max() < 0.06
 
 
 def test_a_step_that_all_readings_keep_is_seen():
@@ -93,29 +76,6 @@ def test_a_coarse_step_that_hides_the_scatter_is_the_error():
     whole = budget(measured(np.tile(level_mm[:, None], 3)), NO_PASSES)
     assert part(whole, "scatter and last digit, 0.5 mm").source == "detected"
     assert 0.2 < np.median(whole.band_mm) < 0.35
-
-
-def test_a_probe_reads_the_highest_point_that_it_covers():
-    """On a slope of 0.5 a tip of 0.8 mm stands up to 0.2 mm too high; where the bed is level, not at all."""
-    level_mm = np.where(S_MM < 40, -20 + 0.5 * S_MM, 0.0)
-    probe = part(budget(measured(level_mm[:, None] + [[-0.1, 0.0, 0.1]]), probe_mm=0.8), "width")
-    assert (probe.draws_mm.min(), probe.draws_mm[:, 2].max()) == pytest.approx((0.0, 0.2), abs=1e-3)
-    assert probe.draws_mm[:, -2].max() == 0.0
-    # At the corner the slope is unsure, and each station has its own.
-    assert np.quantile(probe.draws_mm[:, 8], 0.95) > 0.15
-    assert abs(np.corrcoef(probe.draws_mm[:, 7], probe.draws_mm[:, 8]).min()) < 0.1
-
-
-def test_stations_that_are_off_matter_on_a_slope():
-    """On a slope of 0.25 a shift of all by 1 mm is 0.25 mm; each by 0.5 mm by itself averages out along the crack."""
-    slope = measured(0.25 * S_MM[:, None] + [[-0.1, 0.0, 0.1]])
-    # A real bed is no straight line: readings on one would contradict stations that are off by themselves.
-    rough = measured(0.25 * S_MM[:, None] + 0.04 * (-1.0) ** np.arange(17)[:, None] + [[-0.1, 0.0, 0.1]])
-    together = part(budget(slope, Uncertainty(station_mm=1.0)), "common shift")
-    assert half_width(together.draws_mm) == pytest.approx(1.96 * 0.25, rel=1e-3)
-    each = part(budget(rough, Uncertainty(station_each_mm=0.5)), "place")
-    assert half_width(each.draws_mm).mean() == pytest.approx(1.96 * 0.5 * 0.25, rel=0.15)
-    assert half_width(each.draws_mm.mean(axis=1)) < 0.35 * 1.96 * 0.5 * 0.25
 
 
 def test_what_is_not_declared_is_named_with_what_it_would_do():
@@ -241,50 +201,6 @@ def test_an_outlier_is_named_and_kept_and_its_station_is_taken_for_what_its_othe
     assert far[:, 5].std() == pytest.approx(np.sqrt(3 / 2) * np.median(sound.std(axis=0)), rel=0.15)
     rest = np.arange(17) != 5
     assert far[:, rest].std(axis=0) == pytest.approx(sound[:, rest].std(axis=0), rel=0.1)
-
-
-def test_a_straight_bed_has_no_arches_between_stations():
-    straight = measured(0.25 * S_MM[:, None] + [[-0.1, 0.0, 0.1]])
-    assert np.abs(part(budget(straight), "the bed").draws_mm).max() == pytest.approx(0.0, abs=1e-9)
-    # A parabola of 0.01 per mm stands 0.01 x 25 / 8 below its chord of 5 mm, which the draws hold.
-    curved = part(budget(measured(0.005 * S_MM[:, None] ** 2 + [[-0.1, 0.0, 0.1]])), "the bed").draws_mm
-    low_mm, high_mm = np.quantile(curved[:, 8], (0.1, 0.9))
-    assert low_mm < 0.01 * 25 / 8 < high_mm
-
-
-def test_a_scan_of_two_thousand_stations_fits_into_memory():
-    s_mm, random = np.linspace(0, 80, 2_000), np.random.default_rng(0)
-    repeats_mm = 0.1 * random.standard_normal((len(s_mm), 3))
-    whole = budget_of(Profile(s_mm, repeats_mm.mean(axis=1), repeats_mm), readings(), Uncertainty(), MOUTH)
-    assert max(one.draws_mm.size for one in (*whole.components, *whole.missing)) <= MOST
-    # 0.1 mm by three readings, and passes that nobody denies.
-    assert 0.11 < np.median(whole.band_mm) < 1.0
-
-
-def test_a_station_alone_has_its_own_repeats_and_nothing_else():
-    """Its sum of squares over chi-square, however uneven others may be: 2 degrees, 0.3 mm²."""
-    found_mm2 = possible_scatter_mm(np.array([0.3]), np.array([2.0]))[:, 0] ** 2
-    for share in (0.05, 0.25, 0.5, 0.75, 0.95):
-        # Three standard deviations of the share below a quantile, by 4,000 draws.
-        below = float((found_mm2 <= 0.3 / stats.chi2.isf(share, 2)).mean())
-        assert below == pytest.approx(share, abs=3 * np.sqrt(share * (1 - share) / DRAWS))
-
-
-def test_many_stations_alike_know_each_other():
-    """Thirty of two repeats each, all with 0.1 mm: within a factor of 1.6 two times in three; alone, of 4 and more."""
-    found_mm = possible_scatter_mm(np.full(30, 0.01), np.ones(30))
-    assert np.median(found_mm, axis=0) == pytest.approx(np.full(30, 0.1), rel=0.05)
-    low_mm, high_mm = np.quantile(found_mm, (0.16, 0.84), axis=0)
-    assert (high_mm / low_mm < 1.6).all()
-    alone_mm = np.quantile(possible_scatter_mm(np.array([0.01]), np.ones(1)), (0.16, 0.84))
-    assert alone_mm[1] / alone_mm[0] > 4
-
-
-def test_stations_unlike_each_other_keep_their_own():
-    """0.02 and 0.5 mm by ten degrees each: within 10 % of their own, where the mean of the squares is 0.35 mm."""
-    deviation_mm = np.repeat([0.02, 0.5], 8)
-    found_mm = possible_scatter_mm(10 * deviation_mm**2, np.full(16, 10.0))
-    assert np.median(found_mm, axis=0) == pytest.approx(deviation_mm, rel=0.1)
 
 
 @pytest.mark.parametrize(("sinks_mm", "error_mm"), [(5.0, 1.0), (20.0, 0.05), (50.0, -3.0)])

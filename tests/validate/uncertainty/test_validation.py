@@ -12,7 +12,7 @@ from validate.intervals import BudgetPart, StationErrors
 from validate.report.report_facts import predicted, prediction_facts
 from validate.settings import Uncertainty
 from validate.uncertainty.computed import Effect, Spread
-from validate.uncertainty.validation import FIRST, LAST, MOUND, BedEnds, level_findings, mean_level_budget, predict
+from validate.uncertainty.validation import MOUND, BedEnds, level_findings, mean_level_budget, predict
 
 ALL_KNOWN = (0.3, 0.4, 0.0)  # Of readings, numerics and inputs
 
@@ -88,51 +88,6 @@ def test_half_of_the_difference_of_two_models_is_an_error_of_a_prediction_and_co
     alone = predict(level, replace(two, fast_mm=None, unfit=(doubt("unfit.mound", "A mound."),)), declared, flat=flat)
     assert "fast model is unfit for this case: A mound." in " ".join(texts(prediction_facts(alone)))
     assert alone.model_mm is None
-
-
-def test_an_error_on_readings_that_were_calibrated_on_is_none_of_a_prediction():
-    mean = mean_level_budget(0.1, 0.5, *ALL_KNOWN)
-    alone, warned = (
-        level_findings(mean, NONE_OFF, PARTS, calibrated=calibrated)[0].text for calibrated in (False, True)
-    )
-    assert warned.startswith(alone)
-    assert "calibrated on these readings" in warned.removeprefix(alone)
-
-
-BY_SIDE = "at 2 of 4 stations (1 too high, 1 too low), and outside the station's own band at 3 "
-BY_CHANCE = "at none of 20 stations, and outside the station's own band at 1 (about 1 by chance"
-
-
-@pytest.mark.parametrize(
-    ("known_mm", "errors", "included", "words"),
-    [
-        (ALL_KNOWN, stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4), "readings, numerics and inputs, mostly", BY_SIDE),
-        # One of twenty outside its own band is chance, and the model is not called off for it.
-        ((0.1,), stations([0.5, *[0.0] * 19], [0.2] * 20), "readings alone, mostly", BY_CHANCE),
-        # With the first of the budget in place of the largest error it was the last digit.
-        ((0.1,), NONE_OFF, "mostly common shift of the stations.", "at none of 2 stations"),
-    ],
-)
-def test_stations_that_are_off_are_counted(known_mm, errors, included, words):
-    sentence = level_findings(mean_level_budget(0.0, 0.5, *known_mm), errors, PARTS)[1].text
-    assert included in sentence
-    assert words in sentence
-
-
-ALONG_MM = np.linspace(0.0, 80.0, 81)
-ENDS = BedEnds(10.0, 70.0, 2.0)
-
-
-def test_the_error_of_bed_ends_is_largest_where_the_nozzle_stops_and_makes_no_volume():
-    draws_mm = ENDS.errors(ALONG_MM).draws_mm
-    assert draws_mm.mean(axis=1) == pytest.approx(0.0, abs=1e-12)
-    sd_mm = draws_mm.std(axis=0)
-    assert sd_mm.argmax() == 70
-    shape = np.exp(-np.abs(ALONG_MM - 70.0) / 6.0)
-    assert sd_mm[70] == pytest.approx(LAST * 2.0 * (1 - shape.mean()), rel=0.02)
-    assert sd_mm[10] / sd_mm[70] == pytest.approx(FIRST / LAST, rel=0.1)
-    # A path in the other direction has its mound at the other end.
-    assert BedEnds(70.0, 10.0, 2.0).errors(ALONG_MM).draws_mm.std(axis=0).argmax() == 10
 
 
 def test_a_paste_has_a_mound_and_a_liquid_has_none(tmp_path):
