@@ -209,7 +209,7 @@ def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp
     study = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 3.0]\n"fluid.U" = [1.0, 2.0]\n')
     with pytest.raises(InputError) as caught:
         sweep(study, tmp_path / "out", HERE, Progress())
-    assert "runs 3, 4: solver.radius_mm is 3: fewer than 2 particles fit abreast" in str(caught.value)
+    assert "runs 3, 4: solver.radius_mm is 3: fewer than 2 particles fit side by side" in str(caught.value)
     assert read_plan(tmp_path / "out").runs == []
 
 

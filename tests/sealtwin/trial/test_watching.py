@@ -85,7 +85,7 @@ def test_a_folder_that_is_removed_while_its_fluid_runs_is_not_half_made_again(tm
     folder.mkdir()
     (folder / MANIFEST).write_text("{}")
     still_there, progress_file = StillThere(folder), ProgressFile(folder / "progress.json")
-    with pytest.raises(InputError, match="was removed during its fluid run"), progress_file:  # noqa: PT012
+    with pytest.raises(InputError, match="was removed during the fluid run"), progress_file:  # noqa: PT012
         for watcher in (still_there, progress_file):
             watcher.begin(run)
         run.advance()
