@@ -34,7 +34,6 @@ benchmark: $(DEVELOPING)
 benchmark-digitise: $(DEVELOPING)
 	$(BIN)/python benchmarks/tracing.py
 	$(BIN)/python benchmarks/solids.py
-	$(BIN)/python benchmarks/digitise_speed.py
 
 benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/pbf_step.py
@@ -42,11 +41,8 @@ benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/physics.py
 
 benchmark-validate: $(DEVELOPING)
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
-	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/python benchmarks/ingest.py
 	$(BIN)/python -m benchmarks.fuzz
-	$(BIN)/python benchmarks/report_speed.py
 	$(BIN)/python -m benchmarks.stated_intervals
 
 benchmark-peers: $(DEVELOPING)
@@ -58,8 +54,6 @@ benchmark-gpu: $(DEVELOPING)
 
 # Every benchmark; what ran on this very code is not run again.
 results: $(DEVELOPING)
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
-	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/python -m benchmarks.results
 
 reproduce: $(INSTALLED)

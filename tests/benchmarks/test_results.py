@@ -141,6 +141,6 @@ def test_data_of_a_benchmarks_own_name_are_its(checkout):
 )
 def test_a_benchmark_that_starts_programs_follows_all_that_is_installed(checkout, name, follows):
     root = checkout(name)
-    before = code_sha256(root, results.COMMANDS["report_speed"])
+    before = code_sha256(root, results.COMMANDS["speed_bars"])
     (root / name).write_text("2")
-    assert (code_sha256(root, results.COMMANDS["report_speed"]) != before) == follows
+    assert (code_sha256(root, results.COMMANDS["speed_bars"]) != before) == follows
