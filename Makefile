@@ -29,19 +29,19 @@ test-gpu: $(DEVELOPING)
 	$(BIN)/pytest -m gpu
 
 benchmark: $(DEVELOPING)
-	$(BIN)/python benchmarks/paper_trial.py
+	$(BIN)/python -m benchmarks.paper_trial
 
 benchmark-digitise: $(DEVELOPING)
-	$(BIN)/python benchmarks/tracing.py
-	$(BIN)/python benchmarks/solids.py
+	$(BIN)/python -m benchmarks.tracing
+	$(BIN)/python -m benchmarks.solids
 
 benchmark-simulate: $(DEVELOPING)
-	$(BIN)/python benchmarks/pbf_step.py
+	$(BIN)/python -m benchmarks.pbf_step
 	$(BIN)/python -m benchmarks.speed_bars --only frames --only beside --only draft
-	$(BIN)/python benchmarks/physics.py
+	$(BIN)/python -m benchmarks.physics
 
 benchmark-validate: $(DEVELOPING)
-	$(BIN)/python benchmarks/ingest.py
+	$(BIN)/python -m benchmarks.ingest
 	$(BIN)/python -m benchmarks.fuzz
 	$(BIN)/python -m benchmarks.stated_intervals
 

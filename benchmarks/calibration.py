@@ -19,7 +19,6 @@ Runs are kept in ``calibration.csv``, where a later call finds them; without the
 Those of another solver are refused, and --anew removes them.
 """
 
-import csv
 import math
 import time
 from collections import Counter
@@ -33,9 +32,10 @@ import numpy as np
 from scipy.stats import binom, qmc
 from typer import Option
 
-from benchmarks.kept_runs import KeptRuns
-from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour
+from benchmarks.kept_runs import KeptRuns, add_rows, rows_in
+from benchmarks.reality.inputs import Cavity, Numerics, Paste
 from benchmarks.reality.pour import poured
+from benchmarks.samples import pour_along
 from benchmarks.table import Row, run_benchmark
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
@@ -86,23 +86,17 @@ class Library:
         """Read the runs that are kept. Leaves if another solver computed them."""
         kept.require()
         self._kept, self._solver = kept, solver
-        self._rows: dict[tuple[float, ...], Floats] = {}
-        if kept.path.is_file():
-            for row in np.loadtxt(kept.path, delimiter=",", skiprows=1, ndmin=2):
-                self._rows[tuple(row[: len(FREES) + 1])] = row[len(FREES) + 1 :]
+        rows = [[float(value) for value in row] for row in rows_in(kept.path)]
+        self._levels_mm = {tuple(row[: len(FREES) + 1]): np.array(row[len(FREES) + 1 :]) for row in rows}
 
     def levels_mm(self, setting: Setting, seed: int) -> Floats:
         key = (*(setting[free.name] for free in FREES), float(seed))
-        if key not in self._rows:
-            self._rows[key] = np.round(fill(setting, seed, self._solver), 3)
-            fresh = not self._kept.path.is_file()
+        if key not in self._levels_mm:
+            level_mm = self._levels_mm[key] = np.round(fill(setting, seed, self._solver), 3)
             self._kept.begin()
-            with self._kept.path.open("a", newline="", encoding="utf-8") as file:
-                if fresh:
-                    names = [free.name for free in FREES]
-                    csv.writer(file).writerow([*names, "seed", *(f"level_at_{s:g}_mm" for s in STATIONS_MM)])
-                csv.writer(file).writerow([f"{value:g}" for value in (*key, *self._rows[key])])
-        return self._rows[key]
+            header = [*(free.name for free in FREES), "seed", *(f"level_at_{s:g}_mm" for s in STATIONS_MM)]
+            add_rows(self._kept.path, header, [[f"{value:g}" for value in (*key, *level_mm)]])
+        return self._levels_mm[key]
 
     def run(self, wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
         return [self.levels_mm(setting, seed) for setting, seed in wanted]
@@ -132,11 +126,9 @@ def fluid(setting: Setting) -> Fluid:
 
 def second_reality_mm(setting: Setting) -> Floats:
     """Return the level by the continuum of ``benchmarks.reality``, which knows nothing of particles."""
-    path, paste = trajectory(setting), fluid(setting)
+    paste = fluid(setting)
     # Walls that flare: the traced width is that of the floor.
     mouth_mm = WIDTH_MM + 2 * DEPTH_MM * math.tan(math.radians(WALL_DEG))
-    # A waypoint's flow holds until the next one.
-    times_s, flow = np.repeat(path.t_s, 2)[1:-1], np.repeat(path.flow_mm3_s[:-1], 2)
     bed = poured(
         Cavity.even(LENGTH_MM, mouth_mm, DEPTH_MM, WALL_DEG),
         Paste(
@@ -145,7 +137,7 @@ def second_reality_mm(setting: Setting) -> Floats:
             setting["fluid.viscosity_pa_s"],
             freezes_at_s=setting["fluid.freeze_after_s"],
         ),
-        Pour(path.t_s, path.s_mm, times_s, flow, NOZZLE.diameter_mm),
+        pour_along(trajectory(setting), NOZZLE.diameter_mm),
         numerics=Numerics(settle_s=SETTLE_S),
     )
     return bed.at(STATIONS_MM)

@@ -13,10 +13,10 @@ import sys
 import time
 from typing import Any
 
-from benchmarks.against import HERE
 from sealtwin.cli.app import main as sealtwin
+from tests.support.paths import FIXTURE
 
-TRIAL = HERE / "fixtures/paper-trial/trial.toml"
+TRIAL = FIXTURE / "trial.toml"
 FRAMES, COMPILE, REST = "frames", "compile", "imports and the rest"
 
 

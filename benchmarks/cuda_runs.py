@@ -1,6 +1,6 @@
 """The fluid on a GPU: one run, a whole study in one launch, and how far it lies from what a CPU makes of the same.
 
-    python benchmarks/cuda_runs.py [--device cuda:0] [--runs N] [--radius-mm R]
+    python -m benchmarks.cuda_runs [--device cuda:0] [--runs N] [--radius-mm R]
 
 One run is the paper's trial, frozen by age; the study is the paper's 132 pairs of U and D, with particles of 0.6 mm.
 The trial with a yield stress of 12 Pa is computed on the device, and three times on the CPU: as it is, and with the
@@ -11,28 +11,23 @@ the CPU (--device cpu) times have no targets.
 
 import math
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import warp as wp
 from typer import Option
 
+from benchmarks.samples import digitised
 from benchmarks.table import Row, run_benchmark
-from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.progress import Progress, progress_for_stderr
+from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Profile, Run, Sample
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study.estimate import size_of
-from sealtwin.study.pipeline import run_stages
 from sealtwin.study.study_file import load_study, plan_runs
-from sealtwin.trial.job import start_job
 from sealtwin.trial.trial_file import Trial, load_trial
 from simulate.device import choose_device, describe_device
 from simulate.injection import ComputeOptions, prepare
@@ -88,7 +83,7 @@ def main(
     study = _pairs(radius_mm or STUDY_MM)
     own = {"solver": paste.solver.model_copy(update={"settle_s": 0.0})}
     paper = next(trial for settings, trial in study if settings == ALIKE).model_copy(update=own)
-    bench = _digitised(paper)
+    bench = digitised(paper)
     spread = [study[number][1] for number in np.linspace(0, len(study) - 1, runs).round().astype(int)]
     for trials in ([paper], spread):
         inject_at_once(bench, trials, device, frames=3)
@@ -193,12 +188,6 @@ def _pairs(radius_mm: float) -> list[tuple[dict[str, object], Trial]]:
     study = load_study(file)
     planned = plan_runs(study, file, load_trial(FIXTURE / study.trial))
     return [(run.settings, _coarsened(run.trial, radius_mm)) for run in planned]
-
-
-def _digitised(trial: Trial) -> Sample:
-    with tempfile.TemporaryDirectory() as scratch, open_folder(Path(scratch) / "run", create=True) as folder:
-        run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
-        return record_files.read_sample(folder.path)
 
 
 def _used_bytes(device: str) -> float:

@@ -12,13 +12,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.against import HERE
 from sealtwin.core.files import write_text
 from sealtwin.core.run_folder import number_words, other_numbers
 from sealtwin.trial.job import NUMBERS
+from tests.support.paths import ROOT
 
-PAGE = HERE / "docs" / "figures.md"
-README, RESULTS = HERE / "README.md", HERE / "reports" / "results.json"
+PAGE = ROOT / "docs" / "figures.md"
+README, RESULTS = ROOT / "README.md", ROOT / "reports" / "results.json"
 BEGIN, END = "<!-- By 'python -m benchmarks.headline', from reports/results.json -->\n", "<!-- end -->\n"
 SEEDS = range(5)
 

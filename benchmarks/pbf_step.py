@@ -1,6 +1,6 @@
 """How long one substep of the fluid takes, against the same substep in C++, and whether both do the same.
 
-    python benchmarks/pbf_step.py [--only explicit|paste|memory]
+    python -m benchmarks.pbf_step [--only explicit|paste|memory]
 
 A block of particles, settled in a square tank: h = 4 R, five pressure iterations, steps of 1 ms, one explicit pass of
 viscosity; alone, and beside a busy core. Then the shipped trial's paste as a run takes it, of 15,000 particles while it
@@ -18,7 +18,7 @@ from typing import Annotated
 import numpy as np
 import warp as wp
 
-from benchmarks.against import LOADS, flags, processor
+from benchmarks.machine import LOADS, flags, processor
 from benchmarks.pbf_cpp import has_compiler
 from benchmarks.pbf_tank import (
     FLOWING,

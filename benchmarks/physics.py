@@ -1,6 +1,6 @@
 """The fluid against closed forms, symmetries and what must hold always.
 
-    python benchmarks/physics.py [--only NAME]...
+    python -m benchmarks.physics [--only NAME]...
 
 A tolerance follows from a source or a reason that stands beside it in the code, never from what was measured. Particles
 count for what they count for when a run begins; where a level or a current is judged, their volume is kept as in a run.

@@ -23,17 +23,18 @@ from typing import Annotated, Any
 
 import grimp
 
-from benchmarks.against import HERE, processor
+from benchmarks.machine import processor
 from benchmarks.table import ROWS_TO, one_of, run_benchmark
 from sealtwin.core.files import write_json
 from sealtwin.core.progress import in_words
 from sealtwin.trial.job import NUMBERS
+from tests.support.paths import ROOT
 
 COMMANDS = {
-    "paper_trial": "benchmarks/paper_trial.py",
-    "tracing": "benchmarks/tracing.py",
-    "solids": "benchmarks/solids.py",
-    "ingest": "benchmarks/ingest.py",
+    "paper_trial": "-m benchmarks.paper_trial",
+    "tracing": "-m benchmarks.tracing",
+    "solids": "-m benchmarks.solids",
+    "ingest": "-m benchmarks.ingest",
     "fuzz": "-m benchmarks.fuzz",
     "speed_bars": "-m benchmarks.speed_bars --only frames --only beside --only draft",
     "slot": "-m benchmarks.slot",
@@ -43,8 +44,8 @@ COMMANDS = {
     "measured_boxes": "-m benchmarks.measured_boxes",
     "measured_numerics": "-m benchmarks.measured_numerics",
     "drafts": "-m benchmarks.drafts",
-    "pbf_step": "benchmarks/pbf_step.py",
-    "physics": "benchmarks/physics.py",
+    "pbf_step": "-m benchmarks.pbf_step",
+    "physics": "-m benchmarks.physics",
     "stated_intervals": "-m benchmarks.stated_intervals",
     "calibration": "-m benchmarks.calibration",
 }
@@ -53,7 +54,7 @@ INSTALLED = ("digitise", "sealtwin", "simulate", "validate")
 PACKAGES = (*INSTALLED, "benchmarks", "tests")
 CODE = (*PACKAGES, "fixtures", "pyproject.toml", "constraints.txt")
 """What a figure can follow from."""
-RESULTS = HERE / "reports" / "results.json"
+RESULTS = ROOT / "reports" / "results.json"
 
 Content = dict[str, dict[str, Any]]  # By the name of a benchmark: its rows and where, when and of which code they are
 
@@ -61,7 +62,7 @@ Content = dict[str, dict[str, Any]]  # By the name of a benchmark: its rows and 
 def main(only: Annotated[list[str] | None, one_of(COMMANDS)] = None) -> None:
     names = only or list(COMMANDS)
     results = read(RESULTS)
-    code = {name: code_sha256(HERE, COMMANDS[name]) for name in {*names, *results} & COMMANDS.keys()}
+    code = {name: code_sha256(ROOT, COMMANDS[name]) for name in {*names, *results} & COMMANDS.keys()}
     waiting = [name for name in names if not (name in results and _stands(results[name], code[name]))]
     for number, name in enumerate(waiting):
         ran_before = all(other in results for other in waiting[number:])
@@ -95,7 +96,7 @@ def measure(arguments: list[str]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "rows.json"
         ended = subprocess.run(
-            [sys.executable, *arguments], cwd=HERE, env=os.environ | {ROWS_TO: str(path)}, check=False
+            [sys.executable, *arguments], cwd=ROOT, env=os.environ | {ROWS_TO: str(path)}, check=False
         )
         rows = json.loads(path.read_text()) if path.is_file() else []
     # An exit code of 0 or 1 without a table is a fault of the benchmark.
@@ -106,8 +107,8 @@ def measure(arguments: list[str]) -> dict[str, Any]:
 
 def commit() -> str:
     """Return the commit of the work tree, with a "+" if files that figures follow from differ from it."""
-    head = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=HERE, stdout=subprocess.PIPE, check=True)
-    changed = subprocess.run(["git", "diff", "--quiet", "HEAD", "--", *CODE], cwd=HERE, check=False).returncode
+    head = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, check=True)
+    changed = subprocess.run(["git", "diff", "--quiet", "HEAD", "--", *CODE], cwd=ROOT, check=False).returncode
     return head.stdout.decode().strip() + "+" * bool(changed)
 
 

@@ -1,4 +1,4 @@
-"""The fast model of the fill against particles, on forty slots drawn after it was chosen, and its time and mass.
+"""The fast model of the fill against particles, on forty slots drawn after it was chosen, and its time.
 
     python -m benchmarks.slot
 
@@ -10,22 +10,17 @@ soil, and the friction that it shares with particles is that of shear waves.
 
 import time
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.slot_cases import LENGTH_MM, SEEDS, STATIONS_MM, TRIM_MM, Case, drawn, levels_mm
-from benchmarks.table import Row, run_benchmark
+from benchmarks.slot_cases import LENGTH_MM, SEEDS, STATIONS_MM, TRIM_MM, Case, drawn, kept_levels_mm
+from benchmarks.table import Row, rms, run_benchmark
 from sealtwin.core.records import Floats
-from simulate.slot.fill import Filled
-from simulate.slot.fitness import fitness_of
 
 AWAY_MM = 8.0
 MIDDLE = (STATIONS_MM >= TRIM_MM + AWAY_MM) & (STATIONS_MM <= LENGTH_MM - TRIM_MM - AWAY_MM)
 """Stations 8 mm and more from where the nozzle starts and from where it stops."""
-RUNS, PROCESSES = 1000, 2
-FINER = 4
 LEFT = "particles were not run for the others, or twice the same run; python -m benchmarks.slot_cases goes on with them"
 
 
@@ -48,24 +43,17 @@ class Judged:
         return rms(self.off_mm[MIDDLE])
 
 
-def rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def level_mm(bed: Filled) -> Floats:
-    return np.interp(STATIONS_MM, bed.sections.s_mm, bed.level_mm)
-
-
 def judge(cases: Sequence[Case], **paste: float) -> list[Judged]:
-    """The cases that both seeds of particles were run for; ``paste`` changes their sealant.
+    """Judge the cases that both seeds of particles were run for; ``paste`` changes their sealant.
 
     Two runs that are copies of one count as one seed.
     """
-    judged = []
+    judged, kept = [], kept_levels_mm()
     for number, case in enumerate(cases):
-        runs = [level for seed in SEEDS if (level := levels_mm(number, seed)) is not None]
+        runs = [kept[number, seed] for seed in SEEDS if (number, seed) in kept]
         if len(runs) == len(SEEDS) and not np.array_equal(runs[0], runs[1]):
-            off_mm = level_mm(case.filled(replace(case.paste, **paste))) - np.mean(runs, axis=0)
+            bed = case.filled(**paste)
+            off_mm = np.interp(STATIONS_MM, bed.sections.s_mm, bed.level_mm) - np.mean(runs, axis=0)
             judged.append(Judged(number, not case.fitness.unfit, off_mm, rms(runs[0] - runs[1])))
     return judged
 
@@ -97,48 +85,9 @@ def _quantile(values: Sequence[float], share: float) -> float:
     return float(np.quantile(values, share)) if values else np.inf
 
 
-def numerics(cases: Sequence[Case]) -> list[Row]:
-    """Time, mass and refinement."""
-    spent_s: list[float] = []
-    masses: list[float] = []
-    finer_mm: list[float] = []
-    for case in cases:
-        fits = not case.fitness.unfit  # Builds the solid too, before the clock starts
-        began = time.process_time()
-        bed = case.filled()
-        spent_s.append(time.process_time() - began)
-        masses.append(bed.mass_error)
-        if fits:
-            finer_mm.append(rms(level_mm(bed) - level_mm(case.filled(finer=FINER))))
-    return [
-        Row("processor time of a run, median", float(np.median(spent_s)), "s", 0, 0.2, "0.05"),
-        Row("processor time of a run, largest", max(spent_s), "s", 0, 0.2, "0.1"),
-        Row("mass lost or gained, largest", max(masses), "", 0, 1e-12, "0"),
-        Row("fit: cells and steps 4 times finer, RMS, median", float(np.median(finer_mm)), "mm", 0, 0.1, "0.02"),
-        Row("fit: the same, largest", max(finer_mm), "mm"),
-    ]
-
-
-def many() -> Row:
-    """1,000 runs that differ in yield stress and viscosity, shared by two processes."""
-    with ProcessPoolExecutor(PROCESSES) as pool:
-        spent_s = list(pool.map(_share, range(PROCESSES)))
-    return Row(f"{RUNS} runs, processor time of the slower of {PROCESSES}", max(spent_s), "s", 0, 120, "60")
-
-
-def _share(process: int) -> float:
-    """Processor time of one process's share of the runs, with what says whether they are fit."""
+def _time_s(case: Case) -> float:
     began = time.process_time()
-    random, cases = np.random.default_rng(process), drawn()
-    for number in range(process, RUNS, PROCESSES):
-        case = cases[number % len(cases)]
-        paste = replace(
-            case.paste,
-            yield_stress_pa=case.yield_stress_pa * float(random.uniform(0.5, 2.0)),
-            consistency_pa_s_n=case.viscosity_pa_s * float(random.uniform(0.5, 2.0)),
-        )
-        case.filled(paste)
-        fitness_of(case.solid, case.outline, case.trajectory, paste)
+    case.filled()
     return time.process_time() - began
 
 
@@ -149,7 +98,8 @@ def main() -> list[Row]:
         rms_mm = f"RMS {one.rms_mm:.2f} mm, away from start and head {one.middle_mm:.2f} mm"
         bias = f"bias {one.off_mm.mean():+.2f} mm, seeds {one.seeds_mm:.2f} mm"
         print(f"case {one.number:2d} {'fit  ' if one.fits else 'unfit'} {rms_mm}, {bias}")
-    return [*accuracy(cases, judged), *numerics(cases), many()]
+    time_s = float(np.median([_time_s(case) for case in cases]))
+    return [*accuracy(cases, judged), Row("processor time of a run, median", time_s, "s", 0, 0.2, "0.05")]
 
 
 if __name__ == "__main__":

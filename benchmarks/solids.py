@@ -1,6 +1,6 @@
 """Random outlines of every kind, made into solids with every tilt: whether each is sound, how exact, and how fast.
 
-    python benchmarks/solids.py [--outlines N] [--first SEED]
+    python -m benchmarks.solids [--outlines N] [--first SEED]
 
 Plain, pinched, self-touching, tapered, branched and with islands; 50 to 300 mm long, traced in 200 to 2000 points.
 Every second one is as deep and as steep as the paper's, the others from 6 to 25 mm deep and from 3 to 15 degrees steep.

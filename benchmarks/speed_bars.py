@@ -34,12 +34,13 @@ import tomlkit
 from typer import Argument, Option
 
 from benchmarks import pbf_step
-from benchmarks.against import HERE, LOADS, processor, run_program
 from benchmarks.cold import COMPILE, FRAMES, TRIAL
+from benchmarks.machine import LOADS, processor, run_program
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.record_files import read_sample
 from sealtwin.trial.trial_file import load_trial
 from simulate.injection import ComputeOptions, Injection, prepare
+from tests.support.paths import ROOT
 
 CASES = ("frames", "beside", "trial", "draft", "mesh", "photo", "study", "substep")
 ALONE = "alone"
@@ -164,7 +165,7 @@ def _ratios(scratch: Path, before: Path | None, all_runs: bool) -> dict[str, Rat
     runs = 132 if all_runs else 12
     return {
         "trial": Ratio("photo to report, wall", "wall_s", 0.6, trial, trial, before),
-        "draft": Ratio("a draft over an accurate run, wall", "wall_s", 0.45, draft, trial, HERE),
+        "draft": Ratio("a draft over an accurate run, wall", "wall_s", 0.45, draft, trial, ROOT),
         "mesh": Ratio("306 particles, mesh to report, processor", "processor_s", 0.45, mesh, mesh, before),
         "photo": Ratio("306 particles, photo to report, processor", "processor_s", 0.6, photo, photo, before),
         "study": Ratio(f"{runs} of the paper's runs, 2 cores, wall", "wall_s", 0.75, sweep, sweep, before),
@@ -194,7 +195,7 @@ def _compared(ratio: Ratio, scratch: Path, turns: int, loads: Iterable[str]) -> 
 
 
 def _turn(ratio: Ratio, scratch: Path) -> float:
-    programs = (ratio.command, HERE), (ratio.over, ratio.tree or HERE)
+    programs = (ratio.command, ROOT), (ratio.over, ratio.tree or ROOT)
     ours_s, theirs_s = (
         getattr(run_program([*command, "--out", tempfile.mkdtemp(dir=scratch)], tree), ratio.clock)
         for command, tree in programs

@@ -4,8 +4,9 @@ A crack is at most 0.58 of its surroundings' display value. They share nothing w
 ``fixtures.generate``: no face, no markers, another texture. Optics blur light, not display values, and so does this.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import inf, nan
 from pathlib import Path
 
 import cv2
@@ -51,6 +52,8 @@ LEAST_FIRST, LEAST_AMONG_THREE = 0.9, 0.95
 """Shares of the cracks that are first, and among the first three, of what is found without clicks."""
 MOST_REFUSED = 0.01
 """Share of the obvious cracks: 2 of 200."""
+WITHOUT = 5
+"""Obvious cracks for each photo without a crack."""
 
 
 @dataclass(frozen=True)
@@ -112,33 +115,38 @@ def obvious_crack(seed: int, drawn: bool = True) -> ObviousCrack:
     return ObviousCrack(picture, clicks, shape.usual_px, area_px2 / between_px, area_px2, line_px)
 
 
+def trace_obvious(first: int, count: int, folder: Path) -> Iterator[WideFigures]:
+    """Trace so many cracks from this seed on, and then photos without one."""
+    for drawn, photos in ((True, count), (False, count // WITHOUT)):
+        for seed in range(first, first + photos):
+            yield trace_wide(seed, drawn, folder)
+
+
 def trace_wide(seed: int, drawn: bool, folder: Path) -> WideFigures:
-    """Trace one between its clicks, and compare its mean width and its area."""
+    """Trace a crack between its clicks, and compare its mean width and its area."""
     crack = obvious_crack(seed, drawn)
     file = folder / "wide.jpg"
     quality = int(np.random.default_rng([seed, 22]).integers(70, 96))
     cv2.imwrite(str(file), crack.picture, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    megapixels = crack.picture.size / 1e6
     kind = f"{crack.usual_px:.0f} px" if drawn else "no crack"
-    name = f"wide {seed}, {kind}, {megapixels:.1f} Mpx, JPEG {quality}"
+    name = f"wide {seed}, {kind}, {crack.picture.size / 1e6:.1f} Mpx, JPEG {quality}"
     true_px = crack.width_px if drawn else 0.0
     (first_x, first_y), (last_x, last_y) = crack.ends_px.tolist()
     settings = PhotoInput(file=file, data="synthetic", mm_per_px=MM_PER_PX)
     photo = load_photo(settings, folder)
     offered = CrackSearch.of(photo).cracks
     aside_px = max(LEAST_ASIDE_PX, ASIDE * crack.usual_px)
-    right = [drawn and _follows(one.line_px, crack.line_px, aside_px) for one in offered]
+    right = [drawn and _follows(each.line_px, crack.line_px, aside_px) for each in offered]
     rank = 1 + right.index(True) if any(right) else 0
+    width_percent, area_percent, words = inf, inf, ""
     try:
         outline = trace_outline(photo, find_path(photo, ((first_x, first_y), (last_x, last_y))))
+        if drawn:
+            width_percent = 100 * (outline.mean_width_mm / MM_PER_PX / true_px - 1)
+            area_percent = 100 * (abs(signed_area(outline.outline_px)) / crack.area_px2 - 1)
     except InputError as refusal:
-        words = str(refusal).removeprefix(f"{file}: ")
-        return WideFigures(name, true_px, float("nan"), float("nan"), words, rank, len(offered))
-    width_percent = area_percent = float("inf")
-    if drawn:
-        width_percent = 100 * (outline.mean_width_mm / MM_PER_PX / true_px - 1)
-        area_percent = 100 * (abs(signed_area(outline.outline_px)) / crack.area_px2 - 1)
-    return WideFigures(name, true_px, width_percent, area_percent, "", rank, len(offered))
+        width_percent, area_percent, words = nan, nan, str(refusal).removeprefix(f"{file}: ")
+    return WideFigures(name, true_px, width_percent, area_percent, words, rank, len(offered))
 
 
 def _follows(found_px: Floats, true_px: Floats, aside_px: float) -> bool:

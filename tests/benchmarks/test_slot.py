@@ -5,7 +5,7 @@ import csv
 import numpy as np
 import pytest
 
-from benchmarks.slot_cases import CASES, FOLDER, HIGH, IN_LOGARITHMS, LOW, STATIONS_MM, Case, drawn, levels_mm
+from benchmarks.slot_cases import CASES, FOLDER, HIGH, IN_LOGARITHMS, LOW, STATIONS_MM, Case, drawn, kept_levels_mm
 
 pytestmark = pytest.mark.usefixtures("kept_of_any_number")
 
@@ -27,9 +27,8 @@ def test_the_draw_is_a_latin_hypercube_and_stays_as_it_is():
 
 def test_every_stored_run_is_whole_and_lost_nothing():
     rows = list(csv.DictReader((FOLDER / "runs.csv").read_text(encoding="utf-8").splitlines()))
+    levels_mm = kept_levels_mm()
     assert rows
     for row in rows:
-        level_mm = levels_mm(int(row["case"]), int(row["seed"]))
-        assert level_mm is not None
-        assert level_mm.shape == STATIONS_MM.shape
+        assert levels_mm[int(row["case"]), int(row["seed"])].shape == STATIONS_MM.shape
         assert int(row["escaped"]) == 0

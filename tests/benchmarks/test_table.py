@@ -1,13 +1,10 @@
 """The end of every benchmark: what is a target, and which count and exit code a table ends with."""
 
-import subprocess
-import sys
 from math import inf, nan
 
 import pytest
 
 from benchmarks.table import Row, finish
-from tests.support.paths import ROOT
 
 
 @pytest.mark.parametrize(
@@ -41,12 +38,3 @@ def test_reported_rows_are_not_counted(value, summary, code, capsys):
         finish([Row("judged", value, "", 0, 2), Row("reported", 5.0, "ms"), Row("no number", nan, "ms")])
     assert left.value.code == code
     assert summary in capsys.readouterr().out
-
-
-@pytest.mark.slow
-def test_no_benchmark_hides_a_module_that_another_one_needs():
-    """As a script, its folder is the first place that Python looks in: one of ours was once taken for ``coverage``."""
-    script = [sys.executable, "benchmarks/pbf_step.py", "--help"]
-    answer = subprocess.run(script, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert answer.returncode == 0, answer.stderr
-    assert "--only" in answer.stdout

@@ -2,7 +2,7 @@ from benchmarks.tracing_roads import RoadFigures, road_rows
 
 
 def figures(count, width=1.0, refusal="", holds=None):
-    return [RoadFigures(0, "plain", "", 20.0, refusal, "walls", width, width, 0.0, 0.1, holds)] * count
+    return [RoadFigures("0 plain, 20.0 px", refusal, "walls", width, width, 0.0, 0.1, holds)] * count
 
 
 def missed(seen):
