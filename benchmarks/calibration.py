@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from scipy.stats import binom, qmc
+from scipy.stats import qmc
 from typer import Option
 
 from benchmarks.kept_runs import KeptRuns, add_rows, rows_in
@@ -255,7 +255,7 @@ def library_rows(library: Library) -> list[Row]:
     ]
     for name in holds:
         rows += _rows_of(name, np.array(holds[name]), np.array(tells[name]), possible[name])
-    return [*rows, *bar_rows(np.size(holds["nothing"]))]
+    return rows
 
 
 def _rows_of(name: str, holds: np.ndarray, tells: np.ndarray, possible: int) -> list[Row]:
@@ -287,19 +287,6 @@ def _held_exactly(posterior: Posterior, truth: Setting) -> list[bool]:
     draws, _ = exact.draws(500, 600)
     marginals = marginals_of(FREES, draws, draws[exact.log_density(draws).argmax()])
     return [one.low <= truth[one.free.name] <= one.high for one in marginals]
-
-
-def bar_rows(values: int) -> list[Row]:
-    """Return how likely intervals are to meet the bar if each value lies in them with a probability of its own.
-
-    The settings of one truth are not independent, so that the bar tells even less.
-    """
-    low, high = math.ceil(BAR[0] * values / 100), math.floor(BAR[1] * values / 100)
-    return [
-        Row(f"{values} values of intervals that hold {100 * share:.0f} %: meet that bar with", 100 * float(met), "%")
-        for share in (0.7, 0.8, 0.9)
-        for met in [binom.cdf(high, values, share) - binom.cdf(low - 1, values, share)]
-    ]
 
 
 def rows(library: Library, results: Sequence[tuple[Setting, ReadLevels, SearchResult]]) -> list[Row]:

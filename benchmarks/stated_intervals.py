@@ -1,16 +1,11 @@
 """How often the stated 95 % intervals hold the truth, on synthetic trials whose truth is known.
 
     python -m benchmarks.stated_intervals [--draws 2000] [--only NAME]
-    python -m benchmarks.stated_intervals --draws 200 --only "readings with faults"
 
 Each trial draws a bed like the paper's (floor, ramp, step, plateau), a simulation of it that is off by a smooth error,
 and readings with the errors of its case. Held against the truth are the intervals of the bias, of the mean error and of
 the levels at the stations, and the band that holds for all stations at once. Widths are held against those of a
-prototype. An error that nobody declared and that all repeats share has no target: its rows are
-reported.
-
-Readings with faults are on another bed: such a row passes if the truth is in the intervals, or the page
-names the error among those that no interval includes.
+prototype. An error that nobody declared and that all repeats share has no target: its rows are reported.
 
 The last rows are of the numerics: runs that scatter, at three particle sizes, of a level that is off by a power of the
 size. Held against the truth is the trial's own run.
@@ -24,7 +19,6 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from benchmarks.reading_faults import BED_S_MM, FAULTS, NOISE_ALONE, SEED, SHARES, Faulty
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
@@ -146,9 +140,6 @@ NUMERICS: Sequence[Sizes] = (
     *(Sizes(1.0, order, hidden=True) for order in (0.5, 1.0, 2.0)),
 )
 NUMERICS_SEED = 20261121  # Not one of those that the method was chosen on
-FAULT_ROWS = "readings with faults"  # All of FAULTS, for --only
-FAULT_DRAWS = 300
-FLAT_BED = "the interval allows for corners of the bed between stations, and this bed has none (without it: 95 %)"
 
 
 @dataclass(frozen=True)
@@ -166,17 +157,13 @@ class Coverage:
 
 def main(
     draws: int = 2000,
-    only: Annotated[str | None, one_of((FAULT_ROWS, *(case.name for case in (*CASES, *FAULTS, *NUMERICS))))] = None,
+    only: Annotated[str | None, one_of(case.name for case in (*CASES, *NUMERICS))] = None,
 ) -> list[Row]:
     rows = []
     for case in CASES:
         if only in (None, case.name):
             rows += rows_of(case, coverage_of(case, draws))
             print(f"{case.name}: done", flush=True)
-    for fault in FAULTS:
-        if only in (None, FAULT_ROWS, fault.name):
-            rows += fault_rows(fault, min(draws, FAULT_DRAWS))
-            print(f"{fault.name}: done", flush=True)
     for sizes in NUMERICS:
         if only in (None, sizes.name):
             rows += numerics_rows(sizes, draws)
@@ -270,40 +257,6 @@ def _intervals_held(
         2 * half_mm,
         2 * budget.only(lambda one: not one.between).mean_mm(curve.weights()),
     )
-
-
-def fault_rows(case: Faulty, draws: int, seed: int = SEED) -> list[Row]:
-    """Return the coverage of readings with faults, and the number of figures that fail and that the page leaves out.
-
-    A trial whose readings contradict its own declaration is refused and states no interval.
-    """
-    random = np.random.default_rng([seed, FAULTS.index(case)])
-    settings = Readings(file=Path("sheet.csv"), data="synthetic", role="held-out", limit_mm=LIMIT_MM, **case.readings)
-    holds, named = list[tuple[float, ...]](), True
-    for _ in range(draws):
-        s_mm, bed_mm, repeats_mm = case.draw(random)
-        simulated_mm = np.interp(FINE_MM, BED_S_MM, bed_mm) + _wave(WANDERING_MM, random)
-        try:
-            budget = _budget(s_mm, repeats_mm, settings, Uncertainty(**case.uncertainty))
-        except InputError:
-            continue
-        named &= {one.setting for one in budget.missing} >= set(case.named)
-        holds.append(_intervals_held(s_mm, repeats_mm, budget, simulated_mm, (BED_S_MM, bed_mm)))
-    refused = 1 - len(holds) / draws
-    rows, failing = [Row(f"{case.name}: refused", 100 * refused, "%")], 0
-    if holds:
-        *shares, width_mm, _ = np.mean(holds, axis=0).tolist()
-        rows.append(Row(f"{case.name}: width of the bias", width_mm, "mm"))
-        for (what, low), share in zip(SHARES.items(), shares, strict=True):
-            # Of all trials: a refused one misleads nobody.
-            failing += 100 * (refused + (1 - refused) * share) < low
-            bounds = (low, NOISE_ALONE) if case.noise_alone and what != "whole profile" else (0.0, np.inf)
-            rows.append(Row(f"{case.name}: {what}", 100 * share, "%", *bounds, because=FLAT_BED))
-    unnamed = 0 if case.named and named else failing
-    return [
-        *rows,
-        Row(f"{case.name}: figures that fail and are not named", unnamed, "", 0.0, 0.0, because=case.because),
-    ]
 
 
 def _bed(case: Case, random: np.random.Generator) -> tuple[Floats, Floats]:
