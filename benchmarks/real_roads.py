@@ -1,12 +1,10 @@
 """Real photos of cracked roads and walls from public sets: right between two clicks, and what is picked without clicks.
 
-    python -m benchmarks.real_roads --photos PHOTOS [--only SET] [--jobs 2] [--overlays FOLDER]
+    python -m benchmarks.real_roads --photos PHOTOS [--only SET] [--jobs 2]
 
 PHOTOS is made from clones of the sets (python -m benchmarks.real_roads_photos --help); none of it is in this
-repository. The list was drawn by rule, and is judged by rule (real_roads_rules). Refusals, other
-branches, wrong lines and lines picked alone where no crack is are listed, with the product's words. An overlay has the
-mask in blue, its branch in green, the clicks in pink, the line in red and the walls in yellow; its name begins with the
-verdict.
+repository. The list was drawn by rule, and is judged by rule (real_roads_rules). Refusals, other branches, wrong lines
+and lines picked alone without a crack are listed, with the product's words.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -34,15 +32,14 @@ def main(
     photos: Annotated[Path, Option(help="folder with the photos and masks of the list")],
     only: Annotated[str | None, one_of(read_sets())] = None,
     jobs: Annotated[int, Option(min=1, help="processes at the same time")] = 1,
-    overlays: Annotated[Path | None, Option(help="folder for pictures of what was traced")] = None,
 ) -> list[Row]:
     sets = {name: one for name, one in read_sets().items() if only in (None, name)}
     rows = [row for row in listed() if row.set in sets]
     bare = [crop for crop in crops() if crop.set in sets and crop.kind != NOT_JUDGED]
     with ProcessPoolExecutor(jobs, initializer=cv2.setNumThreads, initargs=(1,)) as pool:
-        clicked = pool.map(partial(run_clicked, photos=photos, overlays=overlays), rows)
-        unclicked = pool.map(partial(run_unclicked, photos=photos, overlays=overlays), rows)
-        on_bare = pool.map(partial(run_bare, photos=photos, overlays=overlays), bare)
+        clicked = pool.map(partial(run_clicked, photos=photos), rows)
+        unclicked = pool.map(partial(run_unclicked, photos=photos), rows)
+        on_bare = pool.map(partial(run_bare, photos=photos), bare)
         answers = list(clicked), list(unclicked), list(on_bare)
     _list(*answers)
     return [
