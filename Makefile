@@ -37,7 +37,7 @@ benchmark-digitise: $(DEVELOPING)
 
 benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python -m benchmarks.pbf_step
-	$(BIN)/python -m benchmarks.speed_bars --only frames --only beside --only draft
+	$(BIN)/python -m benchmarks.speed_bars
 	$(BIN)/python -m benchmarks.physics
 
 benchmark-validate: $(DEVELOPING)

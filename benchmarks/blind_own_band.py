@@ -97,32 +97,28 @@ def _rows(numbers: Sequence[int], kept: Mapping[tuple[int, str], Sizes]) -> Iter
     for number in numbers:
         one = measured(number, Path())
         bases = {name: base_of(one, number, lab) for name, lab in LABS.items()}
-        predictions = {name: _predicted(base, kept[number, name]) for name, base in bases.items()}
+        spreads = {name: _spread(base, kept[number, name]) for name, base in bases.items()}
         for name, reality in REALITIES.items():
-            band = predictions[reality.lab].band(TENSION_N_M if reality.wets else None)
-            judged[name].append(_judge(_real_mm(one, number, reality.world), band, bases[reality.lab]))
+            base, tension_n_m = bases[reality.lab], TENSION_N_M if reality.wets else None
+            band = _predicted(base, spreads[reality.lab], tension_n_m)
+            judged[name].append(_judge(_real_mm(one, number, reality.world), band, base))
         print(f"trial {number}: judged", flush=True)
     for name, each in judged.items():
         yield from _figures(name, each, REALITIES[name])
 
 
-class _Prediction(NamedTuple):
-    base: Base
-    spread: Spread
-
-    def band(self, surface_tension_n_m: float | None) -> PredictedLevel:
-        base, sizes = self.base, present(self.spread.sizes, "the runs of three sizes")
-        simulated = Profile(STATIONS_MM, sizes[1].levels_mm[0], data="synthetic", source="simulation")
-        declared = base.trial.uncertainty.model_copy(update={"surface_tension_n_m": surface_tension_n_m})
-        mouth = Mouth.of(base.sample.outline, base.sample.solid, base.trial.given_fluid.density_kg_m3)
-        return predict(simulated, self.spread, declared, ends=BedEnds.of(base.sample.trajectory, base.run), mouth=mouth)
-
-
-def _predicted(base: Base, sizes: Sizes) -> _Prediction:
+def _spread(base: Base, sizes: Sizes) -> Spread:
     unfit, fast = base.run.unfit, base.profile
-    draws = draw(base, 0, Progress(), DRAWS)
     fast_mm = None if unfit else np.interp(STATIONS_MM, fast.s_mm, fast.level_mm)
-    return _Prediction(base, Spread(STATIONS_MM, sizes, (), None, None, draws, fast_mm, unfit))
+    return Spread(STATIONS_MM, sizes, (), None, None, draw(base, 0, Progress(), DRAWS), fast_mm, unfit)
+
+
+def _predicted(base: Base, spread: Spread, surface_tension_n_m: float | None) -> PredictedLevel:
+    sizes = present(spread.sizes, "the runs of three sizes")
+    simulated = Profile(STATIONS_MM, sizes[1].levels_mm[0], data="synthetic", source="simulation")
+    declared = base.trial.uncertainty.model_copy(update={"surface_tension_n_m": surface_tension_n_m})
+    mouth = Mouth.of(base.sample.outline, base.sample.solid, base.trial.given_fluid.density_kg_m3)
+    return predict(simulated, spread, declared, ends=BedEnds.of(base.sample.trajectory, base.run), mouth=mouth)
 
 
 def _real_mm(one: Measured, number: int, world: World | None) -> Floats:

@@ -17,12 +17,10 @@ import cv2
 import numpy as np
 from typer import Option
 
-from benchmarks.real_roads_photos import Crop, Listed, Set, crops, listed, read_sets, today
+from benchmarks.real_roads_photos import Crop, Listed, Set, crops, listed, read_sets
 from benchmarks.real_roads_runs import Clicked, Unclicked, run_bare, run_clicked, run_unclicked
 from benchmarks.table import Row, one_of, run_benchmark
 
-GAIN = 10
-"""Percentage points that a set without a target of its own has to gain over today."""
 FIRST_PERCENT, ALONE_PERCENT, BARE_PERCENT = 70, 7, 15
 """Photos whose first line is a crack, at least; lines picked alone that are none, and crops where one is, at most."""
 NOT_JUDGED = "crack"
@@ -50,19 +48,17 @@ def main(
     ]
 
 
-def clicked_rows(one: Set, answers: Sequence[Clicked]) -> list[Row]:
-    """Return the share of right traces of a set, and where the others are."""
-    before = today().get(f"{one.name}_right_percent")
-    target = one.target_percent
-    if target is None and before is not None:
-        target = min(100.0, before + GAIN)
-    goal = "" if before is None else f"today {before:.3g}"
-    begin = f"{one.name}, two clicks"
-    rows = [Row(f"{begin}: right, of {len(answers)}", _percent(answers, _is("right")), "%", target or 0.0, goal=goal)]
-    rows += [Row(f"{begin}: {name}", _percent(answers, _is(name)), "%") for name in ("other", "wrong", "refused")]
+def clicked_rows(photo_set: Set, answers: Sequence[Clicked]) -> list[Row]:
+    """Return the share of right traces of a set, and what became of the others."""
+    name = f"{photo_set.name}, two clicks"
+    right = _percent(answers, _is("right"))
+    rows = [Row(f"{name}: right, of {len(answers)}", right, "%", photo_set.target_percent)]
+    rows += [Row(f"{name}: {word}", _percent(answers, _is(word)), "%") for word in ("other", "wrong", "refused")]
     ratios = [answer.width_ratio for answer in answers if np.isfinite(answer.width_ratio)]
     if ratios:
-        rows.append(Row(f"{one.name}: width over the mask's, median of {len(ratios)}", float(np.median(ratios)), ""))
+        rows.append(
+            Row(f"{photo_set.name}: width over the mask's, median of {len(ratios)}", float(np.median(ratios)), "")
+        )
     return rows
 
 
@@ -70,7 +66,7 @@ def silent_rows(answers: Sequence[Clicked]) -> list[Row]:
     silent = sum(answer.silent for answer in answers)
     seconds = float(np.median([answer.time_s for answer in answers]))
     return [
-        Row(f"two clicks: wrong in silence, of {len(answers)}", silent, "", 0, 0, _goal("silent")),
+        Row(f"two clicks: wrong in silence, of {len(answers)}", silent, "", 0, 0),
         Row("two clicks: processor time, median", seconds, "s"),
     ]
 
@@ -83,11 +79,11 @@ def unclicked_rows(answers: Sequence[Unclicked]) -> list[Row]:
     complete = sum(answer.traced and not answer.hit for answer in alone)
     count = len(answers)
     return [
-        Row(f"no clicks: a crack is first, of {count}", first, "%", FIRST_PERCENT, 100, _goal("first_percent")),
+        Row(f"no clicks: a crack is first, of {count}", first, "%", FIRST_PERCENT, 100),
         Row("no clicks: a crack is among the first three", among, "%"),
         Row("no clicks: nothing offered", _percent(answers, lambda answer: not answer.hits), "%"),
         Row("no clicks: a line is picked alone", _percent(answers, lambda answer: answer.alone), "%"),
-        Row(f"no clicks: alone and none, of {len(alone)} alone", none, "%", 0, ALONE_PERCENT, _goal("alone_percent")),
+        Row(f"no clicks: alone and none, of {len(alone)} alone", none, "%", 0, ALONE_PERCENT),
         Row("no clicks: alone, none, and traced to the end", complete, ""),
     ]
 
@@ -95,7 +91,7 @@ def unclicked_rows(answers: Sequence[Unclicked]) -> list[Row]:
 def bare_rows(answers: Sequence[Unclicked]) -> list[Row]:
     """Return the share of crops where a line is picked alone, of all and by what is in them."""
     share = _percent(answers, lambda answer: answer.alone)
-    rows = [Row(f"bare: a line is picked alone, of {len(answers)}", share, "%", 0, BARE_PERCENT, _goal("bare_percent"))]
+    rows = [Row(f"bare: a line is picked alone, of {len(answers)}", share, "%", 0, BARE_PERCENT)]
     for kind in dict.fromkeys(_kind(answer) for answer in answers):
         some = [answer for answer in answers if _kind(answer) == kind]
         rows.append(Row(f"bare, {kind}: picked alone, of {len(some)}", sum(answer.alone for answer in some), ""))
@@ -133,10 +129,6 @@ def _is(name: str) -> Callable[[Clicked], bool]:
 
 def _percent(answers: Sequence, holds: Callable) -> float:
     return 100 * sum(map(holds, answers)) / len(answers) if answers else float("nan")
-
-
-def _goal(figure: str) -> str:
-    return f"today {value:.3g}" if (value := today().get(figure)) is not None else ""
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ COMMANDS = {
     "solids": "-m benchmarks.solids",
     "ingest": "-m benchmarks.ingest",
     "fuzz": "-m benchmarks.fuzz",
-    "speed_bars": "-m benchmarks.speed_bars --only frames --only beside --only draft",
+    "speed_bars": "-m benchmarks.speed_bars",
     "slot": "-m benchmarks.slot",
     "plan_outside": "-m benchmarks.plan_outside",
     "blind_own_band": "-m benchmarks.blind_own_band",

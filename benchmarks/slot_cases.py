@@ -79,12 +79,10 @@ class Case:
         sample = Sample(self.outline, self.solid, self.trajectory)
         return paste_of(Pour(sample, (self.fluid,), self.solver, self.nozzle))
 
-    def filled(self, **changes: float) -> Filled:
-        """Return the bed by the fast model; ``changes`` are of the case's own sealant."""
-        paste = replace(self.paste, **changes)
-        return fill(
-            self.solid, self.outline, self.trajectory, paste, nozzle_mm=self.nozzle.diameter_mm, settle_s=SETTLE_S
-        )
+    def filled(self) -> Filled:
+        """Return the bed by the fast model."""
+        nozzle_mm = self.nozzle.diameter_mm
+        return fill(self.solid, self.outline, self.trajectory, self.paste, nozzle_mm=nozzle_mm, settle_s=SETTLE_S)
 
     @cached_property
     def fitness(self) -> Fitness:
