@@ -27,7 +27,7 @@ from benchmarks.blind_labs import (
     real_levels_mm,
     second_reality,
 )
-from benchmarks.blind_trials import STATIONS_MM, Measured, measured
+from benchmarks.blind_trials import STATIONS_MM, measured
 from benchmarks.reality.inputs import Paste
 from benchmarks.reality.worlds import WORLDS, World, slips
 from benchmarks.table import Row, run_benchmark
@@ -95,16 +95,18 @@ class _Judged(NamedTuple):
 def _rows(numbers: Sequence[int], kept: Mapping[tuple[int, str], Sizes]) -> Iterator[Row]:
     judged: dict[str, list[_Judged]] = {name: [] for name in REALITIES}
     for number in numbers:
-        one = measured(number, Path())
-        bases = {name: base_of(one, number, lab) for name, lab in LABS.items()}
+        trial = measured(number, Path())
+        particles_mm = np.interp(PLACES_MM, STATIONS_MM, real_levels_mm()[number])
+        bases = {name: base_of(trial, number, lab) for name, lab in LABS.items()}
         spreads = {name: _spread(base, kept[number, name]) for name, base in bases.items()}
         for name, reality in REALITIES.items():
-            base, tension_n_m = bases[reality.lab], TENSION_N_M if reality.wets else None
-            band = _predicted(base, spreads[reality.lab], tension_n_m)
-            judged[name].append(_judge(_real_mm(one, number, reality.world), band, base))
+            base, world = bases[reality.lab], reality.world
+            band = _predicted(base, spreads[reality.lab], TENSION_N_M if reality.wets else None)
+            real_mm = particles_mm if world is None else second_reality(trial, world).at(PLACES_MM)
+            judged[name].append(_judge(real_mm, band, base))
         print(f"trial {number}: judged", flush=True)
-    for name, each in judged.items():
-        yield from _figures(name, each, REALITIES[name])
+    for name, trials in judged.items():
+        yield from _figures(name, trials, REALITIES[name])
 
 
 def _spread(base: Base, sizes: Sizes) -> Spread:
@@ -119,12 +121,6 @@ def _predicted(base: Base, spread: Spread, surface_tension_n_m: float | None) ->
     declared = base.trial.uncertainty.model_copy(update={"surface_tension_n_m": surface_tension_n_m})
     mouth = Mouth.of(base.sample.outline, base.sample.solid, base.trial.given_fluid.density_kg_m3)
     return predict(simulated, spread, declared, ends=BedEnds.of(base.sample.trajectory, base.run), mouth=mouth)
-
-
-def _real_mm(one: Measured, number: int, world: World | None) -> Floats:
-    if world is not None:
-        return second_reality(one, world).at(PLACES_MM)
-    return np.interp(PLACES_MM, STATIONS_MM, real_levels_mm()[number])
 
 
 def _judge(real_mm: Floats, band: PredictedLevel, base: Base) -> _Judged:

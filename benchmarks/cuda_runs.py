@@ -13,9 +13,9 @@ import math
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from typer import Option
@@ -46,14 +46,11 @@ NO_DEVICE = 3
 """The command's code for input that cannot be."""
 
 
-@dataclass(frozen=True)
-class Launch:
+class Launch(NamedTuple):
     """Some runs that were computed at once."""
 
     outcomes: list[Run | NumericalError]
     took_s: float
-    setup_s: float
-    frames: int
     recorded: bool
     particles: int
 
@@ -107,8 +104,6 @@ def inject_at_once(bench: Sample, trials: Sequence[Trial], device: str, frames: 
     return Launch(
         outcomes,
         time.perf_counter() - began,
-        injection.setup_s,
-        injection.done,
         injection.engine.recorded,
         injection.schedule.particles,
     )
@@ -119,8 +114,6 @@ def _timed(name: str, launch: Launch, most_s: float, goal: str, device: str) -> 
     unplaced = sum(int((~np.isfinite(run.position_mm)).any(axis=1).sum()) for run in launch.runs)
     return [
         Row(f"{name}, with set-up and results", launch.took_s, "s", 0, most_s if on_gpu else math.inf, goal),
-        Row(f"{name}: set-up", launch.setup_s, "s"),
-        Row(f"{name}: frames", launch.frames, ""),
         Row(f"{name}: frames replayed from one graph", launch.recorded, "", on_gpu, on_gpu),
         Row(f"{name}: particles each", launch.particles, ""),
         Row(f"{name}: failed", len(launch.outcomes) - len(launch.runs), "", 0, 0),

@@ -70,12 +70,8 @@ def main(
         print(f"{kind:<15} {len(some):4d}: {counts}; {max((each.peak_gb for each in some), default=0):.2f} GB")
     everything = [each for some in endings.values() for each in some]
     print(f"{len(everything)} cases in {time.monotonic() - began:.0f} s")
-    return rows_of(everything)
-
-
-def rows_of(endings: list[Ending]) -> list[Row]:
-    outcomes = Counter(each.outcome for each in endings)
-    peak_gb = max((each.peak_gb for each in endings), default=0.0)
+    outcomes = Counter(each.outcome for each in everything)
+    peak_gb = max((each.peak_gb for each in everything), default=0.0)
     # A file lost is one case, however many it lost.
     return [
         *(Row(f"mutated inputs that end with: {name}", outcomes[name], "", high=0) for name in FAILURES),

@@ -34,7 +34,6 @@ from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 
-JUDGED_SEED, SOUND_SHEETS, EACH = 2027, 400, 2
 MOST_QUESTIONED = 5.0  # Percent of the sound sheets that may be questioned
 FEWEST_UNASKED = 14
 UNREADABLE = 1  # Ordinary sheets to be edited: of formulas that no program has calculated, and of merged places
@@ -44,9 +43,9 @@ ANSWER = re.compile(r"readings\.as_written = \[([^]]*)\]")
 
 
 def main(
-    seed: Annotated[int, Option(help="seed of the doubtful and of the sound sheets")] = JUDGED_SEED,
-    sound: Annotated[int, Option(help="sound sheets")] = SOUND_SHEETS,
-    each: Annotated[int, Option(help="sheets in each manner")] = EACH,
+    seed: Annotated[int, Option(help="seed of the doubtful and of the sound sheets")] = 2027,
+    sound: Annotated[int, Option(help="sound sheets")] = 400,
+    each: Annotated[int, Option(help="sheets in each manner")] = 2,
 ) -> list[Row]:
     with tempfile.TemporaryDirectory() as name:
         scratch = Path(name)
@@ -125,13 +124,9 @@ def sound_rows(folder: Path, seed: int, count: int) -> list[Row]:
         at_ingest.read(path, sheet, "", run=False)
         at_run.read(path, sheet, "", run=True)
     shares = (100 * (1 - tally.counts["silent"] / count) for tally in (at_ingest, at_run))
-    return [
-        Row("sound sheets", count, "", 200),
-        *(
-            Row(f"sound sheets questioned {where}", share, "%", 0, MOST_QUESTIONED)
-            for where, share in zip(("at ingest", "in the run"), shares, strict=True)
-        ),
-    ]
+    rows = zip(("at ingest", "in the run"), shares, strict=True)
+    questioned = [Row(f"sound sheets questioned {where}", share, "%", 0, MOST_QUESTIONED) for where, share in rows]
+    return [Row("sound sheets", count, "", 200), *questioned]
 
 
 def ordinary_rows(scratch: Path) -> list[Row]:

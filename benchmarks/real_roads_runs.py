@@ -1,7 +1,6 @@
 """What the product makes of one real photo: between two clicks, without clicks, and of a crop of bare ground."""
 
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ from PIL import Image
 
 from benchmarks.real_roads_photos import Crop, Listed, Mask, digest, read_mask, read_picture, read_sets
 from benchmarks.real_roads_rules import Branch, Verdict, is_hit, is_silent, verdict, width_ratio
-from digitise.crack_path.find_path import CrackSearch, RivalCracksError, find_path
+from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
@@ -26,79 +25,68 @@ MM_PER_PX = 0.1
 class Clicked:
     """A photo traced between two clicks."""
 
-    of: Listed
+    row: Listed
     verdict: Verdict
     words: str
     """The refusal or, of a wrong line, its warnings."""
     silent: bool = False
     width_ratio: float = float("nan")
     """Traced mean width over the mask's, if the trace is right and has one."""
-    time_s: float = 0.0
 
 
 @dataclass(frozen=True)
 class Unclicked:
     """A photo or a crop without clicks."""
 
-    of: Listed | Crop
+    name: str
     hits: Sequence[bool]
     """Of the lines that are offered, best first."""
     alone: bool
     """True if a path is returned without a question."""
     hit: bool
     """True if that path is on a crack."""
-    traced: bool
-    """True if that path gets an outline too: the command ends with 0."""
-    words: str = ""
 
 
 def run_clicked(row: Listed, photos: Path) -> Clicked:
     mask, branch = _truth(row, photos)
     settings = _settings(photos / row.set / row.photo, row.ends_px)
-    began = time.process_time()
     try:
         photo = load_photo(settings, photos)
         outline = trace_outline(photo, find_path(photo, *settings.hints), settings)
     except InputError as refusal:
-        return Clicked(row, "refused", _plain(refusal), time_s=time.process_time() - began)
-    time_s, line_px = time.process_time() - began, outline.centreline_px
+        return Clicked(row, "refused", str(refusal).partition(": ")[2])
+    line_px = outline.centreline_px
     judged = verdict(line_px, branch, mask)
     ratio = float("nan")
     if judged == "right" and outline.width_source in ("walls", "fit"):
         ratio = width_ratio(line_px, outline.mean_width_mm / MM_PER_PX, branch)
     silent = judged == "wrong" and is_silent(line_px, mask, texts(outline.warnings))
-    return Clicked(row, judged, "; ".join(texts(outline.warnings)), silent, ratio, time_s)
+    return Clicked(row, judged, "; ".join(texts(outline.warnings)), silent, ratio)
 
 
 def run_unclicked(row: Listed, photos: Path) -> Unclicked:
     mask, branch = _truth(row, photos)
-    return _searched(row, _settings(photos / row.set / row.photo), lambda line: is_hit(line, branch, mask))
+    settings = _settings(photos / row.set / row.photo)
+    return _searched(f"{row.set} {Path(row.photo).name}", settings, lambda line: is_hit(line, branch, mask))
 
 
 def run_bare(crop: Crop, photos: Path) -> Unclicked:
     """Search the crop, in a file of its own, where every line is none."""
+    name = f"{crop.set} {Path(crop.photo).name}, {crop.kind} at ({crop.left_px}, {crop.top_px})"
     picture = crop.of(read_picture(_content(photos, crop.set, crop.photo, crop.photo_sha256)))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "crop.png"
         Image.fromarray(picture).save(file)
-        return _searched(crop, _settings(file), lambda line: False)
+        return _searched(name, _settings(file), lambda line: False)
 
 
-def _searched(photo_or_crop: Listed | Crop, settings: PhotoInput, is_crack: Callable[[Floats], bool]) -> Unclicked:
-    photo = load_photo(settings, settings.file.parent)
-    search = CrackSearch.of(photo)
+def _searched(name: str, settings: PhotoInput, is_crack: Callable[[Floats], bool]) -> Unclicked:
+    search = CrackSearch.of(load_photo(settings, settings.file.parent))
     hits = [is_crack(crack.line_px) for crack in search.cracks]
     try:
-        path = search.path()
-    except InputError as refusal:
-        words = "rivals" if isinstance(refusal, RivalCracksError) else _plain(refusal)
-        return Unclicked(photo_or_crop, hits, False, False, False, words)
-    words = ""
-    try:
-        trace_outline(photo, path, settings)
-    except InputError as refusal:
-        words = _plain(refusal)
-    return Unclicked(photo_or_crop, hits, True, is_crack(path.points_px), not words, words)
+        return Unclicked(name, hits, True, is_crack(search.path().points_px))
+    except InputError:
+        return Unclicked(name, hits, False, False)
 
 
 def _truth(row: Listed, photos: Path) -> tuple[Mask, Branch]:
@@ -120,8 +108,3 @@ def _content(photos: Path, one_set: str, path: str, sha256: str) -> bytes:
 
 def _settings(file: Path, ends_px: tuple[tuple[float, float], tuple[float, float]] | None = None) -> PhotoInput:
     return PhotoInput(file=file.resolve(), data="measured", mm_per_px=MM_PER_PX, scale_is="assumed", ends_px=ends_px)
-
-
-def _plain(refusal: InputError) -> str:
-    """Return the product's sentence without the file's name."""
-    return str(refusal).partition(": ")[2]

@@ -45,14 +45,8 @@ def accuracy(cases: Sequence[Case], judged: Sequence[Judged]) -> list[Row]:
     """The figures inside the domain, and how far off the model is outside, where it says so."""
     inside, outside = ([case for case in judged if case.fits is fits] for fits in (True, False))
     fit = sum(not case.fitness.unfit for case in cases)
-    fit_mm, unfit_mm, seeds_mm = (
-        np.array(values or [np.inf])
-        for values in (
-            [case.rms_mm for case in inside],
-            [case.rms_mm for case in outside],
-            [case.seeds_mm for case in inside],
-        )
-    )
+    fit_mm, unfit_mm = (np.array([case.rms_mm for case in some] or [np.inf]) for some in (inside, outside))
+    seeds_mm = np.array([case.seeds_mm for case in inside] or [np.inf])
     return [
         Row("fresh: drawn cases that the model calls fit, share", fit / len(cases), "", 1 / 3, 1.0, "1/2"),
         Row("fresh: fit cases judged at both seeds", len(inside), "", fit, fit, "all", because=LEFT),

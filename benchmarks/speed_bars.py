@@ -9,19 +9,18 @@ time of that trial beside its frames, of a first run, with nothing compiled, and
 to the other tree, which takes the same files: ``trial``, the shipped trial; ``photo``, the same with 306 particles
 (0.75 ml, for its time alone); ``study``, 12 of the paper's 132 runs at 0.6 mm on two cores.
 
-Programs take turns, the first of which may compile; a figure is the median of their ratios. ``--busy`` repeats the
-ratios beside a busy core. Without the other tree its rows are left out. Nothing else may run.
+Programs take turns, the first of which may compile; a figure is the median of their ratios. Without the other tree its
+rows are left out. Nothing else may run.
 """
 
 import json
 import os
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from hashlib import sha256
-from math import inf
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
@@ -62,7 +61,6 @@ def main(
     before: Annotated[Path | None, Argument(help="a work tree of an earlier state")] = None,
     turns: Annotated[int, Option(help="of each ratio")] = 3,
     only: Annotated[list[str] | None, one_of(CASES)] = None,
-    busy: Annotated[bool, Option("--busy", help="also beside a busy core")] = False,
 ) -> list[Row]:
     print(f"{processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}", flush=True)
     chosen, rows = only or CASES, list[Row]()
@@ -73,7 +71,8 @@ def main(
         rows += _beside(scratch, turns) if "beside" in chosen else ()
         for name, ratio in _ratios(scratch).items():
             if name in chosen and before:
-                rows += _compared(ratio, before.resolve(), scratch, turns, LOADS if busy else (ALONE,))
+                figures = [_turn(ratio, before.resolve(), scratch) for _ in range(turns)]
+                rows.append(Row(ratio.title, median(figures), "", 0, ratio.bar))
     return rows
 
 
@@ -158,13 +157,6 @@ def _ratios(scratch: Path) -> dict[str, Ratio]:
         "photo": Ratio("306 particles, photo to report, processor", "processor_s", 0.6, photo),
         "study": Ratio("12 of the paper's runs, 2 cores, wall", "wall_s", 0.75, sweep),
     }
-
-
-def _compared(ratio: Ratio, before: Path, scratch: Path, turns: int, loads: Iterable[str]) -> Iterator[Row]:
-    for load in loads:
-        with LOADS[load]():
-            figures = [_turn(ratio, before, scratch) for _ in range(turns)]
-        yield Row(f"{ratio.title}, {load}", median(figures), "", 0, ratio.bar if load == ALONE else inf)
 
 
 def _turn(ratio: Ratio, before: Path, scratch: Path) -> float:
