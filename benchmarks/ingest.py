@@ -37,7 +37,6 @@ from validate.settings import Declared
 MOST_QUESTIONED = 5.0  # Percent of the sound sheets that may be questioned
 FEWEST_UNASKED = 14
 UNREADABLE = 1  # Ordinary sheets to be edited: of formulas that no program has calculated, and of merged places
-ROUNDING_MM = 1e-9
 CONFIRMED = re.compile(r"as_written = ([\w ]+)\.")
 ANSWER = re.compile(r"readings\.as_written = \[([^]]*)\]")
 
@@ -184,7 +183,7 @@ def _as_written(trial: Path, number: int) -> bool:
     if (lost := np.isnan(repeats_mm)).sum() == 1:
         expected_mm[lost] = np.nan
     is_like = readings.s_mm.tolist() == list(S_MM) and repeats_mm.shape == expected_mm.shape
-    return is_like and np.allclose(repeats_mm, expected_mm, atol=ROUNDING_MM, equal_nan=True)
+    return is_like and np.allclose(repeats_mm, expected_mm, atol=1e-9, equal_nan=True)
 
 
 if __name__ == "__main__":

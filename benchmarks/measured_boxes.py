@@ -17,6 +17,7 @@ from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
+from scipy.special import stdtrit
 
 from benchmarks.kept_runs import KeptRuns
 from benchmarks.measured import with_curve
@@ -114,8 +115,6 @@ def main(
 
 
 def _rows(materials: Sequence[str], jobs: int) -> Iterator[Row]:
-    from scipy.special import stdtrit
-
     table, inside, ours, plain = content()["calibrated"], [], [], []
     for material in materials:
         kept, pair = both_ways(material, jobs), dam_breaks([material])

@@ -23,7 +23,6 @@ STEP_S = 1e-3
 SPACING_MM = 0.72  # Of the block before it settles
 SIDE_MM = 26.0  # Of the tank's floor, at PARTICLES; other numbers keep the block's shape
 PARTICLES = 15_000
-SETTLE_STEPS = 200
 TRIAL = FIXTURE / "trial.toml"
 PASTE = {"fluid.yield_stress_pa": 12.0, "fluid.freeze_after_s": "never"}  # In place of the paper's freezing
 TRIAL_FRAME_S = 7.14e-3  # Frame of a run of TRIAL: ``frame_s`` in its ``simulation.json``
@@ -60,7 +59,7 @@ def block_mm(particles: int) -> Floats:
     return block
 
 
-def settled_block(particles: int, steps: int = SETTLE_STEPS) -> FluidSolver:
+def settled_block(particles: int, steps: int = 200) -> FluidSolver:
     """Liquid that takes five pressure iterations and one explicit pass of viscosity in each step of 1 ms."""
     engine = engine_with(
         block_mm(particles),

@@ -24,7 +24,6 @@ from benchmarks.table import Row, one_of, run_benchmark
 
 FIRST_PERCENT, ALONE_PERCENT, BARE_PERCENT = 70, 7, 15
 """Photos whose first line is a crack, at least; lines picked alone that are none, and crops where one is, at most."""
-NOT_JUDGED = "crack"
 
 
 def main(
@@ -34,7 +33,7 @@ def main(
 ) -> list[Row]:
     sets = {name: one for name, one in read_sets().items() if only in (None, name)}
     rows = [row for row in listed() if row.set in sets]
-    bare = [crop for crop in crops() if crop.set in sets and crop.kind != NOT_JUDGED]
+    bare = [crop for crop in crops() if crop.set in sets and crop.kind != "crack"]
     with ProcessPoolExecutor(jobs, initializer=cv2.setNumThreads, initargs=(1,)) as pool:
         clicked = pool.map(partial(run_clicked, photos=photos), rows)
         unclicked = pool.map(partial(run_unclicked, photos=photos), rows)
