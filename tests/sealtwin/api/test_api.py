@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -310,6 +310,14 @@ def test_the_fast_model_gives_the_level_of_a_run_by_it_and_a_report(crack, solid
     assert "The fast model, which is for screening, is" in page.read_text(encoding="utf-8")
     with pytest.warns(RuntimeWarning, match="slope"):
         st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=40.0))
+
+
+def test_the_fast_model_refuses_a_law_of_flow_that_it_lacks(crack, solid, path):
+    class Casson(st.Fluid):
+        shear_law: Literal["bingham", "casson"] = "bingham"  # As a maintainer would add it
+
+    with pytest.raises(st.InputError, match=r"fluid\.shear_law: the fast model"):
+        st.fill_fast(crack, solid, path, Casson(viscosity_pa_s=2.0, yield_stress_pa=6.0, shear_law="casson"))
 
 
 def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid):
