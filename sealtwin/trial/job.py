@@ -71,7 +71,7 @@ class Job:
         return self.folder.path
 
     def numbers(self, stage: StageName) -> dict[str, int]:
-        """Return the stage numbers on which ``stage`` depends: its current number, and earlier stages' recorded ones."""
+        """Return the stage numbers that ``stage`` depends on: its current number, and earlier stages' recorded ones."""
         recorded = {name: self.folder.numbers_of(name).get(name, UNNUMBERED) for name in numbers_up_to(stage)}
         return {**recorded, stage: NUMBERS[stage]}
 
@@ -127,9 +127,9 @@ def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Set
 
 
 def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
-    """Return the settings that a stage depends on. Settings without a value are left out, so new settings do not count.
+    """Return the settings that a stage depends on.
 
-    A new setting therefore does not change the keys of earlier results.
+    Settings without a value are left out. A new setting therefore does not change the keys of earlier results.
     """
     dump = trial.content
     tables: dict[StageName, tuple[str, ...]] = {

@@ -41,7 +41,7 @@ OF_SEEDS = (LEVEL, SEED_RUNS)  # Files from the runs with other seeds that the r
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
 RECORD = "record.json"  # File in the folder of a trial that was made from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
-"""File in a run folder with the origin of the sheet of readings, copied from ``RECORD`` without the lab's other data."""
+"""File in a run folder with the origin of the readings. It is copied from ``RECORD`` without the lab's other data."""
 
 
 def bring_up_to_date(job: Job) -> bool:
