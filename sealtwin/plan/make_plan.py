@@ -254,7 +254,7 @@ def _cost_mm3(judged: Round) -> float:
 
 
 def _over_with_more_mm3(case: Case, path: NozzlePath, level: Profile) -> float:
-    """Return the volume above the face if the pump gives more and the paste is softer, from the corrected fast model."""
+    """Return the volume above the face if the pump gives more and the paste is softer, by the corrected fast model."""
     soft = replace(case, paste=replace(case.paste, yield_stress_pa=LESS_STRESS * case.paste.yield_stress_pa))
     trajectory = path_over(case.pour.sample, path)
     poured = soft.fill(replace(trajectory, flow_mm3_s=MORE_FLOW * trajectory.flow_mm3_s))
