@@ -102,7 +102,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
             "but must not be used. Please report this bug with the trial file."
         )
     if not redone and not more:
-        job.progress.note(f"{job.path}: complete and up to date; nothing was computed.")
+        job.progress.note(f"{job.path}: complete and up to date; nothing to redo.")
     from simulate.slot.run import has_sealant
 
     can_be_planned = job.trial.fluid is not None and has_sealant(job.trial.fluid)

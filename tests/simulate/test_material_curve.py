@@ -65,7 +65,7 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
         ("", "no column viscosity_pa_s"),
         ("age_s;viscosity_pa_s\n0;1\n", "row 1: column 'age_s;viscosity_pa_s' is unknown.*commas"),
         ("age_s,visc\n0,1\n", "row 1: column 'visc' is unknown"),
-        ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or named twice"),
+        ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or occurs twice"),
         ("viscosity_pa_s\n1\n2\n", "one of the columns age_s and temperature_c"),
         ("age_s,viscosity_pa_s\n0,1\n", "1 rows below the header; 2 to 1000"),
         ("age_s,viscosity_pa_s\n" + "".join(f"{n},1\n" for n in range(1001)), "1001 rows below the header"),

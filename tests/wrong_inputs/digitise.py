@@ -161,7 +161,7 @@ MESHES = [
     *(
         answers(IMPORT.replace("m.stl", name := f"m.{kind[:3]}"))(f"decimal commas in {kind}",
             mesh(lambda shape, kind=kind: as_stl(shape, kind).replace(b".", b","), name=name),
-            name, "its decimals are commas, as in ", lacks=OF_A_LIBRARY)
+            name, "numbers have decimal commas, as in ", lacks=OF_A_LIBRARY)
         for kind in ("stl_ascii", "obj")
     ),
     imported("decimal commas in a path", line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"), "line.csv",

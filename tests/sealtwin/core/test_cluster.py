@@ -163,7 +163,7 @@ def test_without_dask_a_scheduler_is_refused_with_the_extra_that_brings_it(monke
     ("fault", "address"),
     [
         *(("the connection is not encrypted", address) for address in ("tcp://10.1.2.3:8786", "node7:8786")),
-        ("no scheduler answers", "localhost:9"),
+        ("no scheduler responds", "localhost:9"),
     ],
 )
 def test_an_unencrypted_scheduler_of_another_machine_and_one_that_does_not_answer_are_named(
@@ -191,5 +191,5 @@ def test_a_server_of_another_kind_is_no_scheduler(monkeypatch, greeting):
                             pass
 
         threading.Thread(target=answer, daemon=True).start()
-        with pytest.raises(InputError, match="no scheduler answers there"):
+        with pytest.raises(InputError, match="no scheduler responds at this address"):
             next(run_tasks(pow, [(0, (1, 1))], 0, address))

@@ -69,10 +69,10 @@ def test_a_long_value_of_the_wrong_kind_is_refused_in_a_few_lines(tmp_path, text
     [
         ("volume_ml = nan", "volume_ml = nan: should be a finite number, or should be 'cavity'."),
         ("box_mm = [1.0, -1e999, 1.0]", "box_mm.1 = -inf: should be a finite number."),
-        ("box_mm = [1.0]", "box_mm: 1 given, 3 needed."),
-        ("box_mm = [1.0, 1.0, 1.0, 1.0]", "box_mm: give at most 3 values, not 4."),
+        ("box_mm = [1.0]", "box_mm: has 1 values; 3 are required."),
+        ("box_mm = [1.0, 1.0, 1.0, 1.0]", "box_mm: has 4 values; give at most 3."),
         ("points = [[1.0, 2.0], 3]", "points.1 = 3: should be a list."),
-        ("few = [1.0]", "few: give at least 2 values, not 1."),
+        ("few = [1.0]", "few: has 1 values; give at least 2."),
         ("either = 'much'", "either = 'much': should be a number, or should be a list."),
         ("count = 1.5", "count = 1.5: should be a whole number."),
         ("count = 2_000_000", "count = 2000000: should be at most 1000000."),

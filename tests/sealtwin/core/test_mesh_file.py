@@ -253,7 +253,7 @@ def test_a_3mf_is_refused_before_it_unpacks(tmp_path, monkeypatch):
     monkeypatch.setattr("sealtwin.core.mesh_file.LARGEST_MODEL", 1_000_000)
     bomb = three_mf(xml=" " * 2_000_000)
     assert len(bomb) < 4000
-    with pytest.raises(InputError, match=r"2000000 bytes; at most 1000000"):
+    with pytest.raises(InputError, match=r"2000000 bytes after unpacking, but at most 1000000"):
         read(tmp_path, ".3mf", bomb)
     # The archive may lie about it: no more is unpacked than it says, and its checksum then fails.
     with pytest.raises(InputError, match="CRC"):

@@ -32,7 +32,7 @@ def test_texts_in_the_words_of_labs_are_not_read_and_hold_their_samples_until_an
     states = fates(ingest(folder, lab, QUIET))
     assert {name for name, state in states.items() if state == "failed"} == {*TEXTS, "README.txt"}
     for name, _ in TEXTS.values():
-        assert "is not read, since not each of its lines is key = value" in question(lab, name)
+        assert "is not read, since some lines are not key = value" in question(lab, name)
     answer(lab, {"README.txt": {"role": "ignore"}, **{name: {"settings": ANSWER} for name, _ in TEXTS.values()}})
     assert set(fates(ingest(folder, lab, QUIET)).values()) == {"revised", "unchanged"}
     assert all(_depth_mm(lab, sample) == 8 for sample in TEXTS)
@@ -81,7 +81,7 @@ def test_a_table_of_samples_is_asked_about_and_its_settings_go_into_their_rows(s
     (small / "P01.toml").unlink()
     (small / "Tiefen Mai.csv").write_text("sample;crack.depth_mm\nP01;7,5\n")
     assert fates(ingest(small, lab, QUIET))["Mai"] == "failed"
-    assert "no photo is called 'Mai'" in question(lab, "Tiefen Mai.csv")
+    assert "there is no photo with the name 'Mai'" in question(lab, "Tiefen Mai.csv")
     settings = "crack.depth_mm = 7.5; photo.ends_px = [[40, 101], [160, 98]]"
     answer(lab, {"Tiefen Mai.csv": {"role": "ignore"}, "P01.png": {"settings": settings}})
     assert not ingest(small, lab, QUIET).faults
@@ -163,7 +163,7 @@ def test_a_fill_beside_the_readings_is_copied_used_and_reported(poured, tmp_path
     asked = sealtwin("ingest", poured, "--out", lab, "--quiet").stdout
     (row,) = (row for row in pairing_rows(lab) if row["role"] == "fill")
     assert (row["file"], row["sample"]) == ("P01 Wasser.csv", "P01")
-    assert "crack.tilt is missing: the steps of a fill need it" in asked
+    assert "crack.tilt is missing: the steps of a fill require it" in asked
     answer(lab, {"P01 Wasser.csv": {"settings": 'crack.tilt = "funnel"'}})
     last = sealtwin("ingest", poured, "--out", lab, "--quiet")
     assert last.exit_code == 0, last.output

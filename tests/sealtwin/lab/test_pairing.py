@@ -98,10 +98,10 @@ def test_all_questions_of_a_folder_come_at_once_and_their_answers_leave_none(sma
     for dry_run in (True, False):
         assert set(fates(ingest(small, lab, QUIET, dry_run=dry_run)).values()) == {"failed"}
     assert set(Catalogue.of(lab).faults()) == {"p01", "p02", "q02"}, "'lab run' leaves them out"
-    for words in ("no photo is called 'Q02'", "Photos without a sheet: P02.png", "no unit"):
+    for words in ("there is no photo with the name 'Q02'", "Photos without a sheet: P02.png", "no unit"):
         assert words in question(lab, "Q02_Messung.csv")
     assert "readings.role is missing" in question(lab, "P02.png")
-    assert "2 files are its photo" in question(lab, "P01_side.png")
+    assert "2 files have the role photo" in question(lab, "P01_side.png")
     role = "readings.role = 'held-out'"
     sheet, other = {"sample": "p-02", "unit": "mm", "settings": role}, {"role": "ignore"}
     answer(lab, {"Q02_Messung.csv": sheet, "P01_side.png": other, "P01.csv": {"settings": role}})
@@ -137,7 +137,7 @@ def test_a_file_of_several_samples_has_a_row_for_each_whose_answers_say_what_is_
         (small / sheet).unlink()
     (small / "Mai.csv").write_text(TABLE)
     assert fates(ingest(small, lab, QUIET)) == dict.fromkeys(("Mai", *both), "failed")
-    assert "add a row of this file for each" in question(lab, "Mai.csv")
+    assert "add a row with this file for each" in question(lab, "Mai.csv")
     ranges = dict(zip(both, ("1:3", "5:7"), strict=True))
     add_rows(lab, *({"file": "Mai.csv", "sample": sample, "range": rows} for sample, rows in ranges.items()))
     assert fates(ingest(small, lab, QUIET)) == dict.fromkeys(both, "revised")
@@ -155,7 +155,7 @@ def test_a_file_of_several_samples_has_a_row_for_each_whose_answers_say_what_is_
 @pytest.mark.parametrize("header", ["unti", ""])
 def test_an_answer_in_a_column_without_a_known_name_is_refused(small, lab, header):
     (lab / "pairing.csv").write_text(f"file,role,sample,{header}\nP01.csv,readings,P01,mm\n")
-    with pytest.raises(InputError, match=f"'mm' is in a column '{header}'; allowed are file, role, sample, s,"):
+    with pytest.raises(InputError, match=f"'mm' is in the column '{header}'; allowed columns are file, role, sample, s,"):
         ingest(small, lab, QUIET)
 
 

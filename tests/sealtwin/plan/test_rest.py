@@ -96,7 +96,7 @@ def test_a_pour_that_is_high_goes_on_where_it_paused_with_less(monkeypatch):
         ([[1.0, -2.0], [2.5, -2.0]], ("s_mm is from 1 to 2.5", "begins at 3.0")),
         ([[1.0, -2.0], [41.0, -2.0]], ("s_mm is from 1 to 41", "crack of 40.0 mm")),
         ([[3.0, -9.5], [20.0, -9.5]], ("level_mm", "0.6 to 1.5")),
-        ([[3.0, 1.0], [40.0, 1.0]], ("pour has come to its end",)),
+        ([[3.0, 1.0], [40.0, 1.0]], ("pour has reached its end",)),
         ([3.0, 20.0], ("shape is (2,)", "level_mm")),
     ],
 )

@@ -39,8 +39,8 @@ def test_the_page_has_the_shift_the_differences_and_the_sources(tmp_path):
     write_page(tmp_path / "measured.html", sheet)
     page = re.sub(r"<(style|svg).*?</\1>|<[^>]+>", " ", (tmp_path / "measured.html").read_text("utf-8"), flags=re.S)
     words = " ".join(html.unescape(page).split())
-    assert "Nothing here is a crack" in words
-    assert "One clock shift of 24 ms is fitted to the films" in words
+    assert "These flows are not in a crack" in words
+    assert "Only one number is fitted to the films: a time shift of 24 ms" in words
     assert "differ by +10 % and +10 %" in words
     for source in content()["sources"].values():
         assert all(text in words for text in source.values())
@@ -62,7 +62,7 @@ def test_the_command_prints_both_fronts_and_the_page(tmp_path, monkeypatch):
 def test_an_installation_without_the_files_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(starter_files, "MEASURED", (*starter_files.MEASURED, "gone.csv"))
     table.cache_clear()
-    assert "the demo's files are missing" in refusal("demo", "--measured", "--out", tmp_path)
+    assert "the files of the demo are missing" in refusal("demo", "--measured", "--out", tmp_path)
 
 
 @pytest.mark.slow

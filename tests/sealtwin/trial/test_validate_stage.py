@@ -51,7 +51,7 @@ def test_a_sheet_is_named_as_the_lab_named_it_and_in_the_run_folder_still(job):
 def test_another_sheet_than_the_lab_gave_has_no_operator(job):
     job.sheet.write_text("s_mm,level_1_mm\n0,1\n")
     sheet = present(sheet_of(job), "sheet")
-    assert (sheet.name, sheet.operator) == ("readings.csv, not as the lab gave it", None)
+    assert (sheet.name, sheet.operator) == ("readings.csv, changed after the lab gave it", None)
     assert sheet.sha256 == sha256(job.sheet)
 
 
@@ -70,7 +70,7 @@ def test_a_record_that_somebody_broke_is_named(job):
     for files in (7, [{"role": "readings", "original": 7, "sha256": "73cf"}], [{"role": "readings"}]):
         record = {"ingested_utc": "", "files": files, "operator": None, "date": None}
         (job.source / RECORD).write_text(json.dumps(record))
-        with pytest.raises(InputError, match=r"record\.json: not as its stage wrote it"):
+        with pytest.raises(InputError, match=r"record\.json: the content is not what its stage wrote"):
             sheet_of(job)
 
 
