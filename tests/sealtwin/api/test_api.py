@@ -240,7 +240,10 @@ def test_records_of_the_same_numbers_are_of_one_crack(way, result):
     faster = st.plan_path(again, solid, volume_ml=0.08, speed_mm_s=40, trim_mm=1)
     higher = replace(result.level, level_mm=result.level.level_mm + 1)
     for mix, match in (
-        (lambda: st.write_report("none", again, solid, faster, run), "write_report: .* belongs to the path with length"),
+        (
+            lambda: st.write_report("none", again, solid, faster, run),
+            "write_report: .* belongs to the path with length",
+        ),
         (lambda: st.compare(result.readings, result.level, again, solid), "compare: level is a LevelReadings"),
         (lambda: st.plot_levels(higher, result=result), "plot_levels: result"),
     ):

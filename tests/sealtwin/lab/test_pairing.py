@@ -155,7 +155,9 @@ def test_a_file_of_several_samples_has_a_row_for_each_whose_answers_say_what_is_
 @pytest.mark.parametrize("header", ["unti", ""])
 def test_an_answer_in_a_column_without_a_known_name_is_refused(small, lab, header):
     (lab / "pairing.csv").write_text(f"file,role,sample,{header}\nP01.csv,readings,P01,mm\n")
-    with pytest.raises(InputError, match=f"'mm' is in the column '{header}'; allowed columns are file, role, sample, s,"):
+    with pytest.raises(
+        InputError, match=f"'mm' is in the column '{header}'; allowed columns are file, role, sample, s,"
+    ):
         ingest(small, lab, QUIET)
 
 

@@ -102,7 +102,9 @@ def test_a_bead_that_hardly_flowed_is_refused_with_what_to_lay():
         LaidBead(**{**LAID.model_dump(), "asked_mm3_s": asked_mm3_s, "speed_mm_s": speed_mm_s})
     ring = replace(PHOTO, radius_mm=4.5, straight_mm=36.0).ring_mm
     stiff = bead_of(ring, 0.001, 0.06, (), Path("bead.png"))
-    with pytest.raises(InputError, match=r"hardly changes its shape.* Lay a bead at (\d\.\d+) mm/s or slower") as refusal:
+    with pytest.raises(
+        InputError, match=r"hardly changes its shape.* Lay a bead at (\d\.\d+) mm/s or slower"
+    ) as refusal:
         identify(LAID.model_copy(update={"mass_g": 3.6}), stiff)
     assert "mm long, or measure the spread of a cone" in str(refusal.value)
 

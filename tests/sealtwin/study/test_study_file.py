@@ -104,7 +104,7 @@ def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_p
         ('[latin]\ncount = 3\nranges."fluid.U" = {low = 3.0, high = 3.0}', "low must be below high"),
         ('[latin]\ncount = 3\nranges."fluid.U" = {low = 0, high = 3, scale = "log"}', 'above 0, or scale = "linear"'),
         ("[grid]\nseed = [" + ",".join(str(n) for n in range(200)) + "]\n"
-         "solver.iterations = [" + ",".join(str(n) for n in range(200)) + "]", "40000 runs, but at most 20000 are allowed"),
+         "solver.iterations = [" + ",".join(str(n) for n in range(200)) + "]", "40000 runs, but at most 20000 are"),
     ],
 )  # fmt: skip
 def test_a_study_that_cannot_be_is_refused_in_words(tmp_path, varies, sentence):

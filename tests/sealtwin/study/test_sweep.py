@@ -261,7 +261,9 @@ def test_folders_that_are_somebody_else_s_in_use_or_edited_are_refused(lab, tmp_
     plan = read_json(fresh / "plan.json")
     plan["runs"][0]["trial"]["readings"] = "readings.csv"
     (fresh / "plan.json").write_text(json.dumps(plan))
-    with pytest.raises(InputError, match=r"plan\.json: the content differs from what sealtwin wrote .*readings is not a table"):
+    with pytest.raises(
+        InputError, match=r"plan\.json: the content differs from what sealtwin wrote .*readings is not a table"
+    ):
         read_plan(fresh)
 
 

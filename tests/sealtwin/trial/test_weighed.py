@@ -85,7 +85,11 @@ def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path, fill, place):
     ("crack", "more", "key"),
     [
         ('fill = "fill.csv"\nwall_angle_deg = 5.5', DECLARED, "wall_angle_deg cannot be combined with fill"),
-        ('fill = "fill.csv"', f"{DECLARED}wall_angle_deg = 1.0\n", "follows from crack.fill, so they cannot be combined"),
+        (
+            'fill = "fill.csv"',
+            f"{DECLARED}wall_angle_deg = 1.0\n",
+            "follows from crack.fill, so they cannot be combined",
+        ),
         ("[crack.fill]\nmass_g = [1.0]", DECLARED, "give either file"),
         ('[crack.fill]\nfile = "fill.csv"\ndensity_kg_m3 = 1.0', DECLARED, "crack.fill.density_kg_m3 = 1.0"),
     ],
