@@ -89,7 +89,7 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
         wrong = str(fault) or type(fault).__name__
         if not isinstance(fault, UnreadableError):
             wrong = f"its content cannot be parsed ({wrong})"
-        raise InputError(f"{path}: not a readable {suffix[1:].upper()} file: {wrong}. {remedy}") from fault
+        raise InputError(f"{path}: not a readable {suffix[1:].upper()}: {wrong}. {remedy}") from fault
 
 
 def _refuse_too_many(count: int) -> None:

@@ -41,8 +41,8 @@ def opened(path: Path, largest_bytes: int = LARGEST_BYTES) -> Iterator[io.Buffer
         )
     if status.st_size > largest_bytes:
         raise InputError(
-            f"{as_text(path)}: the file has {status.st_size / 1e6:.1f} MB, but at most {largest_bytes / 1e6:g} MB are "
-            "allowed. Delete it and run its stage again."
+            f"{as_text(path)}: the file has {status.st_size / 1e6:.1f} MB, larger than the limit of "
+            f"{largest_bytes / 1e6:g} MB. Delete it and run its stage again."
         )
     with path.open("rb") as content:
         yield content
@@ -75,7 +75,7 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}; {expected}.")
     if path.stat().st_size > LARGEST_TABLE_BYTES:
         raise InputError(
-            f"{path}: the file has more than {LARGEST_TABLE_BYTES} bytes; a table may have up to {rows[1]} rows."
+            f"{path}: the file is larger than {LARGEST_TABLE_BYTES} bytes; a table may have up to {rows[1]} rows."
         )
     try:
         content = csv.reader(io.StringIO(read_text(path, LARGEST_TABLE_BYTES)))

@@ -237,7 +237,7 @@ def read_run(folder: Path) -> Run:
     counts = len(rows), int((rows[:, 7] > 0).sum())
     if counts != (simulation.particles, simulation.spilled_particles):
         raise InputError(
-            f"{path}: has {counts[0]} particles, {counts[1]} of them spilled, but simulation.json states "
+            f"{path}: has {counts[0]} particles, {counts[1]} of them spilled, but simulation.json has "
             f"{simulation.particles} and {simulation.spilled_particles}. Simulate again."
         )
     numbers = ("radius_mm", "particle_volume_mm3", "escaped_particles")

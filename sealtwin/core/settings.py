@@ -121,7 +121,7 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
     if not path.is_file():
         raise InputError(f"{path}: no such file. {starter}.")
     if path.stat().st_size > LARGEST_BYTES:
-        raise InputError(f"{path}: has more than {LARGEST_BYTES} bytes, too many for a {name}.")
+        raise InputError(f"{path}: is larger than {LARGEST_BYTES} bytes, so it is not a {name}.")
     try:
         text = read_text(path, LARGEST_BYTES)
         if DEEP_KEY.search(text):

@@ -212,7 +212,7 @@ def check_sheet(sheet: Path) -> None:
         raise InputError(f"{sheet}: not found, but readings.file names it. Put the file there, or remove [readings].")
     if sheet.stat().st_size > LARGEST_SHEET_BYTES:
         raise InputError(
-            f"{sheet}: has more than {LARGEST_SHEET_BYTES / 1e6:g} MB, but a sheet of readings has only some kB."
+            f"{sheet}: is larger than {LARGEST_SHEET_BYTES / 1e6:g} MB, but a sheet of readings has only some kB."
         )
 
 

@@ -148,5 +148,5 @@ def test_a_cell_whose_programs_keep_one_flow_is_refused_before_any_run(tmp_path)
     line = ["plan", str(lab / "planned.toml"), "--cell", str(lab / "cell.toml"), "--out", str(tmp_path / "out")]
     answer = CliRunner().invoke(app, line)
     assert answer.exit_code == 3
-    assert 'cell.toml: spel.motion = "curve" and spel.dispenser = "output"' in answer.output
+    assert 'cell.toml: with spel.motion = "curve" and spel.dispenser = "output"' in answer.output
     assert not (tmp_path / "out").exists()

@@ -154,7 +154,7 @@ def test_a_file_that_somebody_else_changed_is_not_overwritten(path):
         opened.save(TRACED, SAME)
     assert path.read_text() == changed
     path.unlink()
-    with pytest.raises(InputError, match="changed since"):
+    with pytest.raises(InputError, match="was changed after"):
         opened.save(TRACED, SAME)
 
 
