@@ -5,9 +5,10 @@
 
 ``frames``: all frames of the shipped trial, digitised once, by 1, 2 and 4 threads, by the clock, alone and beside a
 busy core; all end with the same bits. Two runs of one thread at once show what the cores give. ``beside``: processor
-time of that trial beside its frames, of a first run, with nothing compiled, and of the next ones. The others are ratios
-to the other tree, which takes the same files: ``trial``, the shipped trial; ``photo``, the same with 306 particles
-(0.75 ml, for its time alone); ``study``, 12 of the paper's 132 runs at 0.6 mm on two cores.
+time of that trial beside its frames, of a first run, with nothing compiled, and of the next ones. ``draft``: its draft
+over its accurate run. The others are ratios to the other tree, which takes the same files: ``trial``, the shipped
+trial; ``photo``, the same with 306 particles (0.75 ml, for its time alone); ``mesh``, that with the crack as an
+imported mesh; ``study``, 12 of the paper's 132 runs at 0.6 mm on two cores.
 
 Programs take turns, the first of which may compile; a figure is the median of their ratios. Without the other tree its
 rows are left out. Nothing else may run.
@@ -17,6 +18,7 @@ import json
 import os
 import tempfile
 import time
+import tomllib
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
@@ -26,6 +28,7 @@ from pathlib import Path
 from statistics import median
 from typing import Annotated, NamedTuple
 
+import tomlkit
 from typer import Argument, Option
 
 from benchmarks.cold import COMPILE, FRAMES, TRIAL
@@ -36,7 +39,7 @@ from sealtwin.trial.trial_file import load_trial
 from simulate.injection import ComputeOptions, Injection, prepare
 from tests.support.paths import ROOT
 
-CASES = ("frames", "beside", "trial", "photo", "study")
+CASES = ("frames", "beside", "draft", "trial", "photo", "mesh", "study")
 ALONE = "alone"
 FRAMES_BARS = {ALONE: (0.68, "<= 0.6"), "beside a busy core": (1.05, "")}
 THREADS = {"1 thread": (1,), "2 threads": (2,), "4 threads": (4,), "each of 2 runs at once": (1, 1)}  # Of each run
@@ -55,6 +58,7 @@ class Ratio(NamedTuple):
     clock: str  # Field of ``Used``
     bar: float
     command: list[str]
+    over: list[str] | None = None  # What the command is compared with. Default: itself in the other tree
 
 
 def main(
@@ -70,8 +74,8 @@ def main(
         rows += _frames(scratch) if "frames" in chosen else ()
         rows += _beside(scratch, turns) if "beside" in chosen else ()
         for name, ratio in _ratios(scratch).items():
-            if name in chosen and before:
-                figures = [_turn(ratio, before.resolve(), scratch) for _ in range(turns)]
+            if name in chosen and (tree := ROOT if ratio.over else before):
+                figures = [_turn(ratio, tree.resolve(), scratch) for _ in range(turns)]
                 rows.append(Row(ratio.title, median(figures), "", 0, ratio.bar))
     return rows
 
@@ -147,22 +151,35 @@ def _beside(scratch: Path, turns: int) -> Iterator[Row]:
 
 def _ratios(scratch: Path) -> dict[str, Ratio]:
     trial = ["-m", "sealtwin", "run", str(TRIAL), "--device", "cpu", "--quiet"]
-    photo = [*trial, "--set", f"solver.radius_mm={RADIUS_MM}", "--set", f"path.volume_ml={VOLUME_ML}"]
+    few = ["--set", f"solver.radius_mm={RADIUS_MM}", "--set", f"path.volume_ml={VOLUME_ML}"]
+    photo, mesh = [*trial, *few], ["-m", "sealtwin", "run", _of_a_mesh(scratch), "--device", "cpu", "--quiet", *few]
     text = TRIAL.with_name("study-paper.toml").read_text().replace('"trial.toml"', json.dumps(str(TRIAL)))
     study = scratch / "study.toml"
     study.write_text(text.split("[grid]")[0] + TWELVE)
     sweep = ["-m", "sealtwin", "sweep", str(study), "--jobs", "2", "--set", "solver.radius_mm=0.6", "--device", "cpu"]
     return {
+        "draft": Ratio("a draft over an accurate run, wall", "wall_s", 0.45, [*trial, "--preset", "draft"], trial),
         "trial": Ratio("photo to report, wall", "wall_s", 0.6, trial),
         "photo": Ratio("306 particles, photo to report, processor", "processor_s", 0.6, photo),
+        "mesh": Ratio("306 particles, mesh to report, processor", "processor_s", 0.45, mesh),
         "study": Ratio("12 of the paper's runs, 2 cores, wall", "wall_s", 0.75, sweep),
     }
 
 
+def _of_a_mesh(scratch: Path) -> str:
+    """Write the shipped trial with its solid as an imported mesh; return the file's path."""
+    trial = tomllib.loads(TRIAL.read_text())
+    del trial["photo"], trial["crack"]
+    trial["mesh"] = {"file": f"{DIGITISED}/crack.stl", "data": "synthetic", "units": "mm"}
+    trial["readings"] |= {"file": str(TRIAL.with_name("caliper.csv")), "fitted": ["fluid.U", "fluid.D_cm"]}
+    (path := scratch / "mesh.toml").write_text(tomlkit.dumps(trial))
+    return str(path)
+
+
 def _turn(ratio: Ratio, before: Path, scratch: Path) -> float:
     now_s, before_s = (
-        getattr(run_program([*ratio.command, "--out", tempfile.mkdtemp(dir=scratch)], tree), ratio.clock)
-        for tree in (ROOT, before)
+        getattr(run_program([*command, "--out", tempfile.mkdtemp(dir=scratch)], tree), ratio.clock)
+        for command, tree in ((ratio.command, ROOT), (ratio.over or ratio.command, before))
     )
     print(f"  {ratio.title}: {now_s:.1f} s, {before_s:.1f} s: {now_s / before_s:.3f}", flush=True)
     return now_s / before_s

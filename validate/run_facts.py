@@ -16,7 +16,7 @@ FEW_ACROSS = 3.0
 11 to 17 % in volume, and runs with four gained none."""
 LEAST_BOND = 1.0  # Smallest Bond number, with water's surface tension, in the model's range: 2 mm of cement paste
 MOST_COMPRESSED = 0.10
-"""Largest sound compression of the particles, at the 95th percentile. benchmarks/paper_run.py has the same limit."""
+"""Largest sound compression of the particles, at the 95th percentile."""
 AT_REST = 0.5  # Largest distance from rest, in particle radii, at which a level counts as at rest
 MUCH_SPILLED = 0.05
 """Spilled fraction above which a spill is always reported. A smaller spill is reported if it makes the volume ratio

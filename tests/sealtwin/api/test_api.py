@@ -213,7 +213,10 @@ def test_records_of_the_same_numbers_are_of_one_crack(way, result):
     faster = st.plan_path(again, solid, volume_ml=0.08, speed_mm_s=40, trim_mm=1)
     higher = replace(result.level, level_mm=result.level.level_mm + 1)
     for mix, match in (
-        (lambda: st.write_report("none", again, solid, faster, run), "write_report: .* is of the path with length"),
+        (
+            lambda: st.write_report("none", again, solid, faster, run),
+            "write_report: .* belongs to the path with length",
+        ),
         (lambda: st.compare(result.readings, result.level, again, solid), "compare: level is a LevelReadings"),
         (lambda: st.plot_levels(higher, result=result), "plot_levels: result"),
     ):
@@ -246,13 +249,13 @@ def test_a_fluid_does_not_freeze_unless_told_and_is_copied_without_being_checked
 @pytest.mark.parametrize(
     ("call", "named"),
     [
-        ("Fluid(1.0)", "Fluid: give settings by name, as in U="),
+        ("Fluid(1.0)", "Fluid: give each setting by name, as in U="),
         ("read_photo('nowhere.jpg', mm_per_px=0.1)", "nowhere.jpg"),
         ("read_photo(photo.image)", "read_photo: no scale"),
         ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: an array"),
         ("read_photo(7, mm_per_px=0.1)", "photo: expected a file"),
         ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
-        ("trace_crack(photo, mm_per_px=0.2)", "trace_crack: mm_per_px: no such keyword"),
+        ("trace_crack(photo, mm_per_px=0.2)", "trace_crack: there is no keyword mm_per_px"),
         ("inject(crack, solid, path, {'U': 30})", "inject: fluid is a dict"),
         ("inject(crack, solid, path, Fluid(U=1), seed=-1)", "inject: seed = -1"),
         ("inject(crack, solid, path, Fluid(U=1), threads=0)", "inject: threads = 0"),

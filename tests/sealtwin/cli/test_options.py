@@ -167,12 +167,12 @@ def test_a_study_starts_from_the_trial_with_what_is_set(lab):
     assert "fluid.U" in runs[0]["settings"]
     # Each run's U would take the place of a viscosity.
     for name in ("fluid.U", "fluid.viscosity_pa_s"):
-        assert f"--set {name}: {lab / 'study.toml'} also sets this setting" in refusal(*line, f"{name}=1")
+        assert f"--set {name}: {lab / 'study.toml'} also gives this setting" in refusal(*line, f"{name}=1")
 
 
 def test_what_a_calibration_finds_removes_nothing_that_is_set(lab):
     line = ("calibrate", lab / "trial.toml", "--out", lab / "out", "--device", "cpu", "--free", "fluid.U=3:30", "--set")
-    named = "--set fluid.viscosity_pa_s: a --free setting replaces it"
+    named = "--set fluid.viscosity_pa_s: a --free setting replaces this setting"
     assert named in refusal(*line, "fluid.viscosity_pa_s=1")
 
 

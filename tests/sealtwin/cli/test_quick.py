@@ -57,7 +57,7 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     assert edited != text
     refused = _quick(lab)
     assert refused.exit_code == 3
-    assert "edited by you, and not overwritten" in refused.stderr
+    assert "you wrote or edited this file, so it is not overwritten" in refused.stderr
     assert written.read_text() == edited
 
 

@@ -160,7 +160,7 @@ def test_without_dask_a_scheduler_is_refused_with_the_extra_that_brings_it(monke
     ("fault", "address"),
     [
         *(("the connection is not encrypted", address) for address in ("tcp://10.1.2.3:8786", "node7:8786")),
-        ("no scheduler answers", "localhost:9"),
+        ("no scheduler responds", "localhost:9"),
     ],
 )
 def test_an_unencrypted_scheduler_of_another_machine_and_one_that_does_not_answer_are_named(

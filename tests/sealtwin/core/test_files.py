@@ -123,7 +123,7 @@ def test_a_run_of_another_kind_or_size_is_named_by_its_field(tmp_path, key, valu
         ("profile.csv", "1.0,nan", "line 3: level_mm = nan; expected a number"),
         ("profile.csv", "0.0,1.0", "s_mm increasing from row to row. Simulate"),
         ("particles.csv", "0,0,nan,0,0,0,0,0", "line 3: z_mm = nan; expected a number"),
-        ("particles.csv", "0,0,0,0,0,0,0,0", "2 particles, 0 of them spilled; simulation.json has 1 and 0"),
+        ("particles.csv", "0,0,0,0,0,0,0,0", "has 2 particles, 0 of them spilled, but simulation.json has 1 and 0"),
     ],
 )
 def test_a_row_that_no_stage_can_have_written_is_named(tmp_path, name, row, fault):

@@ -69,7 +69,7 @@ def test_a_lab_is_not_mixed_up_with_other_files(small, tmp_path):
     with pytest.raises(InputError, match="has files that no ingest wrote"):
         ingest(small, tmp_path / "mine", QUIET)
     for lab in (small, small / "lab", tmp_path):
-        with pytest.raises(InputError, match="must be neither inside nor around"):
+        with pytest.raises(InputError, match="must not be inside the lab's folder"):
             ingest(small, lab, QUIET)
 
 
@@ -104,7 +104,7 @@ def test_the_same_name_from_another_folder_is_another_sample(small, lab, tmp_pat
     write_png(other / "P02.png", mortar((200, 200), seed=99))
     outcomes = {outcome.name: outcome for outcome in ingest(other, lab, QUIET).samples}
     assert outcomes["P01"].fate == "unchanged"  # the very same files, copied
-    assert "a sample P02 with another photo came from" in next(iter(outcomes["P02"].questions))
+    assert "the lab already has a sample P02 with another photo, from" in next(iter(outcomes["P02"].questions))
     assert len(rows_of(lab)) == 2
 
 

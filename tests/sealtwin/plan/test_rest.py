@@ -88,7 +88,7 @@ def test_a_pour_that_is_a_tenth_low_is_corrected():
     [
         ([[1.0, -2.0], [2.5, -2.0]], ("s_mm is from 1 to 2.5", "begins at 3.0")),
         ([[3.0, -9.5], [20.0, -9.5]], ("level_mm", "0.6 to 1.5")),
-        ([[3.0, 1.0], [40.0, 1.0]], ("pour has come to its end",)),
+        ([[3.0, 1.0], [40.0, 1.0]], ("pour has reached its end",)),
         ([3.0, 20.0], ("shape is (2,)", "level_mm")),
     ],
 )
@@ -140,5 +140,5 @@ def test_a_cell_whose_programs_keep_one_flow_is_refused_before_any_run(tmp_path)
     line = ["plan", str(lab / "planned.toml"), "--cell", str(lab / "cell.toml"), "--out", str(tmp_path / "out")]
     answer = CliRunner().invoke(app, line)
     assert answer.exit_code == 3
-    assert 'cell.toml: spel.motion = "curve" and spel.dispenser = "output"' in answer.output
+    assert 'cell.toml: with spel.motion = "curve" and spel.dispenser = "output"' in answer.output
     assert not (tmp_path / "out").exists()

@@ -225,4 +225,4 @@ def test_an_extra_run_that_was_computed_anew_is_named(again, monkeypatch):
     monkeypatch.setattr("sealtwin.core.run_folder.RunFolder.is_current", lambda *_: False)
     _vary(again, narration := Narration())
     (named,) = [note for note in narration.notes if "solver.substeps" in note]
-    assert named.startswith("note: 1 of 12 extra runs failed, and were computed anew with more substeps (")
+    assert named.startswith("note: 1 of 12 extra runs failed, and were computed again with more substeps (")

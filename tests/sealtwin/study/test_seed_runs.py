@@ -168,5 +168,5 @@ def test_seeds_that_a_trial_cannot_have(tmp_path, seeds, old, new, named):
 def test_runs_of_one_seed_each_refuse_a_trial_with_seeds(tmp_path, begin):
     tiny_lab(tmp_path)
     (tmp_path / "trial.toml").write_text("seeds = 3\n" + TRIAL, encoding="utf-8")
-    with pytest.raises(InputError, match=r"trial\.toml: seeds = 3 is for 'sealtwin run'"):
+    with pytest.raises(InputError, match=r"trial\.toml: seeds = 3 is only for 'sealtwin run'"):
         begin(tmp_path)

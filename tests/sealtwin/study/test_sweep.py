@@ -220,12 +220,14 @@ def test_folders_that_are_somebody_else_s_in_use_or_edited_are_refused(lab, tmp_
         sweep(lab, tmp_path / "theirs", HERE, Progress())
     other = tiny_lab(tmp_path / "lab")
     edit(other, 'name = "tiny"', 'name = "another"')
-    with pytest.raises(InputError, match="has the study 'tiny'; this is 'another'"):
+    with pytest.raises(InputError, match="has the study 'tiny', but this is 'another'"):
         sweep(other, fresh, HERE, Progress())
     with holding(fresh), pytest.raises(BusyError, match="in use by process"):
         sweep(lab, fresh, HERE, Progress())
     plan = read_json(fresh / "plan.json")
     plan["runs"][0]["trial"]["readings"] = "readings.csv"
     (fresh / "plan.json").write_text(json.dumps(plan))
-    with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is not a table"):
+    with pytest.raises(
+        InputError, match=r"plan\.json: the content differs from what sealtwin wrote .*readings is not a table"
+    ):
         read_plan(fresh)
