@@ -11,11 +11,8 @@ each, less what the scatter of these seeds adds. Nothing of the method was chose
 --no-search reads the truths by 40 runs of a Sobol sequence alone, as they are and with smooth errors that a setting
 makes too: the sizes of the errors that a calibration allows for were chosen on the first eight truths with these. The
 last readings are of a second reality at the truths' settings, a continuum that knows nothing of particles
-(``benchmarks.reality``), with the same errors of the readings. That the scatter of runs is a log-linear function of the
-settings was chosen on runs 14 to 39 of the sequence, each left out of the others, and on no truth.
-
-Runs are kept in ``calibration.csv``, where a later call finds them; without them it takes some 25 minutes of one core.
-Those of another solver are refused, and --anew removes them.
+(``benchmarks.reality``), with the same errors of the readings.
+Runs are kept in ``calibration.csv``; without them it takes 25 minutes of one core. --anew removes those of other solvers.
 """
 
 import math

@@ -7,8 +7,7 @@ The other box's front at outline 8 is predicted with a 90 % band from runs of po
 the shift of the clock and the scatter of a computed front are those of the materials with a flow curve
 (``measured/measured.toml``). The plain way beside it scales the first box's front by the height of the block.
 
-The runs are kept in ``benchmarks/measured/boxes``. ``--record`` computes the materials that are not, in 40 minutes on
-both cores, and keeps each as soon as it is finished.
+``benchmarks/measured/boxes`` keeps the runs. ``--record`` computes those that are missing, in 40 minutes on both cores.
 """
 
 import json

@@ -6,8 +6,7 @@ They are a Latin hypercube over seven settings by a fixed seed; stresses and vis
 their logarithms. They were drawn after the model was chosen, on two other draws.
 Each slot is straight, 60 mm long and closed at both ends, and opens upward from the width of its floor. Particles fill
 each with two seeds and the settings that a trial has by default, at four abreast or more but in the narrowest.
-``benchmarks/slot/`` keeps the levels, so that judging the model needs no particles: runs that lie there are not made
-again. Cases inside the model's domain are made first, and those of few particles before others.
+Levels that ``benchmarks/slot/`` keeps are not computed again.
 """
 
 import time

@@ -146,7 +146,7 @@ MESHES = [
     imported("a pocket in place of a crack", mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(POCKET), process=False))),
         "m.stl", "long", lacks=("px", "--ends", "photo", "mask", "walls were not found")),
     imported("decimal commas", mesh(lambda shape: as_stl(shape, "stl_ascii").replace(b".", b",")), "m.stl",
-        "its decimals are commas, as in ", lacks=OF_A_LIBRARY),
+        "numbers have decimal commas, as in ", lacks=OF_A_LIBRARY),
     imported("decimal commas in a path", line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"), "line.csv",
         "row 1", "x_mm;y_mm", "separated by commas", "decimal points", more=" --set mesh.path={given}/line.csv"),
     imported("so far from the origin that its crack is rough", mesh(lambda shape: as_stl(far_away(shape))), "m.stl",
