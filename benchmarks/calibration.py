@@ -10,9 +10,9 @@ each, less what the scatter of these seeds adds. Nothing of the method was chose
 
 --no-search reads the truths by 40 runs of a Sobol sequence alone, as they are and with smooth errors that a setting
 makes too: the sizes of the errors that a calibration allows for were chosen on the first eight truths with these. The
-last readings are of a second reality at the truths' settings, a continuum that knows nothing of particles
-(``benchmarks.reality``), with the same errors of the readings.
-Runs are kept in ``calibration.csv``; without them it takes 25 minutes of one core. --anew removes those of other solvers.
+last readings are of a second reality at the truths' settings, a continuum without particles (``benchmarks.reality``).
+
+``calibration.csv`` keeps the runs; without them it takes 25 minutes of one core. --anew removes those of other solvers.
 """
 
 import math
