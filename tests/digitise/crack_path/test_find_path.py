@@ -77,7 +77,7 @@ ALIKE = [wandering([(30, 60), (470, 80)]), wandering([(30, 240), (470, 220)])]
         ([], ((100.0, 100.0), (111.0, 100.0)), r"11 px apart; .* 15 px"),
         ([], ((50.0, 60.0), (450.0, 250.0)), "no crack between the ends"),
         ([], None, "no crack found"),
-        # The rim of a stain comes back to where it begins: "only 9 px apart" would name ends that nobody gave.
+        # The rim of a stain comes back to where it begins: "only 9 px apart" would name ends that were not given.
         ([RIM], None, "no crack found: .*; give ends_px"),
         (GAP, ((30.0, 150.0), (470.0, 150.0)), "plain ground"),
         # The user must choose between two cracks of like strength.

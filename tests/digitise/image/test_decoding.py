@@ -116,7 +116,7 @@ FILM_MM, WIDTH_PX, HEIGHT_PX = 0xA405, 0xA002, 0xA003
     ],
 )
 def test_the_focal_length_in_pixels_comes_from_the_exif_or_is_none(tmp_path, tags, focal_px):
-    """26 mm on film of 43.27 mm diagonal, for a photo of 500 px diagonal; smaller copies have the same shape."""
+    """The photo has 500 px diagonal, the film 43.27 mm, the lens 26 mm; smaller copies have the same shape."""
     exif = Image.Exif()
     exif.get_ifd(0x8769).update(tags)
     Image.fromarray(np.full((300, 400, 3), 90, dtype=np.uint8)).save(tmp_path / "photo.jpg", exif=exif)

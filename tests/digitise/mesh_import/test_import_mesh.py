@@ -172,7 +172,7 @@ def test_a_path_along_half_of_the_crack_gives_a_warning(tmp_path):
 
 
 def test_a_block_on_its_side_gives_a_note_about_the_up_axis(tmp_path):
-    """A crack that leaves through a side opens there too; only the setting up decides which is the face."""
+    """A crack that leaves through a side opens there too; only mesh.up decides which is the face."""
     across = mesh_of(block() - box((49.0, -1.0, -12.0), (51.0, 30.0, 1.0)))
     upright, upended = ([note.text for note in brought(tmp_path, across, up=up).notes] for up in ("z", "-y"))
     assert not any("mesh.up" in text for text in upright)

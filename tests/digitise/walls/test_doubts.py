@@ -105,7 +105,7 @@ def test_a_dark_crack_in_a_grey_joint_is_measured_with_a_warning(tmp_path, darkn
 
 
 def test_a_painted_light_crack_has_the_width_of_its_paint(tmp_path):
-    """The dark shade of 4 px beside the crack was measured before."""
+    """Before, the dark shade of 4 px beside the crack was measured."""
     picture = mortar()
     picture[148:153] *= 1.6
     picture[153:157] *= 0.3

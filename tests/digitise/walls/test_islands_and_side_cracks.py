@@ -72,7 +72,7 @@ def test_ground_enclosed_by_a_side_crack_is_an_island(tmp_path):
     path = find_path(photo, ((60.0, 200.0), (440.0, 200.0)))
     outline = trace_outline(photo, path, how_traced(branches="keep"))
     (island,) = outline.islands_mm
-    # What OpenCV draws is a pixel wider than it was told: one pixel of its 370 px rim is 3.7 mm².
+    # OpenCV draws lines a pixel too wide: one pixel of the island's rim of 370 px is 3.7 mm².
     inner = CrossSection([np.array([*loop, loop[0]][::-1], dtype=float)], FillRule.NonZero).offset(-7)
     inner -= CrossSection.square((500, 24)).translate((0, 188))
     assert -signed_area(island) == pytest.approx(inner.area() / 100, abs=3.7)
