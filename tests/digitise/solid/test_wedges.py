@@ -95,7 +95,7 @@ def test_both_wall_angles_widen_a_slot_as_in_the_closed_form(tilt, left_deg, rig
 
 
 def test_a_wall_angle_of_0_gives_the_volume_of_a_nearly_upright_wall():
-    """An angle of exactly 0 leaves no flat remainder at the tip. The other wall has 0.001 degrees."""
+    """An angle of exactly 0 leaves no flat remainder at the tip; the nearly upright wall has 0.001 degrees."""
     slot = straight_slot(20.0, 4.0, CLOSED)
     outlines = [closed_crack(1, 20.0), slot, reversed_path(slot)]
     for outline, tilt in itertools.product(outlines, ("flare", "funnel", "undercut")):
