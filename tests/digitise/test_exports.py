@@ -1,4 +1,4 @@
-"""Labels for others' training: masks that are read back, and annotations as COCO writes them."""
+"""Labels for training other programs: masks that are read back, and annotations in COCO's format."""
 
 from dataclasses import replace
 
@@ -16,8 +16,8 @@ SLOT = straight_slot(80.0, 3.1)
 OUTLINE = replace(SLOT, photo_size_px=SIZE_PX, outline_px=SLOT.outline_mm * (10, -10) + (200, 500))
 
 
-def test_a_mask_is_the_inside_of_the_outline_and_is_read_back(tmp_path):
-    """Pixels that the edge halves may fall either way."""
+def test_an_exported_mask_is_the_inside_of_the_outline(tmp_path):
+    """Pixels that the edge cuts may be inside or outside."""
     mask = mask_of(OUTLINE, "a.png")
     inside = polygon2mask(SIZE_PX[::-1], OUTLINE.outline_px[:, ::-1])
     assert (mask != inside).sum() < 2 * len(OUTLINE.outline_px) + 2 * 831
@@ -26,7 +26,7 @@ def test_a_mask_is_the_inside_of_the_outline_and_is_read_back(tmp_path):
     assert np.array_equal(read_mask(tmp_path / "m.png", SIZE_PX), mask)
 
 
-def test_an_island_is_outside_and_makes_a_run_length_code():
+def test_an_island_is_outside_the_mask_and_its_run_length_code():
     turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     outline = replace(OUTLINE, islands_mm=(np.column_stack([40 + np.cos(turn), -np.sin(turn)]),))
     mask = mask_of(outline, "a.png")
@@ -42,10 +42,10 @@ def test_an_island_is_outside_and_makes_a_run_length_code():
     ("outline", "says"),
     [
         (replace(arc_slot(), path_source="mesh", photo_size_px=SIZE_PX), "a.x: .* in a photo"),
-        # White on none of its pixels, it would teach a program that there is no crack.
+        # A mask without white pixels would teach a program that there is no crack.
         (replace(OUTLINE, width_source="none"), "--width-mm"),
     ],
 )
-def test_a_crack_of_no_photo_and_a_path_alone_have_no_mask(outline, says):
+def test_a_mask_of_a_crack_without_a_photo_or_without_walls_is_refused(outline, says):
     with pytest.raises(InputError, match=says):
         mask_of(outline, "a.x")

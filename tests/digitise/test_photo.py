@@ -14,7 +14,7 @@ from tests.support.paths import FIXTURE
 from tests.support.photos import mortar, photo_of_light, with_crack, write_png
 
 
-def test_a_black_photo_is_refused_as_black(tmp_path):
+def test_a_black_photo_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"photo\.png: the photo is black"):
         photo_of_light(tmp_path, np.full((200, 300), 0.001))
 
@@ -43,9 +43,9 @@ SIDEWAYS = WHITE.transpose(Image.Transpose.ROTATE_90)
         (Image.new("L", WHITE.size), "paints nothing"),
         (WHITE.point(lambda grey: 255 - grey), "99% of the photo"),
     ],
-    ids=["white on black", "opaque white", "turned by its EXIF", "of another size", "empty", "upside down"],
+    ids=["white on black", "opaque white", "turned by its EXIF", "of another size", "empty", "inverted"],
 )
-def test_a_painted_mask_says_where_the_crack_is_or_is_refused(tmp_path, mask, refusal):
+def test_a_painted_mask_marks_the_crack_unless_its_size_or_area_is_wrong(tmp_path, mask, refusal):
     write_png(tmp_path / "photo.png", mortar())
     exif = Image.Exif()
     exif[0x0112] = 6 if mask is SIDEWAYS else 1
@@ -58,13 +58,13 @@ def test_a_painted_mask_says_where_the_crack_is_or_is_refused(tmp_path, mask, re
 
 
 @pytest.mark.parametrize(("mm_per_px", "warned"), [(0.1, False), (0.104, True)])
-def test_markers_beside_a_typed_scale_are_named_if_they_contradict_it(mm_per_px, warned):
+def test_markers_that_contradict_a_given_scale_give_a_warning(mm_per_px, warned):
     photo = load_photo(PhotoInput(file=FIXTURE / "photo.jpg", data="synthetic", mm_per_px=mm_per_px), FIXTURE)
     assert any("markers of 4x4_50" in warning.text for warning in photo.warnings) is warned
 
 
-def test_a_smaller_copy_shows_every_point_where_the_photo_does(tmp_path):
-    """Through tilt and lens, to a ten-thousandth of a pixel: the same mapping, in other pixels."""
+def test_a_smaller_copy_of_a_photo_has_the_same_mapping_to_millimetres(tmp_path):
+    """The mapping includes tilt and lens. Tolerance: a ten-thousandth of a pixel."""
     picture = with_crack(mortar((1001, 603)), [(60, 430), (360, 330), (600, 350), (940, 210)], width_px=40)
     tilted = np.array([[0.1, 0.001, 3.0], [0.002, -0.11, 60.0], [1e-5, 2e-5, 1.0]])
     photo = replace(

@@ -24,7 +24,7 @@ ROWS = np.array(
         [9.0, 35.0, 0.0, 3.0, 0.0, 0.0],
     ]
 )
-"""A path that crawls at first, with a flow that falls."""
+"""A path that is slow at first, with a flow that falls."""
 
 
 def written(folder, rows=ROWS):
@@ -32,10 +32,10 @@ def written(folder, rows=ROWS):
     return folder / "plan.csv"
 
 
-def test_the_volume_of_the_table_is_what_particles_and_the_fast_model_give(tmp_path):
-    """300 x 2 + 120 x 3 + 60 x 4 mm3, to 0.1 %: a particle is 0.03 % of it.
+def test_particles_and_the_fast_model_dispense_the_volume_of_the_table(tmp_path):
+    """The volume is 300 x 2 + 120 x 3 + 60 x 4 mm3. Tolerance: 0.1 %; a particle is 0.03 %.
 
-    Half of it comes while the nozzle crawls over the first millimetre.
+    Half of the sealant is dispensed while the nozzle moves over the first millimetre.
     """
     path = NozzlePath(plan=read_planned_path(written(tmp_path)))
     trajectory = plan_trajectory(OUTLINE, path)
@@ -64,14 +64,14 @@ def test_the_volume_of_the_table_is_what_particles_and_the_fast_model_give(tmp_p
         (2, 3, 0.0, "row 4, column z_mm: 0"),
     ],
 )
-def test_a_table_that_is_no_path_is_refused_with_its_row(tmp_path, row, column, value, says):
+def test_a_faulty_path_table_is_refused_with_its_row(tmp_path, row, column, value, says):
     changed = ROWS.copy()
     changed[row, column] = value
     with pytest.raises(InputError, match=rf"plan\.csv, {says}"):
         read_planned_path(written(tmp_path, changed))
 
 
-def test_a_plan_beside_the_crack_and_other_settings_beside_a_plan_are_refused(tmp_path):
+def test_a_path_table_off_the_crack_or_with_conflicting_settings_is_refused(tmp_path):
     path = NozzlePath(plan=read_planned_path(written(tmp_path, ROWS + np.array([0, 0, 9.0, 0, 0, 0]))))
     with pytest.raises(InputError, match=r"path\.plan, row 1: .* 9\.0 mm"):
         plan_trajectory(OUTLINE, path)

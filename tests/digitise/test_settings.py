@@ -1,4 +1,4 @@
-"""Bounds of what reaches the robot's files and the printer."""
+"""Bounds of the settings that reach the robot's files and the printer."""
 
 import json
 from typing import Any
@@ -34,40 +34,40 @@ MARKER: dict[str, Any] = {"id": 0, "x_mm": 0.0, "y_mm": 0.0}
         (Marker, MARKER, "id", (-1, 10**9)),
     ],
 )
-def test_a_number_that_no_bench_has_is_refused_by_its_key(table: type[BaseModel], base, key, values):
-    """Each of these once reached trajectory.csv or crack.stl, or ended in a traceback."""
+def test_a_setting_out_of_bounds_is_refused_by_its_key(table: type[BaseModel], base, key, values):
+    """Each of these values once reached trajectory.csv or crack.stl, or ended in a traceback."""
     for value in values:
         with pytest.raises(ValidationError, match=key):
             table.model_validate_json(json.dumps(base | {key: value}))
 
 
 @pytest.mark.parametrize("key", ["ends_px", "via_px", "roi_px", "ruler_px", "face_corners_px"])
-def test_a_pixel_that_no_photo_has_is_refused_by_its_key(key):
+def test_a_pixel_position_beyond_any_photo_is_refused_by_its_key(key):
     """Beyond 2^27 px OpenCV's integers overflow: a region of everything became a region of nothing."""
     for value in (-1e12, 2e6):
         with pytest.raises(ValidationError, match=key):
             PhotoInput.model_validate_json(json.dumps(PHOTO | {"mm_per_px": 0.1, key: [[0.0, 0.0], [value, 0.0]]}))
 
 
-def test_what_a_bench_does_have_is_taken():
+def test_extreme_settings_within_the_bounds_are_accepted():
     CrackShape.model_validate(CRACK | {"dam_height_mm": 0.0, "floor_thickness_mm": 0.2, "depth_mm": 500.0})
     NozzlePath.model_validate({"volume_ml": 1000.0, "speed_mm_s": 1000.0, "smoothing_mm": 0.0, "trim_mm": 0.0})
     PhotoInput.model_validate_json(json.dumps(PHOTO | {"mm_per_px": 0.002}))
 
 
-def test_a_share_of_the_cavity_beside_a_volume_is_refused():
+def test_a_fill_fraction_together_with_a_volume_is_refused():
     """One of the two would be ignored."""
     with pytest.raises(InputError, match=r"fill = 0\.8 is given with volume_ml = 4\.8"):
         NozzlePath(volume_ml=4.8, fill=0.8)
 
 
 @pytest.mark.parametrize("beside", [{"path_only": True}, {"branches": "keep"}])
-def test_only_a_main_crack_between_walls_is_given_a_mean_width(beside):
+def test_a_mean_width_with_branches_or_without_walls_is_refused(beside):
     with pytest.raises(ValidationError, match="cannot be combined with"):
         PhotoInput.model_validate_json(json.dumps({**PHOTO, "mm_per_px": 0.1, "mean_width_mm": 3.0, **beside}))
 
 
-def test_a_marker_lies_in_one_place():
+def test_a_board_that_lists_a_marker_twice_is_refused():
     places = [{"id": number, "x_mm": 20.0 * number, "y_mm": 0.0} for number in (0, 1, 2, 3, 1)]
     with pytest.raises(ValidationError, match="marker 1 is listed 2 times"):
         MarkerBoard.model_validate_json(json.dumps({"size_mm": 16.0, "markers": places}))

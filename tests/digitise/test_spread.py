@@ -27,7 +27,7 @@ def bead_of(folder, bead: BeadPhoto) -> BeadOutline:
 
 @pytest.mark.parametrize("dark", [True, False])
 def test_a_blobs_radius_is_found_to_a_tenth_of_a_pixel(tmp_path, dark):
-    """In perspective, under a gradient, with grain, a glint, and a rim that is not round."""
+    """The photo has perspective, a gradient of light, grain, a glint and a rim that is not round."""
     blob = replace(BLOB, dark=dark, tilt_deg=7.0, gradient=0.4, noise=0.03, lens_k1=-0.05, unround=(0.02, 0.01, 0.0))
     figures = spread_of(tmp_path, blob)
     assert figures.radius_mm == pytest.approx(48.0, abs=0.03)
@@ -37,7 +37,7 @@ def test_a_blobs_radius_is_found_to_a_tenth_of_a_pixel(tmp_path, dark):
     assert figures.diameters_mm[1] / figures.diameters_mm[0] == pytest.approx(1.04, abs=0.015)
 
 
-def test_a_beads_sizes_are_those_that_were_drawn(tmp_path):
+def test_the_measured_sizes_of_a_bead_equal_the_drawn_sizes(tmp_path):
     bead = replace(BEAD, dark=False, turn=0.5, tilt_deg=6.0, lens_k1=-0.04, noise=0.03, straight_mm=25.0)
     outline = bead_of(tmp_path, bead)
     assert (outline.length_mm, outline.width_mm) == pytest.approx((25 + 16, 16), abs=0.06)
@@ -46,7 +46,7 @@ def test_a_beads_sizes_are_those_that_were_drawn(tmp_path):
     # A capsule's paste lies at distance d from its edge on two straight lines and one circle.
     shares = [(outline.inward_mm > depth).mean() * outline.area_mm2 for depth in (2.0, 6.0)]
     assert shares == pytest.approx([2 * (8 - d) * 25 + np.pi * (8 - d) ** 2 for d in (2, 6)], rel=0.03)
-    # Its ends lie on its middle line.
+    # The ends of the bead lie on its middle line.
     tip_mm = (25 / 2 + 8) * np.array([np.cos(0.5), np.sin(0.5)])
     ends_mm = outline.tips_mm[np.argsort(outline.tips_mm[:, 0])]
     assert ends_mm == pytest.approx(np.array([45.0, 30.0]) + np.array([-tip_mm, tip_mm]), abs=0.2)
@@ -70,6 +70,6 @@ def bent() -> tuple[tuple[float, float], ...]:
         (BEAD, {"middle_mm": (20.0, 30.0)}, "edge is visible on only"),
     ],
 )
-def test_what_is_no_round_blob_and_no_straight_bead_is_refused(tmp_path, paste, changes, says):
+def test_small_misshapen_or_cropped_blobs_and_beads_are_refused(tmp_path, paste, changes, says):
     with pytest.raises(InputError, match=says):
         (spread_of if paste is BLOB else bead_of)(tmp_path, replace(paste, **changes))

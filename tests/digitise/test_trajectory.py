@@ -1,4 +1,4 @@
-"""The nozzle's path against lines and arcs, its flow against the volume it must give, and its figures."""
+"""The nozzle's path on lines and arcs, its flow, its volume, and its figures."""
 
 from typing import Any
 
@@ -51,8 +51,8 @@ def turns_deg(path: Trajectory) -> np.ndarray:
         }
     ),
 )
-def test_the_volume_is_out_exactly_when_the_path_ends(seed, trims, ramp, leads, reverse, options):
-    """Each row holds until the next: speed times time is the way, flow times time the volume, whatever the path."""
+def test_any_path_dispenses_exactly_the_planned_volume(seed, trims, ramp, leads, reverse, options):
+    """Each row is valid until the next: speed times time is the distance, and flow times time is the volume."""
     outline = cut_crack(seed)
     lead = {"lead_in_mm": leads[0], "lead_out_mm": leads[1], "reverse": reverse}
     ramp_mm = min(ramp, (outline.length_mm - sum(trims)) / 3)
@@ -74,7 +74,7 @@ def test_the_volume_is_out_exactly_when_the_path_ends(seed, trims, ramp, leads, 
 
 
 @pytest.mark.parametrize("reverse", [False, True])
-def test_leads_are_straight_tangent_and_dry(reverse):
+def test_leads_are_straight_tangents_without_flow(reverse):
     """On an arc of 60 mm radius about the origin a tangent is square to the radius; s runs on below 0."""
     path = planned(arc_slot(60.0), trim_mm=2.0, lead_in_mm=7.5, lead_out_mm=4.0, reverse=reverse)
     giving = path.giving
@@ -91,8 +91,8 @@ def test_leads_are_straight_tangent_and_dry(reverse):
     assert path.flow_mm3_s[giving][:-1] == pytest.approx(path.flow_mm3_s[giving][0])
 
 
-def test_a_late_pump_gives_each_flow_later_while_the_nozzle_moves_as_before():
-    """80 mm³/mm at 4 mm/s; 2.6 s are 10.4 mm. Flow ends where it did, so that the leads stay dry."""
+def test_a_late_pump_delays_the_flow_but_not_the_motion():
+    """The delay of 2.6 s is 10.4 mm at 4 mm/s. The flow ends at the same point, so that the leads stay dry."""
     prompt = planned(straight_slot(80.0), ramp_mm=10.0, lead_in_mm=12.0, lead_out_mm=5.0)
     late = begun_late(prompt, 2.6)
     t_s = np.linspace(0.0, prompt.duration_s - 1e-6, 500)
@@ -109,7 +109,7 @@ def test_a_late_pump_gives_each_flow_later_while_the_nozzle_moves_as_before():
 
 
 @pytest.mark.parametrize(("path", "share"), [({"fill": 0.55}, 0.55), ({"volume_ml": "cavity"}, 1.0)])
-def test_the_cavity_s_volume_or_a_share_of_it_is_given_if_asked_for(path, share):
+def test_the_set_fraction_of_the_cavitys_volume_is_dispensed(path, share):
     trajectory = plan_trajectory(straight_slot(), NozzlePath.model_validate(path), cavity_volume_mm3=3968.0)
     assert trajectory.dispensed_mm3 == pytest.approx(share * 3968.0, rel=1e-12)
 
@@ -127,13 +127,13 @@ def test_the_cavity_s_volume_or_a_share_of_it_is_given_if_asked_for(path, share)
         (80.0, {"volume_ml": "cavity", "fill": 3.0}, 4e5, "fill = 3 of the cavity is 1200 ml"),
     ],
 )
-def test_impossible_paths_are_refused(length_mm, changes, cavity_mm3, says):
+def test_paths_with_impossible_lengths_or_volumes_are_refused(length_mm, changes, cavity_mm3, says):
     plan = NozzlePath.model_validate({"volume_ml": 4.8} | changes)
     with pytest.raises(InputError, match=says):
         plan_trajectory(straight_slot(length_mm), plan, cavity_volume_mm3=cavity_mm3)
 
 
-def test_a_crack_without_any_section_gets_no_share_of_nothing():
+def test_a_flow_by_cross_section_without_any_cross_section_is_refused():
     empty = Sections(np.array([0.0, 80.0]), np.zeros(2), np.zeros(2))
     with pytest.raises(InputError, match=r'flow is "cross_section", .* between s = 10 and'):
         planned(straight_slot(80.0), empty, flow="cross_section")
@@ -141,7 +141,7 @@ def test_a_crack_without_any_section_gets_no_share_of_nothing():
         planned(straight_slot(80.0), flow="cross_section")
 
 
-def test_a_sharp_turn_and_a_path_beside_the_crack_are_remarked_on():
+def test_a_sharp_turn_and_a_path_beside_the_crack_give_a_warning():
     _, (turn,) = reported(dog_leg(40.0), smoothing_mm=0.0, spacing_mm=5.0)
     assert "40 degrees at s = 40.0 mm" in turn.text
     assert reported(dog_leg(15.0), smoothing_mm=0.0, spacing_mm=5.0)[1] == ()

@@ -1,4 +1,4 @@
-"""A change that is to move no number, as a renaming or a moved module, compared with the revision before it.
+"""A change that must not change results, as a renamed module, is compared with the revision before the change.
 
     SEALTWIN_BEFORE=main pytest -m slow tests/slow/test_golden.py
 
@@ -56,7 +56,7 @@ NOT_COMPARED = (
     "*health.png#*",  # Shows the computing time of each frame
     "*report.pdf#*",  # Compressed, with its date; report.html says the same
 )
-"""Patterns of FILE#KEY: durations, versions, and what a change moves on purpose, which belongs here until it is merged.
+"""Patterns of FILE#KEY: durations, versions, and results that a change changes on purpose, until it is merged.
 
 A key is its path, as stages/digitise/key, or a row and a column. FACTS, as dates and hashes, are compared in no text.
 """
@@ -86,7 +86,7 @@ COMMANDS = {
     "trace-lit": f"digitise lit.png {SCALED} {ENDS} --out {{out}}",
     "trace-branches": f"digitise branches.png {SCALED} {ENDS} --set photo.branches=keep --set crack.tilt=vertical"
     " --out {out}",
-    # Without ends: between given ends the way hangs on distances whose last bits OpenCV changes from call to call.
+    # Without ends: a path between given ends depends on distances whose last bits OpenCV changes between calls.
     "trace-mask": f"digitise plain.png {SCALED} --mask mask.png --out {{out}}",
     "trace-via": f"digitise loop.png {SCALED} {ENDS} --via '150,160 220,165' --set crack.tilt=vertical --out {{out}}",
     "trace-automatic": f"digitise plain.png {SCALED} --set photo.scale_is=assumed --set photo.crack=1"
@@ -127,7 +127,7 @@ def sides(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Path
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_writes_what_it_wrote_before(sides: tuple[Path, Path], name: str):
+def test_each_command_writes_the_same_files_as_the_previous_revision(sides: tuple[Path, Path], name: str):
     before, here = (files_of(side / name) for side in sides)
     assert "answer.json" in before
     differences = [file for file in before.keys() ^ here.keys() if is_compared(file, "")]

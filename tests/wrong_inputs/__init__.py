@@ -1,1 +1,1 @@
-"""Wrong inputs, a table for each stage: what a command answers to each, and where it says what is wrong."""
+"""Wrong inputs in a table for each stage, each with its command and the words that the answer must have."""

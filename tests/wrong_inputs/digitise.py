@@ -1,4 +1,4 @@
-"""Photos, masks, meshes and drawings."""
+"""Wrong drawings and meshes."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -46,7 +46,7 @@ def lines(space: Any, *ways: tuple[tuple[float, ...], tuple[float, ...]], layer:
 
 
 def framed(_: Any, space: Any) -> None:
-    """A spline-fit polyline: its frame of control points goes before the curve."""
+    """Draw a spline-fit polyline, whose control points come before the points of the curve."""
     line = space.add_polyline2d([(0, 0), (20, 30), (40, 0)], dxfattribs=on("L", flags=4))
     line.append_vertices([(0, 0), (20, 5), (40, 0)])
     for number, vertex in enumerate(line.vertices):
@@ -68,7 +68,7 @@ ROW = {"more", "code", "lacks"}
 
 
 def drawn(name: str, draw: Draw, *names: str, **others: Any) -> WrongInput:
-    """Words of a row, and a unit and header of the drawing."""
+    """Return a row for a drawing; ``others`` are fields of the row, and unit and header of the drawing."""
     row = {key: others.pop(key) for key in ROW & others.keys()}
     return answers(DRAWN)(name, drawing(draw, **others), *names, **row)
 
@@ -122,7 +122,7 @@ def as_stl(shape: trimesh.Trimesh, kind: str = "stl") -> bytes:
 
 
 def far_away(shape: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Far from the origin, and a little larger, so that its numbers are no whole ones."""
+    """Move a shape far from the origin and enlarge it a little, so that its coordinates are no integers."""
     return shape.apply_scale(1.003).apply_translation((0.0, 3e7, 0.0))
 
 

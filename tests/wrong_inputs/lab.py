@@ -1,4 +1,4 @@
-"""A lab's notes and folders."""
+"""Wrong notes and folders of a lab."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -28,7 +28,7 @@ diameter_mm = 1.2
 [solver]
 model = "slot"
 """
-"""Of all samples: a depth that a note of one must not leave standing, and the fast model, which is checked soon."""
+"""Settings of all samples: a depth that a sample's note replaces, and the fast model, which is checked quickly."""
 NONE_SOUND, SOME_FAILED = 3, 6
 INGEST = "ingest {given}/folder --out {out} --dry-run --quiet"
 
@@ -91,7 +91,7 @@ CASES: list[WrongInput] = [
         _files(OF_SHEET, N3__csv=TWO_TABLES), "N3.csv", "range = ...", code=NONE_SOUND),
     ingested("a key of a note without its table", _files(N3__toml="depth_mm = 9.0"), "N3.toml",
         "depth_mm", code=NONE_SOUND),
-    ingested("path and nozzle that nobody said", _files(NOT_SAID), 'path.volume_ml = "cavity"', "path.trim_mm = 10.0",
+    ingested("path and nozzle without settings", _files(NOT_SAID), 'path.volume_ml = "cavity"', "path.trim_mm = 10.0",
         "path.speed_mm_s = 4.0", "nozzle.diameter_mm = 2.4", code=0),
     typed("a typed scale that markers in the photo contradict", _beside_markers, "4 markers of 4x4_50",
         "0.5 mm/px", "20.0 mm wide", "16 mm", "photo.mm_per_px", "photo.markers", more=" 0.5", code=0),

@@ -1,4 +1,4 @@
-"""Tables of a paste."""
+"""Wrong tables of a paste."""
 
 from pathlib import Path
 
@@ -33,13 +33,13 @@ CASES: list[WrongInput] = [
         options=f"{DATA} --shear-rates 1:100 --nozzle-mm 2"),
     curve("a window from large to small", LINE, "--shear-rates", "100 to 1", exit_code=USAGE,
         options=f"{DATA} --shear-rates 100:1"),
-    curve("rows that the file has not", LINE, "curve.csv", "7 to 9", options=f"{DATA} --rows 7:9"),
+    curve("rows that the file does not have", LINE, "curve.csv", "7 to 9", options=f"{DATA} --rows 7:9"),
     curve("a way up and a way down", f"{UP} {' '.join(reversed(DOWN.split()))}", "curve.csv", "5 rows, 7 to 11"),
     curve("a number as Python writes it", "1,12.5 3,13.5 1_0,17 30,27 100,62", "row 4", "shear_rate_per_s", "'1_0'"),
     curve("half of the density", LINE, "density_error_kg_m3", "900", exit_code=USAGE,
         options=f"{DATA} --density-error-kg-m3 900"),
     answers("material rheometer {given}/curve.csv --density-kg-m3 1690 --out {out}/material.toml")(
-        "a paste whose origin nobody states is not called measured", curve("", LINE).make, "--data", code=USAGE,
+        "a paste without a stated origin is not called measured", curve("", LINE).make, "--data", code=USAGE,
         lacks=("Yield stress",)),
 ]
 # fmt: on

@@ -1,4 +1,4 @@
-"""Caches, edited files, links and names."""
+"""Wrong caches, edited files, links and names."""
 
 import json
 import os
@@ -10,7 +10,7 @@ from tests.support.tiny_study import plannable_lab
 from tests.wrong_inputs.table import WrongInput, answers
 
 DEVICE = Path(os.devnull)
-"""A device of which a reader gets nothing, so that one that opens it ends; /dev/zero would fill the memory."""
+"""A device from which a reader gets nothing, so that the read ends; /dev/zero would fill the memory."""
 
 RUN = {"version": 1, "stages": {}}
 CATALOGUE = {"version": 6, "pairing": "", "sources": {}}

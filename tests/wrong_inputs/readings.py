@@ -1,4 +1,4 @@
-"""Sheets of readings, and what a lab leaves in place of one."""
+"""Wrong sheets of readings, and other files in their place."""
 
 import shutil
 import unicodedata
@@ -13,7 +13,7 @@ from tests.support.tiny_study import AGED, FAST, FAST_PASTE, run_tiny
 from tests.wrong_inputs.table import WrongInput
 
 QUICK = DEFAULTS.replace("radius_mm = 0.45\nsubsteps = 2", 'model = "slot"').replace(AGED, FAST_PASTE)
-"""Of the fast model, which is checked soon."""
+"""Settings with the fast model, which is checked quickly."""
 KEPT = TemporaryDirectory(prefix="sealtwin-wrong-inputs-")
 IN_MM = 'unit = "mm"'
 
@@ -86,7 +86,7 @@ CASES: list[WrongInput] = [
     sheet("a row in inches", table("2.15;mm", "0.0945;inch", "1.3;mm", "1.2;mm", head="s_mm;depth;Einheit"),
         "C3 'inch'", "as_written", settings=IN_MM),
     sheet("a unit above", f"Einheit: Zoll\n{under('s_mm;depth')}", "A1 'Einheit: Zoll'", settings=IN_MM),
-    # What is no sheet.
+    # Files that are no sheets.
     sheet("a page in HTML", "<!DOCTYPE html>\n<table><tr><td>1</td></tr></table>\n", "'<!DOCTYPE html'", suffix=".xls"),
     sheet("a quotation mark that closes in another row",
         's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,edge"\n10,1.2,\n', "line 4", "quotation"),
@@ -94,7 +94,7 @@ CASES: list[WrongInput] = [
     lab("hundredths with digits of a micrometre",
         {"P01.csv": table("2.15", "2.41", "1.37", head="s_mm;Tiefe [1/100 mm]")}, "1/100 mm", "as_written"),
     lab("a row of zeros", {"P01.csv": f"s_mm;depth_1_mm;depth_2_mm\n1;{SIX}0;0;0\n"}, "B8", "as_written = B8 C8"),
-    # Sisters, and what a lab leaves.
+    # Tables along the crack, and names of files.
     along_the_crack("a depth in inches", "s_mm;depth_mm;Einheit\n0;8;mm\n9;0.3;inch\n", "--depth-mm", "row 3", "unit"),
     along_the_crack("widths out of order", "s_mm;width_mm\n5;2\n3;2\n", "--depth-mm 8 --width-mm", "row 3",
         "follows 5"),

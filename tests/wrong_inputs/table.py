@@ -1,4 +1,4 @@
-"""What a row of the tables is."""
+"""The rows of the tables of wrong inputs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ REFUSED = 3
 
 @dataclass(frozen=True)
 class WrongInput:
-    """One input, the command that is given it, and what the answer names.
+    """A wrong input, its command, and the words that the answer must have.
 
-    A row with exit code 0 is an input whose result stands: ``names`` are then words of the warning.
+    Exit code 0 is that of an input with a result: ``names`` are then words of the warning.
     """
 
     name: str
@@ -21,7 +21,7 @@ class WrongInput:
     command: str
     """Words after ``sealtwin``; {given} is the folder of the input, {out} a folder that is not there yet."""
     names: tuple[str, ...]
-    """Keys, files and values that stand in what the command prints; not its prose."""
+    """Keys, files and values that the command must print; not its prose."""
     code: int = REFUSED
     lacks: tuple[str, ...] = ()
     """Words of another stage, or of a wrong remedy, that the answer must not have."""

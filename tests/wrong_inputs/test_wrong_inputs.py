@@ -1,4 +1,4 @@
-"""No input is wrong in silence: each row of the tables, by the command itself."""
+"""Each wrong input of the tables is given to its command."""
 
 import shlex
 
@@ -15,7 +15,7 @@ ROWS = [pytest.param(row, id=f"{stage}: {row.name}") for stage, rows in TABLES.i
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_the_answer_names_what_is_wrong(row: WrongInput, tmp_path):
+def test_the_answer_to_a_wrong_input_names_the_fault(row: WrongInput, tmp_path):
     given, out = tmp_path / "given", tmp_path / "out"
     given.mkdir()
     row.make(given)
@@ -26,5 +26,5 @@ def test_the_answer_names_what_is_wrong(row: WrongInput, tmp_path):
     assert [word for word in row.lacks if word in answer.output] == [], answer.output
     if row.code == REFUSED:
         assert "Traceback" not in answer.output
-        # Of a folder, it is the table of its samples.
+        # The result for a folder is the table of its samples.
         assert answer.stdout == "" or words[0] == "ingest", "a refusal has no result"

@@ -1,4 +1,4 @@
-"""Lines without clicks: cracks are first, joints and edges after them, and a line that may be none is asked about."""
+"""Lines found without clicks: cracks are ranked before joints and edges, and a doubtful line is left to the user."""
 
 import cv2
 import numpy as np
@@ -20,7 +20,7 @@ def search_of(folder, picture):
 
 
 def with_patch(picture):
-    """The same with a lighter patch below a dark edge."""
+    """The picture with a lighter patch below a dark edge."""
     below = np.zeros(picture.shape, dtype=np.uint8)
     cv2.fillPoly(below, [np.array([(0, 222), *EDGE, (500, 218), (500, 300), (0, 300)], dtype=np.int32)], [1])
     return with_crack(picture * np.where(below, 1.9, 1.0), EDGE, 14)
@@ -40,7 +40,7 @@ def with_joint(picture):
     ],
     ids=["an edge", "a joint", "a stepped joint", "short steps"],
 )
-def test_a_line_that_may_be_no_crack_is_asked_about(tmp_path, picture, doubt):
+def test_an_edge_or_a_joint_is_followed_only_by_the_users_choice(tmp_path, picture, doubt):
     search = search_of(tmp_path, picture)
     with pytest.raises(RivalCracksError, match=doubt):
         search.path()
@@ -48,13 +48,13 @@ def test_a_line_that_may_be_no_crack_is_asked_about(tmp_path, picture, doubt):
 
 
 @pytest.mark.parametrize("other", [with_patch, with_joint])
-def test_a_crack_is_before_an_edge_and_a_joint(tmp_path, other):
+def test_a_crack_is_ranked_before_an_edge_and_a_joint(tmp_path, other):
     search = search_of(tmp_path, other(with_crack(mortar(), CRACK, 5)))
     assert distance_to(search.cracks[0].line_px, np.array(CRACK, dtype=float)).max() < 12
 
 
-def test_a_line_whose_part_is_as_faint_as_the_grain_is_asked_about(tmp_path):
-    """The same line, black all along, is taken."""
+def test_a_crack_with_a_faint_stretch_is_not_followed_automatically(tmp_path):
+    """The same line is followed automatically if it is black along its whole length."""
     black = with_crack(mortar(), CRACK, 6)
     assert search_of(tmp_path, black).path().source == "automatic"
     black[:, 200:270] = 0.95 * mortar()[:, 200:270] + 0.05 * black[:, 200:270]
@@ -62,8 +62,8 @@ def test_a_line_whose_part_is_as_faint_as_the_grain_is_asked_about(tmp_path):
         search_of(tmp_path, black).path()
 
 
-def test_a_point_deep_in_a_dark_region_at_the_border_is_crack(tmp_path):
-    """A wide black wedge that runs along the photo's border, taken for the board around the sample without clicks."""
+def test_a_path_between_clicks_follows_a_black_wedge_at_the_photos_border(tmp_path):
+    """Without clicks, the wedge is taken for the board around the sample."""
     picture = mortar()
     cv2.fillPoly(picture, [np.array([(0, 110), (0, 190), (120, 170), (460, 150), (460, 140), (120, 130)])], [0.01])
     wire = LiveWire(photo_of_light(tmp_path, picture))

@@ -1,4 +1,4 @@
-"""The path of a crack: between clicks, in paint, and in photos that have several cracks, of which a few are offered."""
+"""The path of a crack: between clicks, in a painted mask, and in photos with several cracks."""
 
 from contextlib import nullcontext
 
@@ -48,7 +48,7 @@ def photo(specimen, tmp_path_factory):
     return photo_of(specimen, tmp_path_factory.mktemp("photo"))
 
 
-def test_the_path_runs_in_the_crack_from_the_first_end_to_the_second(specimen, photo):
+def test_the_path_follows_the_crack_from_the_first_end_to_the_second(specimen, photo):
     path = find_path(photo, specimen.ends_px)
     assert distance_to(photo.to_mm(path.points_px), specimen.centreline_mm).max() < 0.9
     assert np.linalg.norm(path.points_px[[0, -1]] - np.array(specimen.ends_px), axis=1).max() < 15
@@ -77,20 +77,20 @@ ALIKE = [wandering([(30, 60), (470, 80)]), wandering([(30, 240), (470, 220)])]
         ([], ((100.0, 100.0), (111.0, 100.0)), r"11 px apart. .* 15 px"),
         ([], ((50.0, 60.0), (450.0, 250.0)), "no crack between the ends"),
         ([], None, "no crack found"),
-        # The rim of a stain comes back to where it begins: "only 9 px apart" would name ends that nobody gave.
+        # The rim of a stain comes back to where it begins: "only 9 px apart" would name ends that were not given.
         ([RIM], None, "no crack found: .*[gG]ive ends_px"),
         (GAP, ((30.0, 150.0), (470.0, 150.0)), "plain ground"),
-        # Two of like strength are the user's choice.
+        # The user must choose between two cracks of like strength.
         (ALIKE, None, r"\d cracks compete"),
     ],
 )
-def test_a_photo_without_one_crack_and_ends_that_none_can_have_are_refused(tmp_path, lines, ends_px, says):
+def test_photos_without_a_clear_crack_and_impossible_ends_are_refused(tmp_path, lines, ends_px, says):
     with pytest.raises(InputError, match=says):
         find_path(photo_of_lines(tmp_path, *lines, width_px=6 if lines == [RIM] else 14), ends_px)
 
 
-def test_without_markers_and_ends_the_shadow_around_the_sample_is_not_taken_for_a_crack():
-    """Its edge is the longest dark line in the photo; a nozzle would drive along it. Within one width of the ends."""
+def test_the_shadow_around_the_sample_is_not_taken_for_a_crack():
+    """The shadow's edge is the longest dark line in the photo. Tolerance: one width of the crack, 31 px."""
     photo = load_photo(PhotoInput(file=FIXTURE / "photo.jpg", data="synthetic", mm_per_px=0.1), FIXTURE)
     path, truth_px = find_path(photo, None), np.asarray(make_specimen(1).truth()["centreline_px"])
     assert distance_to(path.points_px, truth_px).max() < 31
@@ -110,12 +110,12 @@ def strokes(*lines, width_px=14):
 
 @pytest.fixture
 def plain(tmp_path):
-    """A photo in which nothing could be found."""
+    """A photo without a crack."""
     return photo_of_lines(tmp_path)
 
 
-def test_the_path_is_the_middle_of_the_paint(plain):
-    """Within two cells of the skeleton of a stroke that is drawn on whole pixels, and a width of its ends."""
+def test_the_path_follows_the_middle_of_the_painted_stroke(plain):
+    """Tolerance: two cells of the skeleton of a stroke drawn on whole pixels, and one width at the ends."""
     path = find_path(with_paint(plain, strokes(CRACK)), None)
     assert (path.source, path.warnings, path.width_px) == ("mask", (), pytest.approx(14, abs=2))
     assert path.points_px[0, 0] < path.points_px[-1, 0]
@@ -132,7 +132,7 @@ def test_the_path_is_the_middle_of_the_paint(plain):
         (((45.0, 150.0), (180.0, 270.0)), None, "different pieces of the mask"),
     ],
 )
-def test_of_several_pieces_the_largest_is_taken_or_that_of_both_ends_and_it_is_said(plain, ends_px, line, refusal):
+def test_only_the_largest_painted_piece_or_the_piece_at_both_ends_is_followed(plain, ends_px, line, refusal):
     photo = with_paint(plain, strokes(CRACK) | strokes(SCRATCH, width_px=5))
     with pytest.raises(InputError, match=refusal) if refusal else nullcontext():
         path = find_path(photo, ends_px)
@@ -140,7 +140,7 @@ def test_of_several_pieces_the_largest_is_taken_or_that_of_both_ends_and_it_is_s
         assert "2 pieces" in path.warnings[0].text
 
 
-def test_a_number_takes_the_crack_of_that_rank(tmp_path):
+def test_a_crack_number_selects_the_crack_of_that_rank(tmp_path):
     search = CrackSearch.of(photo_of_lines(tmp_path, UPPER, LOWER))
     with pytest.raises(RivalCracksError, match="2 cracks compete"):
         search.path()
@@ -171,8 +171,8 @@ def wire(forked):
     return LiveWire(forked)
 
 
-@pytest.mark.parametrize("via", [(250.0, 45.0), (244.0, 52.0)], ids=["on it", "9 px beside"])
-def test_a_point_between_leads_the_way(wire, via):
+@pytest.mark.parametrize("via", [(250.0, 45.0), (244.0, 52.0)], ids=["on the arm", "9 px beside the arm"])
+def test_a_via_point_selects_its_arm_of_a_forked_crack(wire, via):
     path = wire.path(ENDS, (via,))
     assert path.source == "via"
     assert distance_to(path.points_px, np.array([LOW[0], *HIGH, LOW[-1]])).max() < 7
@@ -189,7 +189,7 @@ def test_a_point_between_leads_the_way(wire, via):
     ],
     ids=["in the wrong order", "on a branch", "beside the crack", "outside the photo"],
 )
-def test_points_that_the_crack_does_not_pass_in_turn_are_refused(wire, via, says):
+def test_via_points_in_the_wrong_order_or_off_the_crack_are_refused(wire, via, says):
     with pytest.raises(InputError, match=says):
         wire.path(ENDS, via)
 
@@ -198,8 +198,8 @@ UPPER = [(30.0, 60.0), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (4
 LOWER = [(x, 290 - y) for x, y in UPPER]
 
 
-def test_a_region_chooses_between_two_cracks(tmp_path):
-    """It ends within a width of the crack's tip."""
+def test_a_region_of_interest_selects_a_crack(tmp_path):
+    """Tolerance: the path ends within one width, 14 px, of the crack's tip."""
     photo = photo_of_lines(tmp_path, UPPER, LOWER)
     path = find_path(photo, None, roi_px=((5.0, 175.0), (495.0, 165.0), (495.0, 290.0), (5.0, 290.0)))
     assert distance_to(path.points_px, np.array(LOWER)).max() < 14

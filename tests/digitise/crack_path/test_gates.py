@@ -1,4 +1,4 @@
-"""What a path between clicks is refused or doubted for, with its place."""
+"""Paths between clicks that are refused or doubted, with the position of the fault."""
 
 import numpy as np
 import pytest
@@ -34,17 +34,17 @@ def light_line(picture, width_px):
     ],
     ids=["a short stretch as bright as the ground", "the shade of a light crack"],
 )
-def test_a_path_that_may_be_no_crack_is_doubted(tmp_path, picture, doubt):
+def test_a_path_over_bare_ground_or_along_a_shade_gives_a_warning(tmp_path, picture, doubt):
     assert any(doubt in text for text in texts(path_in(tmp_path, picture).warnings))
 
 
-def test_a_long_stretch_as_bright_as_the_ground_is_refused_with_its_place(tmp_path):
+def test_a_long_stretch_as_bright_as_the_ground_is_refused_with_its_position(tmp_path):
     with pytest.raises(InputError, match=r"plain ground: \d+ px from \(2\d\d, .*via_px"):
         path_in(tmp_path, broken(110))
 
 
 @pytest.mark.parametrize("width_px", [6, 16])
-def test_a_light_crack_without_a_shade_is_refused_or_doubted_by_name(tmp_path, width_px):
+def test_a_light_crack_without_a_shade_gets_the_advice_to_paint_a_mask(tmp_path, width_px):
     """The darkest way between the clicks is a rim of the light line, or bare ground beside it."""
     try:
         answer = " ".join(texts(path_in(tmp_path, light_line(mortar(seed=2), width_px)).warnings))
@@ -53,7 +53,7 @@ def test_a_light_crack_without_a_shade_is_refused_or_doubted_by_name(tmp_path, w
     assert "light crust, paint it in photo.mask" in answer
 
 
-def test_a_way_round_by_two_joints_is_doubted(tmp_path):
+def test_a_path_along_two_joints_gives_a_warning(tmp_path):
     tiled = with_crack(with_crack(mortar(), [(60, -10), (60, 310)], 4), [(-10, 200), (510, 200)], 4)
     (doubt,) = path_in(tmp_path, tiled, ((60.0, 40.0), (430.0, 200.0))).warnings
     assert "as straight as a joint" in doubt.text

@@ -1,4 +1,4 @@
-"""What lies beyond a sample in its photo."""
+"""The surroundings of a sample in its photo."""
 
 import numpy as np
 import pytest
@@ -24,5 +24,5 @@ def with_box(dark, rows=slice(220, 300), columns=slice(0, 500)):
     ],
     ids=["a hard shadow", "a hole inside", "a corner of a hole", "a crack right through", "a crack to one edge"],
 )
-def test_shadows_holes_and_cracks_that_leave_the_photo_are_part_of_it(shown):
+def test_shadows_holes_and_cracks_are_not_taken_for_the_surroundings_of_the_sample(shown):
     assert not surroundings(shown).any()

@@ -1,4 +1,4 @@
-"""The width along a path, read in the photo."""
+"""The width of a crack along its path, measured in the photo."""
 
 import cv2
 import numpy as np
@@ -11,7 +11,7 @@ LINE = np.array([(20.0, 150.0), (160, 130), (300, 170), (480, 140)])
 
 
 def cracked(folder, width_px, times=1.0):
-    """A crack exactly so wide: what is nearer to the line than half of it."""
+    """A crack of exactly this width: the pixels nearer to the line than half the width."""
     picture = mortar(size_px=(round(500 * times), round(300 * times)))
     y, x = np.mgrid[: picture.shape[0], : picture.shape[1]]
     points = np.column_stack([x.ravel(), y.ravel()]).astype(float)
@@ -22,8 +22,8 @@ def cracked(folder, width_px, times=1.0):
 
 
 @pytest.mark.parametrize("width_px", [6, 9, 14, 30, 60])
-def test_the_width_is_found_however_wrong_it_looked(tmp_path, width_px):
-    """A coarse map may show less than half of it. Within 3 %, and the third of a pixel that blur adds to 6 px."""
+def test_the_width_is_measured_despite_a_wrong_first_estimate(tmp_path, width_px):
+    """A coarse map may show half the width. Tolerance: 3 %, and the third of a pixel that blur adds to 6 px."""
     photo = cracked(tmp_path, width_px)
     for wrong in (0.4, 1.0, 2.0):
         assert width_along(photo, LINE, wrong * width_px) == pytest.approx(width_px, rel=0.03, abs=0.5)

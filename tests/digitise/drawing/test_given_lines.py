@@ -1,4 +1,4 @@
-"""Cracks that are given by lines in mm: lengths, widths and volumes of what was given, and refusals."""
+"""Cracks that are given by lines in mm: their lengths, widths and volumes, and refusals."""
 
 import numpy as np
 import pytest
@@ -26,8 +26,8 @@ def _walls_mm(beyond_mm: float) -> tuple[np.ndarray, np.ndarray]:
     ("face_mm", "ends"),
     [(None, ("cut", "cut")), ((0.0, 0.0, 100.0, 40.0), ("open", "cut")), ((-20.0, 0.0, 80.0, 40.0), ("cut", "open"))],
 )
-def test_a_line_with_a_width_is_a_crack_of_that_length_width_and_volume(face_mm, ends):
-    """An oblique open end loses on one side what it gains on the other."""
+def test_a_crack_from_a_line_has_the_lines_length_and_width(face_mm, ends):
+    """An oblique open end loses as much volume on one side as it gains on the other."""
     outline, photo = outline_of_line(LINE_MM, WIDTH_MM, face_mm, "line")
     assert (outline.ends, outline.seen_in, outline.warnings) == (ends, "drawing", ())
     assert outline.length_mm == pytest.approx(LENGTH_MM, abs=0.01)
@@ -39,7 +39,7 @@ def test_a_line_with_a_width_is_a_crack_of_that_length_width_and_volume(face_mm,
 
 
 @pytest.mark.parametrize(("face_mm", "turned"), [(None, True), ((0.0, 0.0, 80.0, 40.0), False)])
-def test_two_walls_are_the_crack_between_them_whichever_way_the_second_runs(face_mm, turned):
+def test_the_direction_of_the_second_wall_line_does_not_change_the_crack(face_mm, turned):
     # Walls that go on beyond the face end at its edge.
     left_mm, right_mm = _walls_mm(0.0 if face_mm is None else 3.0)
     outline, _ = outline_between(left_mm, right_mm[::-1] if turned else right_mm, face_mm, "walls")
@@ -59,12 +59,12 @@ def test_two_walls_are_the_crack_between_them_whichever_way_the_second_runs(face
         ([(0, 0), (40, 0)], (0.0, 10.0, 100.0, 40.0), "outside the face of 100 x 30 mm"),
     ],
 )
-def test_a_line_that_bounds_no_crack_is_refused(points_mm, face_mm, words):
+def test_a_short_or_folded_line_or_a_line_off_the_face_is_refused(points_mm, face_mm, words):
     with pytest.raises(InputError, match=words):
         outline_of_line(np.array(points_mm, dtype=float), WIDTH_MM, face_mm, "line")
 
 
-def test_exchanged_walls_and_those_beside_the_face_are_refused():
+def test_exchanged_walls_and_walls_off_the_face_are_refused():
     left_mm, right_mm = _walls_mm(0.0)
     with pytest.raises(InputError, match="walls: the crack has 0 pieces on the face"):
         outline_between(left_mm, right_mm, (0.0, 60.0, 80.0, 90.0), "walls")

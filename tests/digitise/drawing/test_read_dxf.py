@@ -1,4 +1,4 @@
-"""Drawings in and out: what is written is read back, and what CAD draws in other ways is the same crack."""
+"""DXF drawings: written drawings are read back, and other forms that CAD draws give the same crack."""
 
 from itertools import pairwise
 from typing import Any
@@ -33,7 +33,7 @@ def _crack(file, **asked):
 
 
 def _volume_mm3(outline):
-    """Volume of the solid, which is also what the crack takes out of the block of the mesh."""
+    """Volume of the cavity, checked against the block's volume less that of its mesh."""
     solid = build_solid(outline, CrackShape(depth_mm=DEPTH_MM, tilt="vertical"))
     words = [line.split() or [""] for line in sample_obj(outline, DEPTH_MM).decode().splitlines()]
     vertices_mm = np.array([word[1:] for word in words if word[0] == "v"], dtype=float)
@@ -44,7 +44,7 @@ def _volume_mm3(outline):
     return volume_mm3
 
 
-def test_a_traced_crack_is_read_back_as_it_was(tmp_path):
+def test_a_traced_crack_is_unchanged_after_writing_and_reading(tmp_path):
     outline = arc_slot()
     (tmp_path / "a.dxf").write_text(dxf_text(outline, None))
     drawing = open_drawing(tmp_path / "a.dxf", None)
@@ -56,7 +56,7 @@ def test_a_traced_crack_is_read_back_as_it_was(tmp_path):
         assert np.abs(read_mm - line_mm).max() < 1e-9
 
 
-def test_the_nozzles_path_is_a_line_in_space(tmp_path):
+def test_the_nozzle_path_is_written_as_a_polyline_in_3d(tmp_path):
     outline = straight_slot(40.0, 3.0, CLOSED)
     planned = path(outline, 0.5, 20.0)
     (tmp_path / "a.dxf").write_text(dxf_text(outline, planned))
@@ -66,8 +66,8 @@ def test_the_nozzles_path_is_a_line_in_space(tmp_path):
 
 
 @pytest.mark.parametrize(("unit", "mm"), [(units.CM, 10.0), (units.IN, 25.4)])
-def test_an_outline_in_segments_and_any_unit_is_one_crack(tmp_path, unit, mm):
-    """As LINEs in any order and direction, and backwards."""
+def test_separate_segments_in_any_unit_are_joined_to_one_outline(tmp_path, unit, mm):
+    """The segments are LINEs in any order and direction."""
 
     def draw(space):
         sides = [*pairwise([*RING / mm, RING[0] / mm])]
@@ -80,7 +80,7 @@ def test_an_outline_in_segments_and_any_unit_is_one_crack(tmp_path, unit, mm):
     assert (outline.ends, outline.length_mm) == (CLOSED, pytest.approx(40.0, rel=1e-4))
 
 
-def test_walls_either_way_round_are_the_outline(tmp_path):
+def test_two_wall_layers_in_either_order_give_the_same_crack(tmp_path):
     def draw(space):
         for layer, side in (("A", RING[:2]), ("B", RING[2:])):
             space.add_lwpolyline(side, dxfattribs={"layer": layer})
@@ -91,8 +91,8 @@ def test_walls_either_way_round_are_the_outline(tmp_path):
 
 
 @pytest.mark.parametrize("closed", [True, False])
-def test_a_line_with_a_width_is_the_same_crack_as_from_its_points(tmp_path, closed):
-    """From the line's own ends, square to it; on the edge of the face it is open."""
+def test_a_drawn_centreline_gives_the_same_crack_as_its_points(tmp_path, closed):
+    """The crack ends square to the line at its ends; at the edge of the face it is open."""
     line_mm = np.array([(10.0 * closed, 20.0), (30.0, 24.0), (50.0, 18.0)])
 
     def draw(space):
@@ -109,7 +109,7 @@ def test_a_line_with_a_width_is_the_same_crack_as_from_its_points(tmp_path, clos
     assert any("layer L: these parts were left out: widths of polylines (1)" in note.text for note in drawing.notes)
 
 
-def test_an_island_stands_in_the_crack(tmp_path):
+def test_a_circle_inside_the_outline_is_an_island(tmp_path):
     def draw(space):
         space.add_lwpolyline(RING, close=True, dxfattribs={"layer": "edge"})
         space.add_circle((20, 1.5), 0.5, dxfattribs={"layer": "edge"})
@@ -118,8 +118,8 @@ def test_an_island_stands_in_the_crack(tmp_path):
     assert _volume_mm3(outline) == pytest.approx((120 - np.pi / 4) * DEPTH_MM, rel=1e-3)
 
 
-def test_lines_in_blocks_are_read_as_they_are_inserted(tmp_path):
-    """Twice as long, mirrored, in a block in a block; lines on layer 0 are on the layer of the insert."""
+def test_lines_in_blocks_get_the_scale_and_layer_of_the_insert(tmp_path):
+    """The block is nested, doubled and mirrored; lines on layer 0 are on the layer of the insert."""
 
     def draw(space):
         blocks = space.doc.blocks
@@ -144,8 +144,8 @@ def test_lines_in_blocks_are_read_as_they_are_inserted(tmp_path):
         ({"unit": 0}, "--units"),
     ],
 )
-def test_a_layer_that_is_not_there_or_something_else_is_named(tmp_path, asked, named):
-    """Nor is a unit ever guessed. The line of 3 mm in width is a hairpin whose legs touch."""
+def test_a_missing_or_unsuitable_layer_is_refused_by_name(tmp_path, asked, named):
+    """A drawing without a unit is refused too. The line of 3 mm in width is a hairpin whose legs touch."""
     unit = asked.pop("unit", units.MM)
     line_mm = RING - np.array([0, 0.002])
     file = _saved(tmp_path, lambda space: space.add_lwpolyline(line_mm, dxfattribs={"layer": "A"}), unit)
@@ -154,7 +154,7 @@ def test_a_layer_that_is_not_there_or_something_else_is_named(tmp_path, asked, n
     assert named in str(fault.value)
 
 
-def test_a_line_drawn_twice_is_once_whatever_end_or_corner_it_begins_at(tmp_path):
+def test_copies_of_a_line_are_read_once(tmp_path):
     def draw(space):
         for shift, step in ((0, 1), (1, -1), (2, 1), (3, -1)):
             space.add_lwpolyline(np.roll(RING, shift, axis=0)[::step], close=True, dxfattribs={"layer": "A"})

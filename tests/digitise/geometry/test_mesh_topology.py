@@ -1,4 +1,4 @@
-"""Damage that a mesh can have: crossing triangles, against counts by hand and a plain double loop, and others."""
+"""Faults of a mesh: crossing triangles, compared with counts by hand and a plain double loop, and others."""
 
 import numpy as np
 import pytest
@@ -30,13 +30,13 @@ def crossings(*triangles) -> int:
     ],
     ids=["through", "above", "touching", "within a contact", "beside, boxes overlap", "edges cross", "needle"],
 )
-def test_pairs_of_triangles(other, expected):
+def test_only_pairs_of_triangles_that_cross_are_counted(other, expected):
     assert crossings(FLAT, other) == expected
 
 
 @pytest.mark.parametrize("few", [5, None], ids=["in many parts", "in one part"])
-def test_the_sweep_misses_no_pair(monkeypatch, few):
-    """Thirty random triangles: as many crossings as when each pair is tried alone.
+def test_the_sweep_finds_the_same_crossings_as_a_test_of_all_pairs(monkeypatch, few):
+    """Each pair of thirty random triangles is also tested alone.
 
     A scan of millions of faces is swept in parts, so that its memory is bounded.
     """
@@ -51,7 +51,7 @@ def test_the_sweep_misses_no_pair(monkeypatch, few):
     assert {(min(pair), max(pair)) for pair in pairs.tolist()} == expected
 
 
-def test_a_cube_is_sound_and_keeps_its_volume_far_from_the_origin():
+def test_a_cube_has_no_faults_and_the_same_volume_far_from_the_origin():
     assert examine_mesh(V, F, expected_euler=2)[0] == []
     assert mesh_volume_mm3(V + 1e6, F) == pytest.approx(1000.0, rel=1e-9)
 
@@ -67,13 +67,13 @@ def test_a_cube_is_sound_and_keeps_its_volume_far_from_the_origin():
     ],
     ids=["hole", "turned face", "fin", "overlap", "ring for a ball"],
 )
-def test_a_fault_is_told_in_one_sentence(vertices, faces, euler, says):
+def test_each_fault_of_a_mesh_gives_one_sentence(vertices, faces, euler, says):
     (fault,) = examine_mesh(vertices, faces, expected_euler=euler)[0]
     assert all(words in fault for words in says)
 
 
-def test_a_tiny_edge_and_vertices_that_a_file_would_merge_are_told():
-    """The cut of a corner, 1e-6 mm long at z = 105 mm, where float32 steps by 8e-6 mm."""
+def test_tiny_edges_and_vertices_that_coincide_in_a_file_are_faults():
+    """A corner is cut by 1e-6 mm at z = 105 mm, where float32 steps by 8e-6 mm."""
     corner = V.argmax(axis=0)[0]
     face = next(face for face in F if corner in face)
     # That face gets the new vertex, and slivers close the gaps on both sides of it.

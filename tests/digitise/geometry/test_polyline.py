@@ -4,7 +4,7 @@ import pytest
 from digitise.geometry.polyline import crossings, without_loops
 
 
-def test_a_loop_is_pulled_tight_to_its_crossing_point():
+def test_the_points_of_a_loop_are_moved_to_its_crossing_point():
     line = np.array([[0.0, 0], [4, 0], [4, 2], [2, 2], [2, -3], [2, -5]])
     tight = without_loops(line)
     assert len(tight) == len(line)
@@ -21,13 +21,13 @@ def cross(a, b, c, d) -> bool:
 
 
 @pytest.mark.parametrize("closed", [False, True])
-def test_crossings_are_those_of_all_pairs(closed):
-    """Beside a search through all pairs, on random walks with corners on each other's edges."""
+def test_crossings_equal_those_of_a_search_through_all_pairs(closed):
+    """The polylines are random walks with corners on each other's edges."""
     for seed in range(20):
         points = np.cumsum(np.random.default_rng(seed).integers(-3, 4, (25, 2)), axis=0).astype(float)
         ends = np.roll(points, -1, axis=0) if closed else points[1:]
         last = {i: j for j in range(len(ends)) for i in range(j - 1) if cross(points[i], ends[i], points[j], ends[j])}
-        # None that begins inside an earlier pair.
+        # Pairs that begin inside an earlier pair are left out.
         outermost = []
         for pair in sorted(last.items()):
             if not outermost or pair[0] > outermost[-1][1]:

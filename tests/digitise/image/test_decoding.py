@@ -64,7 +64,7 @@ def deep(path, picture):
     ],
     ids=["folder", "empty", "text", "few pixels", "grey", "deep PNG", "deep TIFF", "pages", "frames", "large", "stump"],
 )
-def test_what_is_no_photo_for_us_is_refused_by_name_and_reason(tmp_path, picture, name, write, says):
+def test_files_that_are_no_usable_photo_are_refused_with_the_reason(tmp_path, picture, name, write, says):
     write(tmp_path / name, picture)
     assert says in refusal(tmp_path / name)
 
@@ -78,7 +78,7 @@ def test_a_truncated_photo_is_refused(tmp_path, picture, ending):
     assert "cut short" in refusal(path) or "not a readable" in refusal(path)
 
 
-def test_transparent_pixels_are_read_and_remarked_on(tmp_path, picture):
+def test_transparent_pixels_are_read_and_give_a_warning(tmp_path, picture):
     alpha = np.full(picture.shape[:2], 255, dtype=np.uint8)
     for rows, values in ((0, []), (20, [0.25])):
         alpha[:rows] = 0
@@ -91,7 +91,7 @@ def test_transparent_pixels_are_read_and_remarked_on(tmp_path, picture):
 @pytest.mark.parametrize(
     ("mode", "orientation", "quarters"), [("L", 6, -1), ("P", 8, 1), ("RGBA", 3, 2), ("RGB", 6, -1)]
 )
-def test_an_uncompressed_tiff_that_lies_on_its_side_is_read_upright(tmp_path, picture, mode, orientation, quarters):
+def test_a_rotated_uncompressed_tiff_is_read_upright(tmp_path, picture, mode, orientation, quarters):
     """Pillow maps such a file into memory, if it has a name, with rows as long as the upright picture's."""
     stored, path = Image.fromarray(picture).convert(mode), tmp_path / "photo.tif"
     stored.save(path, tiffinfo={274: orientation})
@@ -109,21 +109,21 @@ FILM_MM, WIDTH_PX, HEIGHT_PX = 0xA405, 0xA002, 0xA003
         ({FILM_MM: 26}, FOCAL_PX),
         ({FILM_MM: 26, WIDTH_PX: 4000, HEIGHT_PX: 3000}, FOCAL_PX),
         ({FILM_MM: 26, WIDTH_PX: 3000, HEIGHT_PX: 4000}, FOCAL_PX),
-        # None, zero, and one of a photo that was cropped.
+        # No focal length, zero, and that of a cropped photo.
         ({}, None),
         ({FILM_MM: 0}, None),
         ({FILM_MM: 26, WIDTH_PX: 4000, HEIGHT_PX: 2250}, None),
     ],
 )
-def test_the_focal_length_is_read_in_pixels_and_never_made_up(tmp_path, tags, focal_px):
-    """26 mm before film of 43.27 mm diagonal, on a photo of 500 px diagonal; smaller copies have the same shape."""
+def test_the_focal_length_in_pixels_comes_from_the_exif_or_is_none(tmp_path, tags, focal_px):
+    """The photo has 500 px diagonal, the film 43.27 mm, the lens 26 mm; smaller copies have the same shape."""
     exif = Image.Exif()
     exif.get_ifd(0x8769).update(tags)
     Image.fromarray(np.full((300, 400, 3), 90, dtype=np.uint8)).save(tmp_path / "photo.jpg", exif=exif)
     assert read_photo(tmp_path / "photo.jpg").focal_px == (focal_px and pytest.approx(focal_px))
 
 
-def test_a_picture_in_memory_is_taken_as_it_is_and_judged_as_a_file_is(picture):
+def test_valid_image_arrays_are_unchanged_and_invalid_arrays_are_refused(picture):
     assert (take_photo(picture, "image").image == picture).all()
     assert (take_photo(picture[..., 0], "image").image == picture[..., :1]).all()
     for wrong in (picture / 255, np.dstack([picture, picture[..., :1]]), picture[:20], picture[0]):
@@ -132,7 +132,7 @@ def test_a_picture_in_memory_is_taken_as_it_is_and_judged_as_a_file_is(picture):
 
 
 @pytest.mark.parametrize("painted", [np.zeros((80, 100), bool), np.ones((80, 100), bool), np.ones((100, 80), bool)])
-def test_a_mask_in_memory_must_paint_a_part_of_the_photo(painted):
+def test_a_mask_array_that_is_empty_full_or_of_another_size_is_refused(painted):
     with pytest.raises(InputError, match=r"^mask: "):
         take_mask(painted, (100, 80), "mask")
 
@@ -158,14 +158,14 @@ def write_tiff(path, **tags):
         (iso_box(b"crx "), "photo.cr3", "raw file"),
         (b"FUJIFILMCCD-RAW 0201", "photo.raf", "raw file"),
         (b"IIU\0" + bytes(20), "photo.RW2", "raw file"),
-        # TIFFs: by its ending, a DNG, and one whose thumbnail comes first and would be read.
+        # TIFFs: a raw file by its ending, a DNG, and a raw file whose thumbnail comes first.
         ({}, "photo.NEF", "raw file"),
         ({"t50706": 1025}, "photo.tif", "raw file"),
         ({"t254": 1, "t330": 400}, "photo.tif", "raw file"),
     ],
     ids=str,
 )
-def test_a_photo_that_is_not_read_is_named_with_the_remedy(tmp_path, content, name, kind):
+def test_a_photo_in_an_unsupported_format_is_refused_with_the_remedy(tmp_path, content, name, kind):
     if isinstance(content, dict):
         write_tiff(tmp_path / name, **content)
     else:
@@ -180,10 +180,10 @@ GREYS = np.array([[250, 180], [120, 60]])
 
 @pytest.mark.parametrize("quarters", range(4))
 @pytest.mark.parametrize("name", ["turned", "mirrored"])
-def test_heic_is_turned_once_whatever_its_exif_states(tmp_path, name, quarters):
-    """By irot, quarters counter-clockwise, then imir, here left to right: the eight orientations (ISO 23008-12, 6.5).
+def test_the_exif_does_not_change_the_orientation_of_a_heic_photo(tmp_path, name, quarters):
+    """The box irot turns counter-clockwise by quarters, then imir mirrors left to right (ISO 23008-12, 6.5).
 
-    The EXIF says 5 or 6 throughout. The photo is named as a JPEG: the content says what it is.
+    The EXIF orientation is always 5 or 6. The file has the name of a JPEG, which has no effect.
     """
     content = bytearray((HEIC / f"{name}.heic").read_bytes())
     content[content.index(b"irot") + 4] = quarters
@@ -200,6 +200,6 @@ def test_heic_is_turned_once_whatever_its_exif_states(tmp_path, name, quarters):
 
 
 @pytest.mark.parametrize(("name", "says"), [("two", "2 pages or frames"), ("ten", "more than 8 bits")])
-def test_heic_of_several_pictures_or_of_10_bits_is_refused(name, says):
+def test_a_heic_file_with_several_pictures_or_10_bits_is_refused(name, says):
     with pytest.raises(InputError, match=rf"{name}\.heic: .*{says}"):
         read_photo(HEIC / f"{name}.heic")

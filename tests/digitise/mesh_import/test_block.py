@@ -1,4 +1,4 @@
-"""A mesh of others as one closed solid, its face, and the block with four sides under it."""
+"""An imported mesh becomes one closed solid, with a face and a block of four sides."""
 
 import numpy as np
 import pytest
@@ -17,8 +17,8 @@ def face_of(mesh: Mesh) -> FacePlane:
     return find_face(*mesh)
 
 
-def test_a_level_face_is_left_exactly_where_it_is():
-    """Dams stand above it, and a floor lies below: neither is the face."""
+def test_a_level_face_is_not_rotated():
+    """The dams above and the floor below are not taken for the face."""
     vertices, faces = modelled(wandering_crack(), depth_mm=16.0, tilt="flare", wall_angle_deg=5.5)
     plane = face_of((vertices + np.array([0.0, 0.0, 64.0]), faces))
     assert plane.tilt_deg == 0.0
@@ -28,14 +28,14 @@ def test_a_level_face_is_left_exactly_where_it_is():
 
 
 @pytest.mark.parametrize(("about", "by_deg"), [(1, -20.0), (0, 0.01)])
-def test_a_tilted_face_is_brought_level(about, by_deg):
+def test_a_tilted_face_is_levelled_by_the_shortest_rotation(about, by_deg):
     mesh = turned(mesh_of(slotted()), about, by_deg)
     plane = face_of(mesh)
     assert plane.tilt_deg == pytest.approx(abs(by_deg), abs=1e-6)
     level = trimesh.transform_points(mesh[0], plane.to_level)
     assert level[:, 2].max() == pytest.approx(0.0, abs=1e-9)
     assert np.ptp(level[:, 2]) == pytest.approx(20.0)
-    # By the shortest way: it was not turned about any other axis.
+    # The shortest rotation turns about no other axis.
     assert np.ptp(level[:, :2], axis=0) == pytest.approx([100.0, 40.0])
 
 
@@ -44,7 +44,7 @@ EDGEWISE = turned(sheet(rough_mm=0.0, from_mm=200.0), 0, 90.0)
 
 
 @pytest.mark.parametrize("mesh", [(np.array(BALL.vertices), np.array(BALL.faces)), EDGEWISE], ids=["ball", "edgewise"])
-def test_what_has_no_plane_upper_side_has_no_face(mesh):
+def test_a_mesh_without_a_plane_upper_side_is_refused(mesh):
     with pytest.raises(InputError, match=r"face .*: only \d+%"):
         face_of(mesh)
 
@@ -71,7 +71,7 @@ def oblique_slot(width_mm: float, angle_deg: float) -> Manifold:
     ],
     ids=["slot", "side crack", "oblique", "thin"],
 )
-def test_a_block_is_cut_exactly_at_its_sides_whatever_crack_leaves_by_them(body):
+def test_cracks_through_the_sides_do_not_change_the_size_of_the_block(body):
     block = cut_block(body.translate((12.5, -4.5, 0.0)), BELOW_MM)
     assert block.size_mm == BLOCK_MM[:2]
     assert block.trimmed_mm == 0.0
@@ -84,13 +84,13 @@ def test_a_block_is_cut_exactly_at_its_sides_whatever_crack_leaves_by_them(body)
     [Manifold.cylinder(30.0, 50.0, 50.0, 128), Manifold.cylinder(30.0, 10.0, 60.0, 4)],
     ids=["core", "pyramid on its tip"],
 )
-def test_what_has_no_four_upright_sides_is_no_block(body):
+def test_a_solid_without_four_upright_sides_is_refused(body):
     with pytest.raises(InputError, match="not a block with four upright sides"):
         cut_block(body.translate((0.0, 0.0, -30.0)), BELOW_MM)
 
 
 def test_a_cut_that_loses_volume_is_refused():
-    """As a library does where a triangle's corners lie on a line: see the needle in test_closed_body."""
+    """The mesh library loses volume if the corners of a triangle lie on a line."""
 
     class Lossy:
         def volume(self) -> float:
@@ -115,13 +115,13 @@ TURN = (np.random.default_rng(0).random(9322) < 0.3)[:, None]
         # STL has no other way to write a mesh: that is no damage.
         (lambda v, f: soup((v, f)), 0),
         (lambda v, f: (v, f[:, ::-1]), 1),
-        # Whichever way they look.
+        # Repeated faces are dropped, also if they are turned.
         (lambda v, f: (v, np.concatenate([f, f[:20], f[30:50, ::-1]])), 0),
         (lambda v, f: (v, np.concatenate([f, f[:5, [0, 1, 1]]])), 0),
     ],
-    ids=["sound", "soup", "inside out", "repeated", "without area"],
+    ids=["no damage", "soup", "inside out", "repeated", "without area"],
 )
-def test_a_solid_is_one_surface(damage, notes):
+def test_triangle_soups_and_turned_or_repeated_faces_become_one_closed_surface(damage, notes):
     vertices, faces, sentences = one_surface(*damage(*SAMPLE))
     assert examine_mesh(vertices, faces, expected_euler=2)[0] == []
     assert mesh_volume_mm3(vertices, faces) == pytest.approx(VOLUME_MM3, rel=1e-9)
@@ -129,13 +129,13 @@ def test_a_solid_is_one_surface(damage, notes):
     assert len(sentences) == notes
 
 
-def test_a_mesh_of_specks_is_refused():
+def test_a_mesh_too_small_for_its_units_is_refused():
     with pytest.raises(InputError, match="Check its units"):
         one_surface(np.array([[0.0, 0, 0], [1e-9, 0, 0], [0, 1e-9, 0]]), np.array([[0, 1, 2]]))
 
 
-def test_triangles_without_height_leave_with_an_edge_that_is_turned():
-    """Manifold removes them on reading, and may move others: it read 226 mm³ too little of a solid of 127,039 mm³."""
+def test_triangles_without_area_are_removed_without_changing_the_volume():
+    """Manifold removes them too, but may move other triangles: a solid of 127,039 mm³ lost 226 mm³."""
     vertices, faces = SAMPLE
     a, b, c = faces[0]
     vertices = np.vstack([vertices, vertices[a] + np.array([[0.25], [0.5]]) * (vertices[b] - vertices[a])])
@@ -149,7 +149,7 @@ def test_triangles_without_height_leave_with_an_edge_that_is_turned():
 
 
 def joined(*meshes: Mesh) -> Mesh:
-    """Side by side in one file, as they are."""
+    """Several meshes in one file, unchanged."""
     offsets = np.cumsum([0, *(len(mesh[0]) for mesh in meshes)])
     faces = [mesh[1] + offset for mesh, offset in zip(meshes, offsets[:-1], strict=True)]
     return np.concatenate([mesh[0] for mesh in meshes]), np.concatenate(faces)
@@ -163,7 +163,7 @@ PORE = mesh_of(slotted(box((5.0, 5.0, -15.0), (10.0, 10.0, -12.0))))
 @pytest.mark.parametrize(
     "mesh", [joined(ONE, CRUMB), PORE, (PORE[0], PORE[1][:, ::-1])], ids=["crumb", "pore", "turned"]
 )
-def test_crumbs_and_pores_are_left_out_and_told(mesh):
+def test_crumbs_and_pores_of_a_mesh_are_left_out_with_a_note(mesh):
     """No sealant gets into a pore."""
     vertices, faces, _ = one_surface(*mesh)
     body, (note,) = closed_body(vertices, faces)
@@ -180,14 +180,14 @@ FOLD = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
         (sheet(), r"open edges: 350, the first near \("),
         (soup(SAMPLE, noise_mm=1e-5), "not watertight"),
         ((SAMPLE[0], np.where(TURN, SAMPLE[1][:, ::-1], SAMPLE[1])), r"opposite sides: \d+, the first"),
-        # Bodies that overlap would count twice where they do.
+        # The overlap of two bodies would count twice.
         (joined(ONE, mesh_of(box((90.0, 10.0, -15.0), (110.0, 20.0, -10.0)))), "2 separate bodies: 100 x 40 x 20 mm"),
         (joined(ONE, mesh_of(box((120, 0, -15), (130, 10, -5)))), r"10 x 10 mm around \(125, 5, -10\)"),
         ((FOLD, np.array([[0, 1, 2], [0, 2, 3], [0, 2, 1], [0, 3, 2]])), "not watertight"),
     ],
     ids=["sheet", "noisy soup", "turned at random", "overlap", "apart", "fold"],
 )
-def test_what_is_no_solid_is_refused_by_its_place(mesh, says):
+def test_open_overlapping_or_separate_surfaces_are_refused(mesh, says):
     vertices, faces, _ = one_surface(*mesh)
     with pytest.raises(InputError, match=says):
         closed_body(vertices, faces)

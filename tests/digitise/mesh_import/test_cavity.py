@@ -1,4 +1,4 @@
-"""The crack in a block, what is none, the path that somebody brings along, and sections of the cavity."""
+"""The cavity of a crack in a block, its sections, the path from a file, and refusals."""
 
 from dataclasses import replace
 
@@ -28,20 +28,20 @@ FUNNEL = [[x, y, z] for x in (20.0, 80.0) for y, z in ((19.0, -5.0), (21.0, -5.0
         (slotted(), SLOT_MM3, 10.0),
         # At 45 degrees the mouth is 0.1 mm wider than where it is seen; without its rim, 6 mm³ would be missing.
         (block() - Manifold.hull_points(np.array(FUNNEL)), 60 * (2 + 12) / 2 * 5, 5.0),
-        # Undercut, and reached from the slot's floor alone.
+        # The room is an undercut that opens only in the slot's floor.
         (slotted(box((30.0, 10.0, -14.0), (50.0, 30.0, -9.0))), SLOT_MM3 + 20 * 20 * 5 - 20 * 4 * 1, 14.0),
         (slotted(box((-1.0, 18.0, -10.0), (101.0, 22.0, 1.0))), 100 * 4 * 10, 10.0),
     ],
     ids=["slot", "funnel", "room below", "open at both ends"],
 )
-def test_the_cavity_is_all_of_the_block_that_the_mouth_leads_to(body, volume_mm3, depth_mm):
+def test_the_cavity_has_the_volume_and_depth_of_the_modelled_crack(body, volume_mm3, depth_mm):
     cavity = cavity_in(body)
     assert cavity.volume_mm3 == pytest.approx(volume_mm3)
     assert cavity.depth_mm == pytest.approx(depth_mm)
     assert cavity.warnings == ()
 
 
-def test_two_cracks_compete_until_a_path_chooses():
+def test_a_block_with_two_cracks_needs_a_path_along_the_intended_crack():
     two = slotted(box((20.0, 5.0, -6.0), (70.0, 9.0, 1.0)))
     with pytest.raises(InputError, match=r"240 mm² .*\(50, 20\) and 200 mm² .*\(45, 7\)"):
         cavity_in(two)
@@ -52,19 +52,19 @@ def test_two_cracks_compete_until_a_path_chooses():
 @pytest.mark.parametrize(
     ("body", "says"),
     [
-        # A crack through the underside holds nothing.
+        # Sealant would run out through the underside.
         (slotted(box((40.0, 19.0, -25.0), (45.0, 21.0, -5.0))), "underside"),
         (block() - box((10.0, 5.0, -3.0), (10.9, 5.9, 1.0)), "No crack opens in the face"),
     ],
     ids=["through", "pore"],
 )
-def test_what_is_no_crack_is_refused(body, says):
+def test_a_crack_through_the_underside_and_a_pore_are_refused(body, says):
     with pytest.raises(InputError, match=says):
         cavity_in(body)
 
 
 @pytest.mark.parametrize("text", ["z_mm,x_mm,y_mm\r\n0,1,2\r\n0,3,4.5\r\n", "\ufeffy_mm,x_mm\n2,1\n4.5,3"])
-def test_x_and_y_are_read_by_their_columns(tmp_path, text):
+def test_the_coordinates_of_a_path_are_read_by_column_name(tmp_path, text):
     (tmp_path / "path.csv").write_text(text, encoding="utf-8")
     assert np.array_equal(read_path(tmp_path / "path.csv"), [[1.0, 2.0], [3.0, 4.5]])
 
@@ -79,7 +79,7 @@ def test_x_and_y_are_read_by_their_columns(tmp_path, text):
         (b"x_mm,y_mm\n1,nan\n3,4\n", "row 2, column y_mm: nan"),
     ],
 )
-def test_what_is_no_path_is_refused_with_its_row(tmp_path, content, says):
+def test_a_faulty_path_file_is_refused_with_the_reason(tmp_path, content, says):
     (tmp_path / "path.csv").write_bytes(content)
     with pytest.raises(InputError, match=says):
         read_path(tmp_path / "path.csv")
@@ -90,8 +90,8 @@ def test_a_path_beside_the_crack_is_refused():
         in_mouth(cavity_in(slotted()).mouth, np.array([[10.0, 35.0], [90.0, 35.0]]))
 
 
-def test_other_parts_of_the_crack_are_left_out_and_undercuts_are_not():
-    """A hairpin's other leg stands beside this one; a pocket under the face's edge belongs to it."""
+def test_a_section_includes_undercuts_but_not_the_other_leg_of_a_hairpin_crack():
+    """Each leg is 3 mm wide and 5 mm deep; a pocket of 2.5 x 2 mm is under the edge of the face."""
     leg, other_leg = box((0, -1.5, -5), (40, 1.5, 0)), box((0, 8.5, -5), (40, 11.5, 0))
     pocket = box((0, 1.5, -5), (40, 4, -3))
     cavity = Manifold.batch_boolean([leg, other_leg, box((40, -1.5, -5), (43, 11.5, 0)), pocket], OpType.Add)

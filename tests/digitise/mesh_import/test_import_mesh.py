@@ -1,4 +1,4 @@
-"""A mesh of others comes in as the crack that it is, whatever its units, axes and damage."""
+"""An imported mesh gives its crack in any unit and with any axis up; damage is mended or refused."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -31,8 +31,8 @@ def settings(units: str = "mm", up: str = "z") -> MeshInput:
 
 
 @pytest.mark.parametrize("up", UPRIGHT_DEG)
-def test_the_axis_out_of_the_face_comes_to_point_upward(up):
-    """By a rotation: a mirror would swap the crack's left wall for its right one."""
+def test_the_axis_out_of_the_face_is_rotated_to_z(up):
+    """A mirror would exchange the crack's left and right walls."""
     axis = np.eye(3)["xyz".index(up[-1])] * (-1.0 if up.startswith("-") else 1.0)
     assert trimesh.transform_points(axis[None], upright(settings(up=up)))[0] == pytest.approx([0, 0, 1])
     assert np.linalg.det(upright(settings(up=up))[:3, :3]) == pytest.approx(1.0)
@@ -43,7 +43,7 @@ def corners_of(size: tuple[float, float, float]) -> Triangles:
 
 
 @pytest.mark.parametrize(("units", "mm"), [("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("inch", 25.4)])
-def test_numbers_become_millimetres(units, mm):
+def test_coordinates_in_any_unit_become_millimetres(units, mm):
     size_mm = upright_mm(corners_of((100 / mm, 40 / mm, 20 / mm)), settings(units))
     assert np.ptp(size_mm, axis=0) == pytest.approx([100.0, 40.0, 20.0])
 
@@ -79,37 +79,37 @@ def farthest_mm(points_mm: Floats, line_mm: Floats) -> float:
 
 @pytest.fixture(scope="module")
 def paper() -> tuple[Outline, Solid]:
-    """Wandering, leaning, open at both ends: the hardest of our own solids."""
+    """A wandering, leaning crack that is open at both ends: the hardest of our own solids."""
     outline = wandering_crack()
     return outline, build_solid(outline, CrackShape(depth_mm=16.0, tilt="lean"))
 
 
-def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper):
-    """Walls that lean by 11 degrees have moved by 0.01 mm where the mouth is seen, 0.05 mm under the face."""
+def test_a_written_solid_is_imported_as_the_same_crack(tmp_path, paper):
+    """The mouth is measured 0.05 mm under the face, where walls that lean by 11 degrees have moved by 0.01 mm."""
     outline, solid = paper
     back = brought(tmp_path, (solid.vertices_mm @ MINUS_X.T / 1000, solid.faces), "a.ply", units="m", up="-x")
     assert back.solid.cavity_volume_mm3 == pytest.approx(solid.cavity_volume_mm3, rel=1e-6)
     assert back.solid.block_mm == pytest.approx(solid.block_mm, abs=1e-4)
     assert back.solid.depth_mm == pytest.approx(16.0, abs=1e-4)
-    # Beside an oblique end one wall is lost to a photo, and that is told; a mesh knows its walls.
+    # A photo lacks one wall beside an oblique end and gives a warning; a mesh has both walls.
     assert back.outline.warnings == back.solid.figures.warnings == ()
     assert (back.outline.ends, back.outline.mean_width_mm) == (OPEN, pytest.approx(outline.mean_width_mm, rel=4e-3))
     ring_mm, back_ring_mm = (np.vstack([ring, ring[:1]]) for ring in (outline.outline_mm, back.outline.outline_mm))
     assert max(farthest_mm(back_ring_mm, ring_mm), farthest_mm(ring_mm, back_ring_mm)) < 0.03
-    # Where one wall alone is left beside an oblique end, the middle is a matter of taste.
+    # Beside an oblique end only one wall is left, so that the midline is not defined.
     midline_mm, back_midline_mm = ((each.left_wall_mm + each.right_wall_mm) / 2 for each in (outline, back.outline))
     assert back.outline.length_mm == pytest.approx(arc_length(midline_mm)[-1], abs=0.3)
     assert farthest_mm(resampled(back_midline_mm, 0.5)[10:-10], midline_mm) < 0.1
     # A station between two corners of the ring cuts off as much as the ring bends there.
     assert farthest_mm(np.vstack([back.outline.left_wall_mm, back.outline.right_wall_mm]), back_ring_mm) < 0.01
-    # To 0.2 percent: where a dam's edge would meet what is left of an old dam's, it is 0.02 mm wider.
+    # Tolerance 0.2 %: a dam is 0.02 mm wider if its edge would meet the rest of an old dam.
     for label in FaceLabel:
         assert labelled_mm2(back.solid, label) == pytest.approx(labelled_mm2(solid, label), rel=2e-3), label.name
     assert examine_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2)[0] == []
 
 
-def test_sections_hold_below_each_level_what_our_own_solid_holds(tmp_path, paper):
-    """To 0.2 % of the cavity, at oblique ends too: layers of 0.3 mm and cells of a twenty-fourth of the width."""
+def test_imported_sections_have_the_solids_volume_below_each_level(tmp_path, paper):
+    """Tolerance: 0.2 % of the cavity, from layers of 0.3 mm and cells of a twenty-fourth of the width."""
     outline, solid = paper
     shape = CrackShape(depth_mm=16.0, tilt="lean")
     write_solid(tmp_path, solid)
@@ -124,8 +124,8 @@ def test_sections_hold_below_each_level_what_our_own_solid_holds(tmp_path, paper
         assert below_mm3 == pytest.approx(expected_mm3, abs=2e-3 * solid.cavity_volume_mm3), level_mm
 
 
-def test_a_file_of_a_solid_needs_its_areas_by_level(tmp_path):
-    """Volumes without them would take the walls of the mesh as upright."""
+def test_an_imported_solids_file_without_areas_by_level_is_refused(tmp_path):
+    """Volumes without these areas would assume upright walls."""
     solid = brought(tmp_path, SLOT).solid
     write_solid(tmp_path, solid)
     assert read_solid(tmp_path).sections.below_mm2 == pytest.approx(solid.sections.below_mm2, abs=1e-5)
@@ -134,13 +134,13 @@ def test_a_file_of_a_solid_needs_its_areas_by_level(tmp_path):
         read_solid(tmp_path)
 
 
-def test_a_mesh_that_is_inside_out_is_turned_and_told(tmp_path):
+def test_an_inside_out_mesh_is_turned_with_a_warning(tmp_path):
     back = brought(tmp_path, (SLOT[0], SLOT[1][:, ::-1]))
     assert back.solid.cavity_volume_mm3 == pytest.approx(2400.0, rel=1e-9)
     assert [warning.key for warning in back.solid.figures.warnings] == ["mesh.inside-out"]
 
 
-def test_a_mesh_that_crosses_itself_is_refused_by_its_place(tmp_path):
+def test_a_mesh_that_crosses_itself_is_refused_with_the_position(tmp_path):
     """One corner of the face is pulled through a wall of the slot."""
     vertices, faces = fine(slotted())
     vertices[np.argmin(np.linalg.norm(vertices - [70.0, 26.0, 0.0], axis=1))] = 70.0, 21.0, -5.0
@@ -148,8 +148,8 @@ def test_a_mesh_that_crosses_itself_is_refused_by_its_place(tmp_path):
         brought(tmp_path, (vertices, faces))
 
 
-def test_a_given_path_is_the_centreline(tmp_path):
-    """In the file's own frame turned upright, whatever is levelled and moved afterwards."""
+def test_a_path_from_a_file_becomes_the_centreline(tmp_path):
+    """The path is in the frame of the file turned upright, before the face is levelled and moved."""
     mesh = turned(turned(SLOT, 0, 3.0), 2, 14.0)
     line_mm = np.column_stack([np.linspace(75, 15, 100), np.full(100, 20.4), np.zeros(100)])
     file_mm = turned(turned((line_mm, mesh[1]), 0, 3.0), 2, 14.0)[0]
@@ -163,16 +163,16 @@ def test_a_given_path_is_the_centreline(tmp_path):
     assert back.outline.width_mm[20:-40] == pytest.approx(4.0, abs=0.02)
 
 
-def test_a_given_path_along_a_part_of_the_crack_is_told(tmp_path):
-    """The slot runs from 20 to 80 mm: half of it would get the sealant of all."""
+def test_a_path_along_half_of_the_crack_gives_a_warning(tmp_path):
+    """The slot runs from 20 to 80 mm; one half would get the sealant of both."""
     line_mm = np.linspace((50.0, 20.0), (85.0, 20.0), 50)
     np.savetxt(tmp_path / "path.csv", line_mm, delimiter=",", header="x_mm,y_mm", comments="")
     (warning,) = brought(tmp_path, SLOT, path=Path("path.csv")).outline.warnings
     assert "follows only 50 %" in warning.text or "follows only 51 %" in warning.text
 
 
-def test_a_block_that_stands_on_its_side_is_told(tmp_path):
-    """A crack that runs out at a side opens there as well: which of the two is the face, up alone says."""
+def test_a_block_on_its_side_gives_a_note_about_the_up_axis(tmp_path):
+    """A crack that leaves through a side opens there too; only mesh.up decides which is the face."""
     across = mesh_of(block() - box((49.0, -1.0, -12.0), (51.0, 30.0, 1.0)))
     upright, upended = ([note.text for note in brought(tmp_path, across, up=up).notes] for up in ("z", "-y"))
     assert not any("mesh.up" in text for text in upright)

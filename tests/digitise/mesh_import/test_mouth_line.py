@@ -1,4 +1,4 @@
-"""The line between the walls of a slot is the line that it was drawn along."""
+"""The centreline found in a slot's mouth is the line along which the slot was drawn."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def length_mm(line: MouthLine) -> float:
     ],
     ids=["square", "round", "slanted by 45 degrees", "pointed"],
 )
-def test_a_closed_crack_ends_where_its_line_meets_the_rim(mouth, expected_mm):
+def test_the_centreline_of_a_closed_crack_ends_at_the_rim(mouth, expected_mm):
     line = line_of_mouth(mouth, FAR_MM)
     assert line.ends == CLOSED
     assert length_mm(line) == pytest.approx(expected_mm, abs=0.05)
@@ -56,7 +56,7 @@ def test_a_closed_crack_ends_where_its_line_meets_the_rim(mouth, expected_mm):
     ],
     ids=["square", "disc", "ring", "path that ends in a bend"],
 )
-def test_what_has_no_line_is_refused_in_words_of_a_mesh(mouth, between_mm, says):
+def test_a_mouth_without_a_centreline_is_refused_without_words_about_photos(mouth, between_mm, says):
     with pytest.raises(InputError, match=says) as refusal:
         line_of_mouth(mouth, FAR_MM, between_mm)
     assert not any(word in str(refusal.value) for word in ("photo", "ends_px", "px"))

@@ -1,4 +1,4 @@
-"""A cell file, the robot's frame and its pump: known turns and flows, and faults named by key, row and value."""
+"""A cell file, the robot's frame and its pump: known rotations and flows, and refusals by key, row and value."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ def read(tmp_path, *changes: tuple[str, str]) -> RobotCell:
 
 
 def uncommented(*tables: str) -> list[tuple[str, str]]:
-    """Changes that bring tables of the example to life."""
+    """Changes that uncomment tables of the example."""
     lines, example, live = [], CELL.splitlines(), False
     for line in example:
         if line.startswith(("[", "# [")):
@@ -40,7 +40,7 @@ def uncommented(*tables: str) -> list[tuple[str, str]]:
     return lines
 
 
-def test_the_example_is_a_valid_cell_with_every_table_of_it_alive(tmp_path):
+def test_the_example_cell_is_valid_with_all_tables_uncommented(tmp_path):
     cell = read(tmp_path, *uncommented("plunger", *LANGUAGES))
     assert [kind for kind in LANGUAGES if cell.missing_for(kind) is None] == list(LANGUAGES)
     assert cell.table(Urscript).full_flow_mm3_s == 1000.0
@@ -70,8 +70,8 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
         ("urscript", "# port = 0", BY_A_VECTOR, ["rotation_vector_rad: no such key"]),
     ],
 )
-def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, table, old, new, named):
-    """What is wrong alone, or does not go together; with a table of the example brought to life, or none."""
+def test_a_faulty_cell_file_is_refused_with_the_key_or_the_remedy(tmp_path, table, old, new, named):
+    """Single wrong values and wrong combinations, with or without an uncommented table of the example."""
     changes = [] if table is None else [it for it in uncommented(table) if not it[0].startswith(old.strip())]
     with pytest.raises(InputError, match=r"cell\.toml") as fault:
         read(tmp_path, (old, new), *changes, *([("output_bit = 8", "")] if new == BY_S[1] else []))
@@ -96,8 +96,8 @@ def fitted(sample_mm: Floats, robot_mm: Floats, limit_mm: float = 0.5) -> RobotF
 
 @settings(max_examples=30)
 @given(turn=st.floats(-180, 180), tip=st.floats(-60, 60), seed=st.integers(0, 99))
-def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
-    """But for rounding of coordinates of some hundred millimetres. Above the face is along its normal."""
+def test_any_rotation_and_shift_of_the_sample_is_found_exactly(turn, tip, seed):
+    """Tolerance: rounding of coordinates of some hundred millimetres. Heights are along the face's normal."""
     frame = fitted(CORNERS, seen(CORNERS, turn, tip))
     assert frame.residual_mm.max() < 1e-9
     assert (frame.scale, np.linalg.det(frame.rotation)) == pytest.approx((1.0, 1.0), abs=1e-12)
@@ -113,7 +113,7 @@ def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
     [
         (CORNERS, seen(CORNERS * 1.013), r"1\.013 times as far apart"),
         (CORNERS, seen(CORNERS * [1, -1], tip_deg=0.0), "mirrored"),
-        # The arm hangs.
+        # The arm hangs upside down.
         (CORNERS, seen(CORNERS, tip_deg=0.0) * [1, -1, -1], "whose z points up"),
         (CORNERS, seen(CORNERS[[0, 2, 1]]), r"do not fit .* are 0\.6\d* times"),
         (
@@ -125,13 +125,13 @@ def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
         (np.zeros((3, 2)), seen(np.zeros((3, 2))), r"within 0 mm \(RMS\) of a line"),
     ],
 )
-def test_points_that_no_rigid_sample_has_are_refused_by_what_is_wrong(sample_mm, robot_mm, says):
+def test_taught_points_that_fit_no_rigid_sample_are_refused(sample_mm, robot_mm, says):
     with pytest.raises(InputError, match=r"cell\.toml: .*" + says):
         fitted(sample_mm, robot_mm)
 
 
 HEAD = "asked_mm3_s,weighed_g,time_s,delay_s\n"
-GIVES = 0.8  # Of what it is asked for
+GIVES = 0.8  # Share of the asked flow
 
 
 def pump(folder: Path, rows: str = "", head: str = HEAD) -> PumpTable:
@@ -143,8 +143,8 @@ def pump(folder: Path, rows: str = "", head: str = HEAD) -> PumpTable:
     return read_pump(Pump(file=Path("pump.csv"), density_kg_m3=1690.0), folder)
 
 
-def test_a_pump_that_gives_less_is_asked_for_more_within_what_was_weighed(tmp_path):
-    """Three pairs that are 1 % to either side: s = sqrt(2) %, three degrees of freedom, two of each."""
+def test_the_flow_asked_of_a_pump_is_corrected_within_the_weighed_range(tmp_path):
+    """Three pairs, 1 % to either side of their mean: s = sqrt(2) %, three degrees of freedom, t = 3.182."""
     table = pump(tmp_path)
     assert table.asked_for(np.array([0.0, 8.0, 40.0, 800.0])) == pytest.approx([0, 10, 50, 1000])
     assert table.error_95 == pytest.approx(3.182 * 0.01, rel=1e-3)
@@ -163,35 +163,35 @@ def test_a_pump_that_gives_less_is_asked_for_more_within_what_was_weighed(tmp_pa
         ("10,1,20,99\n10,1,20,0\n20,2,20,0\n20,2,20,0\n", "row 2, column delay_s: 99; 0 to 30"),
     ],
 )
-def test_a_fault_is_named_by_row_and_value(tmp_path, rows, says):
+def test_a_faulty_pump_file_is_refused_with_the_reason(tmp_path, rows, says):
     with pytest.raises(InputError, match=says):
         pump(tmp_path, rows)
 
 
 @pytest.mark.parametrize(("off", "words"), [(0.01, []), (0.25, ["35%", "108%"])])
-def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, words):
-    """Two to either side of each of two flows: s = sqrt(2) off, two degrees of freedom, so that it is 4.303 off."""
+def test_a_pump_with_large_scatter_gives_a_warning_with_percentages(tmp_path, off, words):
+    """Two pairs, ``off`` to either side: s = sqrt(2) off, two degrees of freedom, so that the error is 4.303 off."""
     path = place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, off))
     warnings = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
     assert len(warnings) == bool(words)
     assert all(word in warnings[0] for word in words)
 
 
-def test_equal_weighings_show_no_interval(tmp_path):
-    """A scale with a coarse digit. Broken on purpose, the path's flow is known to 0 %, without a word."""
+def test_equal_weighings_give_a_warning_and_no_interval(tmp_path):
+    """A scale with a coarse digit. Broken on purpose, the flow has an error of 0 % and no warning."""
     table = scattered(tmp_path, 0.0)
     assert table.error_95 is None
     assert "show no scatter" in table.warnings[0]
 
 
 def scattered(folder: Path, off: float) -> PumpTable:
-    """A pump that obeys, weighed twice at the path's flow and at three times it, each time ``off`` its mean."""
+    """A pump that gives the asked flow, weighed twice at the path's flow and at three times it, ``off`` its mean."""
     flow = trajectory().flow_mm3_s.max()
     weighed = [(asked, asked * 1.69e-3 * 20 * (1 + sign * off)) for asked in (flow, 3 * flow) for sign in (-1, 1)]
     return pump(folder, "".join(f"{asked:.12g},{gram:.12g},20,0\n" for asked, gram in weighed))
 
 
-def test_each_program_asks_for_what_gives_the_paths_flow_and_waits_once(tmp_path):
+def test_each_robot_program_asks_for_the_corrected_flow_and_waits_once(tmp_path):
     it, table = trajectory(lead_in_mm=5.0), pump(tmp_path)
     flow = it.flow_mm3_s.max()
     path = place_path(it, cell(gcode={}), "cell.toml", table)

@@ -1,4 +1,4 @@
-"""A path in the robot's frame: each limit of the cell, the plain files read back, and words that stay comments."""
+"""A path in the robot's frame: the limits of the cell, the table read back, and names that stay in comments."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ from tests.support.robot_readers import READERS
         ({"speed_mm_s": 250.0, "nozzle_height_mm": 50.0}, {}, r"safe_height_mm is 50(.|\n)*cell.toml: .* 250 mm/s"),
     ],
 )
-def test_what_a_cell_does_not_allow_is_refused_by_name(planned, changes, says):
+def test_a_path_beyond_the_limits_of_the_cell_is_refused(planned, changes, says):
     with pytest.raises(InputError, match=says) as fault:
         placed(trajectory(**planned), **changes)
     assert all(line.startswith("cell.toml: ") for line in str(fault.value).splitlines())
@@ -46,13 +46,13 @@ def test_what_a_cell_does_not_allow_is_refused_by_name(planned, changes, says):
         (lambda it: replace(it, speed_mm_s=2 * it.speed_mm_s), "speed_mm_s "),
     ],
 )
-def test_a_trajectory_that_somebody_broke_moves_no_arm(change, says):
+def test_an_invalid_trajectory_is_refused(change, says):
     with pytest.raises(InputError, match=f"trajectory.csv: .*{says}"):
         place_path(change(trajectory()), cell(), "cell.toml")
 
 
-def test_the_table_is_a_trajectory_in_the_robot_s_frame(tmp_path):
-    """The same columns as trajectory.csv, so that whatever reads that one reads this."""
+def test_the_csv_table_is_a_trajectory_in_the_robots_frame(tmp_path):
+    """The columns are those of trajectory.csv, so that the same programs read both files."""
     path = placed()
     (tmp_path / "trajectory.csv").write_text(table_text(path), encoding="utf-8")
     again = read_trajectory(tmp_path)
@@ -72,8 +72,8 @@ HOSTILE = [
 
 @pytest.mark.parametrize("name", HOSTILE)
 @pytest.mark.parametrize("language", sorted(name for name, language in LANGUAGES.items() if language.settings))
-def test_a_hostile_name_never_becomes_code(name, language):
-    """The readers refuse words they do not know; what they do know must be the same with any name."""
+def test_a_hostile_trial_name_never_becomes_robot_code(name, language):
+    """The parsers refuse unknown words; all other words must be the same with any name."""
     text, read = LANGUAGES[language].text, READERS[language]
     plain, named = text(replace(PATH, head=("bench",))), text(replace(PATH, head=(name,)))
     assert read(named) == read(plain)
@@ -84,7 +84,7 @@ def test_a_hostile_name_never_becomes_code(name, language):
 @given(st.lists(st.integers(0, 0x10FFFF).map(chr), max_size=60).map("".join))
 @example("0" * 200)
 @example("".join(map(chr, range(0x2100))))
-def test_a_comment_is_one_line_of_harmless_signs(text):
+def test_a_comment_is_one_line_of_safe_ascii_characters(text):
     comment = comments("", [text])[0]
     assert len(comment.splitlines()) <= 1
     # GRBL obeys ! ? ~ even in comments; % ends a tape, * begins a checksum, quotes and brackets open things.

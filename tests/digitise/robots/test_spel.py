@@ -1,4 +1,4 @@
-"""SPEL+, read back by a reader of the language."""
+"""SPEL+ programs, read back by a parser of the language."""
 
 import numpy as np
 import pytest
@@ -18,8 +18,8 @@ ON_Z = {"dispenser": "z", "output_bit": None, "axis_start_mm": -20.0}
 
 @settings(max_examples=15, deadline=None)
 @given(it=random_paths(), turn=st.floats(-180, 180), axis=st.sampled_from(["s", "t"]), gives=st.sampled_from("+-"))
-def test_moves_go_where_and_press_as_far_as_was_planned(it, turn, axis, gives):
-    """Three decimals of a place, four of the plunger: 1e-4 mm of a 20 mm syringe is 0.03 mm³."""
+def test_spel_moves_follow_the_planned_path_speed_and_plunger_travel(it, turn, axis, gives):
+    """Tolerances: three decimals of a position, four of the plunger; 1e-4 mm of a 20 mm syringe is 0.03 mm³."""
     table = {**ADDED, "dispenser": axis, "axis_gives": gives}
     path = place_path(it, cell(turn, spel=table), "cell.toml")
     program = read_spel(spel_text(path))
@@ -27,12 +27,12 @@ def test_moves_go_where_and_press_as_far_as_was_planned(it, turn, axis, gives):
     places = np.array([motion.place for motion in along])
     assert np.abs(places - in_cell(it.position_mm, turn)).max() < 6e-4
     assert [motion.speed for motion in along[1:]] == pytest.approx(it.speed_mm_s[:-1], abs=6e-4)
-    # It stops at the last waypoint and nowhere before.
+    # The arm stops at the last waypoint only.
     assert [motion.how for motion in along[1:]] == ["Move CP"] * (len(it.t_s) - 2) + ["Move"]
     gone_mm = np.array([motion.given for motion in along]) - 5.0
     planned_mm = np.concatenate([[0.0], np.cumsum(it.given_mm3)]) / AREA_MM2
     assert gone_mm * (1 if gives == "+" else -1) == pytest.approx(planned_mm, abs=6e-5)
-    # The other added axis is left at 0, and above start and end the plunger stands still.
+    # The other added axis is left at 0, and above start and end the plunger does not move.
     point = next(iter(program.points.values()))
     assert (point[-1] if axis == "s" else point[-2]) == 0
     assert program.motions[0].given == along[0].given
@@ -40,7 +40,7 @@ def test_moves_go_where_and_press_as_far_as_was_planned(it, turn, axis, gives):
 
 
 @pytest.mark.parametrize("reverse", [False, True])
-def test_a_curve_passes_every_waypoint_over_the_crack_at_one_speed_with_the_output_on(reverse):
+def test_a_spel_curve_passes_all_waypoints_over_the_crack_with_the_output_on(reverse):
     it = trajectory(lead_in_mm=10.0, lead_out_mm=6.0, ramp_mm=5.0, reverse=reverse)
     program = read_spel(spel_text(placed(it)))
     crack = it.position_mm[it.giving]
@@ -49,7 +49,7 @@ def test_a_curve_passes_every_waypoint_over_the_crack_at_one_speed_with_the_outp
     assert np.abs(np.array([m.place for m in on_curve]) - in_cell(crack)[1:]).max() < 6e-4
     assert {motion.speed for motion in on_curve} == {4.0}
     assert [motion.how for motion in program.motions[:3]] == ["Move", "Move", "Move CP"]
-    # On as the curve begins, off as it ends: the leads are dry.
+    # The output is on along the curve only: the leads are dry.
     assert program.switches == [(3, "On 8"), (3 + len(on_curve), "Off 8")]
     ends = program.motions[-2:]
     assert np.array(ends[0].place) == pytest.approx(in_cell(it.position_mm[-1:])[0], abs=6e-4)
@@ -57,8 +57,8 @@ def test_a_curve_passes_every_waypoint_over_the_crack_at_one_speed_with_the_outp
 
 
 @pytest.mark.parametrize("motion", ["curve", "move"])
-def test_where_z_presses_the_plunger_it_does_nothing_else(motion):
-    """The paper's arm: z falls with the volume, from where the plunger stands, and the nozzle is never lifted."""
+def test_a_z_axis_that_drives_the_plunger_falls_with_the_volume(motion):
+    """This is the paper's arm: z begins at the plunger's position, and the nozzle is never lifted."""
     it = trajectory(lead_in_mm=10.0)
     path = placed(it, spel={**ON_Z, "motion": motion}, tip_deg=0.0)
     program = read_spel(spel_text(path))
@@ -67,7 +67,7 @@ def test_where_z_presses_the_plunger_it_does_nothing_else(motion):
     assert places[-1, 2] == pytest.approx(-20.0 - 4800 / AREA_MM2, abs=6e-4)
     assert np.diff(places[:, 2]).max() <= 0
     flown = np.linalg.norm(np.diff(places[-62:, :2], axis=0), axis=1)
-    # SpeedS is the tip's in space: across the face it must still be the planned 4 mm/s.
+    # SpeedS is the speed in space: across the face the nozzle must still move at the planned 4 mm/s.
     step_s = np.linalg.norm(np.diff(places[-62:], axis=0), axis=1) / [m.speed for m in program.motions[-61:]]
     assert flown / step_s == pytest.approx(np.full(61, 4.0), rel=2e-3)
 
@@ -84,18 +84,18 @@ LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)
         ({"flow": "cross_section"}, {"spel": {"motion": "move"}}, "one flow or none, .* axis"),
         ({"speed_mm_s": 0.05}, {}, r"at least 0\.1 mm/s, but the path has 0\.05"),
         ({}, {"spel": {"first_point": 940}}, "65 points from P940 on, .* P999"),
-        # The plunger's axis.
+        # The stroke of the plunger on z.
         ({}, LOW, r"25\.3 mm out of the reach box, to .* -35\.3\) mm"),
     ],
 )
-def test_what_spel_cannot_say_is_refused(path, changes, says):
+def test_a_path_beyond_the_limits_of_spel_is_refused(path, changes, says):
     with pytest.raises(InputError, match="cell.toml: .*" + says):
         spel_text(placed(trajectory(**path), **changes))
 
 
 @pytest.mark.parametrize("motion", ["curve", "move"])
-def test_a_plunger_on_z_counts_for_the_arms_speed(motion):
-    """15.3 mm of plunger over 62 mm of path: the arm goes 3 % faster than the nozzle, and SpeedS is the arm's."""
+def test_plunger_travel_on_z_counts_towards_the_arms_speed_limit(motion):
+    """The plunger moves 15.3 mm over 62 mm of path, so that the arm is 3 % faster than the nozzle."""
     fast, limit = trajectory(speed_mm_s=30.0), {"motion": {"largest_speed_mm_s": 30.0}, "tip_deg": 0.0}
     assert spel_text(placed(fast, **limit))
     with pytest.raises(InputError, match=r"the arm.* 30\.9\d? mm/s, but motion.largest_speed_mm_s allows at most 30\."):

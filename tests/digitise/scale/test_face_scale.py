@@ -61,15 +61,15 @@ def with_marker_2_moved(specimen: Specimen) -> dict:
         (None, with_marker_2_moved, r"photo\.jpg: the markers misfit by 0\.\d+ mm.* marker 2"),
         (None, lambda _: {"face_mm": (900.0, 40.0)}, "face_mm is outside the photo"),
     ],
-    ids=["too few", "printed twice", "not where the board says", "face outside the photo"],
+    ids=["too few", "printed twice", "misplaced", "face outside the photo"],
 )
-def test_markers_that_give_no_face_are_refused_by_their_numbers(specimen, photo_with, paint, changes, says):
+def test_faulty_markers_and_a_face_outside_the_photo_are_refused(specimen, photo_with, paint, changes, says):
     with pytest.raises(InputError, match=says):
         photo_with(paint and (lambda image: paint(image, specimen)), **changes(specimen))
 
 
-def test_the_edges_of_the_face_give_the_scale_and_the_shadow_around_it_is_no_part_of_it(tmp_path):
-    """Half a pixel; the crack cuts two of the edges. With the board's edges, each side is a gap of 5 px too far out."""
+def test_the_edges_of_the_face_give_the_scale_despite_its_shadow(tmp_path):
+    """Tolerance: half a pixel; the crack cuts two of the edges. The board's edges are 5 px farther out."""
     truth = make_specimen(2, Recipe(gap_mm=1.0, mm_per_px=0.2))
     truth.write(tmp_path)
     photo = load_photo(PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(160, 40)), tmp_path)
@@ -86,7 +86,7 @@ def by_corners(specimen: Specimen, folder: Path, corners_px: Floats) -> Photo:
     return load_photo(settings, folder)
 
 
-def test_given_corners_give_the_same_scale(specimen, tmp_path):
+def test_clicked_corners_of_the_face_give_the_scale(specimen, tmp_path):
     photo = by_corners(specimen, tmp_path, specimen.to_px(FACE))
     inner = np.array([[20.0, 10], [50, 30]])
     assert photo.to_mm(specimen.to_px(inner)) == pytest.approx(inner, abs=1e-3)
@@ -95,9 +95,9 @@ def test_given_corners_give_the_same_scale(specimen, tmp_path):
 @pytest.mark.parametrize(
     ("corners", "says"),
     [
-        # In another order they would mirror the crack.
+        # Corners in another order would mirror the crack.
         (lambda corners_px: corners_px[::-1], r"photo\.jpg: face_corners_px = \(\("),
-        # That start elsewhere squeeze the crack: lengths of this face come out wrong by three, and no figure tells.
+        # Another first corner distorts the crack: lengths would be wrong by a factor of 3 without a warning.
         (lambda corners_px: np.roll(corners_px, 1, axis=0), r"photo\.jpg: face_corners_px = .* 1\.75 times as wide"),
         (lambda corners_px: corners_px + np.array([[0], [9e5], [0], [0]]), r"face_corners_px = .* \d+ x \d+ px"),
         # On four neighbouring pixels.
@@ -108,7 +108,7 @@ def test_given_corners_give_the_same_scale(specimen, tmp_path):
     ],
     ids=["mirrored", "from another corner", "far off", "centimetres a pixel"],
 )
-def test_corners_that_no_face_has_are_refused(specimen, tmp_path, corners, says):
+def test_corners_in_the_wrong_order_or_of_an_impossible_size_are_refused(specimen, tmp_path, corners, says):
     with pytest.raises(InputError, match=says):
         by_corners(specimen, tmp_path, corners(specimen.to_px(FACE)))
 

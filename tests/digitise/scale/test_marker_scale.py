@@ -49,7 +49,7 @@ def bent_photo(bent, tmp_path_factory) -> Photo:
 
 
 def errors(photo: Photo, specimen: Specimen) -> tuple[float, float]:
-    """Of lengths between places all over the face: of their mean, and of the worst that is longer than 10 mm."""
+    """Relative errors of lengths between points all over the face: the mean, and the worst of those above 10 mm."""
     seen_mm = photo.to_mm(specimen.to_px(GRID_MM))
     first, second = np.triu_indices(len(GRID_MM), 1)
     true_mm = np.linalg.norm(GRID_MM[first] - GRID_MM[second], axis=1)
@@ -68,8 +68,8 @@ def load(bent, tmp_path):
     return load
 
 
-def test_a_bent_photo_is_measured_like_a_straight_one(bent, bent_photo, load):
-    """The issue asks for 0.3 %. The design note reached 0.07 % in the mean and 0.14 % in the worst length."""
+def test_lens_distortion_does_not_change_measured_lengths(bent, bent_photo, load):
+    """The requirement is 0.3 %. The design note reached 0.07 % in the mean and 0.14 % in the worst length."""
     four = tuple(marker for marker in bent.board.markers if marker.id in (0, 2, 5, 7))
     for photo in (bent_photo, load(markers=MarkerBoard(size_mm=bent.board.size_mm, markers=four))):
         mean, worst = errors(photo, bent)
@@ -80,10 +80,10 @@ def test_a_bent_photo_is_measured_like_a_straight_one(bent, bent_photo, load):
         assert photo.scale_residual_mm < 0.01
 
 
-def test_markers_below_the_face_or_printed_smaller_make_the_scale_unsure(bent, bent_photo, load):
-    """As they would look 5 mm lower at 262 mm: 1.9 % larger. The edges of the face give them away.
+def test_markers_off_the_face_or_printed_too_small_raise_the_scale_uncertainty(bent, bent_photo, load):
+    """Markers 5 mm lower at 262 mm make lengths 1.9 % larger than the edges of the face imply.
 
-    By a table longer than a frame that a printer made smaller it is the same; the ruler on the frame mends it.
+    A frame that a printer made smaller has the same effect; the length of its printed ruler corrects the scale.
     """
     grown = 1 + 5 / 262
     board = bent.board.model_dump()
@@ -102,8 +102,8 @@ def test_markers_below_the_face_or_printed_smaller_make_the_scale_unsure(bent, b
     assert mended.scale_uncertainty == pytest.approx(BOARD_MM * grown / 100, rel=0.2)
 
 
-def test_a_print_that_nothing_checks_is_in_the_uncertainty_and_named(bent, load):
-    """A frame printed at 97 % gives lengths 3 % off without a face or a ruler to hold it against."""
+def test_an_unchecked_print_of_markers_adds_scale_uncertainty_and_gives_a_warning(bent, load):
+    """Without a face or a ruler to compare with, a frame printed at 97 % gives lengths that are 3 % off."""
     by_ruler = MarkerBoard(**bent.board.model_dump() | {"printed_ruler_mm": 100.0})
     for board, least, most in ((bent.board, PRINT, 1.01 * PRINT), (by_ruler, BOARD_MM / 100, 1.5 * BOARD_MM / 100)):
         photo = load(markers=board, face_mm=None)
@@ -113,7 +113,7 @@ def test_a_print_that_nothing_checks_is_in_the_uncertainty_and_named(bent, load)
         assert named == (board is bent.board)
 
 
-def test_corners_beside_markers_are_checked_like_corners_alone(bent, load):
+def test_face_corners_in_the_wrong_order_are_refused_even_with_markers(bent, load):
     turned = tuple((float(x), float(y)) for x, y in bent.to_px(rectangle((0, 0, 70, 40)))[::-1])
     with pytest.raises(InputError, match=r"photo\.jpg: face_corners_px = \(\("):
         load(face_corners_px=turned)
@@ -121,7 +121,7 @@ def test_corners_beside_markers_are_checked_like_corners_alone(bent, load):
 
 @pytest.fixture(scope="module")
 def specimen() -> Specimen:
-    """1220 x 920 px: searched for on a copy of 1000 px first."""
+    """A photo of 1220 x 920 px, so that markers are first searched for on a copy of 1000 px."""
     return make_specimen(1, Recipe(**SMALL_FACE))
 
 
@@ -149,8 +149,8 @@ def page(tmp_path_factory) -> Page:
     return printed(tmp_path_factory.mktemp("page"))
 
 
-def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it(tmp_path):
-    """Rastered at 6 px/mm: each marker to 10 µm, and the scale of the whole to 0.01 %."""
+def test_a_scan_of_the_printed_frame_has_the_scale_of_its_table(tmp_path):
+    """The page is rastered at 6 px/mm. Tolerances: 10 µm for the markers and 0.01 % for the scale."""
     face_mm = (70.0, 40.0)
     page = printed(tmp_path, face_mm=face_mm, size_mm=20.0, dictionary="apriltag_36h11", count=4)
     text = board_toml(face_mm, board_around(face_mm, 20.0, "apriltag_36h11", 4))
@@ -161,8 +161,8 @@ def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it
     assert (photo.scale_residual_mm or 1.0) < 0.01
 
 
-def test_the_opening_lies_between_the_markers_as_the_table_says(page, tmp_path):
-    """Its lower left corner is the origin of the table, and its line lies within it, to be cut away."""
+def test_the_printed_opening_and_markers_have_the_positions_of_the_table(page, tmp_path):
+    """The opening's lower left corner is the table's origin; the cutting line lies inside the opening."""
     board = board_around(FACE_MM, 16.0, "4x4_50", 8)
     ((*cut_mm, _),) = [bar for bar in page.bars if bar[4] == pytest.approx(CUT_GREY / 255, abs=1e-3)]
     low_mm = np.array(cut_mm[:2]) - CUT_MM / 2
@@ -176,7 +176,7 @@ def test_the_opening_lies_between_the_markers_as_the_table_says(page, tmp_path):
         assert place_mm - low_mm == pytest.approx(corners_mm(board, marker), abs=0.01)
 
 
-def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
+def test_the_printed_ruler_is_100_mm_between_its_outer_edges(page):
     (line,) = [bar for bar in page.bars if bar[2] == pytest.approx(100, abs=5e-3) and bar[3] < 1]
     bars = np.array([bar[:4] for bar in page.bars])
     marks = bars[(abs(bars[:, 2] - line[3]) < 5e-3) & (abs(bars[:, 1] - line[1]) < 5e-3)]
@@ -185,8 +185,8 @@ def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
     assert np.diff(np.sort(marks[:, 0] + marks[:, 2] / 2)[1:-1]) == pytest.approx(10, abs=5e-3)
 
 
-def test_a_viewer_is_asked_to_print_unscaled_and_the_same_page_is_the_same_file():
-    """A frame printed again is recognised as the file that exists: no date, no random names."""
+def test_the_frame_is_printed_unscaled_and_equal_frames_are_equal_files():
+    """The file has no date and no random names, so that a repeated frame is recognised as the existing file."""
     reader = pypdf.PdfReader(io.BytesIO(frame_of()), strict=True)
     assert reader.viewer_preferences is not None
     assert reader.viewer_preferences.print_scaling == "/None"
@@ -234,14 +234,14 @@ def picture(gap_px: float = 0.0, board: float = BOARD) -> np.ndarray:
 
 
 @pytest.mark.parametrize("gap_px", [0.0, 5.0, 20.0])
-def test_markers_level_with_the_face_raise_no_alarm(gap_px):
-    """Whether the sample's edge meets the board, or a dark gap of any width lies between."""
+def test_markers_level_with_the_face_give_no_warning(gap_px):
+    """The sample's edge meets the board, or a dark gap of some width separates them."""
     assert check_level(picture(gap_px), looked_at_mm(0.0), LEVEL_FACE_MM, None, DISTANCE_MM, FILE) == (0, ())
 
 
 @pytest.mark.parametrize(("below_mm", "side", "gap_px"), [(-5.0, "above", 5.0), (5.0, "below", 20.0)])
-def test_markers_beside_the_plane_of_the_face_are_told_with_their_offset(below_mm, side, gap_px):
-    """5 mm at 300 mm is 1.7 % of every length. The edges tell it to half a millimetre: 0.17 % of the face's 81 mm."""
+def test_markers_off_the_plane_of_the_face_give_a_warning_with_their_offset(below_mm, side, gap_px):
+    """5 mm at 300 mm is 1.7 % of every length. Tolerance: half a millimetre of offset, 0.17 %."""
     grown = below_mm / DISTANCE_MM
     excess, warnings = check_level(picture(gap_px), looked_at_mm(grown), LEVEL_FACE_MM, None, DISTANCE_MM, FILE)
     assert excess == pytest.approx(grown, abs=0.0017)
@@ -250,8 +250,8 @@ def test_markers_beside_the_plane_of_the_face_are_told_with_their_offset(below_m
     assert all(words in warning.text for words in ("1.7%", f"mm {side} the face, 300 mm from the camera", size))
 
 
-def test_an_offset_that_is_no_bent_frame_is_refused():
-    """Markers on the table, beside a sample 40 mm high: 13 % of every length."""
+def test_markers_40_mm_below_the_face_are_refused():
+    """Markers on the table beside a sample 40 mm high change every length by 13 %."""
     corners_px = View(PX).to_px(rectangle(LEVEL_FACE_MM))
     with pytest.raises(InputError, match=r"79\.3 x 45\.3 mm.* face_mm is 70 x 40.* markers 40\.0 mm below"):
         check_level(picture(), looked_at_mm(40 / DISTANCE_MM), LEVEL_FACE_MM, corners_px, DISTANCE_MM, FILE)
@@ -273,7 +273,7 @@ def test_an_offset_that_is_no_bent_frame_is_refused():
     ],
     ids=["hidden", "unmeasured"],
 )
-def test_if_it_cannot_be_seen_the_rule_is_told_with_its_number(light, face_mm, distance_mm, words):
+def test_an_unknown_marker_offset_gives_a_warning_with_the_error_per_millimetre(light, face_mm, distance_mm, words):
     excess, (warning,) = check_level(light, looked_at_mm(0.0), face_mm, None, distance_mm, FILE)
     assert excess is None
     assert all(word in warning.text for word in words)

@@ -1,4 +1,4 @@
-"""What a photo of known places tells of the camera: its lens, its pose, its scale and how sure that is."""
+"""The camera found from known points: its lens, pose and scale, and the uncertainty of the scale."""
 
 import numpy as np
 import pytest
@@ -8,12 +8,12 @@ from tests.support.marker_boards import board_around, camera, face_grid_mm, plac
 from tests.support.photos import rms
 
 RUNS = 30
-"""RMS of as many errors is within 13 % of the truth, and with it every ratio below."""
+"""The RMS of this many errors is within 13 % of the truth, and so is every ratio below."""
 
 
 @pytest.mark.parametrize("k1", [-0.05, -0.2, 0.1])
-def test_a_lens_and_a_tilted_plane_are_found_exactly_where_nothing_is_noisy(k1):
-    """The camera is that of the synthetic photos: k1 over the square of the focal length in px."""
+def test_lens_and_tilt_are_recovered_exactly_from_noise_free_points(k1):
+    """The camera is that of the synthetic photos; k1 is divided by the square of the focal length in px."""
     view, true_mm = camera(tilt_deg=12, lens_k1=k1), places_mm(board_around())
     fit = fit_markers(view.to_px(true_mm), true_mm, view.size_px, lens_wanted=True)
     grid_mm = face_grid_mm()
@@ -22,10 +22,10 @@ def test_a_lens_and_a_tilted_plane_are_found_exactly_where_nothing_is_noisy(k1):
     assert fit.view.lens.bend_px2 * view.focal_px**2 == pytest.approx(k1, abs=1e-6)
 
 
-def test_the_spread_of_the_scale_is_honest():
-    """Stated and true errors agree within a factor of 2, also if the four corners of a marker share theirs.
+def test_the_stated_spread_of_the_scale_agrees_with_its_actual_errors():
+    """Both agree within a factor of 2, also if the four corners of a marker share an error.
 
-    Four markers are glued on askew by 0.1 mm. Taken for independent, their corners promise a sixth of the error.
+    Four markers are glued on askew by 0.1 mm. With independent corners the stated error would be a sixth.
     """
     rng = np.random.default_rng(7)
     view, true_mm = camera(), places_mm(board_around(4))
@@ -40,8 +40,8 @@ def test_the_spread_of_the_scale_is_honest():
     assert 0.5 < rms(np.array(stated)) / rms(np.array(errors)) < 2
 
 
-def test_the_spread_by_clicks_is_honest():
-    """Four corners have no misfit to judge by: what is known of clicks stands in. Exact but for curvature."""
+def test_the_stated_spread_from_clicked_corners_agrees_with_actual_errors():
+    """Four corners leave no misfit, so that an error of 1 px a click is assumed. Tolerance: the mapping's curvature."""
     rng = np.random.default_rng(3)
     view, corners_mm = camera(), np.array([[0.0, 0], [160, 0], [160, 40], [0, 40]])
     places_px = view.to_px(face_grid_mm())
@@ -74,8 +74,8 @@ def true_tilt_deg(tilt_deg):
 
 @pytest.mark.parametrize("sources", [{"by_focal": True}, {"by_distance": True}], ids=["focal", "distance"])
 @pytest.mark.parametrize("tilt_deg", [0.0, 15.0])
-def test_tilt_and_distance_of_a_camera_are_found(tilt_deg, sources):
-    """To 0.15 degrees at up to 5, and 2.5 % of the distance; corners are seen to 0.05 px."""
+def test_the_tilt_and_distance_of_a_camera_are_recovered_from_markers(tilt_deg, sources):
+    """Tolerances: 0.15 degrees or 2.5 % of the tilt, and 2.5 % of the distance; corners have a noise of 0.05 px."""
     distance_mm, seen_deg = pose_of(tilt_deg, **sources)
     assert seen_deg == pytest.approx(true_tilt_deg(tilt_deg), abs=0.15, rel=0.025)
     assert distance_mm == pytest.approx(DISTANCE_MM, rel=0.025)

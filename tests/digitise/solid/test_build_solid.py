@@ -1,4 +1,4 @@
-"""The sample's solid against closed forms, an independent integral, and what a file makes of it."""
+"""The sample's solid, compared with closed forms and with its own files."""
 
 import dataclasses
 from functools import cache
@@ -68,8 +68,8 @@ SLOT_VOLUMES = {
 
 @pytest.mark.parametrize("tilt", TILTS)
 @pytest.mark.parametrize(("crack", "within"), [("slot", 1e-6), ("oblique", 1e-5)])
-def test_a_slot_holds_what_its_section_says(crack, within, tilt):
-    """Closed forms; the funnel's walls meet at 8.0 mm, half way down.
+def test_the_volume_of_a_slot_is_its_section_times_its_length(crack, within, tilt):
+    """The volumes are closed forms; the funnel's walls meet at 8.0 mm, half way down.
 
     Sections of the paper's oblique slot are parallelograms: ends cut obliquely by the block change no volume.
     """
@@ -77,11 +77,10 @@ def test_a_slot_holds_what_its_section_says(crack, within, tilt):
 
 
 @pytest.mark.parametrize(("crack", "tilt"), [("open", "undercut"), ("cut", "flare"), ("closed", "funnel")])
-def test_the_file_is_the_solid(tmp_path, crack, tilt):
-    """Sound in memory, and again from a float32 STL, which knows vertices only by their coordinates.
+def test_a_solid_is_closed_and_unchanged_after_writing_and_reading(tmp_path, crack, tilt):
+    """The solid is closed in memory and in a float32 STL, which merges vertices by their coordinates.
 
-    The glTF lies face up in metres: its y is up and its z towards the viewer, so that what is up in the photo, +y,
-    goes away from them.
+    The glTF is in metres with y up and z towards the viewer, so that +y of the photo points away from the viewer.
     """
     solid = solid_of(crack, tilt)
     assert examine_mesh(solid.vertices_mm, solid.faces, expected_euler=2)[0] == []
@@ -101,8 +100,8 @@ def test_the_file_is_the_solid(tmp_path, crack, tilt):
 
 
 @pytest.mark.parametrize("tilt", TILTS)
-def test_dams_close_open_ends(tilt):
-    """Below the face the cavity is a hole in the sample, not a gap that runs out of its side; above it stand plates."""
+def test_dams_close_the_open_ends_of_a_crack(tilt):
+    """Below the face the cavity is a hole in the sample, closed at its sides; above the face the dams are plates."""
     solid = solid_of("oblique", tilt)
     body = manifold(solid)
     # Inner contours run clockwise: one hole, whose whole rim is sample.
@@ -115,8 +114,7 @@ def test_dams_close_open_ends(tilt):
     assert {tuple(dam.box_mm)[2] for dam in solid.figures.dams} == {-20.0}
 
 
-def test_labels_cover_the_faces_they_name():
-    """Areas of a cut flare, in closed form."""
+def test_labelled_areas_of_a_flared_slot_equal_the_closed_form():
     solid = solid_of("slot", "flare")
     length, width = np.subtract(solid.block_mm[2:], solid.block_mm[:2])
     mouth, block, sides = W + 2 * SLOPE * DEPTH_MM, length * width, 2 * 20.0 * (length + width)
@@ -150,6 +148,6 @@ BOW_TIE = with_ring(SHORT, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.
         (arc_slot(10.0, 359.0, 3.0, CLOSED), {}, "no side to lean to"),
     ],
 )
-def test_impossible_cracks_are_refused_in_a_sentence(outline, changes, says):
+def test_cracks_that_give_no_solid_are_refused_with_the_reason(outline, changes, says):
     with pytest.raises(InputError, match=says):
         build_solid(outline, shape(**changes))

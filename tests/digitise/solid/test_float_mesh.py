@@ -1,4 +1,4 @@
-"""Each cure on the damage that it is there for."""
+"""The repair of meshes that have very short edges."""
 
 import numpy as np
 import pytest
@@ -13,8 +13,8 @@ def cube(size_mm: float, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Ma
     return Manifold.cube((size_mm, size_mm, size_mm)).translate(at)
 
 
-def test_a_step_below_the_limit_is_collapsed_without_losing_volume():
-    """Two cubes that miss each other by a micrometre leave edges that long all along their common side."""
+def test_mesh_edges_below_the_length_limit_are_collapsed_without_changing_the_volume():
+    """Two cubes with an offset of a micrometre have edges of that length along their common side."""
     body = Manifold.batch_boolean([cube(10), cube(10, (5.0, 1e-3, 0.0))], OpType.Add)
     assert shortest_mm(*arrays(body)) == pytest.approx(1e-3)
     vertices, faces = tidy(body)

@@ -1,4 +1,4 @@
-"""The crack from above, run out past its flat ends, and floors that rise and fall along it."""
+"""The footprint of a crack with its flat ends, and floors of varying depth."""
 
 import numpy as np
 import pytest
@@ -30,8 +30,8 @@ def hook(gap_mm: float, before_mm: float) -> Outline:
     ("gap_mm", "before_mm", "tilt"),
     [(3.3, 0.0, "funnel"), (10.0, 0.0, "vertical"), (10.0, 3.5, "funnel"), (6.0, 8.0, "vertical")],
 )
-def test_a_crack_may_come_back_past_its_cut_end(gap_mm, before_mm, tilt):
-    """The cavity is one body of the sections' volume: its other part is not filled, and nothing leaks past the cut."""
+def test_a_crack_that_returns_past_its_cut_end_has_one_cavity(gap_mm, before_mm, tilt):
+    """Its volume is that of the sections: the returning part is not filled, and nothing leaks past the cut."""
     outline, shape = hook(gap_mm, before_mm), CrackShape(depth_mm=10.0, tilt=tilt, wall_angle_deg=4.0)
     solid = build_solid(outline, shape)
     expected_mm3 = cavity_volume_mm3(lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)
@@ -44,8 +44,8 @@ def test_a_crack_may_come_back_past_its_cut_end(gap_mm, before_mm, tilt):
     assert cavity.volume() == pytest.approx(expected_mm3, rel=1e-4)
 
 
-def test_a_crack_that_touches_its_cut_end_from_beyond_is_refused():
-    """An undercut takes the other part, two millimetres before the end, into the end."""
+def test_a_crack_that_returns_into_its_own_cut_end_is_refused():
+    """An undercut widens the returning part, two millimetres before the end, into the end."""
     with pytest.raises(InputError, match=r"cut at \(0\.0, "):
         lay_out(hook(10.0, 3.5), CrackShape(depth_mm=10.0, tilt="undercut", wall_angle_deg=12.0), 2.2)
 
@@ -54,11 +54,11 @@ UP, RIGHT, LEFT = np.array([[0, 1], [1, 0], [-1, 0]], dtype=float)
 
 
 @pytest.mark.parametrize(("tip_x", "out"), [(40.0, RIGHT), (0.0, LEFT)])
-def test_a_tip_goes_over_from_left_to_right(tip_x, out):
-    """Straight out it is half of either; what faces up by a third of the way to all left, more of the left."""
+def test_the_wall_of_a_tip_changes_gradually_from_left_to_right(tip_x, out):
+    """The share of the left wall is a half straight out and changes by 1/120 per degree of the normal."""
     turned = np.radians(20.0)
     aslant = np.cos(turned) * out + np.sin(turned) * np.array([[1], [-1]]) * UP
-    # Away from the tip a wall is left or right, however rough.
+    # Away from the tip a point belongs to one wall, whatever its normal.
     points_mm = np.array([(tip_x, 0.4), (tip_x, 0.4), (tip_x, -0.4), (tip_x, 0.4), (20.0, 1.5)])
     shares = sides(straight_slot(40.0, 3.0, CLOSED), 10.0).left_share(points_mm, np.vstack([out, aslant, UP, out]))
     assert shares == pytest.approx([0.5, 0.5 + 20 / 120, 0.5 - 20 / 120, 1.0, 1.0])
@@ -77,7 +77,7 @@ def build(outline: Outline, table: Table, tilt: Tilt = "vertical", **changes) ->
 
 
 def slot_mm3(tilt: Tilt) -> float:
-    """Of the hills under a straight slot: each section a trapezium, or the triangle that is left of it."""
+    """Volume of a straight slot above the hills: each section is a trapezium, or a triangle if its walls meet."""
     s_mm = np.linspace(0.0, L, 80_001)
     depth_mm = np.interp(s_mm, *np.array(HILLS).T)
     open_mm = np.minimum(depth_mm, W / (2 * SLOPE)) if tilt == "funnel" else depth_mm
@@ -86,8 +86,8 @@ def slot_mm3(tilt: Tilt) -> float:
 
 
 @pytest.mark.parametrize(("ends", "tilt"), [(OPEN, "flare"), *((CUT, tilt) for tilt in TILTS)])
-def test_a_straight_slot_is_as_deep_as_its_table_says(ends, tilt):
-    """The floor's triangles meet along the table's own stations, so that nothing is lost to them."""
+def test_a_slot_with_a_depth_table_has_the_closed_forms_volume(ends, tilt):
+    """The floor's triangles meet at the table's stations, so that no volume is lost."""
     solid = build(straight_slot(L, W, ends), HILLS, tilt)
     assert solid.cavity_volume_mm3 == pytest.approx(slot_mm3(tilt), rel=1e-6)
     assert solid.depth_mm == 16.0
@@ -98,8 +98,8 @@ def test_a_straight_slot_is_as_deep_as_its_table_says(ends, tilt):
     ("to_mm", "to_depth_mm", "keys"),
     [(80.0, 20.0, ["solid.long-table"]), (20.0, 12.0, ["solid.short-table"]), (39.0, 12.0, [])],
 )
-def test_a_table_of_another_length_than_the_crack_is_said(to_mm, to_depth_mm, keys):
-    """Its deepest place is the crack's own: 12 mm of a table that goes on to 20."""
+def test_a_depth_table_longer_or_shorter_than_the_crack_gives_a_warning(to_mm, to_depth_mm, keys):
+    """The depth is the largest within the crack: 12 mm of a table that reaches 20 mm."""
     solid = build(straight_slot(40.0, W, CUT), ((0.0, 4.0), (to_mm, to_depth_mm)))
     assert [warning.key for warning in solid.figures.warnings] == keys
     assert solid.depth_mm == pytest.approx(12.0)

@@ -1,4 +1,4 @@
-"""Sections along the crack and across its depth: closed forms, and together the cavity."""
+"""The integral of a crack's sections, compared with the volume of its mesh."""
 
 import pytest
 
@@ -23,8 +23,8 @@ HILLS = ((0, 6), (20, 16), (40, 10))
         (cut_crack(), "vertical", HILLS),
     ],
 )
-def test_the_mesh_encloses_the_integral_of_the_sections(outline, tilt, depth_mm):
-    """Two ways to one volume, within a thousandth: wedges subtracted from a block, and offsets of the outline."""
+def test_the_volume_of_the_mesh_equals_the_integral_of_the_sections(outline, tilt, depth_mm):
+    """Tolerance: 0.1 % between wedges subtracted from a block and offsets of the outline."""
     shape = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=4.0)
     integral_mm3 = cavity_volume_mm3(lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)
     assert build_solid(outline, shape).cavity_volume_mm3 == pytest.approx(integral_mm3, rel=1e-3)

@@ -1,4 +1,4 @@
-"""Walls that tilt: closed forms, an angle for each wall, and the room that an undercut needs."""
+"""Tilted walls: closed forms, an angle for each wall, and the space that an undercut needs."""
 
 import itertools
 from dataclasses import replace
@@ -24,7 +24,7 @@ from tests.support.shapes import (
 )
 
 STONE_MM = np.array([(39.0, -0.8), (39.0, 0.8), (41.0, 0.8), (41.0, -0.8)])
-RING = arc_slot(8.0, 300.0, 3.0, CLOSED)  # Nearly a ring: the sample inside hangs on a neck
+RING = arc_slot(8.0, 300.0, 3.0, CLOSED)  # Nearly a ring: a neck joins the sample inside
 STONY = replace(straight_slot(80.0, 5.0, CUT), islands_mm=(STONE_MM,))
 NARROW = replace(straight_slot(40.0, 3.0, CLOSED), face_mm=(-5.0, -5.0, 45.0, 5.0))
 
@@ -37,8 +37,8 @@ def build(outline: Outline, angle_deg: Any, tilt: str = "undercut", depth_mm: An
 
 
 @pytest.mark.parametrize(("outline", "angle_deg"), [(closed_crack(1, 20.0), (4.0, 9.0)), (oblique_slot(), 7.0)])
-def test_an_undercut_is_a_flare_upside_down(outline, angle_deg):
-    """The same walls about another level, so that both solids hold the same: 1e-6 is rounding and the tidied mesh."""
+def test_an_undercut_has_the_volume_of_a_flare_with_the_same_angles(outline, angle_deg):
+    """Both have the same walls about another level. Tolerance: rounding and the tidied mesh, 1e-6."""
     undercut, flare = (build(outline, angle_deg, tilt) for tilt in ("undercut", "flare"))
     assert undercut.cavity_volume_mm3 == pytest.approx(flare.cavity_volume_mm3, rel=1e-6)
     assert undercut.figures.mouth_width_mm == flare.figures.floor_width_mm == undercut.figures.photo_width_mm
@@ -57,15 +57,15 @@ def test_an_undercut_is_a_flare_upside_down(outline, angle_deg):
     ],
     ids=["ring", "stone", "side"],
 )
-def test_an_angle_without_room_is_refused(outline, largest_deg, fault):
+def test_an_undercut_angle_too_large_for_the_crack_is_refused(outline, largest_deg, fault):
     build(outline, largest_deg - 0.1)
     with pytest.raises(InputError, match=fault) as refusal:
         build(outline, largest_deg + 0.1)
     assert "Reduce wall_angle_deg" in str(refusal.value)
 
 
-def test_a_tooth_of_the_wall_may_end_as_a_spike():
-    """A head on a thin neck: the neck ends first, and then the head, above the floor. No part of the sample hangs free.
+def test_a_wall_tooth_is_accepted_if_its_head_ends_above_the_floor():
+    """The tooth is a head on a thin neck. Both end above the floor, so that no part of the sample hangs free.
 
     With an even angle from both sides a neck of 0.4 mm ends at 0.2 mm of the walls' move, a head of 1.2 mm at 0.6 mm.
     """
@@ -73,7 +73,7 @@ def test_a_tooth_of_the_wall_may_end_as_a_spike():
     slot = straight_slot(80.0, 5.0, CUT)
     ring = np.vstack([[(0.0, -2.5)], tooth, [(38.4, -2.5), (80.0, -2.5), (80.0, 2.5), (0.0, 2.5)]])
     assert build(with_ring(slot, ring), 5.0)
-    # Of a shallow crack the head reaches the floor: a bridge.
+    # In a shallow crack the head reaches the floor and makes a bridge.
     with pytest.raises(InputError, match="parts of the crack meet"):
         build(with_ring(slot, ring), 5.0, depth_mm=4.0)
 
@@ -85,7 +85,7 @@ SLOPES = {angle_deg: np.tan(np.radians(angle_deg)) for angle_deg in (0.0, 4.0, 5
 @pytest.mark.parametrize(
     ("tilt", "left_deg", "right_deg"), [("flare", 8.0, 14.0), ("flare", 0.0, 14.0), ("undercut", 8.0, 14.0)]
 )
-def test_a_slot_opens_by_both_its_angles(tilt, left_deg, right_deg):
+def test_both_wall_angles_widen_a_slot_as_in_the_closed_form(tilt, left_deg, right_deg):
     solid = build(straight_slot(80.0, 3.1, CUT), (left_deg, right_deg), tilt, DEPTH_MM)
     opening_mm = (SLOPES[left_deg] + SLOPES[right_deg]) * DEPTH_MM
     assert solid.cavity_volume_mm3 == pytest.approx(80.0 * DEPTH_MM * (3.1 + opening_mm / 2), rel=1e-6)
@@ -94,8 +94,8 @@ def test_a_slot_opens_by_both_its_angles(tilt, left_deg, right_deg):
     assert widths_mm == pytest.approx([3.1 + opening_mm, 3.1] if tilt == "flare" else [3.1, 3.1 + opening_mm])
 
 
-def test_a_wall_without_an_angle_stands_upright_up_to_the_tip():
-    """A shift that begins at none leaves no flat piece behind, and holds as much as one that begins at hardly any."""
+def test_a_wall_angle_of_0_gives_the_volume_of_a_nearly_upright_wall():
+    """An angle of exactly 0 leaves no flat remainder at the tip; the nearly upright wall has 0.001 degrees."""
     slot = straight_slot(20.0, 4.0, CLOSED)
     outlines = [closed_crack(1, 20.0), slot, reversed_path(slot)]
     for outline, tilt in itertools.product(outlines, ("flare", "funnel", "undercut")):

@@ -1,4 +1,4 @@
-"""The trace page: its files, questions and end, the gate before it, and its server."""
+"""The trace page: its files, requests and end, the check of requests, and its server."""
 
 import http.client
 import json
@@ -28,7 +28,7 @@ ASSETS = files("digitise.trace_page") / "assets"
 
 
 class Session:
-    """Answers at once, and remembers what it was asked."""
+    """A session that answers at once and records its requests."""
 
     def __init__(self):
         self.pyramid = Pyramid(np.full((600, 700, 3), 120, np.uint8))
@@ -70,8 +70,8 @@ def _posted(page, name, content):
     return list(page.post(name, json.dumps(content).encode()))
 
 
-def test_the_page_and_all_that_it_names_are_there(page):
-    """Also what modules import: one that is missing leaves a blank page."""
+def test_all_files_that_the_page_links_to_are_served(page):
+    """Imports of modules count too: a missing file leaves a blank page."""
     whole = page.get("")
     assert whole[1].startswith("text/html")
     named = set(re.findall(r'(?:href|src)="([^"#]+)"', whole[0].decode()))
@@ -82,12 +82,12 @@ def test_the_page_and_all_that_it_names_are_there(page):
     for name in named:
         assert page.get(name) is not None, name
     assert {entry.name for entry in ASSETS.iterdir()} - named == {"page.html"}
-    # A via point more would be refused as nothing that this page sends.
+    # The server refuses a request with more via points.
     assert f"const MOST_VIA = {MOST_VIA};" in (ASSETS / "tools.js").read_text(encoding="utf-8")
 
 
-def test_nothing_is_fetched_from_elsewhere_or_run_inline():
-    """The content security policy forbids both; here it is seen before a browser is."""
+def test_the_page_has_no_external_resources_and_no_inline_scripts():
+    """The content security policy forbids both; this test finds them without a browser."""
     for entry in ASSETS.iterdir():
         text = entry.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
         assert not re.search(r"https?://|@import|url\(", text), entry.name
@@ -96,7 +96,7 @@ def test_nothing_is_fetched_from_elsewhere_or_run_inline():
     assert not re.search(r"\son\w+=|\sstyle=|<style|<script(?![^>]*\ssrc=)", page)
 
 
-def test_no_other_file_and_no_tile_outside_the_photo_is_served(page):
+def test_only_page_files_and_tiles_inside_the_photo_are_served(page):
     files = ("../page.py", "..%2fpage.py", "assets/main.js", "/etc/passwd", "main.js/", "x")
     tiles = ("0/2/0.jpg", "9/0/0.jpg", "0/0/0.png", "0/-1/0.jpg", "0/0/0.jpg/x")
     for name in (*files, *(f"photo/{tile}" for tile in tiles)):
@@ -104,7 +104,7 @@ def test_no_other_file_and_no_tile_outside_the_photo_is_served(page):
     assert page.get("photo/0/1/1.jpg")[1] == "image/jpeg"
 
 
-def test_what_the_page_never_sends_is_refused(page, saved):
+def test_malformed_requests_are_refused_and_save_nothing(page, saved):
     for name, body in (
         ("trace", b"\xff\xfe"),
         ("trace", b'{"hints": {}, "revision": 1}'),
@@ -121,7 +121,7 @@ def test_what_the_page_never_sends_is_refused(page, saved):
     assert page.post("session", b"{}") is None
 
 
-def test_saving_hands_the_hints_over_and_ends_it(page, saved):
+def test_saving_passes_the_hints_on_and_closes_the_page(page, saved):
     answers = _posted(page, "save", {"hints": {"mm_per_px": 0.1}, "shape": {"depth_mm": 16}})
     assert answers == [{"saved": {"file": "crack.toml"}, "photos": []}]
     page.wait()
@@ -129,7 +129,7 @@ def test_saving_hands_the_hints_over_and_ends_it(page, saved):
     assert [(hints.said(), depth_mm) for hints, depth_mm in saved] == [({"mm_per_px": 0.1}, 16.0)]
 
 
-def test_a_save_that_fails_says_why_and_costs_no_click(page, saved):
+def test_a_failed_save_gives_its_reason_and_can_be_repeated(page, saved):
     for depth_mm, why in ((-1, "crack.toml: depth_mm: too shallow."), (999, "lab/crack.toml: Permission denied")):
         (answer,) = _posted(page, "save", {"hints": {}, "shape": {"depth_mm": depth_mm}})
         assert answer["refused"].startswith(why)
@@ -151,8 +151,8 @@ def _sheet(name, done, bad=()):
     return Sheet(name, opened, lambda: name in done)
 
 
-def test_a_folder_is_gone_through_and_what_is_done_is_marked():
-    """It begins with the first that is open and can be read, and ends when the user leaves."""
+def test_photos_of_a_folder_are_traced_in_turn_and_marked_when_done():
+    """The page begins with the first unfinished readable photo and ends when the user leaves."""
     done = ["a.jpg"]
     with TracePage([_sheet(name, done, bad=("b.jpg",)) for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg")]) as page:
         opening = _opening(page)
@@ -163,7 +163,7 @@ def test_a_folder_is_gone_through_and_what_is_done_is_marked():
         assert [photo["done"] for photo in answer["photos"]] == [True, False, True, False]
         assert not page._ended.is_set()
         assert "not a readable photo" in _posted(page, "turn", {"photo": 1})[0]["refused"]
-        assert _opening(page)["here"] == "c.jpg", "it stays where it is"
+        assert _opening(page)["here"] == "c.jpg", "the page stays at its photo"
         assert _posted(page, "turn", {"photo": 3}) == [{"turned": True}]
         assert _opening(page)["here"] == "d.jpg"
         assert "refused" in _posted(page, "turn", {"photo": 4})[0]
@@ -202,11 +202,11 @@ def _own_post(**changed):
         *(({"Host": host}, 421) for host in (None, f"evil.example:{PORT}", "127.0.0.1", f"127.0.0.1:{PORT + 1}")),
         # Another site's page cannot post.
         *(({"Origin": origin}, 403) for origin in (None, "null", f"https://{OWN}", f"http://{OWN}.evil.example")),
-        # A large body is refused by its announcement, one of unsure length as such.
+        # A body is refused by its stated length if that is too large or unclear.
         *(({"Content_Length": length}, 413) for length in (str(LARGEST_BODY_BYTES + 1), "9" * 30, None, "-1", "²")),
     ],
 )
-def test_only_the_pages_own_post_gets_in(gate, changed, status):
+def test_only_requests_from_the_page_itself_are_accepted(gate, changed, status):
     refusal = gate.refuses("POST", f"/{gate.token}/trace", _own_post(**changed))
     assert (refusal and refusal[0].value) == status
 
@@ -215,8 +215,8 @@ def test_only_the_pages_own_post_gets_in(gate, changed, status):
     "target",
     ["/", "/trace", "//trace", "/{other}/trace", "/{start}/trace", "/{token}x/", "/é/", "http://{own}/{token}/"],
 )
-def test_without_the_token_nobody_gets_in(gate, target):
-    """Another session's token, a part of this one, letters that no token has, an address in full: all are no token."""
+def test_a_request_without_the_exact_token_is_refused(gate, target):
+    """Refused are another session's token, a part of the token, letters that no token has, and a full address."""
     written = target.format(other=RequestGate(PORT).token, start=gate.token[:-1], token=gate.token, own=OWN)
     refusal = gate.refuses("GET", written, _own_post())
     assert refusal is not None
@@ -224,7 +224,7 @@ def test_without_the_token_nobody_gets_in(gate, target):
 
 
 class Echo(TracePage):
-    """Says hello, and gives back what it is sent."""
+    """A page that answers hello and returns the content of each request."""
 
     def __init__(self):
         opened = Opened(Session(), dict, {})  # pyright: ignore[reportArgumentType]
@@ -267,7 +267,7 @@ def _head_of_a_post(server, length) -> bytes:
     return "\r\n".join([*lines, "Content-Type: application/json", f"Content-Length: {length}", "", ""]).encode()
 
 
-def test_it_listens_on_this_machine_only_and_answers_there(server):
+def test_the_server_answers_on_the_loopback_address_only(server):
     assert server.server_address[0] == "127.0.0.1"
     assert server.url == f"http://127.0.0.1:{server.server_port}/{server.gate.token}/"
     status, headers, body = _ask(server)
@@ -288,7 +288,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("fault", REFUSED)
-def test_whatever_is_refused_says_so_and_leaks_nothing(server, fault):
+def test_a_refused_request_gets_an_error_status_and_no_content(server, fault):
     status, request = REFUSED[fault]
     answered, headers, body = _ask(server, **request)
     assert answered == status
@@ -299,8 +299,8 @@ def test_whatever_is_refused_says_so_and_leaks_nothing(server, fault):
 
 
 @pytest.mark.parametrize("request_line", ["GET /{token}/", "GET / ", "nonsense"])
-def test_every_answer_carries_the_security_headers(server, request_line):
-    """A library's own error page would carry none, and echo what it was sent."""
+def test_every_response_has_the_security_headers(server, request_line):
+    """The HTTP library's own error page would lack them and repeat the request."""
     line = request_line.format(token=server.gate.token, long="x" * 70_000)
     raw = f"{line} HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\nConnection: close\r\n\r\n"
     with _wire(server) as wire:
@@ -312,8 +312,8 @@ def test_every_answer_carries_the_security_headers(server, request_line):
 
 
 @pytest.mark.parametrize("sent", [b"\x16\x03\x01\x02\x00", b"\x00" * 5000, b"GET / HTTP/9.9\r\n\r\n", 0.5, 1.0])
-def test_garbage_and_whoever_leaves_do_not_kill_it(server, sent, capfd):
-    """A share is where in a head, or at its end in a body, somebody leaves."""
+def test_garbage_and_broken_connections_do_not_stop_the_server(server, sent, capfd):
+    """A number is the fraction of the request's head after which the client leaves; 1 is in the body."""
     head = _head_of_a_post(server, length=50)
     with _wire(server) as wire:
         wire.sendall(sent if isinstance(sent, bytes) else head[: int(sent * len(head))] + b'{"x"')
@@ -321,7 +321,7 @@ def test_garbage_and_whoever_leaves_do_not_kill_it(server, sent, capfd):
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_a_bug_keeps_its_traceback_and_the_server_goes_on(server, capfd):
+def test_a_bug_prints_its_traceback_and_does_not_stop_the_server(server, capfd):
     with pytest.raises((http.client.HTTPException, ConnectionError)):
         _ask(server, "POST", "bug", b"{}")
     assert _ask(server)[0] == 200

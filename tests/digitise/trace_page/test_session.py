@@ -1,4 +1,4 @@
-"""Answers of the trace page: the pipeline's numbers in their order, hints beside a trial, and tiles of a photo."""
+"""Responses of the trace page: the pipeline's results in order, hints of a trial, and tiles of a photo."""
 
 import io
 import json
@@ -69,8 +69,8 @@ def in_mm(file):
     return _asked(_session(file), Hints(ends_px=ENDS, mm_per_px=0.1))
 
 
-def test_the_page_shows_what_the_pipeline_finds(in_mm, file):
-    """To a hundredth of a pixel, to which points are rounded; numbers exactly."""
+def test_the_trace_page_shows_the_same_path_and_walls_as_the_pipeline(in_mm, file):
+    """Tolerance: a hundredth of a pixel, to which points are rounded; figures are exact."""
     photo = evenly_scaled(file)
     path = find_path(photo, ENDS)
     outline = trace_outline(photo, path)
@@ -85,8 +85,8 @@ def test_the_page_shows_what_the_pipeline_finds(in_mm, file):
     assert 0.95 < walls["area"] / (outline.length_mm * outline.mean_width_mm) < 1.02
 
 
-def test_without_a_scale_lengths_are_pixels_and_no_sentence_speaks_of_millimetres(in_px, in_mm):
-    """A millimetre is a pixel then, and a reader would take it for one of the sample's."""
+def test_without_a_scale_the_page_shows_all_lengths_in_pixels(in_px, in_mm):
+    """The internal millimetre is then a pixel, which a user would take for a real millimetre."""
     assert in_px["scale"]["mm_per_px"] is None
     assert in_px["walls"]["unit"] == "px"
     for name, power in (("length", 1), ("mean_width", 1), ("area", 2)):
@@ -94,37 +94,37 @@ def test_without_a_scale_lengths_are_pixels_and_no_sentence_speaks_of_millimetre
     assert " mm" not in json.dumps(in_px)
 
 
-def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session):
+def test_an_invalid_scale_is_refused_but_the_crack_is_still_shown(session):
     answers = _asked(session, Hints(ends_px=ENDS, ruler_px=((10.0, 10.0), (10.5, 10.0)), ruler_mm=4.0))
     assert "ruler_px" in answers["scale"]["refused"]  # the name that the tool shows, too
     assert answers["scale"]["mm_per_px"] is None
     assert answers["walls"]["unit"] == "px"
 
 
-def test_via_points_and_region_are_followed(session):
-    """A refusal names no folder of the user's."""
+def test_via_points_and_the_region_of_interest_are_used(session):
+    """A refusal gives the name of the photo without its folder."""
     answers = _asked(session, Hints(ends_px=ENDS, via_px=((300.0, 161.0),)), "path")
     assert answers["path"]["source"] == "via"
     away = _asked(session, Hints(ends_px=ENDS, roi_px=((0.0, 0.0), (499.0, 60.0))))
     assert re.match("crack.png: .*roi_px", away["refused"])
 
 
-def test_without_ends_the_crack_is_proposed(tmp_path):
-    """The page asks itself whether a proposal is the crack; it has no overlay, of which a run would tell."""
+def test_a_crack_is_proposed_without_clicked_ends(tmp_path):
+    """A run would give a warning that points to its overlay; the page asks the user instead."""
     picture = with_crack(mortar(), wandering([(50, 200), (180, 150), (300, 160), (450, 100)]))
     answers = _asked(_session(write_png(tmp_path / "crack.png", picture)), Hints(mm_per_px=0.1))
     assert answers["path"]["source"] == "automatic"
     assert not answers["walls"]["warnings"]
 
 
-def test_one_line_that_is_not_sure_is_offered_and_asked_about(tmp_path):
+def test_a_single_doubtful_line_is_offered_for_confirmation(tmp_path):
     offered = _asked(_session(write_png(tmp_path / "edge.png", edge_of_patch())), Hints(), revision=1.0)
     assert list(offered) == ["scale", "cracks", "refused"]
     assert len(offered["cracks"]) == 1
     assert "not certain" in offered["refused"]
 
 
-def test_it_starts_with_the_trials_hints(file):
+def test_the_page_opens_with_the_hints_of_the_trial(file):
     hints = Hints(ends_px=ENDS, mm_per_px=0.1)
     opening = _session(file, hints).opening()
     assert (opening["name"], tuple(opening["size_px"])) == ("crack.png", (500, 300))
@@ -132,13 +132,13 @@ def test_it_starts_with_the_trials_hints(file):
     assert (opening["markers"], opening["painted"], opening["seen"]) == (False, False, 0)
 
 
-def test_an_older_question_is_dropped(session):
+def test_a_request_older_than_the_latest_is_dropped(session):
     assert list(_asked(session, Hints(ends_px=ENDS), "scale", revision=7.0)) == ["scale"]
     with pytest.raises(OutdatedError):
         next(session.trace(Hints(ends_px=ENDS), 6.9, "scale"))
 
 
-def test_in_the_end_nothing_goes_on(session):
+def test_a_request_stops_when_the_session_ends(session):
     question = session.trace(Hints(ends_px=ENDS), 1.0, "walls")
     next(question)
     next(question)
@@ -147,8 +147,8 @@ def test_in_the_end_nothing_goes_on(session):
         next(question)
 
 
-def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
-    """It may take seconds, and the user may well know better before it ends."""
+def test_a_search_of_the_whole_photo_does_not_delay_a_click(session, monkeypatch):
+    """The search may take seconds, in which the user may click the ends."""
     searching, may_end = threading.Event(), threading.Event()
 
     def endless(*_):
@@ -165,8 +165,8 @@ def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
     search.join(10)
 
 
-def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
-    """Each field that is filled in asks for another; all at once they would slow down the one that counts."""
+def test_only_the_newest_of_several_waiting_searches_is_made(session, monkeypatch):
+    """Each field that is filled in starts a search; all of them together would slow down the last."""
     made, go_on = [], threading.Event()
 
     def search(photo, *_):
@@ -194,7 +194,7 @@ def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
 
 
-def test_a_stroke_gives_what_a_new_session_gives(file):
+def test_a_stroke_in_an_open_session_gives_the_result_of_a_new_session(file):
     session, plain = _session(file), Hints(ends_px=ENDS)
     stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
     _asked(session, plain)
@@ -220,10 +220,10 @@ def _assembled(pyramid, level) -> np.ndarray:
 
 
 @pytest.mark.parametrize("size", [(1024, 512), (1301, 703), (2049, 130)])
-def test_every_pixel_keeps_its_place_at_every_size(size):
-    """Each is the mean of its block of the photo, but for 2.5 of 255 by JPEG and rounding.
+def test_the_tiles_of_every_zoom_level_are_block_means_of_the_photo(size):
+    """Tolerance: 3 of 255, of which JPEG and rounding take 2.5.
 
-    Where an odd side is squeezed into half of it, the far end is off by 4 to 20.
+    If an odd side is squeezed into half its length, the far end is off by 4 to 20.
     """
     photo = _clouds(*size)
     pyramid = Pyramid(photo)
@@ -245,7 +245,7 @@ def _trial(**changed):
     return PhotoInput(**{"file": Path("photo.jpg"), "data": "synthetic", **changed})
 
 
-def test_a_trial_taken_apart_and_put_together_is_the_same():
+def test_splitting_a_trial_into_hints_and_settings_loses_no_setting():
     """Defaults are not among the hints: a save would write them into a file that never had them."""
     trial = _trial(markers=BOARD, face_mm=(160.0, 40.0), ends_px=HINTED_ENDS, via_px=((5.0, 6.0),), edge_fraction=0.7)
     hints = Hints.of(trial)
@@ -265,7 +265,7 @@ def test_a_trial_taken_apart_and_put_together_is_the_same():
         (Hints(face_corners_px=((0, 9), (9, 9), (9, 0), (0, 0))), "face_mm"),
     ],
 )
-def test_half_a_scale_or_two_are_refused(hints, named):
+def test_an_incomplete_double_or_invalid_scale_is_refused(hints, named):
     with pytest.raises(InputError, match=named):
         scale_settings(rest_of(_trial(mm_per_px=0.1)), hints)
 
@@ -284,7 +284,7 @@ def test_half_a_scale_or_two_are_refused(hints, named):
         "null",
     ],
 )
-def test_anything_else_is_no_hint(body):
-    """The page can name no file, and send no number that is none."""
+def test_hints_with_unknown_fields_or_invalid_values_are_refused(body):
+    """The page must not name a file, and numbers must be finite and of the right count."""
     with pytest.raises(ValidationError):
         Hints.model_validate_json(body)

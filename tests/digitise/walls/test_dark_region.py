@@ -1,4 +1,4 @@
-"""Walls as the rims of a dark region: on ground as coarse as the crack, in shadow, and nowhere else."""
+"""Walls as the rims of a dark region: on ground as coarse as the crack, and beside a shadow."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -40,7 +40,7 @@ def unhidden(photo: Photo) -> np.ndarray:
     return np.zeros(photo.brightness.shape, np.uint8)
 
 
-def test_a_crack_among_stones_as_wide_as_it_is_traced_by_its_region(stony, photo):
+def test_a_crack_among_stones_of_like_width_is_traced_as_a_dark_region(stony, photo):
     path = find_path(photo, clicks(WIDE_IN_STONES, stony))
     with pytest.raises(WallsMissingError):
         trace(photo, path, 0.5, unhidden(photo))
@@ -54,7 +54,7 @@ def test_a_crack_among_stones_as_wide_as_it_is_traced_by_its_region(stony, photo
     assert any("too coarse to follow the walls" in warning.text for warning in outline.warnings)
 
 
-def test_bare_ground_beside_it_has_no_region(stony, photo):
+def test_bare_ground_beside_a_crack_is_refused_as_a_dark_region(stony, photo):
     first, last = stony.ends_px
     bare_px = stony.line_px[::20] + 150.0 * unit(last - first)[::-1] * (-1, 1)
     with pytest.raises(InputError, match=r"does not stand out as a crack|px are needed"):
@@ -70,15 +70,15 @@ def dark_line(folder: Path, width_px: int = 24, shadow: float = 1.0) -> tuple[Ph
 
 
 @pytest.mark.parametrize(("width_px", "shadow"), [(12, 1.0), (24, 0.18), (90, 0.35)])
-def test_its_width_is_that_of_followed_walls(tmp_path, width_px, shadow):
-    """Also of a crack that is measured in a smaller copy, and beside a shadow's edge."""
+def test_the_width_of_a_dark_region_equals_that_of_traced_walls(tmp_path, width_px, shadow):
+    """The widest crack is measured in a smaller copy; two cracks are at the edge of a shadow."""
     photo, path = dark_line(tmp_path, width_px, shadow)
     walls, region = (follow(photo, path, 0.5, unhidden(photo)) for follow in (trace, trace_dark_region))
     assert region.width_px == pytest.approx(walls.width_px, rel=0.03, abs=0.4)
     assert np.median(region.left_mm[:, 1]) > np.median(region.right_mm[:, 1])
 
 
-def test_the_share_of_the_contrast_moves_its_walls(tmp_path):
+def test_a_larger_contrast_fraction_moves_the_walls_of_a_region_outwards(tmp_path):
     photo, path = dark_line(tmp_path)
     soft = replace(photo, brightness=cv2.GaussianBlur(photo.brightness, (0, 0), 3.0))
     inner, outer = (trace_dark_region(soft, path, share, unhidden(soft)).width_px for share in (0.3, 0.7))

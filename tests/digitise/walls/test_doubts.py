@@ -1,4 +1,4 @@
-"""What the mean width would hide: hairlines, narrow stretches, and clicked ends before which the crack closes."""
+"""Warnings that a mean width needs: hairlines, narrow stretches, joints, and clicked ends beyond the crack."""
 
 import cv2
 import numpy as np
@@ -28,14 +28,14 @@ def straight(*parts):
     return np.column_stack([x_mm, np.full(len(x_mm), 5.0)]), 0.1 * width_px
 
 
-def test_a_narrow_stretch_is_named_with_its_place(photo):
-    """Narrow tips of 30 px each are nothing to say."""
+def test_a_narrow_stretch_gives_a_warning_with_its_position(photo):
+    """Narrow tips of 30 px each give no warning."""
     (warning,) = judge_stretches(photo, *straight((30, 5.0), (170, 12.0), (80, 6.0), (190, 12.0), (30, 5.0)))
     assert "20 to 28 mm along the crack, from (200, 49) to (278, 49) px, about 6.0 px wide" in warning.text
 
 
-def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
-    """As on a photo of a lab: half of it 11 px wide, half 3; the mean, 7 px, was taken."""
+def test_a_wide_crack_that_continues_as_a_hairline_is_refused(tmp_path):
+    """On a lab's photo half of the crack was 11 px wide and half 3 px; the mean, 7 px, was used."""
     picture = with_crack(mortar((1000, 400)), [(40, 200), (300, 210), (500, 195)], 11)
     picture = np.minimum(picture, with_crack(mortar((1000, 400)), [(500, 195), (700, 210), (960, 205)], 3))
     photo = photo_of_light(tmp_path, picture)
@@ -43,13 +43,13 @@ def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
         trace_outline(photo, find_path(photo, ENDS))
 
 
-def test_much_of_a_thin_crack_below_the_least_width_makes_it_too_thin_for_walls(photo):
+def test_a_crack_with_a_long_narrow_stretch_is_too_thin_for_walls(photo):
     with pytest.raises(TooThinError):
         judge_stretches(photo, *straight((150, 5.0), (350, 9.0)))
 
 
-def test_an_end_before_which_the_crack_closes_is_named_with_its_place(tmp_path):
-    """A click on a pore, a faint line, then the crack: it began elsewhere, and nobody was told."""
+def test_a_clicked_end_beyond_the_crack_gives_a_warning_with_its_position(tmp_path):
+    """The click is on a pore, from which a faint line leads to the crack; there was no warning before."""
     picture = mortar((1000, 400))
     start = (210, 205)
     faint = with_crack(picture, [(40, 200), start], 1)
@@ -63,10 +63,10 @@ def test_an_end_before_which_the_crack_closes_is_named_with_its_place(tmp_path):
     assert f"{outline.centreline_px[0, 0]:.0f}" in text
 
 
-def test_an_end_that_much_of_the_path_does_not_reach_is_refused(photo):
+def test_a_clicked_end_far_beyond_a_closed_crack_is_refused(photo):
     path_px = np.column_stack([np.arange(10.0, 590), np.full(580, 50.0)])
     assert judge_reach(photo, path_px, path_px[8:], ("closed", "closed")) == []
-    # Where the photo or a longer crack cuts it, nothing closes.
+    # An end that is cut does not close before the click.
     assert judge_reach(photo, path_px, path_px[150:], ("cut", "closed")) == []
     with pytest.raises(InputError, match=r"the end \(10, 50\) px is not reached.* \(150 px\) before it, up to"):
         judge_reach(photo, path_px, path_px[150:], ("closed", "closed"))
@@ -81,8 +81,8 @@ def in_a_joint(folder, darkness=1.0):
     return trace_outline(photo, CrackPath(np.array([(40.0, 150.0), (460.0, 150.0)]), 38.0, "ends"))
 
 
-def test_if_the_fit_takes_the_joint_for_the_crack_both_widths_are_doubted(tmp_path, monkeypatch):
-    """A wet strip of 20 px around a crack of 6 px was measured without a word. Here no fit is thin enough."""
+def test_a_crack_in_a_joint_without_a_fit_has_a_wide_interval_of_width(tmp_path, monkeypatch):
+    """A wet strip of 20 px around a crack of 6 px was measured without a warning. Here no fit is thin enough."""
     monkeypatch.setattr("digitise.outline.FITTED_INSIDE", 0.0)
     outline = in_a_joint(tmp_path)
     low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
@@ -94,7 +94,7 @@ def test_if_the_fit_takes_the_joint_for_the_crack_both_widths_are_doubted(tmp_pa
 
 
 @pytest.mark.parametrize(("darkness", "width_mm"), [(1.0, 0.7), (0.5, 0.4)])
-def test_a_dark_crack_in_a_grey_joint_is_measured_and_both_widths_are_named(tmp_path, darkness, width_mm):
+def test_a_dark_crack_in_a_grey_joint_is_measured_with_a_warning(tmp_path, darkness, width_mm):
     """The walls of the joint, 38 px apart, were taken for those of the crack of 5 px in it."""
     outline = in_a_joint(tmp_path, darkness)
     low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
@@ -104,8 +104,8 @@ def test_a_dark_crack_in_a_grey_joint_is_measured_and_both_widths_are_named(tmp_
     assert any("a joint. The interval covers both" in warning.text for warning in outline.warnings)
 
 
-def test_a_painted_crack_lighter_than_the_ground_is_as_wide_as_its_paint(tmp_path):
-    """A shade of 4 px beside it, which is a crack's profile, was measured instead."""
+def test_a_painted_light_crack_has_the_width_of_its_paint(tmp_path):
+    """Before, the dark shade of 4 px beside the crack was measured."""
     picture = mortar()
     picture[148:153] *= 1.6
     picture[153:157] *= 0.3

@@ -1,4 +1,4 @@
-"""Walls by paint, and by lines and strokes that are drawn by hand."""
+"""Walls from painted masks, and from lines and strokes that are drawn by hand."""
 
 import cv2
 import numpy as np
@@ -24,8 +24,8 @@ def strokes(folder, *boxes, hole=((0, 0), (0, 0))):
     return with_paint(photo, drawn)
 
 
-def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
-    """A stroke is as wide as it was painted; on a photo, 5 px would be too little to tell."""
+def test_a_narrow_painted_side_crack_is_kept(tmp_path):
+    """A painted stroke of 5 px has an exact width; in a photo, 5 px would be too narrow to measure."""
     photo = strokes(tmp_path, ((140, 164), (30, 470)), ((60, 140), (250, 255)))
     main, whole = (trace_outline(photo, find_path(photo, None), how_traced(branches=it)) for it in ("drop", "keep"))
     assert texts(main.warnings) == ('1 side crack (9 mm) is left out. Set branches = "keep" to include side cracks',)
@@ -35,8 +35,8 @@ def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
 
 
 @pytest.mark.parametrize(("side_px", "count"), [(2, 0), (5, 1)])
-def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
-    """0.04 mm² is less than what a solid keeps as an island, 0.25 mm² more. Walls lie on the rim of the paint."""
+def test_only_tiny_holes_in_the_paint_are_filled(tmp_path, side_px, count):
+    """A solid leaves out an island of 0.04 mm² but not one of 0.25 mm². Walls are on the rim of the paint."""
     photo = strokes(tmp_path, ((135, 165), (30, 470)), hole=((148, 148 + side_px), (250, 250 + side_px)))
     outline = trace_outline(photo, find_path(photo, None))
     assert (len(outline.islands_mm), outline.path_source, outline.ends) == (count, "mask", ("closed", "closed"))
@@ -45,8 +45,8 @@ def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     assert outline.right_wall_px[20:-20, 1] == pytest.approx(164.5, abs=0.5)
 
 
-def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
-    """Nor does the share of the contrast, for a photo's light, say anything about paint."""
+def test_a_second_painted_piece_does_not_change_the_cracks_outline(tmp_path):
+    """The setting edge_fraction is for light in photos and does not change painted walls either."""
     crack, ends = ((140, 160), (30, 470)), ((40.0, 150.0), (460.0, 150.0))
     both, alone = (strokes(tmp_path, *boxes) for boxes in ((crack, ((163, 175), (100, 400))), (crack,)))
     traced = trace_outline(both, find_path(both, ends), how_traced(edge_fraction=0.7))
@@ -64,7 +64,7 @@ def crack(folder, width_px=15):
 
 
 @pytest.mark.parametrize(("aside_px", "step"), [(6.0, 1), (-4.0, -1)])
-def test_a_wall_is_where_it_was_drawn_whichever_way_and_says_so(tmp_path, step, aside_px):
+def test_a_wall_follows_a_line_drawn_in_either_direction(tmp_path, step, aside_px):
     photo, path = crack(tmp_path)
     before = trace_outline(photo, path)
     wall = before.left_wall_px
@@ -92,12 +92,12 @@ def test_a_wall_is_where_it_was_drawn_whichever_way_and_says_so(tmp_path, step, 
         ([[(200.0, 142.0), (260.0, 142.0)], [(220.0, 140.0), (240.0, 160.0)]], "walls_px, line 2, crosses"),
     ],
 )
-def test_a_line_off_the_crack_or_across_it_is_refused(tmp_path, lines, named):
+def test_a_wall_line_off_or_across_the_crack_is_refused(tmp_path, lines, named):
     with pytest.raises(InputError, match=named):
         trace_outline(*crack(tmp_path), how_traced(walls_px=lines))
 
 
-def test_walls_are_drawn_where_there_are_walls_only(tmp_path):
+def test_wall_lines_for_a_crack_without_traced_walls_are_refused(tmp_path):
     photo, path = crack(tmp_path)
     line = [(200.0, 140.0), (260.0, 140.0)]
     for beside in ({"path_only": True}, {"width_mm": np.array([[0.0, 1.0], [40.0, 1.0]])}):
@@ -132,7 +132,7 @@ def banded(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pale(tmp_path_factory):
-    """The same with a band that its walls leave out."""
+    """The same crack with a paler band, which its walls leave out."""
     return banded_photo(tmp_path_factory.mktemp("pale"), 0.45)
 
 
@@ -151,8 +151,8 @@ def lower_px(outline, first, last):
     ("photo", "kind", "other", "line"),
     [("pale", "crack", "ground", ((235.0, 162.0), (265.0, 164.0))), ("banded", "ground", "crack", ((250.0, 163.0),))],
 )
-def test_the_lower_wall_goes_where_one_stroke_or_dot_says(request, photo, kind, other, line):
-    """By the lightness under it, also beside it; 100 px away nothing moves."""
+def test_a_stroke_or_dot_moves_the_lower_wall_across_a_band(request, photo, kind, other, line):
+    """The stroke acts by the lightness under it, also beside it; walls 100 px away do not move."""
     crack = request.getfixturevalue(photo)
     before, after = traced(crack), traced(crack, **{kind: (line,)})
     assert lower_px(before, 235, 265) == pytest.approx(LOWER_PX[other], abs=1.5)
@@ -161,7 +161,7 @@ def test_the_lower_wall_goes_where_one_stroke_or_dot_says(request, photo, kind, 
     assert any("strokes drawn by hand" in warning.text for warning in after.warnings)
 
 
-def test_two_plausible_walls_are_named_until_a_stroke_decides(banded):
+def test_a_band_that_may_be_crack_gives_a_warning_until_a_stroke_decides(banded):
     outline = traced(banded)
     low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
     share = 200 / 440
@@ -187,19 +187,19 @@ OVER_BAND = ((240.0, 163.0), (260.0, 163.0))
         ((), (((250.0, 400.0),),), "ground_strokes_px, stroke 1, leaves the photo of 500 x 300 px"),
     ],
 )
-def test_strokes_that_contradict_the_crack_or_each_other_are_named(banded, crack, ground, named):
+def test_strokes_that_contradict_the_crack_or_each_other_are_refused(banded, crack, ground, named):
     with pytest.raises(InputError, match=named):
         traced(banded, crack, ground)
 
 
-def test_ground_far_from_the_crack_changes_nothing_and_says_so(banded):
+def test_a_ground_stroke_far_from_the_crack_only_gives_a_warning(banded):
     before, after = traced(banded), traced(banded, ground=(((100.0, 20.0), (200.0, 20.0)),))
     assert np.array_equal(after.left_wall_px, before.left_wall_px)
     assert any("ground_strokes_px, stroke 1, is not beside this crack" in warning.text for warning in after.warnings)
 
 
-def test_ground_that_cuts_off_the_darker_part_is_refused(tmp_path):
-    """Between its walls are a crack and a stain wider than it: the line down the middle is in the stain."""
+def test_a_ground_stroke_that_cuts_off_the_darker_part_is_refused(tmp_path):
+    """A crack and a wider stain are between the walls, so that the middle line is in the stain."""
     light = with_crack(mortar(), STROKED_ENDS, 30)
     light[151:190] = mortar()[151:190] * 0.35
     photo = photo_of_light(tmp_path, soft(light, 0.8))
@@ -208,8 +208,8 @@ def test_ground_that_cuts_off_the_darker_part_is_refused(tmp_path):
         traced((photo, path), ground=(((100.0, 156.0), (400.0, 156.0)),))
 
 
-def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):
-    """Faint and among stones as wide as it is: refused, as it does not stand out; a person sees it."""
+def test_strokes_trace_a_crack_without_visible_walls(tmp_path):
+    """A faint crack among stones of like width is refused without strokes, although a person sees it."""
     rng = np.random.default_rng(4)
     stones = cv2.GaussianBlur(rng.standard_normal((300, 500)), (0, 0), 5)
     light = 0.35 * np.exp(0.25 * stones / stones.std())
@@ -234,6 +234,6 @@ def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):
         ({"crack_strokes_px": [[(1.0, 1.0)]], "mask": "mask.png"}, "mask cannot be combined with"),
     ],
 )
-def test_strokes_are_bounded(strokes, named):
+def test_too_many_or_invalid_strokes_are_refused(strokes, named):
     with pytest.raises(InputError, match=named):
         how_traced(**strokes)

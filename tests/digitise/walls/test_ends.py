@@ -52,27 +52,27 @@ ASLANT = np.array([np.cos(0.1), np.sin(0.1)])
     [
         (band(), 90.0, {}, "cut", 90),
         (band(), 112.0, {}, "closed", 120),
-        # In its middle, not in the corner that a path seen a little aslant reaches last.
+        # The end is in the middle, not in the corner that a slightly oblique path reaches last.
         (band(), 112.0, {"ahead": ASLANT}, "closed", 120),
         (band(slice(46, 54), slice(126, 134)), 118.0, {}, "closed", 120),
         (band(), 119.0, {"face_mm": FACE_MM}, "open", None),
         (band(), 60.0, {"face_mm": FACE_MM}, "cut", None),
         (band(slice(45, 55), slice(200)), 195.0, {}, "cut", None),
-        # The face's size is not known: along the dark that lies across, a tip would be drawn 15 px aside.
+        # Without the size of the face, a tip along the shadow would be drawn 15 px aside.
         (shadow(0), 118.0, {}, "cut", 118),
         (shadow(0.5), 118.0, {}, "cut", 118),
     ],
     ids=["goes on", "tip", "aslant", "pore beyond", "edge of the face", "on the face", "border", "shadow", "oblique"],
 )
-def test_an_end_is_open_closed_or_cut_where_it_is(dark, x_px, options, kind, end_x_px):
+def test_the_ends_of_a_crack_are_recognised_as_open_closed_or_cut(dark, x_px, options, kind, end_x_px):
     end = judged(dark, (x_px, 50.0), **options)
     assert end.kind == kind
     if end_x_px is not None:
         assert end.place_px == pytest.approx([end_x_px, 50], abs=1.0 if kind == "closed" else 1e-4)
 
 
-def test_dark_grain_before_a_blunt_end_is_no_crack_that_goes_on(tmp_path):
-    """Summed all across the crack, it was: by 22 px on this ground; 1.8 px is the most now."""
+def test_dark_grain_beyond_a_blunt_end_does_not_extend_the_crack(tmp_path):
+    """A sum across the crack extended it by 22 px on this ground; the largest error is now 1.8 px."""
     half_px = 20
     grain = cv2.GaussianBlur(np.random.default_rng(1).standard_normal((200, 620)), (0, 0), 6.0)
     picture = 0.35 + 0.06 * grain / grain.std()

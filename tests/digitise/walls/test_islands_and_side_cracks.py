@@ -30,10 +30,10 @@ def dropped(scene):
     return trace_outline(photo, path)
 
 
-def test_kept_side_cracks_add_their_own_area_and_walls_go_straight_on_across_their_mouths(scene, dropped):
-    """2 % of the outline: measured 0.2 %; without one of the two at least 5 % would be missing.
+def test_kept_side_cracks_add_their_area_and_do_not_move_the_main_walls(scene, dropped):
+    """Tolerance: 2 % of the area. Measured: 0.2 %; without either side crack at least 5 % would be missing.
 
-    The difference of outlines is 0.05 mm on either side of some 140 mm of walls.
+    The limit of the outlines' difference is 0.05 mm on either side of some 140 mm of walls.
     """
     truth, photo, path = scene
     kept = trace_outline(photo, path, how_traced(branches="keep"))
@@ -48,10 +48,10 @@ def test_kept_side_cracks_add_their_own_area_and_walls_go_straight_on_across_the
         assert np.array_equal(getattr(kept, name), getattr(dropped, name))
 
 
-def test_side_cracks_left_out_are_named(scene, dropped):
+def test_side_cracks_that_are_left_out_give_a_warning_with_their_lengths(scene, dropped):
     truth, *_ = scene
     (warning,) = dropped.warnings
-    # The way that they wander inside the main crack nobody sees.
+    # Their course inside the main crack is not visible.
     assert re.fullmatch(r'2 side cracks \(1[345] and 1[123] mm\) are left out\. .* branches = "keep" .*', warning.text)
     assert not dropped.branches_kept
     assert len(dropped.branches_mm) == 2
@@ -61,25 +61,25 @@ def test_side_cracks_left_out_are_named(scene, dropped):
         assert rms(distance_to(line_mm[seen], exact)) < 0.15
         assert np.linalg.norm(line_mm[-1] - exact[-1]) < 0.5
         assert distance_to(line_mm[:1], dropped.centreline_mm) < 0.1
-        # What bends near an oblique root comes from elsewhere than it looks.
+        # A bend near an oblique root shifts the point at which a side crack seems to begin.
         assert np.linalg.norm(line_mm[0] - exact[0]) < truth.recipe.width_mm
 
 
-def test_ground_closed_in_by_a_side_crack_stands_as_an_island(tmp_path):
+def test_ground_enclosed_by_a_side_crack_is_an_island(tmp_path):
     main, loop = [(-20, 200), (520, 200)], [(150, 200), (200, 110), (300, 110), (350, 200)]
     picture = with_crack(with_crack(mortar(), main, width_px=24), loop, width_px=14)
     photo = photo_of_light(tmp_path, picture)
     path = find_path(photo, ((60.0, 200.0), (440.0, 200.0)))
     outline = trace_outline(photo, path, how_traced(branches="keep"))
     (island,) = outline.islands_mm
-    # What OpenCV draws is a pixel wider than it was told: one pixel of its 370 px rim is 3.7 mm².
+    # OpenCV draws lines a pixel too wide: one pixel of the island's rim of 370 px is 3.7 mm².
     inner = CrossSection([np.array([*loop, loop[0]][::-1], dtype=float)], FillRule.NonZero).offset(-7)
     inner -= CrossSection.square((500, 24)).translate((0, 188))
     assert -signed_area(island) == pytest.approx(inner.area() / 100, abs=3.7)
 
 
-def test_hairs_pores_and_broken_edges_are_no_side_cracks_to_measure(tmp_path):
-    """A hair is named; a pore that touches the crack, and one at the side of a side crack, are nothing."""
+def test_hairlines_and_pores_are_not_measured_as_side_cracks(tmp_path):
+    """A hairline gives a warning; a pore at the crack and a pore at a side crack give none."""
     picture = with_crack(mortar(), [(-20, 200), (520, 200)], width_px=14)
     picture = with_crack(picture, [(250, 200), (300, 60)], width_px=11)
     picture = with_crack(picture, [(380, 200), (420, 100)], width_px=5)
@@ -89,12 +89,12 @@ def test_hairs_pores_and_broken_edges_are_no_side_cracks_to_measure(tmp_path):
     outline = trace_outline(photo, find_path(photo, ((40.0, 200.0), (460.0, 200.0))), how_traced(branches="keep"))
     (narrow,) = [warning for warning in outline.warnings if "narrow" in warning.text]
     assert narrow.text.startswith("1 side crack (11 mm) is left out: under 8 px wide")
-    # The whole one, as long as drawn, and the hair.
+    # The wide side crack, as long as drawn, and the hairline.
     assert [np.linalg.norm(line[-1] - line[0]) for line in outline.branches_mm] == pytest.approx([15, 11], abs=1)
 
 
 def test_stones_in_the_crack_are_islands(tmp_path):
-    """Half a pixel on their rim; walls pass them as on a plain specimen."""
+    """Tolerance: half a pixel on their rims; the walls are as accurate as on a specimen without stones."""
     truth = make_specimen(1, Recipe(**SMALL_FACE, stones=3))
     photo = photo_of(truth, tmp_path)
     outline = trace_outline(photo, find_path(photo, truth.ends_px))

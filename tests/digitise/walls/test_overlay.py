@@ -31,12 +31,12 @@ def pixels(picture, photo, points_px) -> np.ndarray:
 
 
 def share_of_colour(picture, photo, points_px, colour) -> float:
-    """How many of the points have about that colour."""
+    """Fraction of the points that have about that colour."""
     return float(np.mean(np.abs(pixels(picture, photo, points_px).astype(float) - colour).max(axis=1) < 90))
 
 
-def test_walls_centreline_and_both_ends_are_drawn_where_they_are(scene):
-    """Drawn one photo pixel aside on purpose, the lines are missed."""
+def test_walls_centreline_and_ends_are_drawn_at_their_positions(scene):
+    """Broken on purpose, with lines one photo pixel aside, this fails."""
     photo, outline, picture = scene
     inner = slice(40, -40)  # clear of labels and of what lies outside the face
     lines = ((outline.left_wall_px, LEFT), (outline.right_wall_px, RIGHT), (outline.centreline_px, CENTRE))
@@ -45,7 +45,7 @@ def test_walls_centreline_and_both_ends_are_drawn_where_they_are(scene):
     assert share_of_colour(picture, photo, outline.centreline_px[[0, -1]], ENDS) == 1
 
 
-def test_a_choice_among_cracks_shows_each_with_its_number(scene):
+def test_the_picture_of_cracks_to_choose_from_numbers_each_crack(scene):
     photo, outline, _ = scene
     crack = FoundCrack(outline.centreline_px, 31.0, 1.0, unlike=0.0, doubt="")
     picture = draw_cracks(photo, (crack,))
@@ -58,8 +58,8 @@ def test_a_choice_among_cracks_shows_each_with_its_number(scene):
     assert np.mean(disc.min(axis=1) > 200) > 0.05
 
 
-def test_the_nozzles_path_lies_on_the_crack_where_it_gives(scene):
-    """Beads on the path alone, and none where it is trimmed; between them the centreline is still seen."""
+def test_the_nozzle_path_is_drawn_along_the_dispensing_stretch_only(scene):
+    """The path is drawn as dots, so that the centreline is visible between them."""
     photo, outline, bare = scene
     trajectory = plan_trajectory(outline, NozzlePath(volume_ml=1.0, trim_mm=15.0), cavity_volume_mm3=1e3)
     picture = draw_overlay(photo, outline, trajectory)
@@ -75,7 +75,7 @@ X_MM = np.linspace(0.0, 60.0, 121)
 LINE_MM = np.column_stack([X_MM, 8 * np.sin(X_MM / 15)])
 
 
-def test_a_bent_crack_becomes_a_straight_band_with_its_left_side_up():
+def test_a_bent_crack_is_straightened_with_its_left_side_up():
     outline, photo = outline_of_line(LINE_MM, np.array([[0.0, 3.0]]), None, "line")
     # A white spot 3 mm to the left of the crack's middle at s = 20 mm.
     station = int(np.argmin(np.abs(outline.s_mm - 20.0)))

@@ -1,4 +1,4 @@
-"""A crack too thin for walls gets a path always, a fitted width from 2 px on, or the width of a gauge."""
+"""A crack too thin for walls has a path, and a fitted width from 2 px on or the width of a gauge."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -31,14 +31,14 @@ def seen(tmp_path: Path, width_px: int) -> tuple[Photo, CrackPath]:
     return photo, find_path(photo, ((40.0, 151.0), (460.0, 119.0)))
 
 
-def test_the_width_of_a_thin_crack_is_that_drawn(tmp_path):
-    """A photo that the fit was tuned on, within its stated interval; the benchmark has others."""
+def test_the_width_of_a_thin_crack_is_fitted_within_10_percent(tmp_path):
+    """The fit was tuned on this photo; the benchmark has others. The stated interval must cover the width."""
     figures = trace_thin_photo(1, 4.0, tmp_path)
     assert figures.held, figures
     assert abs(figures.width_error_percent) < 10
 
 
-def test_the_line_is_in_the_middle_and_its_interval_goes_into_files_and_into_the_volume(tmp_path):
+def test_the_interval_of_a_fitted_width_is_stored_and_propagates_to_the_volume(tmp_path):
     photo, path = seen(tmp_path, 5)
     outline = trace_outline(photo, path)
     assert outline.width_source == "fit"
@@ -52,12 +52,12 @@ def test_the_line_is_in_the_middle_and_its_interval_goes_into_files_and_into_the
     assert outline.width_95_mm is not None
     solid = build_solid(outline, CrackShape(depth_mm=10))
     low_mm3, high_mm3 = solid.figures.cavity_volume_95_mm3 or (0, 0)
-    # Of vertical and leaning walls: length times depth times the interval.
+    # For vertical and leaning walls: length times depth times the interval of the width.
     assert high_mm3 - low_mm3 == pytest.approx(10 * outline.length_mm * np.ptp(outline.width_95_mm))
     assert low_mm3 < solid.cavity_volume_mm3 < high_mm3
 
 
-def test_below_two_pixels_there_is_a_path_alone(tmp_path):
+def test_a_crack_below_two_pixels_has_a_path_but_no_width(tmp_path):
     crack = thin_crack(5, 1.0)
     cv2.imwrite(str(tmp_path / "photo.png"), crack.picture)
     (a, b), (c, d) = crack.ends_px.tolist()
@@ -71,7 +71,7 @@ def test_below_two_pixels_there_is_a_path_alone(tmp_path):
 
 
 @pytest.mark.parametrize("width_px", [4, 14])
-def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
+def test_the_settings_width_mm_and_path_only_replace_the_measured_width(tmp_path, width_px):
     photo, path = seen(tmp_path, width_px)
     gauged = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [40.0, 0.6]]))
     assert (gauged.width_source, gauged.width_95_mm) == ("gauge", None)
@@ -83,8 +83,8 @@ def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
     assert (alone.width_source, alone.length_mm) == ("none", pytest.approx(gauged.length_mm))
 
 
-def test_a_thin_path_along_an_edge_is_no_crack(tmp_path):
-    """A wall of something wide, to which a path was given: bright ground on its one side alone."""
+def test_a_thin_path_along_an_edge_is_refused(tmp_path):
+    """The path is along one wall of a wide dark region, with bright ground on one side only."""
     picture = mortar()
     picture[150:] *= 0.1
     photo = photo_of_light(tmp_path, picture)
@@ -106,8 +106,8 @@ def _between_unlike_sides(folder: Path) -> tuple[Photo, CrackPath]:
 
 
 @pytest.mark.parametrize("of", [_little_in_view, _between_unlike_sides])
-def test_a_width_that_cannot_be_fitted_leaves_the_path_between_clicks_alone(tmp_path, of):
-    """A line that was not clicked is refused: it may be no crack."""
+def test_a_width_that_cannot_be_fitted_leaves_only_the_clicked_path(tmp_path, of):
+    """A line that was not clicked is refused, since it may be no crack."""
     photo, path = of(tmp_path)
     outline = trace_outline(photo, path)
     assert outline.width_source == "none"
@@ -138,24 +138,24 @@ def fitted(width_px: float, darkness: float = 0.9, blur_px: float = 1.0, seed: i
 
 
 @pytest.mark.parametrize(("width_px", "within"), [(2, 0.1), (4, 0.04), (8, 0.02)])
-def test_the_mean_width_is_found(width_px, within):
-    """Of a crack whose inside has a tenth of the ground's light; the start is 30 % too wide."""
+def test_the_mean_width_is_fitted_to_blurred_profiles(width_px, within):
+    """The crack's inside has a tenth of the ground's light; the first estimate is 30 % too wide."""
     fit = fitted(width_px)
     assert fit.mean_px == pytest.approx(width_px, rel=within)
     assert fit.interval_px[0] < width_px < fit.interval_px[1]
     assert fit.widths_px == pytest.approx(width_px * np.linspace(0.7, 1.3, 60), rel=0.15, abs=0.2)
 
 
-def test_doubt_about_the_darkness_is_in_the_interval_of_a_hairline():
-    """In a perfect profile: of the darkness between 0.8 and 1 nothing is known at 1.5 px, nearly all at 8 px."""
+def test_the_width_interval_of_a_hairline_includes_its_unknown_darkness():
+    """Even in a perfect profile, the darkness between 0.8 and 1 is unknown at 1.5 px; at 8 px the profile shows it."""
     for width_px, most in ((1.5, np.inf), (8, 0.03)):
         light, ground = profiles(np.full(60, float(width_px)), 0.9, 1.5, 2, noise=0.005)
         half_width = np.ptp(fit_box(light, ground, PLACES_PX, width_px).interval_px) / 2 / width_px
         assert 0.05 * (width_px == 1.5) < half_width < most
 
 
-def test_the_tone_curve_is_in_the_interval():
-    """With an exponent a twentieth lower or higher, the same stored values are those of another width."""
+def test_the_width_interval_includes_the_uncertainty_of_the_tone_curve():
+    """With an exponent that is 5 % lower or higher, the same stored values give another width."""
     light, ground = profiles(np.full(20, 3.0), 0.9, 1.0, 3)
     widths_px = [fit_box(light**power, ground**power, PLACES_PX, 3).mean_px for power in (1 / 1.05, 1.05)]
     low_px, high_px = fit_box(light, ground, PLACES_PX, 3).interval_px

@@ -29,7 +29,7 @@ def walls_of(tmp_path):
 
 
 def band(upper_px: float, lower_px: float) -> np.ndarray:
-    """Dark between two edges at fractions of a pixel."""
+    """A dark band between two edges at fractions of a pixel."""
     y = np.arange(120.0)
     inside = np.clip(y - upper_px + 0.5, 0, 1) * np.clip(lower_px - y + 0.5, 0, 1)
     return np.repeat((0.4 - 0.38 * inside)[:, None], 300, axis=1)
@@ -44,8 +44,8 @@ def test_a_wall_is_found_to_a_twentieth_of_a_pixel(walls_of, shift):
 
 
 @pytest.mark.parametrize("rim_px", [3, 5])
-def test_a_lit_rim_is_crack_and_the_other_wall_stays_where_it_is(walls_of, rim_px):
-    """56 % as bright as mortar, blurred by 1 px, in grain of 5 %. A narrow one raises the level: 0.9 px too far in.
+def test_a_lit_rim_counts_as_crack_and_does_not_move_the_other_wall(walls_of, rim_px):
+    """The rim is 56 % as bright as mortar, blurred by 1 px, in grain of 5 %. A narrow rim shifts its wall by 0.9 px.
 
     At half the contrast the wall is drawn on the rim's inner side.
     """
@@ -69,17 +69,15 @@ LIT = 0.02 + 0.25 * 0.38
     [
         # Without stiffness the wall jumps to the far side of the pore, 15 px away: that way more is dark than bright.
         ((35, 47), (144, 156), 0, 0.02, slice(None), 0.1),
-        # Above half the contrast nowhere, stains were taken in where their far edge is near: 10 % too wide.
+        # Stains below half the contrast were included if their far edge was near: 10 % too wide.
         ((38, 52), (80, 200), 0.5, 0, slice(35, 60), 0.5),
         ((38, 52), (80, 200), 0.4, 0, slice(35, 60), 0.5),
-        # As bright as LIT, all along the wall and inside it: 5 px of the crack's 18.
+        # A strip as bright as LIT inside the wall: 5 px of the crack's 18.
         ((52, 57), (0, 300), 0, LIT, slice(None), 0.3),
     ],
     ids=["a pore", "a stain", "a darker stain", "a lit inside"],
 )
-def test_what_is_dark_beside_a_wall_is_no_crack_and_what_is_lit_inside_is(
-    walls_of, rows, columns, times, level, stations, within_px
-):
+def test_pores_stains_and_lit_strips_do_not_move_a_wall(walls_of, rows, columns, times, level, stations, within_px):
     brightness = band(51.0, 69.0)
     shown, box = brightness.copy(), (slice(*rows), slice(*columns))
     shown[box] = times * shown[box] + level

@@ -1,4 +1,4 @@
-"""A weighed fill against cavities whose volume at each level is known in closed form."""
+"""A weighed fill, compared with cavities whose volume at each level has a closed form."""
 
 from dataclasses import replace
 from typing import Any
@@ -26,7 +26,7 @@ def shaped(tilt, depth_mm: Any = DEPTH_MM) -> CrackShape:
 
 
 def fill_of(floor_mm, mouth_mm, depth_mm=DEPTH_MM, levels_mm=LEVELS_MM, off_g=None, **liquid: Any):
-    """Return what a straight trapezoid holds below each level, weighed without a meniscus."""
+    """Return the weighed fill of a straight trapezoid up to each level, without a meniscus."""
     height_mm = depth_mm + np.array(levels_mm)
     width_mm = floor_mm + (mouth_mm - floor_mm) * height_mm / depth_mm
     mass_g = LENGTH_MM * height_mm * (floor_mm + width_mm) / 2 * 1e-3 + (0 if off_g is None else np.array(off_g))
@@ -37,7 +37,7 @@ def fill_of(floor_mm, mouth_mm, depth_mm=DEPTH_MM, levels_mm=LEVELS_MM, off_g=No
 @pytest.mark.parametrize(
     ("tilt", "floor_mm", "mouth_mm"), [("flare", 3.0, 5.0), ("funnel", 1.4, 3.0), ("undercut", 5.0, 3.0)]
 )
-def test_steps_without_error_give_angle_and_depth(tilt, floor_mm, mouth_mm):
+def test_error_free_weighings_give_wall_angle_depth_and_width(tilt, floor_mm, mouth_mm):
     angle_deg = np.degrees(np.arctan(abs(mouth_mm - floor_mm) / 2 / DEPTH_MM))
     fill = fill_of(floor_mm, mouth_mm, mass_sd_g=5e-3, level_sd_mm=0.02, flush_sd_mm=0.02)
     outline, shape, weighed = weigh(slot(), CrackShape(depth_mm=15.0, tilt=tilt), fill, 0.3, 2.0)
@@ -51,8 +51,8 @@ def test_steps_without_error_give_angle_and_depth(tilt, floor_mm, mouth_mm):
     assert low_mm3 < true_mm3 < high_mm3
 
 
-def test_a_step_of_each_unknown_takes_the_others_with_it():
-    """Root times its transpose is the covariance: the volume of the cavity is known better than its parts."""
+def test_the_volumes_interval_includes_the_correlation_of_its_unknowns():
+    """``steps`` is a root of the covariance: the volume is more certain than independent unknowns would make it."""
     _, _, weighed = weigh(slot(), shaped("flare"), fill_of(3.0, 5.0), 0.2, 1.0)
     root = np.array(weighed.steps)
     assert root == pytest.approx(np.tril(root))
@@ -73,14 +73,14 @@ def test_a_step_of_each_unknown_takes_the_others_with_it():
         (3.0, DEPTH_MM, [0.0, 0.5, 0.0, -0.5, 0.0], "straight walls"),
     ],
 )
-def test_what_contradicts_is_named(traced_mm, gauged_mm, off_g, named):
+def test_a_width_depth_or_shape_that_contradicts_the_fill_gives_a_warning(traced_mm, gauged_mm, off_g, named):
     fill = fill_of(3.0, 5.0, off_g=off_g, level_sd_mm=0.05, flush_sd_mm=0.05)
     _, _, weighed = weigh(slot(traced_mm), CrackShape(depth_mm=gauged_mm, tilt="flare"), fill, 0.1, 0.2)
     assert any(named in finding.text for finding in weighed.findings)
 
 
 @pytest.mark.parametrize("factor", [1 / 28.35, 10.0])
-def test_a_fill_that_no_angle_explains_is_refused(factor):
+def test_a_weighed_fill_that_fits_no_wall_angle_is_refused(factor):
     fill = fill_of(3.0, 5.0)
     wrong = fill.model_copy(update={"mass_g": tuple(factor * mass_g for mass_g in fill.mass_g or ())})
     with pytest.raises(InputError, match="grams"):
@@ -88,8 +88,8 @@ def test_a_fill_that_no_angle_explains_is_refused(factor):
 
 
 @pytest.mark.parametrize(("tilt", "angle_deg"), [("lean", 4.0), ("vertical", 20.0), ("funnel", 35.0)])
-def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg):
-    """Beyond 14 degrees the fit ended at a bound: named as 14 degrees, and from 25 not at all."""
+def test_an_undeclared_undercut_gives_a_warning_with_its_angle(tilt, angle_deg):
+    """Before, the fit ended at a bound of 14 degrees, and from 25 degrees on there was no warning."""
     fill = fill_of(WIDTH_MM + 2 * DEPTH_MM * np.tan(np.radians(angle_deg)), WIDTH_MM)
     _, shape, weighed = weigh(slot(), shaped(tilt), fill, None, None)
     assert any(f"open downward by {angle_deg:.1f} degrees each" in finding.text for finding in weighed.findings)
@@ -97,8 +97,8 @@ def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg
     assert tilt != "funnel" or shape.wall_angle_deg == 0
 
 
-def test_what_an_undercut_gains_around_a_tip_is_weighed_too():
-    """A closed slot whose floor is wider all around, by the closed form of its levels."""
+def test_the_fit_includes_the_volume_of_an_undercut_around_the_tips():
+    """A closed slot whose floor is wider all around has a closed form at each level."""
     slope, outline = 1.0 / DEPTH_MM, straight_slot(LENGTH_MM, WIDTH_MM, CLOSED)
     depth_mm = np.linspace(0.0, DEPTH_MM, 16_001)
     area_mm2 = LENGTH_MM * WIDTH_MM + 2 * (LENGTH_MM + WIDTH_MM) * slope * depth_mm + np.pi * (slope * depth_mm) ** 2
@@ -107,28 +107,28 @@ def test_what_an_undercut_gains_around_a_tip_is_weighed_too():
     mass_g = tuple(1e-3 * np.array(below_mm3))
     fill = WeighedFill(mass_g=mass_g, level_mm=LEVELS_MM, density_kg_m3=1000.0, surface_tension_n_m=0.0)
     _, _, weighed = weigh(outline, shaped("undercut"), fill, 0.01, 0.01)
-    # Without the solid's own volumes it is 0.06 degrees too much.
+    # Without the solid's own volumes the angle is 0.06 degrees too large.
     assert weighed.wall_angle_deg == pytest.approx(np.degrees(np.arctan(slope)), abs=0.02)
 
 
-def test_parallel_walls_that_are_not_are_named_and_keep_their_tilt():
+def test_walls_wrongly_declared_parallel_give_a_warning_and_keep_their_tilt():
     _, shape, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM), fill_of(1.4, 3.0, level_sd_mm=0.1), 0.1, 0.2)
     assert (shape.tilt, shape.wall_angle_deg, weighed.steps[1]) == ("lean", 11.0, (0.0, 0.0, 0.0))
     assert any("tilt" in finding.text for finding in weighed.findings)
-    # No angle was fitted, so that none is told.
+    # No angle was fitted, so that the summary has none.
     assert str(weighed).startswith("width 2.3")
     assert "wall" not in str(weighed)
     _, _, sound = weigh(slot(), CrackShape(depth_mm=DEPTH_MM), fill_of(3.0, 3.0), 0.1, 0.2)
     assert sound.findings == ()
 
 
-def test_a_table_of_depths_moves_as_a_whole():
+def test_all_depths_of_a_table_are_shifted_to_the_weighed_depth():
     _, moved, weighed = weigh(slot(), shaped("flare", ((0.0, 15.0), (80.0, 15.0))), fill_of(3.0, 5.0), 0.05, 2.0)
     assert np.array(moved.depth_mm) == pytest.approx(np.array([(0.0, weighed.depth_mm), (80.0, weighed.depth_mm)]))
     assert weighed.depth_mm == pytest.approx(DEPTH_MM, abs=0.1)
 
 
-def test_an_outline_with_side_cracks_keeps_its_width():
+def test_an_outline_with_side_cracks_keeps_its_traced_width():
     outline = replace(slot(), branches_kept=True)
     moved, _, weighed = weigh(outline, shaped("flare"), fill_of(3.2, 5.2), 0.3, 0.2)
     assert moved is outline

@@ -1,4 +1,4 @@
-"""The paper's claims on results that are as the paper has them, and on results that are not."""
+"""The paper's claims agree with results like the paper's and disagree with contradicting results."""
 
 from dataclasses import replace
 
@@ -15,8 +15,8 @@ D_CM = [1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 0.6, 1, 3]
 def paper_errors_mm() -> np.ndarray:
     """Mean errors of the paper's shape, (12, 11): a row for each U.
 
-    Level for U below 1, falling to 100 and rising beyond; D takes something off from 0.03 cm on, above all for U from 1
-    to 100, and wavers above 100. A ridge at D = 0.003 cm parts the accurate pairs into two regions.
+    The errors are constant for U below 1, fall up to 100 and rise beyond; a D from 0.03 cm on lowers them, mostly for
+    U from 1 to 100. A ridge at D = 0.003 cm separates the accurate pairs into two regions.
     """
     u, d_cm = np.meshgrid(U, D_CM, indexing="ij")
     error_mm = np.interp(np.log10(u), (-2, 0, 1, 2, 4), (3.3, 3.3, 2.0, 1.45, 1.8))
@@ -68,7 +68,7 @@ def disagreeing(results: Results) -> list[str]:
     return [claim.name for claim in claims_of(results) if not claim.agrees]
 
 
-def test_every_claim_agrees_with_results_as_the_paper_has_them():
+def test_every_claim_agrees_with_results_like_those_of_the_paper():
     assert disagreeing(paper_results()) == []
 
 
@@ -106,7 +106,7 @@ WRONG = {
     "farthest pair": with_errors(lambda u, d_cm, error_mm: np.where((u == 1e4) & (d_cm == 3), 3.5, error_mm)),
     "accurate regions": with_errors(lambda u, d_cm, error_mm: np.where((u > 10) & (d_cm == 3e-3), 1.5, error_mm)),
     "the chosen pair is robust": with_errors(lambda u, d_cm, error_mm: np.where(u == 100, 2.5, error_mm)),
-    # In the mean over D it still rises beyond 100.
+    # The mean over D still rises beyond U = 100.
     "U, at each D": with_errors(lambda u, d_cm, error_mm: np.where((u > 100) & (d_cm == 3), 1.2, error_mm)),
     "a large D": with_errors(lambda u, d_cm, error_mm: np.where((u < 1) & (d_cm >= 0.3), 2.9, error_mm)),
     "D, mean of all U": with_errors(lambda u, d_cm, error_mm: np.where(d_cm < 5e-4, error_mm + 0.3, error_mm)),
@@ -123,10 +123,10 @@ WRONG = {
 
 
 @pytest.mark.parametrize("start", WRONG)
-def test_a_claim_disagrees_with_results_that_are_otherwise(start):
+def test_each_claim_disagrees_with_contradicting_results(start):
     assert any(name.startswith(start) for name in disagreeing(WRONG[start]))
 
 
-def test_each_claim_is_seen_to_disagree():
+def test_the_contradicting_results_cover_every_claim():
     names = {claim.name for claim in claims_of(paper_results())}
     assert names == {name for results in WRONG.values() for name in disagreeing(results)}

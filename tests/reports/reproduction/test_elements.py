@@ -1,4 +1,4 @@
-"""The table of the paper's elements names only what is in the repository, and says why it deviates."""
+"""The table of the paper's elements names existing definitions only, with a reason for each deviation."""
 
 import ast
 import re
@@ -18,7 +18,7 @@ def defined_in(name: str) -> set[str]:
     return names | {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
 
 
-def test_every_file_and_definition_that_the_table_names_exists():
+def test_every_file_and_definition_in_the_table_of_elements_exists():
     places = [place for row in ROWS for place in re.findall(r"`([^`]+)`", row[3])]
     assert len(places) > 50
     for place in places:
@@ -27,7 +27,7 @@ def test_every_file_and_definition_that_the_table_names_exists():
         assert not symbol or symbol in defined_in(name), place
 
 
-def test_every_row_says_where_it_lives_or_why_it_does_not():
+def test_every_element_has_its_file_and_every_deviation_its_reason():
     for where, what, faith, lives, why in ROWS:
         assert faith in ("faithful", "deviates", "missing"), what
         assert bool(lives.strip()) == (faith != "missing"), (where, what)

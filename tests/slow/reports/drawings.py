@@ -1,4 +1,4 @@
-"""Drawings."""
+"""Public reports on drawings."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -37,7 +37,7 @@ def drawn(address: str, command: str, *sound: Check) -> Callable[[Draw], None]:
 
 
 QUARTER_ELLIPSE_MM = 24.22
-"""Of half axes 20 and 10 mm."""
+"""Length of a quarter of the ellipse with half axes of 20 and 10 mm."""
 
 
 def outline(space: Any) -> dict[str, str]:
@@ -76,7 +76,7 @@ def dxf_reversed_ellipse(drawing: Any, space: Any) -> None:
 
 @report("ixmilia/dxf/issues/107", f"import-dxf a.dxf --line Repère {LINE}", SIXTY)
 def dxf_codepage(folder: Path) -> None:
-    """Accents of layer names in ANSI_1252 become question marks. R2000 in cp1252, a layer with an accent."""
+    """Accents of layer names in ANSI_1252 become question marks. The file is an R2000 in cp1252."""
     drawing, space = new_drawing("R2000", "cp1252")
     drawing.layers.add("Repère")
     space.add_lwpolyline([(0, 0), (60, 0)], dxfattribs={"layer": "Repère"})
@@ -85,7 +85,7 @@ def dxf_codepage(folder: Path) -> None:
 
 @drawn("skymakerolof/dxf/issues/58", f"{ALONG} --units mm", SIXTY, refused("a.dxf", "block|insert|array"))
 def dxf_array(drawing: Any, space: Any) -> None:
-    """Of a block that is inserted as an array only the first copy is read."""
+    """Only the first copy is read of a block that is inserted as an array."""
     here = {"layer": "CENTRELINE"}
     drawing.blocks.new("PIECE").add_line((0, 0), (20, 0), dxfattribs=here)
     columns = {"column_count": 3, "column_spacing": 20.0}
@@ -112,7 +112,7 @@ def dxf_of_commas(folder: Path) -> None:
     refused("a.dxf", "cut short|truncat|ends early|ends before|incomplete|eof|its end|missing endsec"),
 )
 def dxf_cut_short(folder: Path) -> None:
-    """A DXF that ends in the middle, without a word, is a smaller drawing to all that read it."""
+    """A DXF that ends in the middle is read as a smaller drawing without a warning."""
     path = folder / "a.dxf"
     dxf_of_lines(path, "R12")
     before, _, _ = path.read_text(encoding="utf-8").rpartition("  0\nENDSEC\n  0\nEOF")
@@ -143,14 +143,14 @@ def dxf_arc_of_no_angle(drawing: Any, space: Any) -> None:
 
 @drawn("mlightcad/realdwg-web/pull/171", OUTLINED, RING_OF_SIXTY, refused("a.dxf", "circle|radius"))
 def dxf_circle_of_negative_radius(drawing: Any, space: Any) -> None:
-    """One circle of a negative radius costs every other line of the file."""
+    """One circle of negative radius makes all other lines of the file disappear."""
     outline(space)
     space.add_circle((30, 20), -5, dxfattribs={"layer": "NOTES"})
 
 
 @report("mozman/ezdxf/issues/640", ALONG, SIXTY, refused("a.dxf", "no readable dxf"))
 def dxf_with_lines_behind(folder: Path) -> None:
-    """Empty lines behind its end keep a DXF from being read. Empty lines behind the end of the file."""
+    """Empty lines after its end keep a DXF from being read."""
     drawing, space = new_drawing()
     space.add_lwpolyline([(0, 0), (60, 0)], dxfattribs={"layer": "CENTRELINE"})
     path = folder / "a.dxf"
@@ -160,5 +160,5 @@ def dxf_with_lines_behind(folder: Path) -> None:
 
 @drawn("heitzmann/gdspy/issues/91", ALONG, SIXTY, refused("a.dxf", "twice|no length"))
 def dxf_corner_twice(drawing: Any, space: Any) -> None:
-    """A corner that comes twice makes NaN."""
+    """A repeated corner gives NaN."""
     space.add_lwpolyline([(0, 0), (30, 0), (30, 0), (60, 0)], dxfattribs={"layer": "CENTRELINE"})

@@ -45,6 +45,6 @@ def lab(folder: Path, notes: Mapping[str, str], samples: Sequence[str] = ("P01",
 
 
 def small_crack(path: Path, seed: int = 1, width_px: int = 20) -> None:
-    """12 mm long and 2 mm wide at 0.1 mm per pixel."""
+    """Write the photo of a crack 12 mm long and 2 mm wide, at 0.1 mm per pixel."""
     crack_px = [(40, 101), (80, 97), (120, 103), (160, 98)]
     write_png(path, with_crack(mortar((200, 200), seed=seed), crack_px, width_px))

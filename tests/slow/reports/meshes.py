@@ -1,4 +1,4 @@
-"""Meshes."""
+"""Public reports on meshes."""
 
 import struct
 from pathlib import Path
@@ -25,7 +25,7 @@ def slotted_mesh(standing: bool = False) -> Any:
     right(MM3, LONG_SLOT_MM3, 24, "repair|filled|closed|missing"),
 )
 def ply_cut_short(folder: Path) -> None:
-    """A PLY with fewer faces than its header says loads as nothing."""
+    """A PLY with fewer faces than its header states is read as an empty mesh."""
     mesh = slotted_mesh()
     header = (
         f"ply\nformat binary_little_endian 1.0\nelement vertex {len(mesh.vertices)}\nproperty float x\n"
@@ -44,5 +44,5 @@ def ply_cut_short(folder: Path) -> None:
     refused("block.glb", "mesh.up|y-up|axis"),
 )
 def glb_y_up(folder: Path) -> None:
-    """A GLB is y upward by its specification, and lies on its side where z is up."""
+    """A GLB is y upward by its specification, so that a program with z upward turns it on its side."""
     slotted_mesh(standing=True).export(folder / "block.glb")

@@ -1,4 +1,4 @@
-"""Photos and masks."""
+"""Public reports on photos and masks."""
 
 from pathlib import Path
 
@@ -61,13 +61,13 @@ def masked(save: Maker) -> Maker:
     refused("mask.png", "grey|values|between"),
 )
 def mask_enlarged(folder: Path) -> None:
-    """Masks resized bilinearly hold values between the labels."""
+    """Masks that are resized bilinearly have values between the labels."""
     photo(folder)
     small = (cv2.resize(painted(), (125, 75), interpolation=cv2.INTER_AREA) > 127).astype(np.uint8) * 255
     cv2.imwrite(str(folder / "mask.png"), cv2.resize(small, (500, 300), interpolation=cv2.INTER_LINEAR))
 
 
-# A grey TIFF whose 0 is white is read inverted. A mask in a TIFF whose 0 is white, by its tag 262.
+# A grey TIFF whose 0 is white is read inverted. The file is a mask with this tag, 262.
 report("darktable-org/darktable/pull/18815", TIF_MASK, WIDE, refused("mask.tif", "white|inverted"))(
     masked(lambda folder: tifffile.imwrite(folder / "mask.tif", 255 - painted(), photometric="miniswhite"))
 )
@@ -85,19 +85,19 @@ def stale_orientation(folder: Path) -> None:
     Image.fromarray(painted()).save(folder / "mask.png")
 
 
-# A mask that was saved as JPEG holds all values.
+# A mask that was saved as JPEG has all values.
 report("arahusky/Tensorflow-Segmentation/issues/11", JPG_MASK, WIDE, refused("mask.jpg", "jpeg|between|brightness"))(
     masked(lambda folder: Image.fromarray(painted()).save(folder / "mask.jpg", quality=60))
 )
 
 
-# A TIFF whose 0 is white comes out inverted where it has a colour profile.
+# A TIFF whose 0 is white is read inverted if it has a colour profile.
 report("haraldk/TwelveMonkeys/issues/455", TIF, LENGTH_RIGHT, refused("photo.tif", "icc|profile|white"))(
     lambda folder: tifffile.imwrite(folder / "photo.tif", 255 - grey(), photometric="miniswhite", iccprofile=_srgb())
 )
 
 
-# A grey picture with a profile of colours. A grey JPEG that kept the profile of the colours it had.
+# A grey JPEG has the colour profile of the picture that it was made from.
 report("wavexx/fgallery/issues/26", JPG, LENGTH_RIGHT, refused("photo.jpg", "icc|profile"))(
     lambda folder: Image.fromarray(grey()).save(folder / "photo.jpg", quality=95, icc_profile=_srgb())
 )

@@ -1,4 +1,4 @@
-"""Sheets of readings, notes, and tables of rheometers."""
+"""Public reports on sheets of readings, notes, and tables of rheometers."""
 
 from pathlib import Path
 
@@ -39,7 +39,7 @@ RATES = (1, 2, 5, 10, 20, 30, 40, 50, 60, 80, 100)
     held("crack.depth_mm"),
 )
 def one_note_of_two(folder: Path) -> None:
-    """Of a file with several samples one is used for all."""
+    """One sample of a file with several samples is used for all."""
     ends = f"photo.ends_px = {ENDS}\n"
     notes = {"P01_ends.toml": ends, "P02_ends.toml": ends}
     notes["notes.csv"] = "sample,P01\ndepth,8 mm\nsample,P02\ndepth,12 mm\n"
@@ -73,7 +73,7 @@ report(
 
 @report("yfedoseev/office_oxide/issues/146", XLSX, THREE, refused("a.xlsx", "order|cell|column"))
 def cells_out_of_order(folder: Path) -> None:
-    """Cells that stand in another order in the file land in each other's columns."""
+    """Cells that the file lists in another order are put into each other's columns."""
 
     def word(place: str, text: str) -> str:
         return f'<c r="{place}" t="inlineStr"><is><t>{text}</t></is></c>'
@@ -84,13 +84,13 @@ def cells_out_of_order(folder: Path) -> None:
     rewritten(folder / "a.xlsx", sheet=rows, on_load=False)
 
 
-# Numbers with a no-break space behind them are texts, and left out.
+# Numbers before a no-break space are read as texts and left out.
 report("ONLYOFFICE/DocumentServer/issues/2741", CSV, THREE, refused("a.csv", "line 2|row 2"))(
     text("a.csv", "s_mm;level_mm", "5;-2,0\u00a0", "10;-2,1\u00a0", "15;-2,2")
 )
 
 
-# Stresses in mPa stand where Pa are written.
+# Stresses in mPa are taken for Pa.
 report("DC-analysis/DCscope/issues/104", PASTE, refused("curve.csv", "stress_mpa"))(
     flow_curve(
         *(f"{rate},{1000 * (12 + 1.5 * rate):g}" for rate in RATES),
@@ -98,7 +98,7 @@ report("DC-analysis/DCscope/issues/104", PASTE, refused("curve.csv", "stress_mpa
     )
 )
 
-# One comma more in the first row shifts all columns.
+# An additional comma in the first row shifts all columns.
 report("pandas-dev/pandas/issues/9295", CSV, THREE, refused("a.csv", "line 2|row 2"))(
     text("a.csv", "s_mm,level_mm,note", "5,-2.0,a,", "10,-2.1,b", "15,-2.2,c")
 )
@@ -106,7 +106,7 @@ report("pandas-dev/pandas/issues/9295", CSV, THREE, refused("a.csv", "line 2|row
 
 @report("PHPOffice/PHPExcel/issues/722", XLSX, THREE, refused("a.xlsx", "text|number"))
 def numbers_behind_apostrophes(folder: Path) -> None:
-    """Numbers are texts behind an apostrophe."""
+    """Numbers after an apostrophe are read as texts."""
     book = openpyxl.Workbook()
     sheet = book.worksheets[0]
     for row in (("s_mm", "level_mm"), ("5", "-2.0"), ("10", "-2.1"), ("15", "-2.2")):
@@ -117,7 +117,7 @@ def numbers_behind_apostrophes(folder: Path) -> None:
     book.save(folder / "a.xlsx")
 
 
-# A remark of two lines is one cell, and the lines of a file are more than its rows.
+# A remark of two lines is one cell, so that the file has more lines than rows.
 report("dbro/csvquote/issues/10", CSV, THREE, refused("a.csv", "c3"))(
     text("a.csv", "s_mm,level_mm,note", '5,-2.0,"left', 'edge, 2 of 3"', "10,-2.1,", "15,-2.2,")
 )

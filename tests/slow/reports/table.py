@@ -1,7 +1,7 @@
-"""What a public report is, what a sound answer to its file is, and how the command answers it.
+"""Public reports, the acceptable answers to their files, and the run of a command on such a file.
 
-A sound answer is a right figure, a refusal that names file and cause, or a warning that does; what it is was decided
-before the file was first read. A wrong or an assumed figure without a word is wrong, and so is a traceback.
+An acceptable answer is a correct figure, or a refusal or warning that names file and cause; it was decided before the
+file was first read. A wrong or assumed figure without a warning is not acceptable, and neither is a traceback.
 """
 
 import io
@@ -50,10 +50,10 @@ Figures = Callable[[Ended], Sequence[float]]
 @dataclass(frozen=True)
 class Report:
     address: str
-    """On github.com."""
+    """Path of the report on github.com."""
     command: Command
     sound: tuple[Check, ...]
-    """Any of them."""
+    """Checks of the answer, of which one must pass."""
     make: Maker
 
 
@@ -101,7 +101,7 @@ def refused(*words: str, codes: tuple[int, ...] = (3,)) -> Check:
 
 
 def held(*words: str) -> Check:
-    """Of a lab's folder: a sample held back, with the reason."""
+    """Check that a sample of a lab's folder is held back with the reason."""
     return refused(*words, codes=(3, 6))
 
 

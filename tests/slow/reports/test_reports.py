@@ -1,8 +1,8 @@
-"""Public reports of inputs that went wrong in other software, each as a file of that form: what sealtwin answers.
+"""Answers of sealtwin to files of the forms that went wrong in other software, by public reports.
 
-What is left of six draws, each made after the faults that the one before it showed were mended: forms that no quick
-test has. Other tests guard the rest: tests/wrong_inputs, of meshes tests/sealtwin/core, of sheets
-tests/validate/readings, of cells and plans tests/digitise.
+The reports were drawn six times, and the faults that a draw showed were mended before the next; these are the forms
+that no quick test has. The others are in tests/wrong_inputs, tests/sealtwin/core (meshes), tests/validate/readings
+(sheets) and tests/digitise (cells and plans).
 """
 
 from pathlib import Path
@@ -13,11 +13,11 @@ from tests.slow.reports import drawings, meshes, photos, sheets, trials
 from tests.slow.reports.table import REPORTS, Report, answer_to
 
 MODULES = (drawings, meshes, photos, sheets, trials)
-"""Each adds its reports to the table."""
+"""Modules that add their reports to the table."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("report", REPORTS, ids=lambda report: report.address)
-def test_the_answer_to_a_reported_file_is_sound(report: Report, tmp_path: Path):
+def test_files_from_bug_reports_get_an_acceptable_answer(report: Report, tmp_path: Path):
     answer = answer_to(report, tmp_path)
     assert any(check(answer) for check in report.sound), (answer.code, answer.words[-400:])

@@ -1,4 +1,4 @@
-"""Trials, run folders and paths."""
+"""Public reports on trials, run folders and paths."""
 
 import csv
 import json
@@ -62,7 +62,7 @@ PAUSE_S = 2.0
 
 
 def pause_is_kept(ended: Ended) -> bool:
-    """The trajectory stands still once, as long as was asked."""
+    """The trajectory has one pause, as long as in the plan."""
     if ended.code != 0:
         return False
     with (ended.out / "run" / "trajectory.csv").open(encoding="utf-8", newline="") as file:
@@ -73,7 +73,7 @@ def pause_is_kept(ended: Ended) -> bool:
 
 
 def photo_is_kept(ended: Ended) -> bool:
-    """The photo is where it was, whole, whatever the answer."""
+    """The photo is unchanged, whatever the answer."""
     path = ended.out.parent / "given" / "photo.png"
     with path.open("rb") as file:
         return ended.code in (0, 3) and path.stat().st_size > 10_000 and file.read(4) == b"\x89PNG"
@@ -86,7 +86,7 @@ def both_are_kept(ended: Ended) -> bool:
 
 @report("nightlyone/lockfile/issues/25", "digitise trial.toml --json --out run", WIDE)
 def lock_of_another(folder: Path) -> None:
-    """The process of a stale lock has its number taken by another, and nothing starts any more."""
+    """The number in a stale lock belongs to another process, so that no run starts."""
     small_trial(folder)
     sealtwin(folder, "digitise trial.toml --out run")
     lock = folder / "run" / ".lock"
@@ -101,7 +101,7 @@ def lock_of_another(folder: Path) -> None:
     refused("photo.tif"),
 )
 def photo_replaced_in_its_time(folder: Path) -> None:
-    """A file replaced by one that is not newer: the old result is taken for current."""
+    """The old result is used after a file is replaced by another file of the same time."""
     path = folder / "photo.tif"
     Image.fromarray(grey()).save(path)
     sealtwin(folder, "digitise photo.tif --depth-mm 10 --mm-per-px 0.1 --ends 40,150 460,160 --out run")
@@ -113,7 +113,7 @@ def photo_replaced_in_its_time(folder: Path) -> None:
 
 @report("whoenig/uav_trajectories/issues/1", TRIAL_OF, pause_is_kept, refused("plan.csv", "row|line"))
 def path_with_a_pause(folder: Path) -> None:
-    """A path that stands still for a while stops the program."""
+    """A path with a pause stops the program."""
 
     def change(rows: list[list[float]]) -> list[list[float]]:
         half = len(rows) // 2
@@ -158,7 +158,7 @@ def photos_of_one_name(folder: Path) -> None:
 
 @report("NixOS/nix/issues/119", LAB, held("p01.png", "2 |two|twice|both"))
 def twins_by_case(folder: Path) -> None:
-    """Names that differ by case alone. Two photos whose names differ in large and small letters alone."""
+    """Two photos have names that differ only in upper and lower case."""
     lab(folder, NOTE)
     small_crack(folder / "other.png", seed=5)
     shutil.move(folder / "other.png", folder / "p01.PNG")
@@ -166,7 +166,7 @@ def twins_by_case(folder: Path) -> None:
 
 @report("hayamiz/perfmonger/issues/7", "simulate run --device cpu --json", refused("trajectory.csv"))
 def path_cut_short(folder: Path) -> None:
-    """A file that was cut off is taken for whole."""
+    """A truncated file is read as complete."""
     small_trial(folder)
     sealtwin(folder, "digitise trial.toml --out run")
     path = folder / "run" / "trajectory.csv"
@@ -182,7 +182,7 @@ def path_cut_short(folder: Path) -> None:
     warned("plan.csv"),
 )
 def path_of_near_twins(folder: Path) -> None:
-    """Points of a path that hardly differ end in an internal error."""
+    """Nearly equal points of a path end in an internal error."""
 
     def change(rows: list[list[float]]) -> list[list[float]]:
         half = len(rows) // 2
