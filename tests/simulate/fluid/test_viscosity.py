@@ -1,4 +1,4 @@
-"""Viscosity: its law, its solve and passes, and conjugate gradients as a GPU runs them, here on the CPU."""
+"""Viscosity: its implicit solve, its explicit passes, and the GPU's conjugate gradients, run here on the CPU."""
 
 from itertools import product
 from typing import Any
@@ -21,7 +21,7 @@ STEP_S = FRAME_S / 4
 
 
 def still_block(weights: tuple[float, float] = (30.0, 0.0), **solver: Any) -> FluidSolver:
-    """Particles at rest density in the air, lists and densities made: for the viscosity alone, in place."""
+    """Particles at rest density in the air, with lists and densities, for the viscosity alone."""
     points = lattice(np.array([0, -2.1, 20]), np.array([5, 2.1, 32]), 0.69)
     return prepared(engine_with(points, slot(depth_mm=4.0), weights=weights, **solver))
 
@@ -44,10 +44,10 @@ def chaos(engine: FluidSolver) -> Floats:
 
 
 @pytest.mark.parametrize("solve", ["solve_implicit", "pass_explicit"])
-def test_viscosity_keeps_momentum_and_never_adds_energy(solve):
+def test_viscosity_conserves_momentum_and_dissipates_energy(solve):
     engine = still_block((300.0, 0.0))
     set_velocity(engine, chaos(engine))
-    # Eq. 5 as printed keeps what it would if a particle's mass were its volume.
+    # Eq. 5 as printed conserves the momentum of particles whose mass is their volume.
     mass = np.ones(engine.rows) if solve == "solve_implicit" else 1 / engine.state.density.numpy()
     before = velocity_of(engine)
     getattr(engine.viscosity, solve)(engine.rows)
@@ -56,8 +56,8 @@ def test_viscosity_keeps_momentum_and_never_adds_energy(solve):
     assert mass @ (after**2).sum(axis=1) < 0.9 * (mass @ (before**2).sum(axis=1))
 
 
-def test_either_kernel_has_the_same_viscosity_in_either_solve():
-    """A shear wave decays by k^2 nu dt, to 4 %. Seen to fail with the paper's factor for both kernels."""
+def test_a_shear_wave_decays_at_its_exact_rate_with_each_kernel_and_solver():
+    """The rate is k^2 nu, to 4 %. Seen to fail with the paper's factor for both kernels."""
     side_mm, viscosity_cm2_s, step_s, steps = np.array([6.0, 6.0, 8.0]), 0.05, 1e-4, 10
     place_mm = stirred_mm(side_mm, 1.0, 0.4, STEP_S)
     fluid, k = Rheology(viscous_weight(viscosity_cm2_s, SUPPORT_CM, step_s), 0.0, physical=True), 2 * np.pi / 8.0
@@ -72,8 +72,8 @@ def test_either_kernel_has_the_same_viscosity_in_either_solve():
         assert -np.log(left) == pytest.approx(100 * viscosity_cm2_s * k**2 * steps * step_s, rel=0.04), (solve, kernel)
 
 
-def test_drag_alone_is_solved_exactly():
-    """With U = 0 each particle stands alone: v / (1 + D B)."""
+def test_wall_drag_without_viscosity_is_solved_exactly():
+    """With U = 0 particles are independent, and their velocity is v / (1 + D B)."""
     engine = filled_slot((0.0, 3.0))
     before = chaos(engine)
     set_velocity(engine, before)
@@ -87,10 +87,10 @@ def test_drag_alone_is_solved_exactly():
 
 
 @pytest.mark.parametrize("wall_share", [1.0, 0.4])
-def test_a_plug_feels_the_share_of_its_stress_that_walls_take_up(wall_share):
-    """Two walls a width apart, sticky paste that slides as one: rough walls take 2 tau / width of it.
+def test_a_plug_is_slowed_by_the_wall_share_of_its_yield_stress(wall_share):
+    """Paste slides as a plug between two walls. Rough walls, with a share of 1, brake it by 2 tau / width.
 
-    To 10 %: five layers stand for an integral, and the walls' particles are scattered.
+    The tolerance is 10 %, since five layers replace an integral and the wall particles are scattered.
     """
     width_mm, stress_cm2_s2, speed_cm_s = 3.1, 70.0, 5.0
     rows = lattice(np.array([2.0, -0.3, -12.0]), np.array([4.0, 0.3, -4.0]), 0.6)
@@ -108,8 +108,8 @@ def test_a_plug_feels_the_share_of_its_stress_that_walls_take_up(wall_share):
 
 
 @pytest.mark.parametrize("native", [True, False])
-def test_fluid_whose_links_float16_cannot_hold_counts_as_unsolved(native):
-    """Of a residual that is no number, no comparison with the goal is true."""
+def test_viscosity_links_too_large_for_float16_count_as_unsolved(native):
+    """Every comparison of a NaN residual with the goal is false."""
     engine = still_block((1e13, 0.0), native=native)
     set_velocity(engine, chaos(engine))
     engine.viscosity.solve_implicit(engine.rows)
@@ -118,8 +118,8 @@ def test_fluid_whose_links_float16_cannot_hold_counts_as_unsolved(native):
 
 
 @pytest.mark.parametrize("lanes", [8, 64])
-def test_blocks_of_any_width_find_the_same_velocities(lanes, monkeypatch):
-    """To the rounding of sums in another order: with 8 threads, for parts of 12 rows, up to 4e-6 of 9 cm/s apart."""
+def test_velocities_for_thread_blocks_of_any_width_agree_up_to_rounding(lanes, monkeypatch):
+    """Sums have another order: with 8 threads, for parts of 12 rows, velocities of 9 cm/s differ by up to 4e-6 cm/s."""
     velocities = []
     for width in (1, lanes, lanes):
         monkeypatch.setattr(wp.config, "enable_cpu_blocks", width > 1)
