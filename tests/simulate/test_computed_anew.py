@@ -110,7 +110,7 @@ def test_only_the_collapsed_run_of_a_launch_is_repeated():
 
 
 @pytest.mark.parametrize("finer", [2, 3, [2, 2]])
-def test_an_invalid_checkpoint_or_that_of_another_run_is_ignored(tmp_path, finer):
+def test_an_invalid_checkpoint_or_the_checkpoint_of_another_run_is_ignored(tmp_path, finer):
     """The run starts with its own substeps, and one sentence reports the checkpoint."""
     file, sentences, begun = tmp_path / "checkpoint.npz", list[str](), Begun()
     key = "another" if finer == 2 else "key"

@@ -103,7 +103,7 @@ COOLS = {"age_s": [0, 9], "temperature_c": [50, 9]}
         ),
     ],
 )
-def test_a_setting_that_conflicts_with_a_curve_or_is_missing_is_refused(table, fault):
+def test_settings_that_conflict_with_a_curve_or_are_incomplete_are_refused(table, fault):
     with pytest.raises(ValidationError, match=fault):
         fluid(**{"curve": {"age_s": [0, 1], "viscosity_pa_s": [1, 1]}} | table)
 

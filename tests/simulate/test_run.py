@@ -152,7 +152,7 @@ LEAST_MM = least_mm(20_000)
         (LEAST_MM, 20_000, None),
     ],
 )
-def test_a_radius_with_too_many_particles_is_refused_with_the_allowed_range(monkeypatch, radius_mm, most, says):
+def test_a_radius_that_gives_too_many_particles_is_refused_with_the_allowed_range(monkeypatch, radius_mm, most, says):
     solid, outline = slot()
     solid = replace(solid, figures=replace(solid.figures, sealant_mm3=2000.0))
     monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
@@ -344,7 +344,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
-def test_no_particle_escapes_from_unusual_cracks_fluids_or_nozzles(case):
+def test_no_particle_escapes_with_unusual_cracks_fluids_or_nozzles(case):
     shape = {"depth_mm": 12.0, "tilt": "vertical"} | case.crack
     solid = build_solid(case.outline, CrackShape.model_validate(shape))
     way, fluid = path(case.outline, case.volume_ml, **{"speed_mm_s": 40.0, **case.path}), sealant(**case.fluid)

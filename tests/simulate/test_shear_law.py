@@ -20,7 +20,7 @@ SUPPORT_CM, STEP_S = 0.16, 2e-3
 
 
 @pytest.mark.parametrize("law", Law)
-def test_the_shear_law_on_the_host_equals_that_on_the_device(law: Law):
+def test_host_and_device_have_the_same_shear_laws(law: Law):
     """The tolerance is float32's. A new law fails until both have it. Seen to fail without the power n on one side."""
     indices = [0.3, 1.0, 1.7] if law is Law.HERSCHEL_BULKLEY else [1.0]
     fluids = [

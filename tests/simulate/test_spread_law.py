@@ -25,7 +25,7 @@ def test_the_volume_of_a_heap_equals_the_quadrature_of_its_shape(stress_pa):
     assert float(stretched_stress_pa(38_000.0, radius_mm, DENSITY)) == pytest.approx(stress_pa, rel=1e-9)
 
 
-def test_the_stress_of_a_low_heap_tends_to_that_of_the_flat_formula():
+def test_the_stress_of_a_low_heap_tends_to_the_formula_of_flat_heaps():
     """To first order in the height over the radius, the difference is 2 x 15/16 STRETCH H / R of the stress."""
     for stress_pa in (1e-2, 1e-3):
         radius_mm = spread_radius_mm(stress_pa, 38_000.0, DENSITY)

@@ -74,7 +74,7 @@ def test_resting_paste_may_shrink_but_does_not_swell(liquid, paste):
     assert _factors(liquid, 0.98, speed_mm_s=0.5) == _factors(liquid, 0.98, speed_mm_s=2.0)
 
 
-def test_the_correction_of_a_paste_is_inverse_to_its_flowing_share(paste):
+def test_the_volume_correction_of_a_paste_is_inverse_to_its_flowing_share(paste):
     whole, half, tenth = (_factors(paste, 0.98, 2.0, share)[0] for share in (1.0, 0.5, 0.1))
     before = paste.engine.scheme.volume_factor
     assert (half - before) / (whole - before) == pytest.approx(2, rel=0.02)
@@ -161,7 +161,7 @@ def figures_by_host(injection: Injection, solid: Solid, slope: SampleSlope, run:
     ("tilt", "slope"), [("vertical", LEVEL), ("lean", SampleSlope(crossfall_deg=8.0, gradient_deg=-5.0))]
 )
 @pytest.mark.parametrize("lanes", [1, 32])
-def test_bed_figures_of_the_device_equal_those_of_the_host(spread, tilt, slope, lanes, monkeypatch):
+def test_device_and_host_measure_the_same_figures_of_a_bed(spread, tilt, slope, lanes, monkeypatch):
     """Volumes agree to 1e-9, since sums have another order; one particle more is 1e-3 of a bed's volume.
 
     Of each run 46 particles are lost or not released yet, and some of the 40 of its jet are on the bed. Leaning walls
@@ -182,7 +182,7 @@ def test_bed_figures_of_the_device_equal_those_of_the_host(spread, tilt, slope, 
     assert there[2] == BedFigures(0, 0, 0, 0, 0.0)
 
 
-def test_bed_figures_do_not_depend_on_how_runs_are_grouped(spread, monkeypatch):
+def test_the_figures_of_a_bed_do_not_depend_on_how_runs_are_grouped(spread, monkeypatch):
     together = figures(spread, spread.pour.sample.solid, LEVEL)
     monkeypatch.setattr("simulate.volume_control.MOST_TOPS", 1)
     assert figures(spread, spread.pour.sample.solid, LEVEL) == together

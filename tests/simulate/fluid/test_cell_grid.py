@@ -18,7 +18,7 @@ from tests.support.small_fluids import check, engine_with, in_rows, listed_fluid
 SUPPORT_CM = 0.16
 
 
-def test_neighbour_lists_equal_those_of_a_k_d_tree_search():
+def test_neighbour_lists_agree_with_a_kd_tree_search():
     """Points beyond the grid on every side are included."""
     points = np.random.default_rng(0).uniform([-3, -3, -16], [9, 3, 2], (1500, 3))
     engine = engine_with(points, slot(), reach_mm=(np.array([0.0, -1.0, -10.0]), np.array([5.0, 1.0, 0.0])))
@@ -35,7 +35,7 @@ def test_neighbour_lists_equal_those_of_a_k_d_tree_search():
         assert sorted(near) == sorted(walls[i])
 
 
-def test_an_overflow_of_neighbour_lists_is_reported_with_the_first_particle():
+def test_an_overflow_of_neighbour_lists_names_the_first_affected_particle():
     crowd = np.vstack([[[3.0, 0.0, -1.0]], np.random.default_rng(0).normal([3, 0, -8], 0.1, (200, 3))])
     engine = engine_with(crowd, slot())
     engine.find_neighbours()

@@ -52,7 +52,7 @@ def sums(loops: ModuleType, kernel: str) -> tuple[Rows, Rows]:
 
 
 @pytest.mark.parametrize("kernel", WEIGHTS)
-def test_pair_sums_of_the_cpu_loops_equal_those_of_the_plain_loops(kernel: str):
+def test_cpu_loops_and_plain_loops_give_the_same_pair_sums(kernel: str):
     """Sums in another order differ by float32's rounding: 1e-5 of the largest row, since terms have both signs.
 
     Links and their sums are rounded to float16, whose last bit may differ.

@@ -105,8 +105,8 @@ def test_an_impossible_release_is_refused_with_the_reason(path, radius_mm, diame
 
 
 @pytest.mark.parametrize("freeze_after_s", [0.2, "never"])
-def test_the_predicted_numbers_of_particles_are_those_of_the_run(freeze_after_s):
-    """They are equal in every frame, since nothing spills here. Memory for moving particles is reserved by them."""
+def test_a_run_has_the_predicted_numbers_of_particles_in_every_frame(freeze_after_s):
+    """The numbers are equal, since nothing spills here. Memory for moving particles is reserved by the prediction."""
     fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s=freeze_after_s)
     run = _ready(fluid)
     course = course_of(run.schedule, fluid, run.pour.solver.settle_s)

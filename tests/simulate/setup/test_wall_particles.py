@@ -76,7 +76,7 @@ def test_wall_particles_cover_all_walls_that_sealant_can_touch(shape):
 
 
 def test_the_particles_of_a_flat_wall_complete_the_density_of_the_fluid():
-    """In a continuous fluid at rest density up to the wall, the fluid and the wall particles together make 1."""
+    """In a continuous fluid at rest density up to the wall, fluid and wall particles make a density of 1."""
     solid, outline = slot(20.0, width_mm=8.0, depth_mm=10.0)
     _, point, share = walls_of(solid, outline)
     support = 4 * RADIUS_MM

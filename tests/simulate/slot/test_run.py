@@ -116,7 +116,7 @@ def sample(volume_ml: float) -> Sample:
     return sample_of(crack, path(crack[1], volume_ml, trim_mm=6.0))
 
 
-def test_the_fast_model_fills_a_sloping_sample_singly_and_in_a_study():
+def test_the_fast_model_fills_the_low_end_of_a_sloping_sample_higher():
     """With a gradient of 6 degrees thin paste runs towards -x, where its level is over 1 mm higher."""
     level = Pour(sample(1.2), (Fluid.model_validate(PASTE | {"yield_stress_pa": 1.0}),), FAST)
     sloped = replace(level, slope=SampleSlope(gradient_deg=6.0))
