@@ -49,7 +49,7 @@ def test_the_error_strip_shows_the_largest_error_even_between_readings(evidence)
 
 
 def test_the_mean_of_several_runs_has_the_band_of_a_further_run(evidence, tmp_path):
-    """A prediction is drawn without it, since its own band includes the scatter."""
+    """A prediction is drawn without this band, since its own band includes the scatter."""
     alone = replace(evidence, readings=None, comparison=None, seeds=SEEDS)
     axes = first_figure(alone).draw(NARROW).axes[1]
     (band,) = [each for each in axes.collections if each.get_label() == "one further run, 19 of 20 places"]

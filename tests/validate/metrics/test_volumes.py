@@ -50,7 +50,7 @@ def built(outline: Outline, depth_mm: object = DEPTH_MM, tilt: str = "vertical",
         ("lean", 11.0, 2, 0.0, 3 * 16 + 3 * 2.0),
     ],
 )
-def test_volumes_below_and_above_a_level_equal_those_of_prisms(tilt, angle_deg, level_mm, air_mm2, sealant_mm2):
+def test_volumes_below_and_above_a_level_agree_with_prisms(tilt, angle_deg, level_mm, air_mm2, sealant_mm2):
     volumes = fill_volumes(flat(level_mm), OUTLINE, solid(tilt, angle_deg), 0, 80)
     assert volumes.underfill_mm3 == pytest.approx(80 * air_mm2, rel=1e-3 if tilt == "funnel" else 1e-6, abs=1e-9)
     assert volumes.sealant_mm3 == pytest.approx(80 * sealant_mm2, rel=1e-6, abs=1e-9)
@@ -68,7 +68,7 @@ def test_volumes_below_and_above_a_level_equal_those_of_prisms(tilt, angle_deg, 
         ("undercut", 5.5, 80 * (3 + 24 * TANGENT) * 8, -8.0),
     ],
 )
-def test_the_flat_level_of_a_volume_equals_that_of_a_prism(tilt, angle_deg, volume_mm3, level_mm):
+def test_the_flat_level_of_a_volume_agrees_with_a_prism(tilt, angle_deg, volume_mm3, level_mm):
     sample = solid(tilt, angle_deg)
     baseline = balance_profile(volume_mm3, OUTLINE, sample)
     assert baseline.level_mm == pytest.approx(np.full(len(baseline.s_mm), level_mm), abs=1e-6)

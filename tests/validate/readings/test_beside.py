@@ -67,7 +67,7 @@ HIDDEN = [label + text for label in LABELS for text in CHANGING.split("|")[::5]]
 
 
 @pytest.mark.parametrize("text", [*UNKNOWN.split("|"), *BETWEEN.split("|"), *HIDDEN])
-def test_a_text_that_is_not_fully_known_needs_a_question(text):
+def test_a_text_that_is_not_fully_understood_needs_a_question(text):
     assert not is_harmless(text)
 
 

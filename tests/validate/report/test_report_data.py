@@ -23,7 +23,7 @@ from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
 
 
-def test_the_published_schema_equals_that_of_the_model():
+def test_the_published_schema_equals_the_schema_of_the_model():
     """``python -m tests.support.report_schema`` prints it; a change of the model has to be published with it."""
     published = resources("validate").joinpath("schema", "report.schema.json").read_text(encoding="utf-8")
     assert json.loads(published) == schema()

@@ -123,7 +123,7 @@ def test_the_largest_width_of_a_tilted_crack_is_compared_with_the_photo(evidence
     assert words in walls(replace(evidence, solid=solid))
 
 
-def test_data_left_out_of_all_metrics_are_reported_with_their_number(evidence):
+def test_data_left_out_of_all_metrics_are_reported_with_their_count(evidence):
     """Seen to fail with stations counted in the comparison alone."""
     assert left_out(evidence)[0].text.startswith("1 particle (1 mm³) ran over the edge of the sample")
     repeats_mm = np.array(evidence.readings.repeats_mm)

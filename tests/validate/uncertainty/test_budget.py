@@ -46,7 +46,7 @@ def test_independent_errors_add_in_squares_and_shared_errors_cancel_in_differenc
     assert budget(alike(0.05)).mean_mm(difference) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_weights_of_the_mean_are_those_of_trapezoids_and_parabolas():
+def test_weights_of_the_mean_are_exact_for_straight_lines_and_parabolas():
     """The mean of a parabola is two thirds of its height, or five eighths if it consists of four straight pieces."""
     hat, bump = curve(x=np.linspace(0, 80, 2)).weights()
     assert hat == pytest.approx([1 / 16, *[1 / 8] * 7, 1 / 16])

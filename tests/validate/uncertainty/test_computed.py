@@ -113,7 +113,7 @@ def test_the_uncertainty_of_a_linear_model_is_the_root_sum_of_squares():
     assert together == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_square_counts_for_its_input_and_a_product_for_the_interaction():
+def test_a_quadratic_effect_counts_for_its_input_and_a_product_for_the_interaction():
     """The variances of z squared and of a product of two are 2 and 1."""
     curved = draws(lambda z: 0.5 * z[:, 0] + 0.1 * z[:, 1] ** 2 + 0.2 * z[:, 0] * z[:, 2])
     effects, together = curved.inputs.reported(S_MM)
