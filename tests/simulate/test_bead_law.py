@@ -1,4 +1,4 @@
-"""The law of a bead by its whole outline, against closed forms of the disc and of the endless ridge."""
+"""The law of a bead by its outline, compared with closed forms of a disc and of an endless ridge."""
 
 import math
 
@@ -12,15 +12,15 @@ ONE, NO = np.ones(1), np.zeros(1)
 
 
 def capsule(straight_mm: float, half_mm: float, cells: int = 2000) -> PasteArea:
-    """A capsule's area by depth, and of its middle the ridge's."""
+    """A capsule's area by depth, and that of the ridge in its middle."""
     inward = (np.arange(cells) + 0.5) / cells * half_mm
     ridge = np.full(cells, 2 * half_mm / cells)
     area = ridge * straight_mm + 2 * np.pi * (half_mm - inward) * half_mm / cells
     return PasteArea(inward, area, 2 * straight_mm + 2 * np.pi * half_mm, 10 * ridge, 10.0)
 
 
-def test_a_flat_disc_and_an_endless_ridge_have_their_closed_forms_and_stretching_makes_them_higher():
-    """A disc has Roussel and Coussot's stress.
+def test_a_disc_and_an_endless_ridge_agree_with_their_closed_forms():
+    """The disc has Roussel and Coussot's stress.
 
     A flat ridge has A = 4/3 a sqrt(2 k a); with stretching, A is the integral of its height in closed form.
     """
@@ -37,16 +37,16 @@ def test_a_flat_disc_and_an_endless_ridge_have_their_closed_forms_and_stretching
         assert ridge.volume_mm3(per_mm * ONE, ONE, NO, stretch)[1][0] == pytest.approx(area_mm2, rel=1e-4)
 
 
-def test_an_edge_that_lies_farther_out_is_that_of_the_wider_bead():
+def test_a_bead_with_its_edge_moved_outward_equals_a_wider_bead():
     narrow, wide = capsule(30.0, 8.0), capsule(30.0, 8.2)
     volumes = narrow.volume_mm3(0.5 * ONE, ONE, 0.2 * ONE, STRETCH)
     assert np.ravel(volumes) == pytest.approx(np.ravel(wide.volume_mm3(0.5 * ONE, ONE, NO, STRETCH)), rel=2e-3)
-    # All lengths and the stress over weight twice as long: eight times the volume.
+    # With all lengths doubled, stress over weight included, the volume is eight times as large.
     large = narrow.volume_mm3(1.0 * ONE, 2 * ONE, NO, STRETCH)
     assert large[0] == pytest.approx(8 * narrow.volume_mm3(0.5 * ONE, ONE, NO, STRETCH)[0])
 
 
-def test_the_correction_turns_with_stiffness_and_needs_no_unit():
+def test_corrections_of_a_laid_bead_are_below_15_percent_and_dimensionless():
     stiff, soft = (slumped_stress(k * ONE, 64.0 * ONE)[0] / k for k in (1.2, 0.5))
     assert 0.94 < soft < 1 < stiff < 1.15
     assert slumped_stress(2.4 * ONE, 256.0 * ONE)[0] == pytest.approx(2 * slumped_stress(1.2 * ONE, 64.0 * ONE)[0])

@@ -1,4 +1,4 @@
-"""A block of fluid let go: its volume, its walls, and where it ends."""
+"""A released block of fluid: its volume, its walls and its final extent."""
 
 from functools import partial
 from typing import Any
@@ -24,8 +24,8 @@ def released(
 
 
 @pytest.mark.parametrize("onto", ["channel", "open"])
-def test_fluid_keeps_its_volume_and_stays_between_its_walls(onto):
-    """Softer fluid flows farther, on an open plate to all sides alike; figures begin as the gate opens."""
+def test_a_released_block_keeps_its_volume_and_stays_between_its_walls(onto):
+    """Softer fluid flows farther, and equally far to all sides on an open plate. Times start when the gate opens."""
     stiff, soft = (released(PASTE | {"yield_stress_pa": stress_pa}, onto=onto) for stress_pa in (40.0, 4.0))
     assert soft.front_mm[-1] > stiff.front_mm[-1] + 3 > 3
     for block in (stiff, soft):
@@ -44,7 +44,7 @@ def test_fluid_keeps_its_volume_and_stays_between_its_walls(onto):
         assert np.ptp(sides) < 0.06 * np.mean(sides)
 
 
-def test_a_seed_scatters_a_release_and_a_slope_lets_it_run_downhill():
+def test_a_released_block_depends_on_its_seed_and_its_slope():
     release_of = partial(released, PASTE | {"yield_stress_pa": 4.0}, onto="channel", duration_s=0.2)
     level, same, other = (release_of(seed=seed) for seed in (3, 3, 4))
     assert np.array_equal(level.position_mm, same.position_mm)
@@ -53,7 +53,7 @@ def test_a_seed_scatters_a_release_and_a_slope_lets_it_run_downhill():
     assert down > up + 5
 
 
-def test_a_channel_is_closed_at_its_end():
+def test_released_fluid_stops_at_the_closed_end_of_the_channel():
     thin = released({"viscosity_pa_s": 0.1}, onto="channel", ahead_mm=20.0, duration_s=1.0)
     assert thin.front_mm[-1] == pytest.approx(20.0, abs=1.0)
     assert thin.height_mm[-1] == pytest.approx(10.0, abs=2.0)
@@ -70,6 +70,6 @@ def test_a_channel_is_closed_at_its_end():
         ({"solver": {"model": "slot"}}, "solver.model"),
     ],
 )
-def test_what_cannot_be_computed_is_refused(change, named):
+def test_an_impossible_block_release_is_refused_with_the_setting_named(change, named):
     with pytest.raises((InputError, NumericalError), match=named):
         released(PASTE | {"yield_stress_pa": 1.0}, **change)

@@ -1,4 +1,4 @@
-"""Stiff, thick paste that collapses under the nozzle is computed anew with finer substeps, and the run says so."""
+"""Stiff paste that collapses under the nozzle is computed again with finer substeps, and the run records this."""
 
 import io
 import itertools
@@ -56,7 +56,7 @@ def four_substeps() -> Run:
     return pour(CRACK, WAY, STIFF, radius_mm=0.378, substeps=4)
 
 
-def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
+def test_a_collapsed_run_is_repeated_with_twice_the_substeps(tmp_path):
     heard, begun, log = Narration(), Begun(), tmp_path / "health.csv"
     moments = list[float]()
     taken = Moments(itertools.count(0.1, 0.1), lambda t_s, frame: moments.append(frame.t_s))
@@ -78,7 +78,7 @@ def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
 
 @pytest.mark.parametrize(("named", "tries"), [(True, [2, 4, 8, 16]), (False, [2])])
 def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch, named, tries):
-    """An error that no run failed with, such as one of the host, is no collapse."""
+    """An error without a failed run, such as one of the host, is not a collapse."""
     substeps = []
 
     def collapses(self: Injection) -> None:
@@ -94,8 +94,8 @@ def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch, n
     assert substeps == tries
 
 
-def test_in_a_launch_only_the_collapsed_run_is_computed_anew():
-    """With its seed and slope; pictures of the first run, which is watched, begin again."""
+def test_only_the_collapsed_run_of_a_launch_is_repeated():
+    """The seed and the slope are unchanged. Frames of the first run, which is watched, are taken again."""
     kept = KeptFill((0.1, 0.2))
     inputs = Pour(SAMPLE, (STIFF, THIN), SOLVER, seed=3, slope=SampleSlope(gradient_deg=13.0))
     runs = fill_each(inputs, ComputeOptions(watchers=[kept]))
@@ -110,8 +110,8 @@ def test_in_a_launch_only_the_collapsed_run_is_computed_anew():
 
 
 @pytest.mark.parametrize("finer", [2, 3, [2, 2]])
-def test_a_checkpoint_of_another_run_or_with_no_such_factor_begins_nothing(tmp_path, finer):
-    """One of other settings, or damaged: the run starts with its own substeps, and a sentence names the file."""
+def test_an_invalid_checkpoint_or_the_checkpoint_of_another_run_is_ignored(tmp_path, finer):
+    """The run starts with its own substeps, and one sentence reports the checkpoint."""
     file, sentences, begun = tmp_path / "checkpoint.npz", list[str](), Begun()
     key = "another" if finer == 2 else "key"
     np.savez(file, allow_pickle=False, key=np.array(key), finer=np.array(finer))
@@ -121,10 +121,10 @@ def test_a_checkpoint_of_another_run_or_with_no_such_factor_begins_nothing(tmp_p
 
 
 @pytest.mark.parametrize("keeps", [True, False])
-def test_a_killed_run_of_more_substeps_goes_on_where_it_was(tmp_path: Path, keeps, monkeypatch):
-    """A run that was killed before its first checkpoint by the clock goes on at its first frame.
+def test_a_killed_run_with_finer_substeps_continues_at_its_last_checkpoint(tmp_path: Path, keeps, monkeypatch):
+    """If no checkpoint was due yet, the run with finer substeps starts at its first frame.
 
-    A kill within frame 90 leaves frame 89. In neither case is the attempt that failed continued.
+    A kill within frame 90 leaves frame 89. The collapsed attempt is not continued in either case.
     """
     monkeypatch.setattr("simulate.watchers.EVERY_S", 0.0 if keeps else 1e9)
     sentences, begun = list[str](), Begun()

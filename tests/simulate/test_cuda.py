@@ -1,4 +1,4 @@
-"""What only a GPU can show; that a recorded frame is the same frame is shown on the CPU (test_injection)."""
+"""Tests that need a GPU. Replayed frames are also compared on the CPU (test_injection)."""
 
 import numpy as np
 import pytest
@@ -22,11 +22,10 @@ DEVICE = "cuda:0"
 pytestmark = [pytest.mark.gpu, pytest.mark.skipif(not wp.get_cuda_device_count(), reason="no CUDA device is here")]
 
 
-def test_a_frame_is_recorded_and_the_fluid_stays_near_to_the_cpus():
-    """After 8 frames, in which chaos has no time: floats rounded in another order, and nothing else, lie between.
+def test_recorded_frames_on_a_gpu_agree_with_the_cpu():
+    """After 8 frames only floats that are rounded in another order differ, since chaos takes longer.
 
-    CPU runs whose starts are 1e-6 mm apart are up to 2e-5 mm apart by then; the benchmark holds a whole run to
-    its bound.
+    CPU runs whose starts differ by 1e-6 mm differ by up to 2e-5 mm by then; the benchmark compares whole runs.
     """
     for paste in PASTES:
         here, there = ready((paste,)), ready((paste,), device=DEVICE)
@@ -40,8 +39,8 @@ def test_a_frame_is_recorded_and_the_fluid_stays_near_to_the_cpus():
         assert 0 < apart_mm < 1e-2
 
 
-def test_warps_and_threads_find_the_same(monkeypatch):
-    """Many particles have a thread each, few a warp each: floats are then summed in another order, and nothing else."""
+def test_one_warp_per_particle_agrees_with_one_thread_per_particle(monkeypatch):
+    """Many particles have a thread each and few a warp each, in which floats are summed in another order."""
     warps = ready(PASTES[:1], device=DEVICE)
     monkeypatch.setattr("simulate.fluid.solver.MOST_SHARED", 0)
     threads = ready(PASTES[:1], device=DEVICE)
@@ -52,8 +51,8 @@ def test_warps_and_threads_find_the_same(monkeypatch):
     assert 0 < apart_mm < 1e-2
 
 
-def test_runs_on_a_gpu_have_the_same_bits_each_time_and_in_any_company():
-    """No float is summed in an order of chance; beyond 30,000 movers at once, in another order than here."""
+def test_a_gpu_run_is_bit_identical_when_repeated_or_computed_alone():
+    """The order of all sums of floats is fixed. With over 30,000 moving particles it is another order than here."""
     once, again = together(PASTES, device=DEVICE), together(PASTES, device=DEVICE)
     for run, same, paste in zip(once, again, PASTES, strict=True):
         (alone,) = together((paste,), device=DEVICE)
@@ -62,19 +61,19 @@ def test_runs_on_a_gpu_have_the_same_bits_each_time_and_in_any_company():
         assert run.escaped_particles == 0
 
 
-def test_a_run_on_a_gpu_goes_on_from_where_it_was_kept():
+def test_a_gpu_run_resumed_from_a_snapshot_equals_the_unbroken_run():
     check_going_on(device=DEVICE)
 
 
 @pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])
-def test_a_run_that_fails_on_a_gpu_costs_the_others_nothing(spoil, monkeypatch):
+def test_a_failed_run_on_a_gpu_does_not_change_the_other_runs(spoil, monkeypatch):
     injection, reason = spoil(monkeypatch, device=DEVICE)
     finish(injection)
     check_the_others(injection, reason)
 
 
-def test_explicit_passes_are_counted_by_the_host_and_no_frame_of_theirs_is_recorded():
-    """The run stays near to the CPU's: nothing but the rounding of floats lies between."""
+def test_frames_with_explicit_viscosity_passes_are_not_recorded():
+    """The host counts the passes. The run agrees with the CPU's up to the rounding of floats."""
     there, here = (finish(ready(PASTES[:1], device=device, viscosity_solve="explicit")) for device in (DEVICE, "cpu"))
     assert not there.engine.recorded
     explicit, on_cpu = results(there)[0], results(here)[0]
@@ -82,8 +81,8 @@ def test_explicit_passes_are_counted_by_the_host_and_no_frame_of_theirs_is_recor
     assert np.median(explicit.position_mm[:, 2]) == pytest.approx(np.median(on_cpu.position_mm[:, 2]), abs=1e-2)
 
 
-def test_frames_are_replayed_without_a_word_from_the_host(monkeypatch):
-    """Between samples nobody waits and no array is read, but some figures of the bed each time that it is measured."""
+def test_replayed_frames_neither_synchronise_nor_read_arrays(monkeypatch):
+    """The exceptions are a few figures of the bed, which are read each time that it is measured."""
     injection = ready(PASTES[:1], device=DEVICE)
     control, numpy = injection.volume_control, wp.array.numpy
     assert control is not None

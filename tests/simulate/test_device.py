@@ -1,4 +1,4 @@
-"""Devices: which is taken, what runs there, and the doctor's question to it, where the answer is known."""
+"""Devices: their choice, their kernels, and the doctor's self-test, whose result is known."""
 
 import importlib
 import os
@@ -20,7 +20,7 @@ from simulate.kernels.pair_kernels import pair_kernels
 from tests.support.paths import ROOT
 
 
-def test_an_absent_device_is_an_error_and_no_fallback():
+def test_an_absent_device_is_refused_without_a_fallback():
     assert choose_device("auto") == ("cuda:0" if wp.get_cuda_device_count() else "cpu")
     with pytest.raises(InputError, match=r"cuda:7 is not on this machine. Give auto or one of cpu"):
         choose_device("cuda:7")
@@ -46,15 +46,15 @@ def _kernels_of(group: Any) -> list[wp.Kernel]:
 @pytest.mark.parametrize("arch", [80, 90])
 @pytest.mark.parametrize("module", device_code(), ids=lambda module: module.name)
 def test_the_device_code_compiles_for_cuda_without_a_gpu(module, arch, tmp_path):
-    """For Ampere's and Hopper's architectures. That it runs there is for the tests marked gpu."""
+    """The architectures are Ampere and Hopper. Tests marked gpu run the code."""
     wp.compile_aot_module(module, arch=arch, module_dir=tmp_path)
     assert list(tmp_path.glob(f"*.sm{arch}.cubin")) or list(tmp_path.glob(f"*.sm{arch}.ptx"))
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="Warp's CUDA compiler comes with its Linux wheels")
-def test_the_sums_over_pairs_compile_for_warps_too(tmp_path, monkeypatch):
-    """Above they are compiled for a thread to each particle."""
+def test_the_sums_over_pairs_compile_for_one_warp_per_particle(tmp_path, monkeypatch):
+    """The test above compiles them for one thread per particle."""
     modules = {kernel.module for group in pair_kernels(native=False) for kernel in _kernels_of(group)}
     for module in modules:
         monkeypatch.setitem(module.options, "block_dim", int(WARP))
@@ -63,8 +63,8 @@ def test_the_sums_over_pairs_compile_for_warps_too(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("lacking", ["is_conditional_graph_supported", "is_mempool_supported"])
-def test_a_gpu_on_which_no_frame_can_be_recorded_is_refused(lacking, monkeypatch):
-    """Its driver is too old, or it has no memory pools; the CPU is named, and not taken in silence."""
+def test_a_gpu_that_cannot_record_frames_is_refused(lacking, monkeypatch):
+    """Its driver is too old, or it has no memory pools. The refusal proposes the CPU, which is not used by itself."""
     monkeypatch.setattr(wp, "get_devices", lambda: ["cpu", "cuda:0"])
     for name in ("is_conditional_graph_supported", "is_mempool_supported"):
         monkeypatch.setattr(wp, name, lambda *_, name=name: name != lacking)
@@ -74,14 +74,14 @@ def test_a_gpu_on_which_no_frame_can_be_recorded_is_refused(lacking, monkeypatch
     assert choose_device("cpu") == "cpu"
 
 
-def test_a_machine_without_a_gpu_is_no_warning():
-    """Warp's native code writes it past Python; whatever else is written there is passed on."""
+def test_a_machine_without_a_gpu_gives_no_warning():
+    """Warp's native code writes its warning past Python. Everything else written there is passed on."""
     script = "import os; from simulate.device import choose_device; choose_device('cpu'); os.write(2, b'after')"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, cwd=ROOT)
     assert (done.stdout, done.stderr) == (b"", b"after")
 
 
-def test_this_machine_compiles_runs_and_records_or_is_found_out(monkeypatch):
+def test_the_self_test_passes_here_and_detects_a_failed_recording(monkeypatch):
     assert touching_pairs("cpu") == 3 * 7 * 8 * 8
     assert turns_of_a_recording("cpu") == SIDE
     monkeypatch.setattr(wp, "capture_launch", lambda _: None)
@@ -118,7 +118,7 @@ def selftest(cache: Path, largest_file_bytes: int | None = None, **environment: 
 
 @pytest.mark.slow
 def test_a_damaged_kernel_is_compiled_again(tmp_path):
-    """As after a power cut: the object cut short, or its description; a second run finds the cache whole."""
+    """The object file or its description is cut short, as by a power cut; the next run restores the cache."""
     assert selftest(tmp_path) == (0, "1344\n")
     for ending, bytes_left in ((".o", 1000), (".o", 0), (".meta", 3)):
         (damaged,) = tmp_path.rglob(f"*{ending}")
@@ -130,7 +130,7 @@ def test_a_damaged_kernel_is_compiled_again(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_cache_that_cannot_grow_is_named(tmp_path):
+def test_a_kernel_cache_that_cannot_be_written_is_named_in_the_error(tmp_path):
     code, printed = selftest(tmp_path, largest_file_bytes=5_000)
     assert code == 3
     assert str(tmp_path) in printed

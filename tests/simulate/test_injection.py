@@ -1,4 +1,4 @@
-"""Several fluids at once, several threads, and an injection followed by hand."""
+"""Several fluids in one launch, several threads, snapshots, replayed frames and failed runs."""
 
 from functools import cache
 
@@ -26,15 +26,15 @@ def way(request, monkeypatch) -> str:
 
 @cache
 def runs_of(way: str) -> list[Run]:
-    """All pastes in one launch, told by the host."""
+    """All pastes in one launch, whose kernels the host launches."""
     return together(PASTES)
 
 
 ALIKE = ("density_error_mean", "density_error_max", "most_neighbours", "moving_mean", "moving_most", "volume_factor")
 
 
-def test_fluids_computed_at_once_are_what_each_is_alone(way):
-    """Bit for bit: a study in one launch must not depend on which runs share it."""
+def test_fluids_computed_in_one_launch_equal_fluids_computed_alone(way):
+    """They are bit-identical, since a study must not depend on which runs share a launch."""
     for number, run in enumerate(runs_of(way)):
         (single,) = together(PASTES[number : number + 1])
         assert np.array_equal(run.position_mm, single.position_mm)
@@ -48,10 +48,10 @@ def test_fluids_computed_at_once_are_what_each_is_alone(way):
 
 
 @pytest.mark.parametrize("threads", [2, 4])
-def test_any_number_of_threads_gives_the_same_bits(way, threads, monkeypatch):
-    """Slices of a launch write rows of their own; sums are taken in the same parts, or in whole numbers.
+def test_runs_on_any_number_of_threads_are_bit_identical(way, threads, monkeypatch):
+    """Threads write separate rows; sums are taken in the same parts, or of integers.
 
-    Points of a cell are sorted in the order of release, so that new numbers change nothing either.
+    Points of a cell are sorted in the order of release, so that renumbering changes nothing either.
     """
     monkeypatch.setattr("simulate.fluid.walkers.FEWEST_ROWS", 1)
     for run, shared in zip(runs_of("in order"), together(PASTES, threads=threads), strict=True):
@@ -61,22 +61,22 @@ def test_any_number_of_threads_gives_the_same_bits(way, threads, monkeypatch):
 
 
 @pytest.mark.parametrize(("way", "replays"), [("in order", False), ("renumbered", True)], indirect=["way"])
-def test_a_run_goes_on_from_where_it_was_kept(way, replays):
+def test_a_run_resumed_from_a_snapshot_equals_the_unbroken_run(way, replays):
     check_going_on(replays=replays)
 
 
-def test_a_frame_recorded_once_and_replayed_is_the_same_frame(way):
-    """No count of movers, no residual, no frame number comes from the host."""
+def test_replayed_frames_equal_frames_launched_by_the_host(way):
+    """When replayed, no particle count, residual or frame number comes from the host."""
     for replayed, run in zip(together(PASTES, replays=True), runs_of(way), strict=True):
         assert np.array_equal(replayed.position_mm, run.position_mm)
-        # Counted in fewer frames, and not the room for all that may.
+        # It is counted in fewer frames, and is not the capacity for all particles.
         assert 0 < replayed.health.recorded()["moving_most"] <= run.health.recorded()["moving_most"]
 
 
 @pytest.mark.parametrize("replays", [False, True])
 @pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])
-def test_a_run_that_fails_costs_the_others_of_its_launch_nothing(spoil, replays, monkeypatch):
-    """It is given up where it fails; those beside it have the bits that they have alone, and nobody computes twice."""
+def test_a_failed_run_does_not_change_the_other_runs_of_its_launch(spoil, replays, monkeypatch):
+    """It stops when it fails. The other runs are bit-identical to runs computed alone, and are not computed twice."""
     injection, reason = spoil(monkeypatch, replays=replays)
     finish(injection)
     check_the_others(injection, reason)

@@ -1,4 +1,4 @@
-"""Fluid that is fed from a source: as much as flows, at the time at which it flows."""
+"""Fluid that is poured from a source, with the volume that was released so far."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from tests.support.small_fluids import sealant
 FLOW_MM3_S, RADIUS_MM = 2000.0, 1.0
 
 
-def test_a_pour_shows_only_what_has_been_released_and_spreads_evenly():
+def test_a_pour_contains_the_released_volume_and_spreads_evenly():
     start_warp()
     schedule = fed(FLOW_MM3_S, 1.0, RADIUS_MM, height_mm=9.0, diameter_mm=10.0)
     solver = Solver(radius_mm=RADIUS_MM)

@@ -1,4 +1,4 @@
-"""Sealant that changes with its age: its tables, their files, and what the run makes of them."""
+"""Sealant that changes with its age: its tables, their files, and their use in a run."""
 
 import json
 import re
@@ -34,7 +34,7 @@ def write(folder: Path, name: str, text: str) -> str:
 
 
 @pytest.mark.parametrize("mark", ["", "\ufeff"], ids=["plain", "Excel's UTF-8"])
-def test_between_rows_the_viscosity_is_linear_in_its_logarithm_and_beyond_them_it_stays(tmp_path, mark):
+def test_a_curve_interpolates_the_logarithm_of_viscosity_between_its_rows(tmp_path, mark):
     paste = fluid(curve=write(tmp_path, "paste.csv", mark + CURING)).loaded(tmp_path)
     assert np.array(paste.course.at(np.array([0.0, 5.0, 10.0, 99.0]))) == pytest.approx(
         np.array([[0.05, 0.5, 5.0, 5.0], [0.0, 10.0, 20.0, 20.0]])
@@ -45,8 +45,8 @@ def test_between_rows_the_viscosity_is_linear_in_its_logarithm_and_beyond_them_i
 
 
 @pytest.mark.parametrize("downward", [False, True])
-def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_path, downward):
-    """190 to 150 C in 40 s, then 10 C in 100 s; checked at ages that are rows of neither table."""
+def test_a_cooling_converts_a_curve_over_temperature_into_a_curve_over_age(tmp_path, downward):
+    """It cools from 190 to 150 C in 40 s, then by 10 C in 100 s. Ages between the rows of both tables are checked."""
     rows = ["100,100,50", "160,4,2", "200,1,0"]
     text = "\n".join(["temperature_c,viscosity_pa_s,yield_stress_pa", *(reversed(rows) if downward else rows)])
     cooling = write(tmp_path, "cooling.csv", "age_s,temperature_c\n0,190\n40,150\n140,140\n")
@@ -78,7 +78,7 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
         (b"\xff\xfe\x00\x01", "UTF-8"),
     ],
 )
-def test_a_table_that_cannot_be_read_is_refused_with_file_row_column_and_value(tmp_path, text, fault):
+def test_an_invalid_table_is_refused_with_its_row_column_and_value(tmp_path, text, fault):
     if text is not None:
         (tmp_path / "material.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(InputError, match=rf"material\.csv.*{fault}"):
@@ -103,19 +103,19 @@ COOLS = {"age_s": [0, 9], "temperature_c": [50, 9]}
         ),
     ],
 )
-def test_what_a_curve_replaces_or_lacks_is_refused(table, fault):
+def test_settings_that_conflict_with_a_curve_or_are_incomplete_are_refused(table, fault):
     with pytest.raises(ValidationError, match=fault):
         fluid(**{"curve": {"age_s": [0, 1], "viscosity_pa_s": [1, 1]}} | table)
 
 
-def test_a_cooling_file_beyond_its_curve_is_named_with_the_row_of_a_text_editor(tmp_path):
+def test_a_cooling_beyond_the_range_of_its_curve_is_refused_with_its_row(tmp_path):
     hot = write(tmp_path, "hot.csv", "temperature_c,viscosity_pa_s\n20,9000\n180,1\n")
     cools = write(tmp_path, "cools.csv", "age_s,temperature_c\n0,170\n10,12\n")
     with pytest.raises(InputError, match=r"cools\.csv, row 3, column temperature_c: 12 at 10 s"):
         fluid(curve=hot, cooling=cools).loaded(tmp_path)
 
 
-def test_a_curve_that_softens_in_sleep_is_refused():
+def test_a_softening_curve_is_refused_if_particles_may_sleep():
     (solid, outline), nozzle = slot(), Nozzle()
     soft = curve(age_s=[0, 1], viscosity_pa_s=[1, 1], yield_stress_pa=[9, 3])
     with pytest.raises(InputError, match=r"solver\.sleep = false"):
@@ -123,8 +123,8 @@ def test_a_curve_that_softens_in_sleep_is_refused():
     check_fit(outline, solid, soft, Solver(sleep=False), nozzle)
 
 
-def test_the_run_s_table_is_the_curve_at_each_frame_of_age():
-    """U and the yield stress, up to the last row or the end of the run; a D that is given holds at every age."""
+def test_the_table_of_a_run_has_the_curves_values_at_each_frame():
+    """It has U and the yield stress up to the curve's last row or the run's end. A given D applies at every age."""
     paste = curve(age_s=[0, 0.1], viscosity_pa_s=[0.05, 0.5], yield_stress_pa=[0, 10])
     whole, short = rheology_of(paste, SUPPORT_CM, FRAME_S), rheology_of(paste, SUPPORT_CM, FRAME_S, frames=5)
     assert len(whole.course) == 1 + np.ceil(0.1 / FRAME_S)
@@ -157,14 +157,14 @@ TO_3000_PA = {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0,
         ),
     ],
 )
-def test_a_yield_stress_that_is_not_solved_for_is_refused_with_one_that_is(key, most, asked, allowed):
+def test_a_yield_stress_too_large_for_the_solver_is_refused_with_its_limit(key, most, asked, allowed):
     solver = Solver(substeps=4)
     with pytest.raises(InputError, match=rf"fluid\.{re.escape(key)}.* at most {most}\b"):
         solved_as(fluid(**asked), solver, FRAME_S, 1000)
     solved_as(fluid(**asked | allowed), solver, FRAME_S, 1000)
 
 
-def test_a_curve_too_thick_to_compute_is_refused():
+def test_a_curve_with_a_viscosity_too_large_to_compute_is_refused():
     stiff = fluid(curve={"age_s": [0, 1], "viscosity_pa_s": [1, 1e4]}, density_kg_m3=1.0)
     with pytest.raises(InputError, match=r"fluid\.curve reaches 10000"):
         solved_as(stiff, Solver(), FRAME_S, 1000)
@@ -181,8 +181,8 @@ def test_a_curve_too_thick_to_compute_is_refused():
         {"curve": TO_3000_PA},
     ],
 )
-def test_what_needs_more_explicit_passes_than_a_run_has_time_for_is_refused(asked):
-    """Pastes were accepted up to 10,000 Pa, which would take 10,000 times as many passes as one of 1 Pa."""
+def test_a_sealant_that_needs_too_many_explicit_passes_is_refused(asked):
+    """Earlier versions accepted up to 10,000 Pa, which would take 10,000 times as many passes as one of 1 Pa."""
     solver = Solver(substeps=4, viscosity_solve="explicit")
     with pytest.raises(InputError, match=r'solver\.viscosity_solve is "explicit": .*"implicit"'):
         solved_as(fluid(**asked), solver, FRAME_S, 1000)
@@ -191,8 +191,8 @@ def test_what_needs_more_explicit_passes_than_a_run_has_time_for_is_refused(aske
 
 
 @pytest.mark.parametrize(("law", "width_mm"), [({"viscosity_pa_s": 20.0}, 6.0), ({"U": 0.0, "D_cm": 3.0}, 1.6)])
-def test_explicit_passes_that_are_reckoned_with_are_no_fewer_than_those_made(law, width_mm):
-    """Particles packed between walls, in which a corner takes most; at most twice as many."""
+def test_the_estimated_number_of_explicit_passes_is_an_upper_bound(law, width_mm):
+    """Particles between walls need most passes, above all in corners. The estimate is at most twice their number."""
     paste, _ = solved_as(fluid(**law), Solver(substeps=4, viscosity_solve="explicit"), FRAME_S, 1000)
     half_mm = width_mm / 2 - 0.25
     points = lattice(np.array([0.2, -half_mm, -15.7]), np.array([5.8, half_mm, -6]), 0.65)
@@ -203,8 +203,8 @@ def test_explicit_passes_that_are_reckoned_with_are_no_fewer_than_those_made(law
     assert 0.5 < made / passes <= 1.0
 
 
-def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities():
-    """The weights of Eq. 5 between a fresh release and an older one, against those of one age."""
+def test_particles_of_two_ages_interact_by_the_harmonic_mean_of_their_viscosities():
+    """The weights of Eq. 5 between fresh and older particles are compared with those at one age."""
     points = lattice(np.array([0, -2.1, 20]), np.array([5, 2.1, 26]), 0.69)
     by_age = np.array([[2.0, 0.0], [6.0, 0.0]])
     sums = []
@@ -221,6 +221,6 @@ def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities(
     ratio = sums[1] / sums[0]
     assert ratio[height > 23 + 1.7] == pytest.approx(3.0, rel=1e-4)
     assert ratio[height < 23 - 1.7] == pytest.approx(1.0, rel=1e-4)
-    # 2 * 2 * 6 / 8 = 3 across, over 2: half of a neighbourhood makes 1.25 below it; the plain mean 1.5.
+    # 2 * 2 * 6 / 8 = 3 is 1.5 times 2; with half of the neighbours aged the ratio is 1.25, or 1.5 by the plain mean.
     below = ratio[(height < 23) & (height > 22.2)]
     assert 1.05 < below.min() <= below.max() < 1.3

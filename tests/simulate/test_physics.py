@@ -1,4 +1,4 @@
-"""Flow between plates, free clouds and the cases of ``benchmarks/physics.py`` keep to closed forms and symmetries."""
+"""Flow between plates, free clouds and the cases of ``benchmarks/physics.py``, by closed forms and symmetries."""
 
 import numpy as np
 import pytest
@@ -14,10 +14,10 @@ from tests.support.tanks import Pit, Tank, raised
 @pytest.mark.parametrize(
     ("viscosity_mm2_s", "yield_mm2_s2"), [(32.2, 0.0), (322.0, 0.0), (32.2, 7100.0)], ids=["U 30", "U 300", "12 Pa"]
 )
-def test_viscosity_neither_pushes_nor_turns_a_cloud(viscosity_mm2_s, yield_mm2_s2):
-    """Speeds are at random about a turn, for 11 ms; particles overlap, so that densities differ.
+def test_viscosity_conserves_linear_and_angular_momentum_of_a_cloud(viscosity_mm2_s, yield_mm2_s2):
+    """The cloud turns with random velocities for 11 ms; particles overlap, so that densities differ.
 
-    Without the last shift of a solve the first is 1e-4; with pairs that pull any way the second is 0.1.
+    Without the last shift of a solve the first change is 1e-4; with forces that are not central the second is 0.1.
     """
     cube = filled_box_mm((0.0, -3.0, 0.0), (6.0, 3.0, 6.0), 0.4)
     random = np.random.default_rng(3)
@@ -46,17 +46,17 @@ def test_viscosity_neither_pushes_nor_turns_a_cloud(viscosity_mm2_s, yield_mm2_s
 
 
 @pytest.mark.parametrize("channel", [Channel(5.0, 3000.0), Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25)])
-def test_a_fluid_flows_between_plates_as_its_closed_form_says(channel):
-    """Viscous, and Herschel and Bulkley's; the benchmark's Bingham fluid is slow.
+def test_flow_between_plates_has_the_closed_forms_mean_speed(channel):
+    """The fluids are Newton's and Herschel and Bulkley's; Bingham's takes long and is in the benchmark.
 
-    Particles that move before the viscosity acts are 5.5 times as fast in the first.
+    If particles moved before the viscosity acts, the Newtonian fluid would be 5.5 times as fast.
     """
     mean_mm_s, exact_mm_s = channel.flow(0.15)
     assert mean_mm_s / exact_mm_s == pytest.approx(1.0, abs=0.1)
 
 
-def test_paste_stands_between_plates_that_bear_less_than_its_yield_stress():
-    """Awake: it creeps at the slowest shear that float32 allows, 0.002 /s."""
+def test_paste_between_plates_does_not_flow_below_its_yield_stress():
+    """Without sleep it creeps at the slowest shear that float32 allows, 0.002 /s."""
     creep_mm_s, _ = Channel(8.0, 32.0, 1.2, mean_mm_s=6.0).flow(0.15, sleep=False)
     assert 0 <= creep_mm_s < 0.01
 
@@ -67,6 +67,6 @@ SLOW = ("hydrostatic", "sloshing", "shear_wave", "slot_current", "channel", "bin
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in CASES]
 )
-def test_a_case_meets_its_tolerances(name):
+def test_each_case_of_the_physics_benchmark_meets_its_tolerances(name):
     """Seen to fail: volume factor 1, 2 lambda_i for lambda_i + lambda_j, twice the resistance or gamma^2, half of g."""
     assert [row.name for row in CASES[name]() if row.missed] == []

@@ -1,4 +1,4 @@
-"""The measuring instrument, held to lattices of particles whose surface is known."""
+"""The measurement of a level, tested on lattices of particles with a known surface."""
 
 from dataclasses import replace
 
@@ -108,18 +108,18 @@ def bias_mm(profile, level_of_s, trim_mm=2.0):
     [(straight(), 0.4, "flat"), (straight(30), 0.5, "gentle"), (bow(), 0.4, "steep"), (bow(), 0.5, "falling")],
     ids=["straight", "oblique", "bow", "bow over the face"],
 )
-def test_a_lattice_is_read_at_its_level(outline, radius_mm, level):
-    """Worst of these: 0.04 mm. Read as the top edges of the pixels, the same lattices stand 0.20 to 0.26 mm high."""
+def test_the_profile_of_a_particle_lattice_has_the_lattices_level(outline, radius_mm, level):
+    """The largest error is 0.04 mm; by the upper edges of the pixels, levels would be 0.20 to 0.26 mm too high."""
     spacing_mm = (4 * np.sqrt(2)) ** (1 / 3) * 0.97 * radius_mm
     point = lattice(outline, LEVELS[level], spacing_mm, seed=int(100 * radius_mm))
     cut_mm = 0.0
     if level == "flat":
-        # Its top layer lies up to half a cell beside the level asked for: read is what the cells add up to.
+        # The top layer is up to half a cell off the given level; expected is the level of the whole cells.
         cut_mm = np.arange(-DEPTH_MM + spacing_mm / 2, -5.3, spacing_mm)[-1] + spacing_mm / 2 + 5.3
     assert abs(bias_mm(read(point, outline=outline, radius_mm=radius_mm), LEVELS[level]) - cut_mm) <= BIAS_MM
 
 
-def test_an_empty_stretch_is_the_floor_and_a_gap_in_the_packing_is_not():
+def test_an_empty_stretch_has_the_floors_level_and_packing_gaps_are_ignored():
     point = lattice(straight(), LEVELS["flat"], 0.69)
     s_mm = point[:, 0]
     hole = (s_mm > 10) & (s_mm < 15)
@@ -131,8 +131,8 @@ def test_an_empty_stretch_is_the_floor_and_a_gap_in_the_packing_is_not():
     assert read(np.empty((0, 3))).level_mm.max() == -DEPTH_MM
 
 
-def test_a_jet_and_lost_drops_are_not_the_surface_and_fast_parts_of_it_are():
-    """What of the jet is within a radius of the bed is bed.
+def test_jets_and_spilled_drops_are_not_part_of_the_level():
+    """The part of the jet within a radius of the bed counts as bed, and so do fast particles of the bed.
 
     Broken on purpose by counting the jet, the profile has a spike of 8 mm at s = 20.
     """
@@ -159,8 +159,8 @@ def test_sealant_on_the_face_beside_the_mouth_does_not_raise_the_level():
     assert above.level_mm[np.abs(above.s_mm - 25) < 4] == pytest.approx(top_mm)
 
 
-def test_the_profile_starts_where_the_nozzle_starts():
-    """Chirality and direction: the same particles, with the centreline walked from its other end."""
+def test_the_profile_is_reversed_with_the_direction_of_the_centreline():
+    """The same particles are measured with the centreline from either end."""
     point, forward = lattice(bow(), LEVELS["gentle"], 0.69), bow()
     onward_mm, back_mm = (
         read(point, outline=outline).level_mm for outline in (forward, outline_along(forward.centreline_mm[::-1]))
@@ -169,7 +169,7 @@ def test_the_profile_starts_where_the_nozzle_starts():
     assert np.abs(onward_mm - back_mm[::-1]).mean() < 0.05
 
 
-def test_arc_length_is_that_of_the_nearest_point_also_beyond_the_ends():
+def test_arc_length_is_that_of_the_nearest_point_on_the_extended_line():
     corner = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])
     point = np.array([[4.0, 1.0], [11.0, 5.0], [-2.0, 1.0], [9.0, 13.0], [9.0, 2.0]])
     assert arc_length_at(point, corner) == pytest.approx([4.0, 15.0, -2.0, 23.0, 12.0])
@@ -177,7 +177,7 @@ def test_arc_length_is_that_of_the_nearest_point_also_beyond_the_ends():
     assert arc_length_at(np.array([[-70.0, 25.0]]), hook) == pytest.approx([-70.0])
 
 
-def test_a_lost_particle_stops_the_reading():
+def test_a_particle_without_a_position_stops_the_measurement():
     with pytest.raises(NumericalError, match="Particle 1"):
         read([[1, 0, -5], [2, np.nan, -5]])
 
@@ -185,12 +185,11 @@ def test_a_lost_particle_stops_the_reading():
 @pytest.mark.parametrize(
     ("reading", "turn_deg"), [("vertical", 0), ("vertical", 30), ("lean", 90), ("flare", 131), ("undercut", 0)]
 )
-def test_volume_of_a_filled_slot(reading, turn_deg):
-    """Of known section, to 6 mm above its floor: 18.6 mm² vertical or leaning, 23.7 mm² with 8 degrees of flare.
+def test_the_volume_ratio_of_a_filled_slot_is_1(reading, turn_deg):
+    """It is filled to 6 mm above its floor: 18.6 mm² if vertical or leaning, 23.7 mm² with 8 degrees of flare.
 
-    Under a mouth of that width an undercut has 30.4 mm².
-
-    Broken on purpose without the turn of the cells, the slot along x reads 3 % off.
+    An undercut with this mouth has 30.4 mm². Broken on purpose without the turn of the cells, the ratio of the slot
+    along x is 3 % off.
     """
     point = cavity_lattice(0.5, reading, 8.0, top_mm=-4.0)
     point[:, :2] = point[:, :2] @ turned(turn_deg).T
@@ -200,7 +199,7 @@ def test_volume_of_a_filled_slot(reading, turn_deg):
     assert volume_ratio(run, slot(turn_deg, 8.0, reading)) == pytest.approx(1.0, abs=0.02)
 
 
-def test_a_heap_above_the_face_is_part_of_the_volume_and_spill_is_not():
+def test_the_volume_ratio_includes_heaps_above_the_face_but_no_spill():
     full = cavity_lattice(0.5, "vertical", 0.0, top_mm=0.0)
     heap = [(x, y, z) for x in np.arange(5, 35, 0.5) for y in np.arange(-5, 5.1, 0.5) for z in (0.25, 0.75, 1.25)]
     both = run_of(np.vstack([full, heap]), volume_mm3=0.5**3)

@@ -1,4 +1,4 @@
-"""What particles or the crack make of a fluid, told before the run, and what is recorded of it."""
+"""Remarks before a run on how a fluid will behave as particles or in this crack."""
 
 import pytest
 
@@ -46,7 +46,7 @@ THINS = {"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, 0.5]}
         ({"curve": STANDS}, f"curve: a yield stress of 20 Pa {HOLDS}", ""),
     ],
 )
-def test_what_particles_or_the_crack_make_of_a_fluid_is_remarked_on_before_the_run(fluid, begins, says):
+def test_a_remark_before_the_run_states_how_the_fluid_will_behave(fluid, begins, says):
     (remark,) = texts(injection_of(**fluid).remarks_on(0))
     assert remark.startswith(f"fluid.{begins}")
     assert says in remark
@@ -63,7 +63,7 @@ def test_what_particles_or_the_crack_make_of_a_fluid_is_remarked_on_before_the_r
         {"viscosity_pa_s": 100.0, "settle_s": 400.0},
     ],
 )
-def test_sealant_that_sinks_in_time_slips_or_yields_has_no_remark(fluid):
+def test_sealant_that_settles_slips_or_yields_gets_no_remark(fluid):
     assert not injection_of(**fluid).remarks_on(0)
 
 
@@ -79,7 +79,7 @@ def test_sealant_that_sinks_in_time_slips_or_yields_has_no_remark(fluid):
         ({"curve": {"age_s": [0.0, 1.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [0.0, 100.0]}}, "0.15"),
     ],
 )
-def test_paste_that_stands_before_it_has_sunk_is_told_before_the_run(law, age_s):
+def test_paste_that_stiffens_before_it_has_sunk_gets_a_remark(law, age_s):
     remarks = texts(injection_of(**law).remarks_on(0))
     stands = [remark for remark in remarks if remark.partition(": ")[2].startswith("from an age of")]
     assert len(stands) == (age_s is not None)

@@ -24,8 +24,8 @@ from tests.support.small_fluids import LIKE_THE_PAPER, injected, path, pour, sea
 WHERE = r"Frame \d+, t = .* s, particle \d+ at \(.*\) mm\. Try"
 
 
-def test_what_runs_over_the_edge_is_spilled_and_not_escaped():
-    """A crack of 0.2 ml that gets 1 ml, on a face of 12 mm around it."""
+def test_sealant_that_runs_over_the_edge_counts_as_spilled_not_escaped():
+    """A crack of 0.2 ml with 12 mm of face around it gets 1 ml."""
     crack = slot(12.0, depth_mm=5.0)
     way = path(crack[1], 1.0, speed_mm_s=30.0)
     run = pour(crack, way, sealant(U=0.1, D_cm=1e-3), radius_mm=0.7, settle_s=0.5)
@@ -35,7 +35,7 @@ def test_what_runs_over_the_edge_is_spilled_and_not_escaped():
     assert ((place_mm < block_mm[0]) | (place_mm > block_mm[1])).any(axis=1).all()
 
 
-def test_a_cpu_run_repeats_bit_for_bit_and_a_seed_changes_it():
+def test_cpu_runs_with_equal_seeds_are_bit_identical():
     crack = slot(12.0)
     first, again, other = (pour(crack, path(crack[1], 0.05, speed_mm_s=20.0), seed=seed) for seed in (0, 0, 4))
     assert np.array_equal(first.position_mm, again.position_mm)
@@ -47,12 +47,12 @@ def test_a_cpu_run_repeats_bit_for_bit_and_a_seed_changes_it():
     ("fluid", "solver"),
     [
         ({"viscosity_pa_s": 300.0}, {"radius_mm": 0.6}),
-        # Just thin enough to carry pressure over: of 20 Pa s, the next substep's would have again what this one's lost.
+        # Just thin enough to carry pressure over: beyond, the viscosity cancels its displacements.
         pytest.param({"viscosity_pa_s": 5.7}, {}, marks=pytest.mark.slow),
     ],
 )
-def test_sealant_too_thick_to_flow_away_under_the_nozzle_does_not_collapse(fluid, solver):
-    """Where nothing of the pressure's displacement outlasts the viscosity, particles gather under the nozzle."""
+def test_very_viscous_sealant_does_not_collapse_under_the_nozzle(fluid, solver):
+    """If the viscosity cancelled all displacements by the pressure, particles would gather under the nozzle."""
     crack = slot(14.0, 3.1, 8.0, "vertical", 0.0)
     run = pour(crack, path(crack[1], 0.3), sealant(**fluid), settle_s=0.1, **solver)
     assert run.escaped_particles == 0
@@ -72,7 +72,7 @@ def test_sealant_too_thick_to_flow_away_under_the_nozzle_does_not_collapse(fluid
     ],
     ids=["a collapse", "a speed", "a density"],
 )
-def test_a_fault_stops_the_run_and_says_what_when_which_and_where(
+def test_a_numerical_fault_stops_the_run_and_names_particle_time_and_position(
     monkeypatch, limit, value, fluid, volume_ml, solver, says
 ):
     if limit:
@@ -82,8 +82,8 @@ def test_a_fault_stops_the_run_and_says_what_when_which_and_where(
         pour(crack, path(crack[1], volume_ml, speed_mm_s=20.0), sealant(**fluid), **solver)
 
 
-def test_a_particle_put_behind_a_wall_is_found_though_it_knows_of_open_room():
-    """Walls are not asked for near such room; a place behind one is never that near to its middle."""
+def test_a_particle_placed_behind_a_wall_counts_as_escaped():
+    """The walls are not checked for particles near the middle of open room; behind a wall none is that near."""
     solid, outline = slot(12.0)
     pouring = injected((solid, outline), path(outline, 0.1, speed_mm_s=20.0), LIKE_THE_PAPER)
     for _ in range(30):
@@ -109,7 +109,7 @@ def test_a_particle_put_behind_a_wall_is_found_though_it_knows_of_open_room():
         ({}, {}, {"freeze_after_s": 0.02}, r"freeze_after_s is 0.02: .*0.057"),
     ],
 )
-def test_settings_that_cannot_go_together_are_refused_with_the_physics(solver, nozzle, fluid, fault):
+def test_incompatible_settings_are_refused_with_the_physical_reason(solver, nozzle, fluid, fault):
     solid, outline = slot()
     table = {"U": 1.0, "freeze_after_s": 1.0} | fluid
     with pytest.raises(InputError, match=fault):
@@ -123,8 +123,8 @@ def test_settings_that_cannot_go_together_are_refused_with_the_physics(solver, n
         (0.02, r"No radius is possible: .* shorter piece.*path_only = true"),
     ],
 )
-def test_a_radius_is_proposed_only_where_its_distance_grid_fits(monkeypatch, share, says):
-    """In a long, thin crack "auto" was once the remedy, and the next refusal."""
+def test_a_radius_is_proposed_only_if_its_distance_grid_fits(monkeypatch, share, says):
+    """In a long, thin crack "auto" was once proposed, and then refused."""
     solid, outline = slot()
     box_mm = np.subtract(*reversed(signed_distance.crack_box_mm(solid, outline, outline.mean_width_mm / 8)))
     blocks = np.prod(box_mm / (outline.mean_width_mm / 16 * signed_distance.device_code.BLOCK))
@@ -152,7 +152,7 @@ LEAST_MM = least_mm(20_000)
         (LEAST_MM, 20_000, None),
     ],
 )
-def test_a_radius_of_too_many_particles_is_answered_with_one_that_does(monkeypatch, radius_mm, most, says):
+def test_a_radius_that_gives_too_many_particles_is_refused_with_the_allowed_range(monkeypatch, radius_mm, most, says):
     solid, outline = slot()
     solid = replace(solid, figures=replace(solid.figures, sealant_mm3=2000.0))
     monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
@@ -171,7 +171,7 @@ def shallow(depth_mm: float, floor_mm: float) -> tuple[Solid, Outline]:
     ("depth_mm", "floor_mm", "largest"),
     [(0.3, 0.2, "0.25"), (0.3, 0.41, "0.35[45]"), (0.41, 0.3, "0.35[45]"), (0.2, 0.5, "0.3(49|5)")],
 )
-def test_particles_too_large_for_depth_and_floor_are_refused(depth_mm, floor_mm, largest):
+def test_particles_too_large_for_the_depth_or_the_floor_are_refused(depth_mm, floor_mm, largest):
     """Without the check, no wall particle has room in the first and ``place_walls`` stops on an empty array."""
     solid, outline = shallow(depth_mm, floor_mm)
     with pytest.raises(InputError, match=rf"solver.radius_mm is 0.4: .*at most {largest}, "):
@@ -179,7 +179,7 @@ def test_particles_too_large_for_depth_and_floor_are_refused(depth_mm, floor_mm,
 
 
 @pytest.mark.parametrize("away_mm", [(0, 0, 1e9), (1e9, 0, 0), (0, -1e300, 0)])
-def test_a_path_that_leads_far_away_is_refused_before_memory_is_asked_for(away_mm):
+def test_a_path_far_away_from_the_crack_is_refused(away_mm):
     """A trajectory.csv may come from anywhere. Without the check, Warp fails on the shape of an array."""
     solid, outline = slot(12.0)
     trajectory = path(outline, 0.05, speed_mm_s=20.0)
@@ -197,15 +197,15 @@ def test_a_path_that_leads_far_away_is_refused_before_memory_is_asked_for(away_m
         ({"consistency_pa_s_n": 1e4, "flow_index": 0.5}, {}, r"fluid\.consistency_pa_s_n is 10000, .* at most"),
     ],
 )
-def test_what_a_substep_cannot_carry_is_refused(fluid, solver, fault):
-    """Without the checks, the first run stops for its speed, and the others for numbers that are none or unsolved."""
+def test_damping_or_viscosity_too_large_for_a_substep_is_refused(fluid, solver, fault):
+    """Without the checks, the first run stops for its speed, and the others for NaN or an unsolved viscosity."""
     crack = slot(12.0)
     with pytest.raises(InputError, match=fault):
         pour(crack, path(crack[1], 0.05, speed_mm_s=20.0), sealant(**fluid), radius_mm=0.7, **solver)
 
 
-# Whole runs. The crack is the paper's without its wander, so that the prototype's figures (straight, R = 0.4 and
-# 0.5 mm) can be asked of it: mean level in bins of 10 mm.
+# Whole runs. The crack is the paper's without its wander, as in the prototype (straight, R = 0.4 and 0.5 mm), whose
+# mean levels in bins of 10 mm these are.
 PROTOTYPE_MM = {
     ("flare", "accurate"): [-8.7, -5.9, -3.8, -2.1, -0.8, 0.0, 0.6, 0.6],
     ("lean", "paper"): [-7.3, -5.0, -2.0, 0.0, 0.8, 1.1, 1.6, 1.6],
@@ -234,8 +234,8 @@ def bins_mm(profile: Profile) -> np.ndarray:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "preset"), PROTOTYPE_MM)
-def test_the_papers_trial_settles_as_in_the_prototype(tilt, preset):
-    """By Eq. 5 as printed, as the prototype solves it: implicit pairs leave a bed 1.4 mm lower."""
+def test_the_papers_trial_has_the_levels_of_the_prototype(tilt, preset):
+    """Eq. 5 is solved as printed, as by the prototype; the implicit solve leaves a bed 1.4 mm lower."""
     _, profile, _ = trial(tilt, preset, viscosity_solve="explicit")
     assert bins_mm(profile) == pytest.approx(PROTOTYPE_MM[tilt, preset], abs=1.0)
 
@@ -245,7 +245,7 @@ def test_the_papers_trial_settles_as_in_the_prototype(tilt, preset):
 @pytest.mark.parametrize(
     ("tilt", "preset", "worst_mm"), [("flare", "accurate", 1.6), ("undercut", "accurate", 1.6), ("lean", "paper", 1.8)]
 )
-def test_the_papers_trial_is_near_its_prose_and_keeps_its_volume(tilt, preset, worst_mm, viscosity_solve):
+def test_the_papers_trial_is_near_the_published_levels_and_keeps_its_volume(tilt, preset, worst_mm, viscosity_solve):
     run, profile, ratio = trial(tilt, preset, viscosity_solve=viscosity_solve)
     assert run.escaped_particles == 0
     error_mm = np.abs(profile.level_mm - np.interp(profile.s_mm, *PROSE.T)).mean()
@@ -258,8 +258,8 @@ def test_the_papers_trial_is_near_its_prose_and_keeps_its_volume(tilt, preset, w
 
 
 @pytest.mark.slow
-def test_particles_of_another_size_and_explicit_passes_make_the_same_bed_and_without_freezing_it_is_flat():
-    """The prototype: 0.29 mm apart at R = 0.4 and 0.5; 0.20 mm at U = 1000, D = 0.3 cm; a flat bed within 3 mm."""
+def test_the_bed_hardly_depends_on_particle_size_and_viscosity_solver():
+    """The prototype's beds differ by 0.29 mm at R = 0.4 and 0.5 mm, by 0.20 mm at U = 1000; unfrozen they are flat."""
     watery = Fluid(viscosity_pa_s=0.0322, D_cm=0.3, density_kg_m3=1000.0, freeze_after_s=2.58)
     fine, coarse = (bins_mm(trial_of(watery, "flare", "accurate", radius_mm=radius_mm)[1]) for radius_mm in (0.4, 0.5))
     assert np.abs(fine - coarse).mean() < 0.6
@@ -277,7 +277,7 @@ def test_particles_of_another_size_and_explicit_passes_make_the_same_bed_and_wit
 @pytest.mark.slow
 @pytest.mark.parametrize(("u", "d"), [(1e-2, 1e-4), (1e-2, 3.0), (1e4, 1e-4), (1e4, 3.0), (30.0, 0.03)])
 @pytest.mark.parametrize(("tilt", "preset"), [("flare", "accurate"), ("undercut", "accurate"), ("lean", "paper")])
-def test_no_particle_escapes_from_the_papers_trial(u, d, tilt, preset):
+def test_no_particle_escapes_in_the_papers_trial_with_extreme_fluids(u, d, tilt, preset):
     run, _, _ = trial_of(Fluid(U=u, D_cm=d, freeze_after_s=2.58), tilt, preset, radius_mm=0.5)
     assert run.escaped_particles == 0
     assert np.isfinite(run.position_mm).all()
@@ -326,7 +326,7 @@ class Case:
 
 
 CORNERS = {"thinnest": {"U": 1e-2, "D_cm": 1e-4}, "thickest": {"U": 1e4, "D_cm": 3.0}}
-"""Of the paper's range."""
+"""Thinnest and thickest fluid of the paper's range."""
 FINER = {"radius_mm": 0.5, "settle_s": 0.1}
 CASES = [
     Case("thickest", 0.1, fluid=CORNERS["thickest"] | {"freeze_after_s": 0.3}, solver={**FINER, "preset": "paper"}),
@@ -344,7 +344,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
-def test_no_particle_escapes(case):
+def test_no_particle_escapes_with_unusual_cracks_fluids_or_nozzles(case):
     shape = {"depth_mm": 12.0, "tilt": "vertical"} | case.crack
     solid = build_solid(case.outline, CrackShape.model_validate(shape))
     way, fluid = path(case.outline, case.volume_ml, **{"speed_mm_s": 40.0, **case.path}), sealant(**case.fluid)

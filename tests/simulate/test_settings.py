@@ -32,7 +32,7 @@ def test_an_impossible_fluid_is_refused_with_its_reason(table, fault):
 
 
 @pytest.mark.parametrize("others", [{}, {"preset": "draft", "radius_mm": "auto"}])
-def test_only_the_record_of_a_draft_has_the_radius_that_it_replaced(others):
+def test_accurate_radius_mm_is_allowed_only_with_the_radius_of_a_draft(others):
     assert Solver(preset="draft", radius_mm=0.6, accurate_radius_mm=0.4).size_mm == 0.6
     with pytest.raises(ValidationError, match=r"accurate_radius_mm is 0\.4"):
         Solver.model_validate({"accurate_radius_mm": 0.4, **others})
@@ -50,14 +50,14 @@ def test_only_the_record_of_a_draft_has_the_radius_that_it_replaced(others):
         ({"radius_mm": "auto"}, 1.48, 3.0 / 8),
     ],
 )
-def test_a_radius_that_is_not_given_follows_from_crack_and_nozzle(solver, nozzle_mm, radius_mm):
+def test_an_automatic_radius_follows_from_crack_and_nozzle(solver, nozzle_mm, radius_mm):
     crack, nozzle = slot(12.0, 3.0), Nozzle(diameter_mm=nozzle_mm)
     poured = sample_of(crack, path(crack[1], 0.1))
     _, chosen = resolved(poured, sealant(viscosity_pa_s=0.3), Solver.model_validate(solver), nozzle)
     assert chosen.size_mm == pytest.approx(radius_mm, rel=2e-3)
 
 
-def test_a_long_thin_crack_has_the_finest_radius_of_a_run_and_a_remark():
+def test_a_long_thin_crack_gets_the_smallest_possible_radius_and_a_remark():
     crack = slot(900.0, 1.0)
     poured = sample_of(crack, path(crack[1], 2.0))
     fluid, solver = resolved(poured, sealant(viscosity_pa_s=0.3), Solver(radius_mm="auto"), Nozzle())
@@ -68,8 +68,8 @@ def test_a_long_thin_crack_has_the_finest_radius_of_a_run_and_a_remark():
 
 
 @pytest.mark.parametrize("table", [{"relaxation": 0.0}, {"relaxation": 1e300}, {"damping_per_s": 1e300}])
-def test_constants_out_of_their_range_are_refused(table):
-    """No relaxation leaves a particle alone without a multiplier; 1e300 is infinite on the device."""
+def test_solver_constants_out_of_range_are_refused(table):
+    """Without relaxation a lone particle has no multiplier; 1e300 is infinite on the device."""
     (name,) = table
     with pytest.raises(ValidationError, match=name):
         Solver.model_validate(table)
@@ -88,5 +88,5 @@ def test_constants_out_of_their_range_are_refused(table):
         *((table, "") for table in (Nozzle(), NozzlePath(), SampleSlope(gradient_deg=12.0), CrackShape(depth_mm=3.0))),
     ],
 )
-def test_a_value_that_is_likely_in_another_unit_is_asked_about(table, slip):
+def test_a_value_that_is_likely_in_another_unit_gives_a_question(table, slip):
     assert re.fullmatch(f"{slip}.*" if slip else "", " ".join(texts(doubts_of(table, width_mm=2.9))))

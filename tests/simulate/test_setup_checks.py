@@ -53,12 +53,12 @@ def refusal(crack: tuple[Solid, Outline], **settings: Any) -> str:
         ({"nozzle_height_mm": 0.3, "diameter_mm": 7.0}, r"path.nozzle_height_mm is 0.3: .* of at least 0.7,"),
     ],
 )
-def test_nothing_is_released_inside_a_dam_or_the_face(settings, fault):
-    """Without the check five particles of the wide disc end in the dam: "escaped", after the whole run."""
+def test_a_path_that_releases_particles_inside_a_dam_or_the_face_is_refused(settings, fault):
+    """Without the check five particles of the wide disc end in the dam and count as escaped after the run."""
     assert re.search(fault, refusal(dammed(), **settings))
 
 
-def test_each_way_out_that_a_refusal_names_is_one():
+def test_each_remedy_that_a_refusal_names_makes_the_run_possible():
     """The bridge's side is at 11 mm; the clearance is 0.6 mm, and a release comes each 0.5 mm."""
     message = refusal(bridged())
     first = re.search(r"first at s = ([\d.]+) mm", message)

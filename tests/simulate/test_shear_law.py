@@ -1,4 +1,4 @@
-"""The laws of shear flow: on the host and on the device, and what has no law for the fast model."""
+"""The laws of shear flow on the host and on the device, and laws that the fast model lacks."""
 
 from dataclasses import replace
 from itertools import product
@@ -20,8 +20,8 @@ SUPPORT_CM, STEP_S = 0.16, 2e-3
 
 
 @pytest.mark.parametrize("law", Law)
-def test_the_law_of_the_host_is_that_of_the_device(law: Law):
-    """In float32; a new law fails until both have it. Seen to fail without the power n on the device."""
+def test_host_and_device_have_the_same_shear_laws(law: Law):
+    """The tolerance is float32's. A new law fails until both have it. Seen to fail without the power n on one side."""
     indices = [0.3, 1.0, 1.7] if law is Law.HERSCHEL_BULKLEY else [1.0]
     fluids = [
         Rheology(weight, 0.0, law=law, flow_index=index, yield_cm2_s2=stress)

@@ -1,4 +1,4 @@
-"""A sample that does not lie level: gravity turns in its frame, and all that falls or settles follows."""
+"""A sloping sample: gravity is turned in its frame, and sealant falls and settles along it."""
 
 import numpy as np
 import pytest
@@ -36,11 +36,8 @@ def test_a_slope_beyond_its_bounds_is_refused(table):
         SampleSlope.model_validate(table)
 
 
-def test_sealant_runs_to_the_low_end():
-    """On a gradient the low end fills and the high one empties.
-
-    The level counts square to the face: at rest it leaves the face by the gradient.
-    """
+def test_sealant_on_a_sloping_sample_settles_to_a_horizontal_level():
+    """Levels are measured perpendicular to the face, so the level at rest slopes by the gradient."""
     crack = slot(30.0, depth_mm=8.0)
     way = path(crack[1], 0.5, speed_mm_s=30.0)
     fluid = Fluid(U=3.0, D_cm=0.03, freeze_after_s="never")
@@ -55,8 +52,8 @@ def test_sealant_runs_to_the_low_end():
     assert np.degrees(np.arctan(slope)) == pytest.approx(-10.0, abs=1.0)
 
 
-def test_what_would_freeze_in_the_air_is_refused_by_the_fall_on_the_slope():
-    """16 mm square to the face take sqrt(2 h / g cos) s: 0.057 s level, 0.068 at 45 degrees."""
+def test_sealant_that_would_freeze_during_its_fall_on_a_slope_is_refused():
+    """A fall of 16 mm perpendicular to the face takes sqrt(2 h / g cos): 0.057 s level, 0.068 s at 45 degrees."""
     solid, outline = slot()
     fluid = Fluid(U=30.0, freeze_after_s=0.06)
     check_fit(outline, solid, fluid, Solver(), Nozzle())

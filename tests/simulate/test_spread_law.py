@@ -1,4 +1,4 @@
-"""Heaps of paste at rest on a plate, in closed form, against quadrature and the flat formula that it tends to."""
+"""Heaps of paste at rest on a plate in closed form, compared with quadrature and with the formula of flat heaps."""
 
 import numpy as np
 import pytest
@@ -18,15 +18,15 @@ def volume_by_quadrature_mm3(stress_pa: float, radius_mm: float) -> float:
 
 
 @pytest.mark.parametrize("stress_pa", [0.5, 3.0, 12.0, 60.0])
-def test_a_heap_has_the_volume_of_its_shape(stress_pa):
+def test_the_volume_of_a_heap_equals_the_quadrature_of_its_shape(stress_pa):
     """Broken on purpose with pi / 2 for STRETCH in the product alone, the radius is 0.5 to 3 % off."""
     radius_mm = spread_radius_mm(stress_pa, 38_000.0, DENSITY)
     assert volume_by_quadrature_mm3(stress_pa, radius_mm) == pytest.approx(38_000, rel=1e-6)
     assert float(stretched_stress_pa(38_000.0, radius_mm, DENSITY)) == pytest.approx(stress_pa, rel=1e-9)
 
 
-def test_a_heap_tends_to_the_flat_one_as_it_gets_flatter():
-    """By the first order in the height over the radius: 2 x 15/16 STRETCH H / R of the stress."""
+def test_the_stress_of_a_low_heap_tends_to_the_formula_of_flat_heaps():
+    """To first order in the height over the radius, the difference is 2 x 15/16 STRETCH H / R of the stress."""
     for stress_pa in (1e-2, 1e-3):
         radius_mm = spread_radius_mm(stress_pa, 38_000.0, DENSITY)
         flat = float(flat_stress_pa(38_000.0, radius_mm, DENSITY)) / stress_pa
@@ -34,6 +34,6 @@ def test_a_heap_tends_to_the_flat_one_as_it_gets_flatter():
         assert flat - 1 == pytest.approx(2 * 15 / 16 * STRETCH * high, rel=0.02)
 
 
-def test_the_flat_formula_is_roussel_and_coussots():
+def test_the_formula_of_flat_heaps_equals_roussel_and_coussots():
     """A litre of 2000 kg/m3 that spreads to 400 mm: 225 x 2000 x 9.81 x 1e-6 / (128 pi^2 0.2^5) Pa."""
     assert float(flat_stress_pa(1e6, 200.0, 2000.0)) == pytest.approx(10.92, rel=1e-3)

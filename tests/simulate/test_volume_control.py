@@ -1,4 +1,4 @@
-"""The volume that a bed keeps, whatever holds it, and beds measured by kernels, here on the CPU, and by the host."""
+"""The control of a bed's volume, and beds measured by kernels, here on the CPU, and by the host."""
 
 import numpy as np
 import pytest
@@ -29,12 +29,12 @@ STIFF = THIN.model_copy(update={"yield_stress_pa": 12.0})
 
 
 @pytest.mark.parametrize("paste", [THIN, STIFF])
-def test_a_bed_has_the_volume_that_was_dispensed_whatever_holds_it(paste):
-    """340 particles in a slot of 12 mm, of which one in seven lies at the surface; hence 2 % and not one.
+def test_a_bed_has_the_dispensed_volume_with_and_without_a_yield_stress(paste):
+    """The tolerance is 2 %, since one in seven of the 340 particles is at the surface.
 
-    Columns of R/3: those of ``volume_ratio`` itself, 0.4 mm, read a bed as small as this 1 % too small. Broken on
-    purpose, with a factor of 1.0 throughout, fluid without a yield stress keeps 0.91; paste of 12 Pa, whose factor is
-    near 1 anyway, keeps 0.99, and its factor says that it was not corrected.
+    Cells are R/3, since the default of 0.4 mm measures so small a bed 1 % too small. Broken on purpose, with a factor
+    of 1.0 throughout, fluid without a yield stress has 0.91 of its volume; paste of 12 Pa has 0.99, and its factor
+    is unchanged.
     """
     crack = slot(12.0)
     run = pour(crack, path(crack[1], 0.38, speed_mm_s=4.0), paste, radius_mm=0.6, settle_s=1.0)
@@ -48,25 +48,25 @@ def test_a_bed_has_the_volume_that_was_dispensed_whatever_holds_it(paste):
 
 @pytest.fixture(scope="module")
 def liquid():
-    """A bed in which nothing flies any more."""
+    """A bed of liquid without particles in flight."""
     return finish(ready(PASTES[1:2], radius_mm=0.4, settle_s=0.5))
 
 
 @pytest.fixture(scope="module")
 def paste():
-    """The same of 12 Pa."""
+    """The same bed of paste with 12 Pa."""
     return finish(ready(PASTES[2:3], radius_mm=0.4, settle_s=0.5))
 
 
 @pytest.mark.parametrize(("stretch", "bound"), [(1.3, LEAST_FACTOR), (0.7, MOST_FACTOR)])
-def test_too_large_a_bed_shrinks_and_too_small_a_one_swells_within_bounds(liquid, stretch, bound):
+def test_the_volume_factor_corrects_too_large_and_too_small_beds_within_bounds(liquid, stretch, bound):
     once, last = _factors(liquid, stretch, speed_mm_s=2.0)
     assert np.sign(once / liquid.engine.scheme.volume_factor - 1) == np.sign(1 - stretch)
     assert last == pytest.approx(bound, rel=1e-5)
 
 
-def test_paste_that_stands_may_shrink_but_is_given_nothing(liquid, paste):
-    """What a yield stress holds is not more for being pressed; it gives way later, at once. A liquid creeps on."""
+def test_resting_paste_may_shrink_but_does_not_swell(liquid, paste):
+    """Swelling would build up pressure in paste until it yields at once; a liquid swells even if it only creeps."""
     before = paste.engine.scheme.volume_factor
     assert _factors(paste, 0.7, speed_mm_s=0.5) == pytest.approx((before, before))
     assert _factors(paste, 1.3, speed_mm_s=0.5)[1] == pytest.approx(LEAST_FACTOR, rel=1e-5)
@@ -74,7 +74,7 @@ def test_paste_that_stands_may_shrink_but_is_given_nothing(liquid, paste):
     assert _factors(liquid, 0.98, speed_mm_s=0.5) == _factors(liquid, 0.98, speed_mm_s=2.0)
 
 
-def test_the_less_of_a_paste_flows_the_more_it_makes_up_for(paste):
+def test_the_volume_correction_of_a_paste_is_inverse_to_its_flowing_share(paste):
     whole, half, tenth = (_factors(paste, 0.98, 2.0, share)[0] for share in (1.0, 0.5, 0.1))
     before = paste.engine.scheme.volume_factor
     assert (half - before) / (whole - before) == pytest.approx(2, rel=0.02)
@@ -111,7 +111,7 @@ RUNS = (*PASTES, PASTES[2])
 
 @pytest.fixture(scope="module")
 def spread() -> Injection:
-    """Beds at rest, and of each run in turn: some in flight, over the edge, frozen, asleep, lost or not released."""
+    """Beds at rest; of each run some particles are in flight, over the edge, frozen, asleep, lost or not released."""
     injection = finish(ready(RUNS, radius_mm=0.4))
     state, random = injection.engine.state, np.random.default_rng(5)
     place, velocity, status = (array.numpy().copy() for array in (state.position, state.velocity, state.status))
@@ -161,11 +161,11 @@ def figures_by_host(injection: Injection, solid: Solid, slope: SampleSlope, run:
     ("tilt", "slope"), [("vertical", LEVEL), ("lean", SampleSlope(crossfall_deg=8.0, gradient_deg=-5.0))]
 )
 @pytest.mark.parametrize("lanes", [1, 32])
-def test_the_device_measures_the_beds_that_the_host_measures(spread, tilt, slope, lanes, monkeypatch):
-    """Volumes to 1e-9, for sums have another order; counts are the same. One more particle is 1e-3 of a bed's volume.
+def test_device_and_host_measure_the_same_figures_of_a_bed(spread, tilt, slope, lanes, monkeypatch):
+    """Volumes agree to 1e-9, since sums have another order; one particle more is 1e-3 of a bed's volume.
 
-    46 particles of each run are lost or wait; of the 40 of each jet some lie on the bed. Walls that lean end the
-    liquid from above.
+    Of each run 46 particles are lost or not released yet, and some of the 40 of its jet are on the bed. Leaning walls
+    bound the liquid from above.
     """
     monkeypatch.setattr(wp.config, "enable_cpu_blocks", True)
     monkeypatch.setattr("simulate.kernels.beds.LANES", lanes)
@@ -182,7 +182,7 @@ def test_the_device_measures_the_beds_that_the_host_measures(spread, tilt, slope
     assert there[2] == BedFigures(0, 0, 0, 0, 0.0)
 
 
-def test_each_run_has_the_bits_that_it_has_in_any_company(spread, monkeypatch):
+def test_the_figures_of_a_bed_do_not_depend_on_how_runs_are_grouped(spread, monkeypatch):
     together = figures(spread, spread.pour.sample.solid, LEVEL)
     monkeypatch.setattr("simulate.volume_control.MOST_TOPS", 1)
     assert figures(spread, spread.pour.sample.solid, LEVEL) == together

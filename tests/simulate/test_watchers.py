@@ -1,4 +1,4 @@
-"""What watches a run: frames at given moments, its health, and checkpoints, from which it goes on bit for bit."""
+"""Watchers of a run: frames at given times, health, and checkpoints from which it is resumed bit for bit."""
 
 import io
 import random
@@ -36,12 +36,12 @@ def finish(run: Injection) -> None:
 
 
 def bits(run: Injection) -> dict[str, bytes]:
-    """Of everything that lasts and of what was seen, computing time apart."""
+    """Return the bytes of the snapshot's arrays, except computing times."""
     return {name: kept.tobytes() for name, kept in run.snapshot().items() if name != "seen_frames_s"}
 
 
 class Killed:
-    """The same run in pieces, each of which begins with a new solver from what the last one kept."""
+    """The same run in parts, each of which begins with a new solver at the last part's checkpoint."""
 
     def __init__(self, file: Path, fluid: Fluid, **solver: Any) -> None:
         self.sentences: list[str] = []
@@ -67,10 +67,10 @@ class Killed:
         (FREEZING, {"viscosity_solve": "explicit"}),
     ],
 )
-def test_a_run_killed_at_random_frames_is_the_unbroken_one_to_the_bit(tmp_path, fluid, solver):
-    """Once as it fills, once as it comes to rest and some particles already lie; nothing may be left out of the file.
+def test_a_run_killed_at_random_frames_and_resumed_equals_the_unbroken_run(tmp_path, fluid, solver):
+    """It is killed once as it fills and once as it comes to rest, and is bit-identical in the end.
 
-    Broken on purpose without any one of the arrays in ``lasting``, at least one of these fails.
+    Broken on purpose without any one of the arrays in ``lasting``, at least one of the cases fails.
     """
     unbroken = injection(fluid, **solver)
     finish(unbroken)
@@ -83,7 +83,7 @@ def test_a_run_killed_at_random_frames_is_the_unbroken_one_to_the_bit(tmp_path, 
     assert all("continues after frame" in sentence for sentence in killed.sentences)
     assert bits(last) == bits(unbroken)
     if solver != {"sleep": False}:
-        # Particles froze or slept on the way: otherwise this would not hold what it says.
+        # Particles froze or slept on the way; otherwise the test would show less than it claims.
         assert unbroken.statistics.moving[-1] < 0.8 * max(unbroken.statistics.moving)
     assert results(last)[0].position_mm.tobytes() == results(unbroken)[0].position_mm.tobytes()
 
@@ -98,12 +98,12 @@ def begun() -> bytes:
 
 @pytest.fixture(scope="module")
 def fresh() -> Injection:
-    """No test moves it on."""
+    """A run at its first frame, which no test advances."""
     return injection(FREEZING)
 
 
 @pytest.mark.parametrize("damage", ["cut", "flip", "empty", "other size", "bare", "another run"])
-def test_a_damaged_checkpoint_or_of_another_run_is_one_sentence_and_a_fresh_start(begun, fresh, tmp_path, damage):
+def test_a_damaged_or_foreign_checkpoint_is_reported_and_the_run_starts_again(begun, fresh, tmp_path, damage):
     file, sentences, before = tmp_path / "checkpoint.npz", list[str](), bits(fresh)
     content = {
         "cut": begun[: len(begun) // 2],
@@ -123,8 +123,8 @@ def test_a_damaged_checkpoint_or_of_another_run_is_one_sentence_and_a_fresh_star
     assert (fresh.done, bits(fresh)) == (0, before)
 
 
-def test_a_checkpoint_has_behind_it_what_others_wrote_of_its_frame(tmp_path, monkeypatch):
-    """Killed at any moment of frame 20. With the checkpoint before the row, on purpose, row 20 is lost."""
+def test_a_checkpoint_is_written_after_the_health_row_of_its_frame(tmp_path, monkeypatch):
+    """The run is killed before, between and after both. With the checkpoint first, on purpose, row 20 is lost."""
     monkeypatch.setattr("simulate.watchers.EVERY_S", 0.0)
     for dies in ("before", "between", "after"):
         folder = tmp_path / dies
@@ -163,14 +163,14 @@ def followed(run: Injection, *watchers, frames: int | None = None) -> None:
             watcher.after_frame(run)
 
 
-def test_states_have_the_numbers_of_the_kernels():
+def test_particle_states_have_the_same_numbers_on_host_and_device():
     assert {state.name: state.value for state in ParticleState} == {
         state.name: int(getattr(status, state.name)) for state in ParticleState
     }
 
 
-def test_each_moment_is_taken_once_by_the_first_frame_that_reaches_it():
-    """0 before anything is out, two in one frame, one just past the end; one far past it is not there."""
+def test_a_snapshot_is_taken_at_the_first_frame_after_each_requested_time():
+    """Requested are 0, two times within one frame, one just past the end, and one far past it, which is left out."""
     run, taken = brief(), []
     end_s = run.frames * run.schedule.frame_s
     wanted = [0.0, 0.1, 0.1001, 0.3, 1.01 * end_s]
@@ -181,7 +181,7 @@ def test_each_moment_is_taken_once_by_the_first_frame_that_reaches_it():
     assert (taken[0][1], taken[-1][1]) == (run.schedule.frame_s, run.t_s)
 
 
-def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_it(tmp_path):
+def test_health_csv_has_a_row_for_every_tenth_frame_also_after_resuming(tmp_path):
     def rows(file: Path) -> list[list[str]]:
         return [line.split(",") for line in file.read_text().splitlines()]
 
@@ -208,7 +208,7 @@ def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_i
     with file.open("a") as opened:
         opened.write("20,0.1,lost")  # a line that a power cut tore
     followed(resumed, HealthLog(file))
-    # The means in the last two columns begin anew where the run went on.
+    # The means in the last two columns begin anew when the run is resumed.
     assert [row[:-2] for row in rows(file)] == [row[:-2] for row in [header, *values]]
 
 
@@ -216,16 +216,16 @@ def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_i
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells what is resident")
 @pytest.mark.parametrize("replays", [False, True])
 def test_resident_memory_does_not_grow_over_a_run(replays):
-    """What no Python object holds is seen here: 1,500 frames after 300 that warm up, in a process of their own.
+    """Memory outside Python objects is included: 1,500 frames after 300 to warm up, in a separate process.
 
-    Half a page of 4 kB for each would be seen. Found are 0.9 MB in all, of which health keeps 0.2; 0.0 replayed.
+    The limit is half a page of 4 kB per frame. Measured are 0.9 MB in all, 0.2 of them health; 0.0 if replayed.
     """
     code = (
         "import ctypes, gc; from pathlib import Path\n"
         "from tests.support.batches import *\n"
         "def resident():\n"
         "    gc.collect()\n"
-        # What set-up left free would else take in what a leak keeps.
+        # Otherwise a leak could fill memory that the set-up left free.
         "    ctypes.CDLL(None).malloc_trim(0)\n"
         "    return int(Path('/proc/self/statm').read_text().split()[1]) * 4096\n"
         "how = dict(radius_mm=0.6, substeps=19, settle_s=30.0, sleep=False, volume_factor=1.1)\n"

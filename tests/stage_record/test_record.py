@@ -1,4 +1,4 @@
-"""The numbers of the stages against the record of their outputs, and the record's own rules."""
+"""Stage numbers, compared with the record of outputs, and the rules of the record."""
 
 import numpy as np
 import pytest
@@ -11,8 +11,8 @@ LEVEL = StageRecord(3, {"level": Recorded(np.array([-4.0, -3.9]), 1e-4)})
 
 
 @pytest.mark.parametrize("stage", PARTS)
-def test_outputs_move_only_with_the_stages_number(stage):
-    """Each tolerance is 20 times what a rounding of all inputs does.
+def test_the_outputs_of_a_stage_change_only_with_its_stage_number(stage):
+    """Each tolerance is 20 times the effect of rounding all inputs.
 
     Seen to fail with each of these changed in turn: the reach and the constant of the density kernel, the law of
     viscosity by 1 %, the walls' mass by 2 % and their hold by 0.5 %, the slowest shear, the fall in a substep, the
@@ -38,7 +38,7 @@ def test_outputs_move_only_with_the_stages_number(stage):
         (2, [-4.0, -3.9], "a number never falls"),
     ],
 )
-def test_an_output_may_move_by_its_tolerance_or_with_the_number(number, level_mm, words):
+def test_an_output_may_change_within_its_tolerance_or_with_a_higher_stage_number(number, level_mm, words):
     fault = record.fault_of("simulate", LEVEL, number, {"level": np.array(level_mm)})
     assert words in fault
     assert bool(words) == bool(fault)

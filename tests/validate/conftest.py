@@ -1,4 +1,4 @@
-"""A small trial as it is filled: its scene, three moments of it, and how sound its numbers were."""
+"""A small trial as it is filled: its scene, three of its frames, and its numerical health."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def frames(evidence):
 
 @pytest.fixture(scope="session")
 def health():
-    """Of a run in which nothing moved at the end."""
+    """Health of a run in which nothing moved at the end."""
     columns = {name: np.linspace(0.0, 0.1, 6) for panel in PANELS for name in panel.curves}
     columns["density_error_mean"] = np.array([0.0, 0.01, 0.02, 0.03, np.nan, np.nan])
     return columns | {"t_s": np.linspace(0.0, 1.0, 6), "escaped": np.zeros(6), "spilled": np.zeros(6)}

@@ -1,4 +1,4 @@
-"""A comparison with all that it allows one to say, on a slot whose answer is known."""
+"""Comparisons with their uncertainty and verdict, on a slot with a known error."""
 
 import json
 from dataclasses import replace
@@ -21,7 +21,7 @@ SHEET = Readings(file=Path("caliper.csv"), data="measured", role="held-out", lim
 NO_PASSES = Uncertainty(pass_mm=0.0)
 S_MM = np.linspace(0, 40, 81)
 LIFTED = Effect("volume_ml", 0.1, np.full(81, 0.3))
-"""Of a volume that lifts the level by 0.3 mm all along the crack."""
+"""Effect of a volume that raises the level by 0.3 mm all along the crack."""
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def spread(levels_mm=(0.45, 0.5, 0.6), effects=(), scatter_mm=None, apart_mm=(-0
 
 
 def all_of(evidence: Evidence, declared: Uncertainty = NO_PASSES, runs: Spread | None = None) -> Any:
-    """The comparison, whose parts are all there."""
+    """Return the comparison of the evidence."""
     return assess(evidence, SHEET, declared, runs)
 
 
@@ -51,18 +51,18 @@ def metrics(evidence: Evidence, declared: Uncertainty = NO_PASSES, runs: Spread 
 
 @pytest.fixture(scope="module")
 def varied(evidence):
-    """With three runs of three sizes."""
+    """Metrics with three runs of three sizes."""
     return metrics(evidence, runs=spread())
 
 
 @pytest.fixture(scope="module")
 def lifted(evidence):
-    """With an input that moves the level besides."""
+    """Metrics with an input that moves the level as well."""
     return metrics(evidence, Uncertainty(volume_ml=0.1), spread(effects=[LIFTED]))
 
 
-def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(evidence):
-    """The particles fill 3 % more than was dispensed, in a slot of 40 x 3.1 mm, of which some left."""
+def test_the_numerical_volume_error_is_reported_in_mm_of_level(evidence):
+    """The particles fill 3 % more than was dispensed, in a slot of 40 x 3.1 mm from which some spilled."""
     fuller = replace(evidence, volume_ratio=1.03)
     comparison = all_of(fuller)
     level_mm = -comparison.volumes.mass_balance.lost_mm3 / (40 * 3.1)
@@ -77,8 +77,8 @@ def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(e
     assert rows["part of the bias due to volume gained by the numerics (negative: lost)"] == f"+{level_mm:.3f} mm"
 
 
-def test_the_fast_model_is_a_baseline_if_it_fits(evidence):
-    """The particles are 0.5 mm too high; a component of the band it is not, which is for the model's own error."""
+def test_the_level_of_the_fast_model_is_added_to_the_baselines(evidence):
+    """The particles' level is 0.5 mm too high. The fast model does not change the uncertainty of the mean level."""
     both, alone = (all_of(evidence, runs=replace(spread(), fast_mm=fast_mm)) for fast_mm in (slope(S_MM) + 0.2, None))
     assert {one.name: one.mean_error_mm for one in both.baselines}["the fast model"] == pytest.approx(0.2)
     assert "The fast model (0.20 mm) is nearer" in both.verdict
@@ -86,8 +86,8 @@ def test_the_fast_model_is_a_baseline_if_it_fits(evidence):
     assert both.uncertainty.mean_level == alone.uncertainty.mean_level
 
 
-def test_only_declared_inputs_count_and_the_others_are_named(evidence, lifted, varied):
-    """A volume that lifts all by 0.3 mm. One that no run has moved yet is missing."""
+def test_only_declared_inputs_count_and_missing_inputs_are_named(evidence, lifted, varied):
+    """The volume raises the level by 0.3 mm. A declared input that no run has varied yet is not assessed."""
     figures = lifted["uncertainty"]
     assert figures["stations"]["inputs_mm"] == pytest.approx([0.98 * 0.3] * 9, rel=2e-3)
     assert [one["name"] for one in figures["inputs"]] == ["volume_ml"]
@@ -98,7 +98,7 @@ def test_only_declared_inputs_count_and_the_others_are_named(evidence, lifted, v
     assert "not assessed" in waiting["findings"][0]["text"]
 
 
-def test_a_gate_within_the_interval_is_in_doubt(evidence):
+def test_the_outcome_is_undecided_if_the_gate_is_within_the_errors_interval(evidence):
     """The mean error is 0.46 to 0.54 mm. Seen to fail with the interval kept from the judgement."""
     comparison: Any = assess(evidence, SHEET, NO_PASSES, None, Gate(mean_error_mm=0.51))
     assert (comparison.outcome, comparison.passed) == ("undecided", True)
@@ -106,7 +106,7 @@ def test_a_gate_within_the_interval_is_in_doubt(evidence):
     assert "not assessed" in comparison.findings[0].text
 
 
-def test_what_the_runs_left_survives_its_file():
+def test_a_spread_of_runs_is_unchanged_after_writing_and_reading():
     written = as_json(spread(effects=[LIFTED], scatter_mm=0.02).content())
     assert json.loads(written)["effect_scatter_mm"] == 0.02
     assert as_json(Spread.of(json.loads(written)).content()) == written
@@ -117,7 +117,7 @@ def test_what_the_runs_left_survives_its_file():
         Spread.of(broken)
 
 
-def test_the_figure_shows_each_station_and_each_part(evidence):
+def test_the_figure_of_uncertainty_shows_each_station_and_each_part(evidence):
     figures, alone = (all_of(evidence, Uncertainty(), runs).uncertainty for runs in (spread(effects=[LIFTED]), None))
     figure = draw_uncertainty(figures.stations)
     upper, lower = axes_of(figure)

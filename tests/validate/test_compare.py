@@ -1,4 +1,4 @@
-"""A comparison: its metrics beside a fine grid, its bins, its readings' scatter, and what it takes to pass."""
+"""A comparison: its metrics against a fine grid, its readings' scatter, and stations beyond the crack."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -37,8 +37,8 @@ def test_every_metric_agrees_with_a_fine_grid(a, b):
     assert whole == pytest.approx(result.distances.area_mm2, rel=1e-9, abs=1e-9)
 
 
-def test_repeats_of_all_stations_are_pooled():
-    """Seventeen stations of three have 34 degrees of freedom, and two readings less two of them less."""
+def test_the_scatter_of_repeats_is_pooled_over_all_stations():
+    """Seventeen stations with three readings have 34 degrees of freedom, or 32 without two of the readings."""
     random = np.random.default_rng(3)
     repeats = PROSE[:, None] + random.normal(0, 0.15, (17, 3))
     read = replace(measured(), level_mm=repeats.mean(axis=1), repeats_mm=repeats)
@@ -51,8 +51,8 @@ def test_repeats_of_all_stations_are_pooled():
     assert thinned.degrees_of_freedom == 32
 
 
-def test_a_station_beyond_the_crack_is_counted_as_such_everywhere():
-    """80 mm were read, 79.5 traced: that station shapes the readings' line to the end, and is none that is compared."""
+def test_a_station_beyond_the_crack_is_used_but_not_compared():
+    """Readings extend to 80 mm and the crack to 79.5 mm: the last station only shapes the readings' line."""
     metrics = compared(profile([0.0, 79.5], [1.0, 1.0]))
     assert (metrics.basis.stations_compared, metrics.basis.stations_used) == (16, 17)
     assert metrics.basis.stations_beyond_mm.tolist() == [80.0]

@@ -1,4 +1,4 @@
-"""What a report says first: cautions where there is a reason, the verdict, and the answer in plain sentences."""
+"""The first sentences of a report: cautions, the verdict and the result."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ FILL = doubt("weighed.contradicts", "The fill contradicts.")
 
 @pytest.fixture(scope="module")
 def run(evidence):
-    """Nothing over the edge, nothing through a wall."""
+    """A run without spilled or escaped particles."""
     return replace(evidence.run, spilled=evidence.run.spilled & False)
 
 
@@ -38,7 +38,7 @@ WARNED = {
 
 
 @pytest.mark.parametrize(("settings", "health", "ratio", "words", "absent"), WARNED.values(), ids=WARNED)
-def test_volume_and_bed_are_told_with_their_reason_and_remedy(run, settings, health, ratio, words, absent):
+def test_a_wrong_volume_or_a_compressed_bed_gives_a_warning_with_remedy(run, settings, health, ratio, words, absent):
     merged = {name: run.settings.get(name, {}) | more for name, more in settings.items()}
     changed = replace(run, settings=run.settings | merged, health=RunHealth.model_validate(health))
     sentences = texts(run_warnings(changed, ratio))
@@ -52,14 +52,14 @@ def test_volume_and_bed_are_told_with_their_reason_and_remedy(run, settings, hea
     ("settle_s", "freeze_after_s", "to_rest_mm", "says"),
     [(0.0, "never", 0.01, True), (2.0, "never", 0.01, False), (0.0, 2.58, 0.01, False), (0.0, "never", 0.0, False)],
 )
-def test_paste_that_is_read_as_the_nozzle_stops_is_not_at_rest(run, settle_s, freeze_after_s, to_rest_mm, says):
+def test_paste_that_is_measured_before_it_has_settled_gives_a_warning(run, settle_s, freeze_after_s, to_rest_mm, says):
     settings = {"solver": {"settle_s": settle_s}, "fluid": {"freeze_after_s": freeze_after_s}}
     poured = replace(run, settings=run.settings | settings, health=RunHealth(to_rest_mm=to_rest_mm))
     assert [fact for fact in run_warnings(poured, 1.0) if fact.key == "fluid.unsettled"][says:] == []
     assert bool(run_warnings(poured, 1.0)) is says
 
 
-def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone_shows(run, evidence):
+def test_a_mean_of_draft_runs_is_marked_as_a_draft(run, evidence):
     settings = {**run.settings, "solver": {"preset": "draft", "accurate_radius_mm": 0.25}}
     drafts = replace(evidence, run=replace(run, settings=settings), seeds=SEEDS)
     (draft,) = texts(of_keys(cautions(drafts), "method.draft"))
@@ -72,8 +72,8 @@ def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone
     assert "these are 3 runs" in uncertainty_facts(replace(drafts, comparison=None, readings=None))[-1].text
 
 
-def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
-    """The ratio that the terminal prints is of all sealant."""
+def test_spilled_sealant_does_not_count_as_lost_volume(run):
+    """The ratio that the terminal prints refers to all sealant, including the spilled part."""
     spilled = np.arange(len(run.spilled)) < len(run.spilled) // 10
     share, spills = spilled.mean(), replace(run, spilled=spilled)
     (text,) = texts(run_warnings(spills, 1 - share))
@@ -85,7 +85,7 @@ def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
     assert f"({1.04 / (1 - share):.3f} of what stayed on the sample; " in gained
 
 
-def test_edited_files_come_first_and_then_a_leak_and_what_a_weighed_fill_contradicts(run, evidence):
+def test_cautions_name_edited_files_before_leaks_and_include_contradicted_fills(run, evidence):
     leak, loss = run_warnings(replace(run, escaped_particles=1), 0.775)
     assert (leak.key, leak.value, loss.key) == ("fluid.escaped", 1, "fluid.volume")
     assert cautions(evidence) == (), "measured data and a sound run need no word"

@@ -1,4 +1,4 @@
-"""Blocks of the report's template: what they need, and what they do with text from a user."""
+"""Blocks of the report's template: texts from a user, and missing values."""
 
 import jinja2
 import pytest
@@ -6,13 +6,13 @@ import pytest
 from validate.sentences import sentence, table
 
 
-def test_a_text_of_a_user_is_no_template_and_stays_on_one_line():
+def test_a_text_of_a_user_is_not_interpreted_and_stays_on_one_line():
     hostile = "{{ 7 * 7 }} {% raw %}\n</p> | a"
     assert sentence("assumed.note", text=hostile) == "Note of the digitising stage: {{ 7 * 7 }} {% raw %} </p> | a"
     assert table("table_origin", origin={hostile: hostile}).rows == ((hostile, "{{ 7 * 7 }} {% raw %} </p> | a"),)
 
 
-def test_a_name_that_is_missing_is_an_error_and_no_gap_in_a_sentence():
+def test_a_missing_value_of_a_sentence_raises_an_error():
     """Seen to fail with jinja2's default, which prints nothing."""
     with pytest.raises(jinja2.UndefinedError, match="'by_chance' is undefined"):
         sentence("validation.stations", value=1, count=2, high=1, above=1)

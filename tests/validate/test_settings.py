@@ -1,4 +1,4 @@
-"""Tables [readings], [gate] and [uncertainty]: what is declared, and nothing else."""
+"""Validation of the tables [readings], [gate] and [uncertainty]."""
 
 from contextlib import nullcontext
 from pathlib import Path
@@ -11,7 +11,7 @@ from validate.settings import Gate, Readings, Uncertainty
 
 
 @pytest.mark.parametrize(("limit", "reason"), [(0, ""), (float("nan"), ""), (float("inf"), ""), (1.6, "two\nlines")])
-def test_a_gate_is_a_positive_number_with_a_reason_of_one_line(limit, reason):
+def test_a_gate_with_an_invalid_limit_or_a_multiline_reason_is_refused(limit, reason):
     with pytest.raises(InputError):
         Gate(mean_error_mm=limit, reason=reason)
 
@@ -21,19 +21,19 @@ def test_a_gate_is_a_positive_number_with_a_reason_of_one_line(limit, reason):
     [
         ("calibrated-on", ("fluid.U",), None),
         ("held-out", ("fluid.U",), "calibrated-on"),
-        # An empty list declares that nothing was, which a sheet of no declared role cannot.
+        # An empty list declares that nothing was fitted, which needs a declared role.
         ("held-out", (), None),
         ("undeclared", (), 'fitted is empty, but role is "undeclared"'),
         ("calibrated-on", ("fluid.U", "seed", "fluid.U"), r"fluid\.U is listed twice"),
     ],
 )
-def test_only_readings_that_were_calibrated_on_had_something_fitted(role, fitted, fault):
+def test_fitted_settings_are_allowed_only_for_readings_of_a_calibration(role, fitted, fault):
     table = {"file": Path("caliper.csv"), "data": "measured", "role": role, "fitted": fitted}
     with nullcontext() if fault is None else pytest.raises(ValidationError, match=fault):
         assert Readings.model_validate(table).fitted == fitted
 
 
-def test_the_doubt_of_a_fitted_width_counts_unless_one_is_declared():
+def test_the_uncertainty_of_a_fitted_width_is_the_default_of_width_mm():
     assert Uncertainty(speed_mm_s=0.1).with_sample(0.02, None).moved == {"speed_mm_s": 0.1, "width_mm": 0.02}
     assert Uncertainty(width_mm=0.5).with_sample(0.02, None).moved == {"width_mm": 0.5}
     assert Uncertainty().with_sample(None, None).moved == {}

@@ -1,4 +1,4 @@
-"""Names of the code as a reader's words."""
+"""Numbers, units and names of settings in words for readers."""
 
 import numpy as np
 import pytest
@@ -22,5 +22,5 @@ from validate.units import counted, percent, setting_words, signed, words
         (percent(0.308, 0), "31 %"),
     ],
 )
-def test_numbers_and_names_are_written_for_readers(value, text):
+def test_numbers_and_names_of_settings_are_formatted_for_readers(value, text):
     assert value == text

@@ -18,8 +18,8 @@ from tests.support.small_fluids import check, engine_with, in_rows, listed_fluid
 SUPPORT_CM = 0.16
 
 
-def test_lists_are_those_of_a_search_over_all_pairs_and_walls():
-    """Points beyond the grid on every side are found as well."""
+def test_neighbour_lists_agree_with_a_kd_tree_search():
+    """Points beyond the grid on every side are included."""
     points = np.random.default_rng(0).uniform([-3, -3, -16], [9, 3, 2], (1500, 3))
     engine = engine_with(points, slot(), reach_mm=(np.array([0.0, -1.0, -10.0]), np.array([5.0, 1.0, 0.0])))
     engine.find_neighbours()
@@ -35,7 +35,7 @@ def test_lists_are_those_of_a_search_over_all_pairs_and_walls():
         assert sorted(near) == sorted(walls[i])
 
 
-def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
+def test_an_overflow_of_neighbour_lists_names_the_first_affected_particle():
     crowd = np.vstack([[[3.0, 0.0, -1.0]], np.random.default_rng(0).normal([3, 0, -8], 0.1, (200, 3))])
     engine = engine_with(crowd, slot())
     engine.find_neighbours()
@@ -51,8 +51,8 @@ def grid_of(points, out, **options: Any) -> CellGrid:
 
 
 @pytest.mark.parametrize("runs", [1, 3])
-def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
-    """Run by run, with points that are gone and points beyond the grid."""
+def test_the_cell_sorts_of_cpu_and_gpu_give_equal_tables(runs):
+    """Both sorts run on the CPU here. Some points are spilled, and some are beyond the grid."""
     many, random = 9000, np.random.default_rng(5)
     points = random.uniform(-0.5, 1.7, (many, 3))
     fate = random.choice([status.MOVING, status.FROZEN, status.SPILLED], many)
@@ -72,8 +72,8 @@ def state_of(count: int, runs: int = 1) -> State:
     return State(Schedule(nowhere, nowhere, np.zeros(count, int), np.array([count]), 0.01, count, 1.0), "cpu", runs)
 
 
-def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
-    """Behind those that are present its order has what an earlier one left, which is listed past the last mover."""
+def test_the_gpu_sort_lists_each_moving_particle_once_after_others_spilled():
+    """Entries that an earlier sort left are behind the last moving particle and are not counted."""
     state, launcher = state_of(200), Launcher("cpu", fixed(200, "cpu"))
     position = wp.array(np.pad(np.random.default_rng(6).uniform(0, 1, (200, 3)), ((0, 0), (0, 1))), dtype=wp.vec4)
     grid = CellGrid(np.zeros(3), np.ones(3), 0.25, position, state.status, launcher, in_order=False)
@@ -87,8 +87,8 @@ def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
 
 
 @pytest.mark.parametrize("runs", [1, 3])
-def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
-    """In memory's order and by cell, with the rows of each run."""
+def test_cpu_and_gpu_lists_of_moving_particles_are_equal(runs):
+    """Lists in the order of memory and by cell are compared, and the rows of each run."""
     listed = []
     for in_order in (True, False):
         state = state_of(9000, runs)

@@ -1,4 +1,4 @@
-"""Pressure that begins with what the last substep's came to, in fluids that are viscous enough."""
+"""Pressure iterations that start from the last substep's pressure, in sufficiently viscous fluids."""
 
 import numpy as np
 import pytest
@@ -14,13 +14,13 @@ STEP_S = substep_s(RADIUS_MM)
 @pytest.mark.parametrize(
     ("damping", "expected"), [(0.0, (0.0, 4)), (0.99, (0.0, 4)), (1.0, (0.5, 3)), (100.0, (0.5, 3)), (101.0, (0.0, 4))]
 )
-def test_a_fluid_that_carries_pressure_over_has_fewer_iterations(damping, expected):
+def test_carrying_pressure_over_between_substeps_needs_fewer_iterations(damping, expected):
     assert iterations_of(damping, alone=4) == expected
     assert iterations_of(damping, alone=1).number == 1
 
 
-def test_a_deep_column_between_walls_that_slip_does_not_swing():
-    """Only its own viscosity calms it. The mean speed is 1 mm/s, but 57 with 0.7 or 0.83 for the share of 0.5."""
+def test_a_deep_column_between_slip_walls_does_not_oscillate():
+    """Its viscosity alone damps it. The mean speed is 1 mm/s, or 57 with 0.7 or 0.83 of the pressure carried over."""
     pit = Pit(4.0, 3.1, 40.0)
     place_mm = settled_mm(pit, RADIUS_MM, STEP_S, 24.0)
     tank = Tank.of(pit, place_mm, radius_mm=RADIUS_MM, step_s=STEP_S, viscosity_mm2_s=300.0)

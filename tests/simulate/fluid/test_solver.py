@@ -38,15 +38,15 @@ def slab(engine: FluidSolver, from_floor_mm: float, to_mm: float) -> NDArray[np.
     return (height > from_floor_mm) & (height < to_mm)
 
 
-def test_the_volume_of_a_particle_is_that_of_eq_6_once_compression_is_allowed_for():
-    """Calibrated walls: Vp rho / m = 1.00 +- 0.03. The source's walls push the fluid off: half as much again.
+def test_with_calibrated_walls_a_particle_has_the_volume_of_equation_6():
+    """Vp rho / m is 1.00 +- 0.03. The paper's walls repel the fluid, and it is half as much again.
 
-    Six columns of 4 to 4.8 mm lie at 0.993 +- 0.009, however their walls' particles are placed.
+    Six columns of 4 to 4.8 mm gave 0.993 +- 0.009, for any placement of the wall particles.
     """
     ratio = {}
     for preset, engine in (("accurate", settled()), ("paper", settled(preset="paper"))):
         middle = slab(engine, 2, 9)
-        # Between the walls, as the photo shows them: what the stand-off takes belongs to the particles.
+        # The volume is that between the walls of the photo: the stand-off from the walls counts as fluid.
         volume_mm3 = LENGTH_MM * WIDTH_MM * 7.0
         density = engine.state.density.numpy()[middle].mean()
         ratio[preset] = volume_mm3 / middle.sum() * density / particle_volume(0.4)
@@ -66,8 +66,8 @@ SLEEPY = Rheology(30.0, 0.3, yield_cm2_s2=71.0)
         (0.4 * WAKING_CM_S, 0.9 * RESTLESS_S, False),
     ],
 )
-def test_a_sleeper_wakes_beside_what_is_fast_or_goes_on_flowing(speed, flowed_s, wakes):
-    """Paste that flows back at 2 mm/s would else stand as a step on a bed that sleeps."""
+def test_a_sleeping_particle_wakes_beside_fast_or_persistent_flow(speed, flowed_s, wakes):
+    """Otherwise paste that flows back at 2 mm/s would leave a step on a sleeping bed."""
     engine = engine_with(np.array([[3.0, 0.0, -8.0], [3.0, 0.0, -7.0]]), slot(), fluid=SLEEPY)
     state = engine.state
     engine.find_neighbours()
@@ -84,7 +84,7 @@ def test_a_sleeper_wakes_beside_what_is_fast_or_goes_on_flowing(speed, flowed_s,
     engine._wake(engine.rows)
     assert (state.status.numpy()[0] == int(MOVING)) == wakes
     if wakes:
-        # It lies down again soon, if it does not flow.
+        # It falls asleep again soon if it does not flow.
         assert quiet_s.numpy()[0] == pytest.approx(PATIENCE_S - AGAIN_S)
 
 
@@ -95,8 +95,8 @@ def with_entries(entries: int, spacing_mm: float, monkeypatch: pytest.MonkeyPatc
     return engine_with(points, slot(), weights=(30.0, 0.3), **solver)
 
 
-def test_a_recorded_frame_has_room_for_what_comes_later(monkeypatch):
-    """Loose fluid falls together after the first frame, which is the last that may make room.
+def test_a_recorded_frame_has_room_for_longer_neighbour_lists_of_later_frames(monkeypatch):
+    """Loose fluid packs closer after the first frame, the last in which lists may be enlarged.
 
     Seen to fail with the first frame's room in the recording: rows then lost their walls.
     """
@@ -114,10 +114,10 @@ def test_a_recorded_frame_has_room_for_what_comes_later(monkeypatch):
 
 
 @pytest.mark.parametrize("native", [False, True])
-def test_a_list_that_is_cut_holds_nothing_of_what_was_there_before(native, monkeypatch):
-    """An entry that no one wrote would be read as a particle, wherever it points.
+def test_a_truncated_neighbour_list_has_no_stale_entries(native, monkeypatch):
+    """A stale entry would be read as a particle.
 
-    Seen to fail with loops that leave out all of sixteen points for which there is less room.
+    Seen to fail with loops that leave out a block of sixteen points if there is less room.
     """
     monkeypatch.setattr("simulate.fluid.cell_grid.ENTRIES", 240)
     points = np.random.default_rng(1).uniform([1, -1, -10], [3, 1, -8], (1500, 3))
@@ -130,7 +130,7 @@ def test_a_list_that_is_cut_holds_nothing_of_what_was_there_before(native, monke
 
 
 ALIKE_MM = 5e-5
-"""Apart after a frame, where sums in another order round otherwise: by 4e-6."""
+"""Largest difference of positions. Sums in another order round differently, by 4e-6 mm after a frame."""
 
 
 def paste_under_way(frames: int) -> Injection:
@@ -141,10 +141,10 @@ def paste_under_way(frames: int) -> Injection:
     return injection
 
 
-def test_a_renumbered_pour_is_the_same_pour(monkeypatch):
-    """Two frames on from one state, renumbered between the two or not.
+def test_renumbering_the_particles_does_not_change_a_run(monkeypatch):
+    """Two frames are computed from one state, with and without a renumbering between them.
 
-    Broken on purpose, with what was pressed left in its old places, it is off by 7e-4 mm; with velocities, by 0.04.
+    Broken on purpose, with pressures left in their old order, positions differ by 7e-4 mm; with velocities, by 0.04.
     """
     as_released = paste_under_way(30)
     monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 30)

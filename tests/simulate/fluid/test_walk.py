@@ -1,4 +1,4 @@
-"""Launches over rows, alone and in walks that several threads share."""
+"""Launches of kernels over rows, singly and in sequences (walks) that several threads share."""
 
 from typing import Any
 
@@ -28,8 +28,8 @@ def way(request, monkeypatch) -> str:
 @pytest.mark.parametrize("together", [1, 64, ROWS])
 @pytest.mark.parametrize("threads", [1, 4])
 @pytest.mark.parametrize("rows", [0, 17, ROWS])
-def test_each_row_is_taken_once_and_none_beyond(threads, rows, together, way):
-    """``rows`` of each walk are those that the array has when it comes by."""
+def test_a_launch_on_any_number_of_threads_processes_each_row_once(threads, rows, together, way):
+    """``rows`` is the array's number of rows at the time of the launch; rows beyond it are left out."""
     present, seen = wp.full(1, ROWS, int, device="cpu"), zeros(ROWS + 1)
     launcher = Launcher("cpu", Extent(present, together), threads)
     parts = (launcher.bind(count_row, seen),)
@@ -40,8 +40,8 @@ def test_each_row_is_taken_once_and_none_beyond(threads, rows, together, way):
     assert np.array_equal(seen.numpy(), 3 * (np.arange(ROWS + 1) < rows) + (np.arange(ROWS + 1) < ROWS))
 
 
-def test_the_installed_warp_allows_walks():
-    """Without them a run takes one core, and 2 % longer."""
+def test_the_installed_warp_provides_its_table_of_compiled_kernels():
+    """Without the table a run uses one core and takes 2 % longer."""
     launcher, seen = Launcher("cpu", fixed(ROWS, "cpu"), 2), zeros(ROWS)
     parts = (launcher.bind(count_row, seen),)
     launcher.walk(parts, ROWS)
@@ -50,7 +50,7 @@ def test_the_installed_warp_allows_walks():
 
 @pytest.mark.parametrize("threads", [1, 2, 4])
 @pytest.mark.parametrize("turns", [0, 1, 5])
-def test_a_repeated_part_is_taken_until_its_condition_is_0(threads, turns, way):
+def test_a_loop_of_launches_repeats_until_its_condition_is_0(threads, turns, way):
     launcher, left, (before, within, after) = Launcher("cpu", fixed(50, "cpu"), threads), zeros(1), map(zeros, [50] * 3)
     first, again, last = (launcher.bind(count_row, seen) for seen in (before, within, after))
     down = launcher.bind(count_down, left, extent=fixed(1, "cpu"))

@@ -1,4 +1,4 @@
-"""The inner loops for CPUs against the plain ones, which are the equations."""
+"""The inner loops for CPUs, compared with the plain loops that state the equations."""
 
 from types import ModuleType
 from typing import Any
@@ -21,13 +21,13 @@ Rows = NDArray[Any]
 
 
 def sums(loops: ModuleType, kernel: str) -> tuple[Rows, Rows]:
-    """Of a cloud with neighbours in and beyond reach, two of them in one place; rows of 0 to 40 neighbours."""
+    """Sums over a cloud with neighbours within and beyond reach, two at one point; rows have up to 40 neighbours."""
     random = np.random.default_rng(3)
     place = np.column_stack([random.uniform(0, 0.25, (POINTS, 3)), random.uniform(-1, 1, POINTS)])
     place[7, :3] = place[0, :3]
     listed = np.array([random.permutation(POINTS)[:SLOTS] for _ in range(ROWS)])
     listed[0, 0] = 7
-    # As in a run, nobody stands behind a row's count.
+    # As in a run, no neighbour is listed behind a row's count.
     listed[np.arange(SLOTS) > np.arange(ROWS)[:, None]] = POINTS
     near, particles = Neighbours(), Particles()
     particles.position = wp.array(np.vstack([place, [[1e6] * 4] * 2]), dtype=wp.vec4, device="cpu")[:POINTS]
@@ -46,16 +46,16 @@ def sums(loops: ModuleType, kernel: str) -> tuple[Rows, Rows]:
     wp.launch(sum_kernel(loops, kernel), ROWS, inputs=[particles, near, SUPPORT, links, out], device="cpu")
     pulls = links.numpy().astype(np.float32)
     if loops is pair_sums_cpu:
-        # Sixteen of x, then of y, then of z.
+        # The loops for CPUs store sixteen x, then sixteen y, then sixteen z.
         pulls = pulls.reshape(ROWS, -1, 3, 16).swapaxes(2, 3)
     return out.numpy(), pulls.reshape(ROWS, -1)
 
 
 @pytest.mark.parametrize("kernel", WEIGHTS)
-def test_sixteen_at_a_time_are_the_same_sums(kernel: str):
-    """To float32's rounding of sums in another order: terms are of both signs, so that 1e-5 is of the largest row.
+def test_cpu_loops_and_plain_loops_give_the_same_pair_sums(kernel: str):
+    """Sums in another order differ by float32's rounding: 1e-5 of the largest row, since terms have both signs.
 
-    Links, and their sums, are rounded to float16, whose last bit may differ.
+    Links and their sums are rounded to float16, whose last bit may differ.
     """
     plain, native = sums(pair_sums, kernel), sums(pair_sums_cpu, kernel)
     pulled = np.arange(plain[0].shape[1])[14:17]
@@ -64,7 +64,7 @@ def test_sixteen_at_a_time_are_the_same_sums(kernel: str):
         rounded = np.isin(np.arange(len(apart)), pulled) | (ours is native[1])
         assert apart[~rounded].max(initial=0) < 1e-5
         assert apart[rounded].max() < 1e-3
-    # Nothing of what stands behind a row's count is in its sums.
+    # Entries behind a row's count are not in its sums.
     assert (native[1] != 0).sum(axis=1)[0] <= 3
     # Products of the links with the velocities' differences are the pulls that ``link_pairs`` sums before rounding.
     out = native[0]
@@ -72,8 +72,8 @@ def test_sixteen_at_a_time_are_the_same_sums(kernel: str):
 
 
 @pytest.mark.parametrize("solver", [{"viscosity_solve": "implicit"}, {"viscosity_solve": "explicit"}])
-def test_both_loops_list_the_same_neighbours_and_twenty_steps_of_both_lie_together(solver):
-    """Chaos doubles the last bits' difference in some steps: a hundredth of a radius in twenty."""
+def test_cpu_loops_and_plain_loops_give_the_same_neighbours_and_steps(solver):
+    """Chaos amplifies rounding: after twenty steps, positions may differ by a hundredth of a radius."""
     points = lattice(np.array([0.2, -1.3, -12]), np.array([5.8, 1.3, -2]), 0.69)
     lists, ends = [], []
     for native in (False, True):

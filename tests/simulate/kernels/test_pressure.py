@@ -7,7 +7,7 @@ from tests.support.small_fluids import corrected, engine_with, lattice, lay_down
 
 SUPPORT = 0.16
 MASS = 1.1 * particle_volume(0.04)
-"""Of a volume factor of 1.1, cm3."""
+"""Mass of a particle over its density, at a volume factor of 1.1, in cm3."""
 
 
 def weights_by_distance() -> tuple[Floats, Floats, Floats]:
@@ -21,7 +21,7 @@ def weights_by_distance() -> tuple[Floats, Floats, Floats]:
     prepared(engine)
     state = engine.state
     place = state.position.numpy().astype(float)
-    # As strong on both of a pair, weak enough not to be cut: what they are pushed by is twice that times the gradient.
+    # Both of a pair have this lambda, too small to be clipped: the push is twice lambda times the gradient.
     place[:, 3] = -1e-4
     state.position.assign(place.astype(np.float32))
     engine.pressure.correct(engine.rows)
@@ -33,16 +33,16 @@ def weights_by_distance() -> tuple[Floats, Floats, Floats]:
 def crowd() -> Floats:
     """A cube of particles in the air, a tenth too dense, its last one in the middle; no wall to take up momentum.
 
-    Denser, and corrections would be cut to a quarter of h, which takes from one of a pair alone.
+    In a denser cube corrections would be clipped to a quarter of h, which changes only one particle of a pair.
     """
     points = lattice(np.array([0, -2, 28]), np.array([4, 2, 32]), 0.7)
     return points[np.argsort(-np.linalg.norm(points - [2, 0, 30], axis=1))]
 
 
-def test_kernels_integrate_to_one_and_end_at_h():
-    """A 65 for the density's 64, as the source has it, would make 1.6 % of error.
+def test_smoothing_kernels_integrate_to_one_and_vanish_beyond_h():
+    """With the paper's 65 in place of 64, the density's kernel would be 1.6 % off.
 
-    By parts, the integral of W over space is that of -W' over 4/3 pi r^3.
+    By parts, the integral of W over space is that of -W' times 4/3 pi r^3.
     """
     r, weight, slope = weights_by_distance()
     assert np.trapezoid(weight * 4 * np.pi * r**2, r) == pytest.approx(1, abs=2e-3)
@@ -51,7 +51,7 @@ def test_kernels_integrate_to_one_and_end_at_h():
     assert (slope[r >= SUPPORT] == 0).all()
 
 
-def test_two_particles_in_one_place_make_no_nan():
+def test_pressure_does_not_move_two_coincident_particles():
     engine = engine_with(np.array([[3.0, 0.0, 40.0], [3.0, 0.0, 40.0]]), slot(depth_mm=4.0))
     corrected(engine)
     assert positions_mm(engine) == pytest.approx(np.array([[3.0, 0.0, 40.0], [3.0, 0.0, 40.0]]), abs=1e-5)
@@ -71,8 +71,8 @@ def test_corrections_cannot_push_the_liquid_as_a_whole():
     assert np.abs(moved.mean(axis=0)).max() < 5e-6
 
 
-def test_only_compressed_fluid_is_corrected():
-    """Lambda = 0 where C < 0: a liquid that pulls itself together would be another material."""
+def test_pressure_corrects_only_compressed_fluid():
+    """Lambda is 0 if C < 0, since a liquid that attracts itself would be another material."""
     engine = engine_with(lattice(np.array([0, -3, 20]), np.array([6, 3, 26]), 1.1), slot(depth_mm=4.0))
     before = positions_mm(engine)
     corrected(engine)
@@ -80,8 +80,8 @@ def test_only_compressed_fluid_is_corrected():
     assert np.array_equal(positions_mm(engine), before)
 
 
-def test_a_frozen_neighbour_answers_as_hard_as_the_preset_says():
-    """All but one frozen: it gets 2 lambda_i from each (volume kept), or lambda_i (the paper's)."""
+def test_frozen_neighbours_push_twice_as_far_with_preset_accurate_as_with_paper():
+    """The one free particle gets 2 lambda_i from each frozen one (accurate, to keep the volume) or lambda_i (paper)."""
     before = crowd()
     moved = []
     for preset in ("accurate", "paper"):
@@ -95,7 +95,7 @@ def test_a_frozen_neighbour_answers_as_hard_as_the_preset_says():
 
 
 @pytest.mark.parametrize("slope", [LEVEL, SampleSlope(gradient_deg=-30.0, crossfall_deg=20.0)], ids=["level", "steep"])
-def test_free_fall_with_damping_is_the_closed_form(slope):
+def test_free_fall_with_damping_has_the_closed_forms_velocity(slope):
     """V = g/eta (1 - exp(-eta t)) along the plumb line, to the first order of a step of 1.8 ms."""
     engine = engine_with(np.array([[3.0, 0.0, 500.0]]), slot(), damping_per_s=2.0, slope=slope)
     for _ in range(100):

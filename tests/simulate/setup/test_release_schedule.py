@@ -1,4 +1,4 @@
-"""Releases from the nozzle, and what is known of a run's numbers of particles before it starts."""
+"""Releases from the nozzle, and the predicted numbers of particles of a run."""
 
 from functools import partial
 
@@ -35,7 +35,7 @@ def steady(flow_mm3_s: float) -> Trajectory:
 PAPER = steady(4800 / 15)
 
 
-def test_the_papers_trial_is_14527_particles_in_2076_frames_of_seven_from_within_the_nozzle():
+def test_the_papers_trial_releases_14527_particles_in_2076_frames():
     """Eq. 6: 4800 / (4 sqrt(2) 0.97^3 0.4^3) = 14,527.05; 15 s / 2,076 = 7.23 ms; 320 mm3/s over pi 1.2^2 mm2."""
     schedule = plan(PAPER, seed=5)
     assert (schedule.particles, schedule.release, len(schedule.released)) == (14_527, 7, 2_076)
@@ -62,10 +62,10 @@ DEEPENING = Sections(s_mm=np.array([0.0, 80.0]), depth_mm=np.array([4.0, 16.0]),
         {"reverse": True, "ramp_mm": 6.0, "lead_in_mm": 9.0, "lead_out_mm": 3.0, "flow": "cross_section"},
     ],
 )
-def test_every_kind_of_path_releases_what_was_planned_where_it_was_planned(changes):
-    """Half of what a planned path gives by s must be half of the particles, within the releases that straddle s.
+def test_every_kind_of_path_releases_the_planned_volume_along_the_crack(changes):
+    """The planned share of the volume up to s is the share of the particles, within the releases at s.
 
-    A release gathers what its frames have asked for, and lies within the disc of 0.8 mm about the tip.
+    A release collects the flow of its frames, within a disc of 0.8 mm about the tip.
     """
     settings = NozzlePath.model_validate({"volume_ml": 2.0} | changes)
     path = plan_trajectory(straight_slot(80.0), settings, 1.0, DEEPENING)
@@ -91,7 +91,7 @@ BURST[5] = 1e6
     ("path", "radius_mm", "diameter_mm", "says"),
     [
         (PAPER, 0.001, 2.4, r"radius_mm is 0.001: 4800 mm3 of sealant need 929\d+ particles, but at most 1000000 are"),
-        # Packed first, the lattice of such a disc would take terabytes.
+        # If it was not refused first, the lattice of such a disc would take terabytes.
         (PAPER, 1e-6, 2.4, r"radius_mm is 1e-06: .* particles, but at most 1000000 are allowed"),
         (steady(1e-3), 0.005, 100.0, r"diameter_mm is 100 .* 0.005: more than 100000 .* of at most 3.16 mm"),
         *[(steady(flow), 0.4, 2.4, r"At least 0\.330 mm3") for flow in (0, -320, np.nan, 1e-6)],
@@ -99,14 +99,14 @@ BURST[5] = 1e6
     ],
     ids=["too many", "a disc of too many", "a wide disc", "no flow", "back", "no number", "a drop", "one burst"],
 )
-def test_what_cannot_be_released_is_refused_before_it_is_made(path, radius_mm, diameter_mm, says):
+def test_an_impossible_release_is_refused_with_the_reason(path, radius_mm, diameter_mm, says):
     with pytest.raises(InputError, match=says):
         plan_releases(path, radius_mm, diameter_mm, seed=0)
 
 
 @pytest.mark.parametrize("freeze_after_s", [0.2, "never"])
-def test_a_course_is_what_a_run_then_has_in_every_frame(freeze_after_s):
-    """To the particle: nothing spills here. It bounds the room that is made for those that move."""
+def test_a_run_has_the_predicted_numbers_of_particles_in_every_frame(freeze_after_s):
+    """The numbers are equal, since nothing spills here. Memory for moving particles is reserved by the prediction."""
     fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s=freeze_after_s)
     run = _ready(fluid)
     course = course_of(run.schedule, fluid, run.pour.solver.settle_s)
@@ -118,11 +118,11 @@ def test_a_course_is_what_a_run_then_has_in_every_frame(freeze_after_s):
     assert (run.moving == 0) == (freeze_after_s != "never")
 
 
-def test_paste_that_sleeps_freezes_by_its_age_like_paste_that_moves():
-    """Whoever hits it later cannot wake it, so that never more particles move than the course has room for.
+def test_sleeping_paste_freezes_at_the_same_age_as_moving_paste():
+    """Frozen paste cannot be woken, so that never more particles move than were predicted.
 
-    Broken on purpose, with sleepers left out of freezing, the oldest are still asleep. No substeps are computed, in
-    which falling neighbours would wake them.
+    Broken on purpose, with sleeping particles left out of freezing, the oldest are still asleep. No substeps are
+    computed, in which falling neighbours would wake them.
     """
     fluid = Fluid(U=30.0, D_cm=0.3, yield_stress_pa=2.0, freeze_after_s=0.2)
     run = _ready(fluid)

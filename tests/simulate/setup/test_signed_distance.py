@@ -26,8 +26,8 @@ def two_slots(septum_mm: float) -> Solid:
     return solid_of(block, (-12.0, -15.0, 32.0, 15.0), 8.0)
 
 
-def test_the_nodes_of_the_grid_are_exact_beside_needles():
-    """Against trimesh. The face around a crack has triangles a thousand times as long as high."""
+def test_distances_at_grid_nodes_are_exact_beside_long_thin_triangles():
+    """The expected distances are trimesh's. The face around a crack has triangles 1,000 times as long as high."""
     outline = wandering_crack()
     solid = build_solid(outline, CrackShape(depth_mm=16.0, tilt="flare", wall_angle_deg=5.5))
     grid = build_barrier(solid, outline, RADIUS_MM, "cpu").grid
@@ -45,13 +45,13 @@ def test_the_nodes_of_the_grid_are_exact_beside_needles():
 
 
 def throw(engine: FluidSolver, step_mm: Floats) -> None:
-    """Predict places so far away, as far as walls let particles go."""
+    """Predict positions ``step_mm`` away, or nearer if a wall is in between."""
     engine.state.velocity.assign(np.asarray(step_mm * CM / engine.step_s, dtype=np.float32))
     engine.predict(engine.rows)
 
 
-def test_no_jump_crosses_a_thin_wall():
-    """Steps of up to 20 mm, aimed at the wall between two cavities; particles do go until the wall stops them."""
+def test_no_particle_crosses_a_thin_wall_in_a_long_step():
+    """Steps of up to 20 mm are aimed at the wall between two cavities; particles move until the wall stops them."""
     septum_mm, rng = 0.3, np.random.default_rng(0)
     crack = two_slots(septum_mm), straight_slot(20.0, 3.1)
     side = np.repeat([-1.0, 1.0], 2000)
@@ -68,8 +68,8 @@ def test_no_jump_crosses_a_thin_wall():
 
 
 @pytest.mark.parametrize(("tilt", "angle_deg"), [("funnel", 11.0), ("flare", 5.5)])
-def test_corners_and_closing_walls_hold_a_falling_particle(tilt, angle_deg):
-    """Thrown down at every angle, in a V (funnel) as in the corner of floor and wall."""
+def test_falling_particles_do_not_penetrate_corners_or_converging_walls(tilt, angle_deg):
+    """Particles are thrown down at all angles, into a V (funnel) and into corners of floor and wall."""
     crack, rng = slot(12.0, tilt=tilt, angle_deg=angle_deg), np.random.default_rng(1)
     engine = engine_with(rng.uniform([0.6, -1, 0.5], [11.4, 1, 0.5], (2000, 3)), crack, substeps=4)
     for _ in range(4):
@@ -79,21 +79,21 @@ def test_corners_and_closing_walls_hold_a_falling_particle(tilt, angle_deg):
     assert np.quantile(end[:, 2], 0.1) < -4
 
 
-def test_a_step_that_is_no_number_is_not_taken_for_rest():
-    """The run stops for a position that is no number; a particle that hangs in the air would pass for a bed."""
+def test_a_nan_velocity_gives_a_nan_position():
+    """The run stops at a NaN position, while a particle that stops in the air would count as bed."""
     engine = engine_with(np.array([[3.0, 0.0, -8.0], [3.0, 0.0, -2.0]]), slot())
     engine.state.velocity.assign(np.asarray([[np.nan, 0, 0], [0, 0, 0]], dtype=np.float32))
     engine.predict(engine.rows)
     assert np.isfinite(engine.state.position.numpy()[:, :3]).all(axis=1).tolist() == [False, True]
 
 
-def test_a_radius_that_needs_too_fine_a_grid_is_refused():
+def test_a_radius_that_needs_too_fine_a_distance_grid_is_refused():
     with pytest.raises(InputError, match=r"solver.radius_mm is 0.02: its distance grid"):
         build_barrier(*slot(), 0.02, "cpu")
 
 
-def test_pressure_pushes_nothing_into_a_wall():
-    """Fluid that is far too dense bursts out of a corner and over the mouth's edges, where planes stand for no wall."""
+def test_pressure_pushes_no_particle_into_a_wall():
+    """Far too dense fluid bursts out of a corner and over the mouth's edges, where a wall is not a plane."""
     solid, outline = slot(12.0, tilt="flare", depth_mm=6.0)
     points = lattice(np.array([0.5, -1.1, -5.6]), np.array([11.5, 1.1, 0.6]), 0.52)
     engine = engine_with(points, (solid, outline), reach_mm=(np.array([-30.0, -30, -6]), np.array([40.0, 30, 40])))

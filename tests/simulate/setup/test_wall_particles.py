@@ -33,7 +33,7 @@ def walls_of(solid: Solid, outline) -> tuple[WallParticles, Any, Any]:
 
 
 def crack(shape: str) -> tuple[Solid, Outline]:
-    """A slot of that tilt, lean or with a stone in it; a scan of a crack with its grain."""
+    """A slot of this tilt, with a floor of several depths or with a stone; or a scan of a crack with its grain."""
     if shape == "scanned":
         with TemporaryDirectory() as folder:
             trimesh.Trimesh(*scanned(from_mm=40.0, to_mm=70.0), process=False).export(Path(folder, "scan.ply"))
@@ -50,11 +50,11 @@ def crack(shape: str) -> tuple[Solid, Outline]:
 
 
 @pytest.mark.parametrize("shape", [*["lean hills", "flare stone"], pytest.param("scanned", marks=pytest.mark.slow)])
-def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(shape):
-    """Bounds of the design study: holes of 1.1 particles at most, no two nearer than 0.75, none on the wrong side.
+def test_wall_particles_cover_all_walls_that_sealant_can_touch(shape):
+    """By the design study holes are at most 1.1 diameters, and particles at least 0.75 apart, none in the cavity.
 
-    A hole is the distance from where a particle might lie, R deep, to the nearest that does. Beside the mouth's edge
-    none may lie, because the other face is nearer; from there it is never more than another tenth.
+    A hole is the distance from a possible position, R deep, to the nearest wall particle. Beside the mouth's edge no
+    position is possible, because the other face is nearer; holes there may be a tenth larger.
     """
     solid, outline = crack(shape)
     barrier = build_barrier(solid, outline, RADIUS_MM, "cpu")
@@ -75,8 +75,8 @@ def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(shape):
     assert share.min() >= 0
 
 
-def test_a_flat_wall_completes_the_density():
-    """Fluid of rest density up to the wall, in a continuum: kernel inside the fluid plus wall particles make 1."""
+def test_the_particles_of_a_flat_wall_complete_the_density_of_the_fluid():
+    """In a continuous fluid at rest density up to the wall, fluid and wall particles make a density of 1."""
     solid, outline = slot(20.0, width_mm=8.0, depth_mm=10.0)
     _, point, share = walls_of(solid, outline)
     support = 4 * RADIUS_MM
@@ -104,7 +104,7 @@ def soup() -> Floats:
     return triangles
 
 
-def test_points_lie_in_their_triangles(soup):
+def test_points_spread_over_triangles_are_inside_their_triangles(soup):
     soup = soup[::4]
     points = spread_points(soup, SPACING_MM)
     a, b, c = soup[points.face].transpose(1, 0, 2)
@@ -114,5 +114,5 @@ def test_points_lie_in_their_triangles(soup):
     for start, end in ((a, b), (b, c), (c, a)):
         side = end - start
         inward = np.cross(normal, side) / np.linalg.norm(side, axis=1)[:, None]
-        # They stand beside their nodes by up to a thousandth of a step.
+        # Points are shifted from their nodes by up to a thousandth of a step.
         assert ((points.position_mm - start) * inward).sum(axis=1).min() > -2e-3 * SPACING_MM

@@ -1,4 +1,4 @@
-"""The flow through a section against closed forms and against its own derivative."""
+"""The flow through a section, compared with closed forms and with its numerical derivative."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def flow_of(paste: HerschelBulkley, width_mm: float, height_mm: float, push: flo
     [(2.0, 1e4, 2.0**2 / 12, 1e-3), (1e5, 2.0, 2.0**2 / 3, 1e-3), (4.0, 2.0, 0.035144 * 4.0**2, 3e-3)],
     ids=["plates", "film", "half of a square duct"],
 )
-def test_newtons_fluid_has_the_speed_of_its_closed_form(width_mm, height_mm, shape_mm2, rel):
+def test_a_newtonian_fluid_has_the_mean_speed_of_the_closed_form(width_mm, height_mm, shape_mm2, rel):
     """The mean speed is the shape's factor times G / mu; area over perimeter alone gives 0.59 of it in the duct."""
     speed_mm_s = flow_of(HerschelBulkley(1e3, 0.0, 0.5), width_mm, height_mm, 3.0)
     assert speed_mm_s == pytest.approx(shape_mm2 * 3.0 / 0.5, rel=rel)
@@ -39,8 +39,8 @@ def test_newtons_fluid_has_the_speed_of_its_closed_form(width_mm, height_mm, sha
 
 @pytest.mark.parametrize("index", [0.5, 1.0, 1.5])
 @pytest.mark.parametrize("yields", [0.0, 0.2, 0.8])
-def test_paste_between_plates(index: float, yields: float):
-    """The profile of the speed, integrated: u' = ((G y - tau) / K)^(1/n)."""
+def test_paste_between_plates_has_the_mean_speed_of_the_integrated_profile(index: float, yields: float):
+    """The slope of the profile is u' = ((G y - tau) / K)^(1/n)."""
     half_mm, push, thick = 1.5, 8.0, 0.7
     stress_pa = yields * push * half_mm
     y = np.linspace(0.0, half_mm, 200_001)
@@ -51,14 +51,14 @@ def test_paste_between_plates(index: float, yields: float):
     assert got == pytest.approx(wanted, rel=1e-3)
 
 
-def test_walls_take_up_a_share_of_the_stress():
-    """A paste that slides at 0.4 of its stress flows as one of 0.4 of its law between rough walls."""
+def test_a_wall_share_scales_yield_stress_and_consistency():
+    """With a wall share of 0.4 paste flows as paste of 0.4 times the stresses between rough walls."""
     slides = flow_of(HerschelBulkley(1e3, 5.0, 0.5, 0.7, wall_share=0.4), 3.0, 4.0, 6.0)
     assert slides == pytest.approx(flow_of(HerschelBulkley(1e3, 2.0, 0.2, 0.7), 3.0, 4.0, 6.0), rel=1e-12)
     assert slides > 0
 
 
-def test_paste_stands_up_to_its_yield_stress_and_its_flow_is_smooth_there():
+def test_flow_starts_at_the_yield_stress_and_has_the_right_derivative():
     through = PlaneFlow(np.array([4.0]), np.array([3.0]), 1.0)
     assert not np.any([through.flow_mm3_s(np.array([push])) for push in (-3.999, 0.0, 3.999)])
     for push in (-9.0, -4.001, 4.001, 5.0, 40.0):

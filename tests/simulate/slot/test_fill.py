@@ -1,4 +1,4 @@
-"""The fill in time against what it cannot argue with: what lands, mass, rest, a similarity solution, refinement."""
+"""The fast model's fill in time: conservation of volume, states of rest, a similarity solution and the fall."""
 
 import numpy as np
 import pytest
@@ -19,8 +19,8 @@ def poured_in_the_middle(crack: tuple[Solid, Outline], volume_mm3: float, within
 
 
 @pytest.mark.parametrize(("stress_pa", "index"), [(0.0, 1.0), (3.0, 0.5), (40.0, 1.0)])
-def test_no_sealant_is_lost_and_what_has_not_landed_is_in_flight(stress_pa: float, index: float):
-    """Overfilled cracks and steep samples too. A fall takes 57 ms, of a pour of 7 s."""
+def test_the_dispensed_volume_is_conserved_including_sealant_in_flight(stress_pa: float, index: float):
+    """Overfilled cracks and steep samples are included. A fall takes 57 ms of a pour of 7 s."""
     crack, paste = slot(40.0), HerschelBulkley(1690.0, stress_pa, 0.3, index)
     for volume_ml, slope in ((1.0, SampleSlope()), (3.0, SampleSlope(gradient_deg=8.0, crossfall_deg=3.0))):
         trajectory = path(crack[1], volume_ml, trim_mm=6.0)
@@ -34,7 +34,7 @@ def test_no_sealant_is_lost_and_what_has_not_landed_is_in_flight(stress_pa: floa
 
 
 @pytest.mark.parametrize("gradient_deg", [0.0, 4.0, -4.0])
-def test_a_liquid_at_rest_lies_square_to_gravity(gradient_deg):
+def test_the_level_of_a_liquid_at_rest_is_horizontal(gradient_deg):
     crack, paste = slot(40.0), HerschelBulkley(1690.0, 0.0, 0.05)
     trajectory, slope = path(crack[1], 1.0, trim_mm=6.0), SampleSlope(gradient_deg=gradient_deg)
     filled = fill(*crack, trajectory, paste, nozzle_mm=2.4, settle_s=60.0, slope=slope)
@@ -42,10 +42,10 @@ def test_a_liquid_at_rest_lies_square_to_gravity(gradient_deg):
     np.testing.assert_allclose(rises, -np.tan(np.radians(gradient_deg)), atol=1e-3)
 
 
-def test_paste_at_rest_keeps_the_slope_that_its_walls_hold():
-    """The slope tau P / rho g A, corners rounded, on both sides of where it was poured; no cell beside that is steeper.
+def test_paste_at_rest_has_the_steepest_slope_that_its_walls_support():
+    """The slope is tau P / rho g A, with corners rounded, on both sides of the pour.
 
-    There it stands by itself, within the nozzle's radius and 8 tau / rho g.
+    Cells under the nozzle, within its radius and 8 tau / rho g, are left out, since paste there supports itself.
     """
     crack = slot(80.0, 4.0, 20.0)
     filled = fill(*crack, poured_in_the_middle(crack, 1800.0), PASTE, nozzle_mm=2.4, settle_s=600.0)
@@ -57,13 +57,13 @@ def test_paste_at_rest_keeps_the_slope_that_its_walls_hold():
     upper = np.where(filled.level_mm[1:] > filled.level_mm[:-1], steepest[1:], steepest[:-1])
     beside = np.abs((sections.s_mm[1:] + sections.s_mm[:-1]) / 2 - 40.0) > 6.0
     deep = beside & (filled.area_mm2[1:] > 20.0) & (filled.area_mm2[:-1] > 20.0)
-    # The last of the flow is slow: 0.02 of the slope is left to flow.
+    # The flow ends slowly, so that up to 0.02 of the slope remains.
     assert (rises[deep] <= 1.03 * upper[deep]).all()
     np.testing.assert_allclose(rises[deep], upper[deep], rtol=0.03)
 
 
-def test_newtons_fluid_spreads_as_barenblatt_says():
-    """Between plates h_t = k (h h_x)_x, k = rho g w^2 / 12 mu: a parabola whose ends go with t^(1/3)."""
+def test_a_newtonian_fluid_spreads_as_barenblatts_similarity_solution():
+    """Between plates h_t = k (h h_x)_x, k = rho g w^2 / 12 mu: a parabola whose ends move as t^(1/3)."""
     width_mm, viscosity, volume_mm3, after_s = 0.4, 0.5, 240.0, 20.0
     crack = slot(120.0, width_mm, 60.0, "vertical", 0.0)
     paste = HerschelBulkley(1690.0, 0.0, viscosity)
@@ -78,7 +78,7 @@ def test_newtons_fluid_spreads_as_barenblatt_says():
     wanted_mm = np.maximum(c - x**2 / (12 * tau ** (2 / 3)), 0.0) / tau ** (1 / 3)
     height_mm = filled.level_mm - filled.sections.bottom_mm
     assert 10.0 < front_mm < 55.0
-    # The floor drags too, by some w / h, most of all at the front.
+    # The floor adds drag of about w / h, most of all at the front.
     middle = np.abs(x) < 0.7 * front_mm
     np.testing.assert_allclose(height_mm[middle], wanted_mm[middle], rtol=0.02)
     assert np.abs(x[height_mm > 0.3]).max() == pytest.approx(front_mm, rel=0.03)
@@ -92,8 +92,8 @@ def landed(trajectory: Trajectory, times_s: np.ndarray, down: np.ndarray = STRAI
     return supplied_mm3(trajectory, times_s, EDGES_MM, nozzle_mm=2.4, surface_mm=-16.0, down=down)
 
 
-def test_sealant_lands_under_the_nozzle_and_along_the_plumb_line():
-    """On a slope of 30 degrees gravity's part along the crack takes it downhill as it falls."""
+def test_sealant_falls_along_the_plumb_line_on_level_and_sloping_samples():
+    """On a slope of 30 degrees sealant lands over 5 mm downhill of the nozzle."""
     still = poured_in_the_middle(slot(40.0), 200.0, within_s=2.0)
     middle_mm, times_s = (EDGES_MM[1:] + EDGES_MM[:-1]) / 2, np.linspace(0.0, 3.0, 100)
     upright = landed(still, times_s).sum(axis=0)

@@ -1,4 +1,4 @@
-"""What paste holds by itself: a mound under the nozzle's last place."""
+"""The mound of paste under the nozzle's last position."""
 
 import numpy as np
 import pytest
@@ -16,8 +16,8 @@ def upright(cells: int = 600) -> Trapezoids:
     return sections_of(outline, solid, cells, reach_per_mm=1.0)
 
 
-def test_a_mound_is_as_high_as_paste_pushed_against_paste_and_its_flanks_are_a_slumps():
-    """4 tau / rho g on the nozzle's width; from there the square of its height falls by 2 tau / rho g a millimetre."""
+def test_a_mound_of_paste_has_the_closed_forms_height_and_flanks():
+    """It is 4 tau / rho g high under the nozzle; outside, the square of the height falls by 2 tau / rho g per mm."""
     sections = upright()
     rise_mm = mound_mm2(sections, 1e4, **UNDER) / 5.0
     assert rise_mm.max() == pytest.approx(4 * HELD_MM)

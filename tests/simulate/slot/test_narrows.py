@@ -1,4 +1,4 @@
-"""Narrow and divided places of a crack, which a section's mean does not show: how much they hold back, and where."""
+"""Constrictions of a crack that its mean sections do not show: how much sealant they hold back, and where."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ BLOCK_MM = (-10.0, -15.0, 50.0, 15.0)
 
 
 def stone(length_mm: float, width_mm: float, y_mm: float = 0.0, x_mm: float = 20.0) -> Floats:
-    """A clockwise ring: an octagon's finer kin if it is as long as wide, else a bar."""
+    """A clockwise ring: a polygon of 48 corners if it is as long as wide, else a bar."""
     turn = -np.linspace(0.0, 2 * np.pi, 49)[:-1] if length_mm == width_mm else -np.pi * (np.arange(4) / 2 + 0.25)
     ring = np.column_stack([np.cos(turn), np.sin(turn)])
     return [x_mm, y_mm] + ring / np.ptp(ring, axis=0) * [length_mm, width_mm]
@@ -69,7 +69,7 @@ def judged(crack: tuple[Solid, Outline], stress_pa: float = 5.0, fill: float = 0
     ],
     ids=["closing stone", "stone aside", "dam", "wall with a slit", "bar in a mesh"],
 )
-def test_what_holds_back_more_than_sections_have_is_unfit_and_its_place_is_named(crack, place_mm):
+def test_a_crack_with_a_hidden_constriction_is_unfit_for_the_fast_model(crack, place_mm):
     fitness = judged(crack())
     assert any("support a step" in why.text or "close the crack" in why.text for why in fitness.unfit)
     if place_mm is not None:
@@ -77,7 +77,7 @@ def test_what_holds_back_more_than_sections_have_is_unfit_and_its_place_is_named
         assert f"s = {fitness.narrowest_mm:.1f} mm" in str(fitness.unfit)
 
 
-def test_a_liquid_is_slowed_by_a_stone_that_closes_the_crack():
+def test_a_stone_that_nearly_closes_the_crack_slows_a_liquid():
     assert "slow the flow" in str(judged(slot_with(stone(5.97, 5.97)), stress_pa=0.0).unfit)
     assert judged(slot_with(stone(3.0, 3.0)), stress_pa=0.0).unfit == ()
 
@@ -90,13 +90,13 @@ FIT = {
     "pinched": lambda: built(pinched_crack(0, neck_mm=1.0)),
     "oblique": lambda: built(oblique_slot(6.0), stone(0.6, 0.6, 20.0, 80.0)),
     "mesh": lambda: imported(),
-    "slot beside a mesh's": lambda: imported(box((-2.0, -15.0, -8.0), (-1.0, 15.0, 1.0))),
+    "mesh with a second slot": lambda: imported(box((-2.0, -15.0, -8.0), (-1.0, 15.0, 1.0))),
 }
 
 
 @pytest.mark.parametrize("crack", FIT.values(), ids=FIT)
-def test_what_sections_have_is_fit(crack):
-    """At a slope of 0.45, the steepest that the model has, the step would be a third of what is allowed."""
+def test_a_crack_that_sections_describe_is_fit_for_the_fast_model(crack):
+    """At a slope of 0.45, the model's steepest, the step would be a third of the allowed step."""
     solid, outline = crack()
     sections = sections_of(outline, solid, 60, reach_per_mm=0.0)
     for fill in (0.2, 0.5, 0.9):
@@ -106,8 +106,8 @@ def test_what_sections_have_is_fit(crack):
     assert goes_on(outline, solid) is None
 
 
-def test_a_cavity_that_goes_on_under_the_face_is_unfit():
-    """As under a roof, at which the mouth ends; also if it is 3 % of the volume, which sections may leave out."""
+def test_a_cavity_that_continues_under_the_face_is_unfit_for_the_fast_model():
+    """The mouth ends at a roof. Even 3 % of the volume is too much there, although sections may leave out 5 %."""
     fitness = judged(imported(box((39.0, -3.0, -12.0), (48.0, 3.0, -3.0))))
     assert fitness.goes_on_mm == pytest.approx(LENGTH_MM)
     assert [why.key for why in fitness.unfit] == ["unfit.left-out", "unfit.goes-on"]

@@ -1,4 +1,4 @@
-"""A run of the fast model with a trial's settings: its record, its domain, what it refuses, and ways to call it."""
+"""A run of the fast model with a trial's settings: its domain, its refusals and its callers."""
 
 from dataclasses import replace
 from typing import Any
@@ -34,7 +34,7 @@ def poured(volume_ml: float = 1.2, solver: Solver = FAST, **fluid: Any) -> tuple
         ({"volume_ml": 1.6, "yield_stress_pa": 11.0}, "above-face"),
     ],
 )
-def test_a_case_outside_the_domain_says_why(change: dict[str, Any], key: str):
+def test_a_case_outside_the_fast_models_domain_is_unfit_with_a_reason(change: dict[str, Any], key: str):
     run, profile = poured(**change)
     assert f"unfit.{key}" in [why.key for why in run.unfit]
     assert run.fast_fill is not None
@@ -44,8 +44,8 @@ def test_a_case_outside_the_domain_says_why(change: dict[str, Any], key: str):
 
 
 @pytest.mark.parametrize(("room", "fit"), [(1.04, True), (1.06, False), (0.94, False)])
-def test_a_crack_with_room_that_sections_leave_out_is_outside(room: float, fit: bool):
-    """Such as side cracks, or closed tips of walls that open downward; 5 % are allowed."""
+def test_a_cavity_more_than_5_percent_off_its_sections_is_unfit(room: float, fit: bool):
+    """Side cracks, or closed tips of walls that widen downward, make such a difference."""
     solid, outline = slot(40.0)
     roomy = replace(solid, cavity_volume_mm3=room * solid.cavity_volume_mm3)
     fitness = fitness_of(roomy, outline, path(outline, 1.2, trim_mm=6.0), HerschelBulkley(1690.0, 4.0, 0.3))
@@ -70,11 +70,11 @@ FIELDS: dict[str, tuple[dict[str, Any], Any]] = {
     "yield_stress_most_pa": ({}, 20.0),
     "freeze_after_s": ({}, 2.0),
 }
-"""For each setting of a fluid, but a material, which gives others: settings beside it, and a value with a meaning."""
+"""For each setting of a fluid except material: the settings beside it, and a value that changes the run."""
 
 
 @pytest.mark.parametrize("name", sorted(Fluid.model_fields.keys() - {"material"}))
-def test_no_setting_of_a_fluid_is_left_out_in_silence(name: str):
+def test_the_fast_model_uses_or_refuses_every_setting_of_a_fluid(name: str):
     beside, value = FIELDS[name]
     if name not in READ:
         with pytest.raises(InputError, match=rf"fluid\.{'curve' if name == 'cooling' else name}: "):
@@ -93,18 +93,18 @@ def test_no_setting_of_a_fluid_is_left_out_in_silence(name: str):
         ({"viscosity_pa_s": None, "U": 30.0, "yield_stress_pa": 0.0}, {}, r"fluid\.U is 30: .* fluid\.viscosity_pa_s"),
     ],
 )
-def test_sealant_that_the_fast_model_does_not_have_is_refused(change, solver, says):
+def test_a_sealant_that_the_fast_model_cannot_compute_is_refused(change, solver, says):
     with pytest.raises(InputError, match=says):
         poured(**change, solver=FAST.model_copy(update=solver))
 
 
-def test_u_counts_as_the_viscosity_that_it_amounts_to():
-    """U = 30 is 32.2 mm2/s in the paper's frame, at 320 mm3/s; frames go with the flow, here 1200 mm3 in 7 s."""
+def test_the_viscosity_weight_u_is_converted_to_its_equivalent_viscosity():
+    """U = 30 is 32.2 mm2/s at the paper's flow of 320 mm3/s, and proportional to the flow, here 1200 mm3 in 7 s."""
     run, _ = poured(viscosity_pa_s=None, U=30.0)
     assert run.health.viscosity_m2_s == pytest.approx(32.2e-6 * 1200 / 7 / 320, rel=0.02)
 
 
-def test_particles_are_not_run_in_its_place():
+def test_the_particle_solver_refuses_a_trial_for_the_fast_model():
     crack = slot(40.0)
     fluid = Fluid(viscosity_pa_s=0.3, freeze_after_s="never")
     with pytest.raises(InputError, match="only particles"):
@@ -116,8 +116,8 @@ def sample(volume_ml: float) -> Sample:
     return sample_of(crack, path(crack[1], volume_ml, trim_mm=6.0))
 
 
-def test_the_fast_model_fills_a_sample_that_does_not_lie_level_alone_and_in_a_study():
-    """Thin paste runs downhill, towards -x, where a rise of 6 degrees makes the level over a millimetre higher."""
+def test_the_fast_model_fills_the_low_end_of_a_sloping_sample_higher():
+    """With a gradient of 6 degrees thin paste runs towards -x, where its level is over 1 mm higher."""
     level = Pour(sample(1.2), (Fluid.model_validate(PASTE | {"yield_stress_pa": 1.0}),), FAST)
     sloped = replace(level, slope=SampleSlope(gradient_deg=6.0))
     _, bed = fill(level)

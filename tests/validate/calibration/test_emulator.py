@@ -1,4 +1,4 @@
-"""The emulator against scikit-learn's Gaussian process, and what it makes of profiles."""
+"""The emulator, compared with scikit-learn's Gaussian process, and its predictions of profiles."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ RELATIVE = np.exp(2 * POINTS[:, 0])  # Of the variance of each run's scatter
 
 def _oracle() -> Any:
     """scikit-learn's process with the same covariance and scatter."""
-    # Its docstrings, from which types are read, know no arrays.
+    # Its docstrings, from which types are inferred, name no arrays.
     shape: Any = Matern
     process: Any = GaussianProcessRegressor
     kernel = ConstantKernel(VARIANCE) * shape(length_scale=LENGTH, nu=2.5)
@@ -31,7 +31,7 @@ def _processes():
     return Processes.given(POINTS, SCORE[:, None], *numbers, RELATIVE)
 
 
-def test_a_prediction_is_that_of_scikit_learn():
+def test_predictions_of_the_emulator_agree_with_scikit_learn():
     new = RANDOM.random((5, 2))
     mean, variance = _processes().at(new)
     expected, deviation = _oracle().predict(new, return_std=True)
@@ -39,7 +39,7 @@ def test_a_prediction_is_that_of_scikit_learn():
     assert np.allclose(variance[:, 0], deviation**2, rtol=1e-7)
 
 
-def test_the_likelihood_is_that_of_scikit_learn_and_its_gradient_its_slope():
+def test_the_likelihood_agrees_with_scikit_learn_and_has_the_right_gradient():
     logs = np.log([*LENGTH, VARIANCE, NUGGET])
     value, gradient = minus_log_posterior(logs, POINTS, SCORE, RELATIVE)
     prior = (np.log(LENGTH) ** 2).sum() / np.log(FACTOR) ** 2 / 2
@@ -49,8 +49,8 @@ def test_the_likelihood_is_that_of_scikit_learn_and_its_gradient_its_slope():
     assert np.allclose(gradient, slope, atol=1e-4)
 
 
-def test_an_emulator_of_profiles_finds_the_profile_between_its_runs():
-    """Forty runs of a smooth function with scatter 0.05 mm: five components and it is known to about that."""
+def test_an_emulator_predicts_profiles_between_its_runs():
+    """After forty runs of a smooth function with a scatter of 0.05 mm, the error is below the scatter."""
     s = np.linspace(0, 1, 15)
 
     def level(points):
@@ -64,8 +64,8 @@ def test_an_emulator_of_profiles_finds_the_profile_between_its_runs():
     assert 0.03 < scatter < 0.08
 
 
-def test_the_scatter_of_runs_follows_the_settings():
-    """Four times the standard deviation at one end of a setting, and none of that by the other one."""
+def test_the_fitted_scatter_of_runs_varies_with_the_settings():
+    """The standard deviation grows fourfold along the first setting, and is constant along the second."""
     random = np.random.default_rng(5)
     points = random.random((40, 2))
     size_mm = 0.05 * 4 ** points[:, :1]

@@ -1,4 +1,4 @@
-"""The posterior against closed forms, and its gates."""
+"""The posterior, compared with closed forms, and the conditions for a calibration."""
 
 from dataclasses import replace
 from typing import Any
@@ -26,7 +26,7 @@ NOISE_MM = 0.2
 
 
 def _emulator(rest_mm2=0.0, slopes=(0.0, 0.0)):
-    """Levels that are linear in two settings, known almost without doubt."""
+    """Levels that are linear in two settings, with almost no uncertainty."""
     points = np.array([[x, y] for x in np.linspace(0, 1, 6) for y in np.linspace(0, 1, 6)])
     mean = np.full(STATIONS, -5.0)
     scores = points - 0.5
@@ -42,7 +42,7 @@ def _posterior(truth, *, frees=None, trials=1, off_mm: Any = 0.0, **scatter):
     return Posterior(frees, [_emulator(**scatter)] * trials, [evidence] * trials)
 
 
-def test_the_density_is_the_normal_one_of_the_whole_covariance():
+def test_the_posterior_density_is_normal_with_the_covariance_of_readings_and_runs():
     posterior = replace(_posterior((0.4, 0.6), rest_mm2=0.05, slopes=(2.0, -1.0)), smooth=False)
     points = np.array([[0.4, 0.6], [0.5, 0.5], [0.1, 0.9]])
     mean, variance = posterior.emulators[0].processes.at(points)
@@ -57,7 +57,7 @@ def test_the_density_is_the_normal_one_of_the_whole_covariance():
     assert np.isneginf(posterior.log_density(np.array([[1.1, 0.5]]))).all()
 
 
-def test_draws_have_the_spread_of_least_squares():
+def test_posterior_draws_have_the_mean_and_spread_of_least_squares():
     posterior = _posterior((0.4, 0.6))
     draws, mixing = posterior.draws(500, 600)
     covariance = np.linalg.inv(SLOPES @ SLOPES.T) * (INFLATED * NOISE_MM) ** 2
@@ -68,15 +68,15 @@ def test_draws_have_the_spread_of_least_squares():
     assert np.array_equal(draws, _posterior((0.4, 0.6)).draws(500, 600)[0])
 
 
-def test_a_measured_setting_keeps_its_measure_where_readings_say_less():
-    """Readings know the first to 0.05; a measurement to 0.005 is what counts."""
+def test_a_precisely_measured_setting_keeps_its_measured_value():
+    """The readings determine the first setting to 0.05, and its measurement to 0.005."""
     frees = [Free("fluid.a", 0.0, 1.0, (0.45, 0.005)), Free("fluid.b", 0.0, 1.0)]
     draws, _ = _posterior((0.4, 0.6), frees=frees).draws(500, 600)
     assert draws[:, 0].mean() == pytest.approx(0.45, abs=0.003)
     assert draws[:, 0].std() == pytest.approx(0.005, rel=0.25)
 
 
-def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
+def test_readings_unlike_all_simulated_shapes_cannot_be_reproduced_by_calibration():
     random = np.random.default_rng(0)
     points = random.random((20, 2))
     levels_mm = (points - 0.5) @ SLOPES + 0.05 * random.standard_normal((20, STATIONS))
@@ -87,7 +87,7 @@ def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
     other = reach_of(points, levels_mm, ReadLevels(S_MM, 2.0 * np.sin(S_MM), covariance))
     assert not other.possible
     assert other.residual_mm > 3 * other.noise_mm
-    # A shape that few runs have takes more components, and is no fault of the model.
+    # A shape that few runs have needs more components, and is possible.
     shapes = np.linalg.qr(random.standard_normal((STATIONS, STATIONS)))[0]
     points = np.zeros((40, 2))
     many_mm = random.standard_normal((40, 6)) * np.array([9, 8, 7, 6, 5, 0.6]) @ shapes[:6]
@@ -96,8 +96,8 @@ def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
     assert rare.components == 6
 
 
-def test_a_smooth_error_of_stated_size_widens_what_makes_its_shape():
-    """An error alike at all stations is one that the setting of the mean makes; one of a station by itself is not."""
+def test_allowing_for_a_smooth_error_widens_a_setting_with_that_effect():
+    """The first setting changes the mean level, as does an error that is the same at all stations."""
     exact = _posterior((0.4, 0.6))
     smooth_mm2 = smooth_errors_mm2(S_MM, (S_MM[0], S_MM[-1]))
     assert smooth_mm2.diagonal().min() > COMMON_MM**2
@@ -106,7 +106,7 @@ def test_a_smooth_error_of_stated_size_widens_what_makes_its_shape():
     allowed = replace(exact, evidence=evidence)
     falls, exact_falls = (-np.diff(case.log_density(points))[0] for case in (allowed, exact))
     assert 0 < falls < 0.2 * exact_falls
-    # Neither the search nor the judgement of what is possible makes allowance for it.
+    # Neither the search nor the implausibility allows for this error.
     assert replace(allowed, smooth=False).log_density(points) == pytest.approx(exact.log_density(points))
     assert allowed.implausibility(points) == pytest.approx(exact.implausibility(points))
 
@@ -115,14 +115,14 @@ FREES = [Free("fluid.yield_stress_pa", 3.0, 60.0), Free("fluid.viscosity_pa_s", 
 
 
 def _draws():
-    """Of the first two only the sum is known, and of the third nothing."""
+    """Draws that determine only the sum of the first two settings, and nothing of the third."""
     random = np.random.default_rng(1)
     along = random.uniform(0.2, 0.8, 4000)
     sum_is_1 = 1 - along + 0.01 * random.standard_normal(4000)
     return np.column_stack([along, sum_is_1, random.random(4000)])
 
 
-def test_what_was_known_beforehand_is_flat_or_normal_in_the_setting():
+def test_the_prior_of_a_setting_is_flat_or_if_measured_normal():
     assert FREES[2].prior == pytest.approx((0.9, np.sqrt(1 / 12)), rel=1e-3)
     measured = Free("path.fill", 0.9, 1.1, (1.0, 0.01))
     assert measured.prior == pytest.approx((2 * 1.645 * 0.05, 0.05), rel=2e-3)
@@ -133,7 +133,7 @@ def test_what_was_known_beforehand_is_flat_or_normal_in_the_setting():
     assert mean == pytest.approx(20.0, rel=1e-3)
 
 
-def test_the_sum_is_the_combination_that_is_determined():
+def test_the_best_determined_combination_of_two_settings_is_their_sum():
     best, *_, worst = combinations_of(FREES, _draws())
     assert np.abs(best.parts) == pytest.approx([np.sqrt(0.5), np.sqrt(0.5), 0], abs=0.02)
     assert best.parts[0] * best.parts[1] > 0
@@ -142,7 +142,7 @@ def test_the_sum_is_the_combination_that_is_determined():
     assert best.said(FREES) in ("0.7 ln yield stress + 0.7 ln viscosity", "0.7 ln viscosity + 0.7 ln yield stress")
 
 
-def test_two_settings_that_stand_for_each_other_are_named():
+def test_two_confounded_settings_are_named_with_their_correlation():
     ((a, b, together),) = confounded_pairs(FREES, _draws())
     assert (a.name, b.name) == ("fluid.yield_stress_pa", "fluid.viscosity_pa_s")
     assert together < -0.95

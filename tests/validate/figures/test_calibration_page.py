@@ -1,4 +1,4 @@
-"""The page of a calibration says what the calibration is and is not."""
+"""The page of a calibration: its results and their limits."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def _calibrated(**changes):
     return replace(made, **changes)
 
 
-def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated(tmp_path):
+def test_the_page_lists_identified_settings_and_marks_emulated_readings(tmp_path):
     names = write_page(tmp_path / "page.html", calibration_page(_calibrated()))
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "EMULATED" in page
@@ -56,14 +56,14 @@ def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated
 @pytest.mark.parametrize(
     ("drafts", "lead"), [((37, 37), ", with 74 drafts"), ((37, 0), ", with 37 drafts"), ((0, 0), ", for")]
 )
-def test_drafts_are_counted_for_the_trials_that_have_them(drafts, lead):
+def test_the_page_states_the_number_of_drafts_of_all_trials(drafts, lead):
     trials = {"reaches": (("one", REACH), ("own preset", REACH)), "run_noise_mm": (0.15, 0.15), "radius_mm": (0.8, 0.4)}
     assert calibration_page(_calibrated(drafts=drafts, **trials)).lead.startswith(f"40 runs of each trial{lead}")
 
 
-def test_a_prediction_that_few_readings_meet_is_a_caution():
+def test_a_prediction_that_misses_many_readings_gives_a_caution():
     (prediction,) = _calibrated().predictions
-    # Of eight stations 20 mm of crack away the line is off by more than the band.
+    # Stations beyond 20 mm are off by more than the band.
     assert prediction.held == np.mean(np.abs(0.1 + 0.02 * S_MM) <= 0.5)
     narrow = replace(prediction, half_mm=np.full(8, 0.3))
     assert any("does not fit this trial" in text for text in _calibrated(predictions=(narrow,)).cautions)
@@ -71,7 +71,7 @@ def test_a_prediction_that_few_readings_meet_is_a_caution():
     assert not any("does not fit this trial" in text for text in _calibrated(predictions=(same,)).cautions)
 
 
-def test_without_a_posterior_the_page_says_why_and_gives_no_number():
+def test_a_page_without_a_posterior_gives_the_reason_and_no_figures():
     reaches = (("one", BasisReach(0.6, 0.2, False, 10)),)
     impossible = _calibrated(draws=None, predictions=(), reaches=reaches, least_implausibility=1.4)
     sheet = calibration_page(impossible)
@@ -81,8 +81,8 @@ def test_without_a_posterior_the_page_says_why_and_gives_no_number():
     assert [part.title for part in sheet.sections] == ["Gates"]
 
 
-def test_the_band_of_a_held_out_trial_holds_a_further_run_as_often_as_it_says():
-    """Twelve runs and a thirteenth of the same scatter, read with an error: 95 % of 4,000 stations, to 1.5 %."""
+def test_the_95_percent_band_contains_95_percent_of_further_runs():
+    """The band of twelve runs is compared with a thirteenth, read with an error, at 4,000 stations; to 1.5 %."""
     random = np.random.default_rng(5)
     levels_mm = 0.3 * random.standard_normal((13, 4000))
     read = ReadLevels(np.arange(4000.0), np.zeros(4000), 0.2**2 * np.eye(4000))

@@ -1,4 +1,4 @@
-"""The nearest pair, and which others come as near."""
+"""The pair of settings that is nearest to the readings, and the pairs that fit equally well."""
 
 import re
 from dataclasses import replace
@@ -24,8 +24,8 @@ def compare(runs, readings):
     return tuple(hold(run, readings, axes) for run in runs), axes
 
 
-def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
-    """Exact: 1e-9 is rounding over 400 pieces."""
+def test_a_constant_offset_of_the_level_is_its_mean_error_and_its_bias():
+    """The tolerance of 1e-9 mm is rounding over 400 pieces."""
     chart = make_chart()
     expected = [error_mm(*run.values) for run in chart.runs]
     assert [run.mean_error_mm for run in chart.runs] == pytest.approx(expected, abs=1e-9)
@@ -41,12 +41,12 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
         (0.5, 0.0, {BEST}),
         # Two runs of 0.05 mm scatter each differ by 0.07 times 1.96 mm in 95 of 100 cases.
         (0.1, 0.05, {(30.0, d_cm) for d_cm in D_CM if error_mm(30.0, d_cm) - 0.5 < 0.139}),
-        # With 5 mm nothing could be told apart; the nearest is 0.5 mm off, and 0.67 mm are a third more.
+        # With 5 mm no two pairs differ; the limit is a third more than the nearest's error of 0.5 mm.
         (0.1, 5.0, {(u, d_cm) for u in U for d_cm in D_CM if error_mm(u, d_cm) <= 0.5 * 4 / 3}),
     ],
 )
-def test_pairs_are_as_near_as_the_doubts_of_readings_and_runs_allow(readings_mm, runs_mm, near):
-    """All runs stand too high, so an error of the readings moves all of them alike and hides no difference."""
+def test_pairs_within_the_uncertainty_of_readings_and_runs_fit_equally_well(readings_mm, runs_mm, near):
+    """All runs are too high, so an error of the readings changes all of their errors equally."""
     readings = make_readings(scatter_mm=readings_mm)
     compared, _ = compare(make_runs(), readings)
     alike = as_near_as_the_best(compared, readings, make_budget(readings), runs_mm)
@@ -54,7 +54,7 @@ def test_pairs_are_as_near_as_the_doubts_of_readings_and_runs_allow(readings_mm,
     assert 0 < len(near) < len(compared)
 
 
-def test_what_fits_equally_well_is_named_with_its_values_and_their_scatter():
+def test_pairs_that_fit_equally_well_are_named_with_the_scatter_of_runs():
     chart = make_chart()
     assert "fit equally well: U = 30 and D from 0.01 to 3 cm" in chart.flatness
     assert "0.10 mm (one standard deviation, 1 pair repeated, 4 degrees of freedom)" in chart.flatness
@@ -64,8 +64,8 @@ def test_what_fits_equally_well_is_named_with_its_values_and_their_scatter():
     assert chart.exclusion == "All 39 runs of the study are ranked."
 
 
-def test_replicates_are_runs_of_a_pair_with_other_seeds():
-    """Errors of 0.5 and 0.7 mm, and of 1.0, 1.1 and 1.2: squares of 0.02 and 0.02, over one and two degrees."""
+def test_runs_of_one_pair_with_other_seeds_count_as_replicates():
+    """Errors are 0.5 and 0.7 mm, and 1.0, 1.1 and 1.2 mm: sums of squares of 0.02 each, over 3 degrees of freedom."""
     once, twice, third = make_chart().runs[:3]
     again = [_with_error(run, mm) for run, errors in ((once, (0.5, 0.7)), (twice, (1.0, 1.1, 1.2))) for mm in errors]
     firsts, replicates = first_of_each_pair([*again, third])
@@ -74,10 +74,10 @@ def test_replicates_are_runs_of_a_pair_with_other_seeds():
     assert first_of_each_pair(make_chart().runs)[1] is None
 
 
-def test_copies_of_a_run_are_no_replicates():
+def test_copies_of_a_run_are_refused_as_replicates():
     """Broken on purpose, without the refusal, single runs scatter by 0.00 mm and no other pair is as near.
 
-    Of the fast model, which no seed changes, nothing is said of a scatter.
+    The fast model has no scatter, since no seed changes it.
     """
     first, other = make_chart().runs[:2]
     copies = [first, replace(first, number=9, settings={**first.settings, "seed": 1}), other]
@@ -91,7 +91,7 @@ def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
     return replace(run, mean_error_mm=error_mm, profile=replace(run.profile, level_mm=level_mm))
 
 
-def test_chosen_runs_span_the_map_and_hold_the_best():
+def test_the_chosen_runs_include_the_corners_of_the_map_and_the_best():
     chart = make_chart()
     places = {run.values for run in chosen_few(chart)}
     assert {(U[0], D_CM[0]), (U[-1], D_CM[0]), (U[0], D_CM[-1]), (U[-1], D_CM[-1]), BEST} <= places
@@ -112,13 +112,13 @@ def rows(*pairs: Any, names: tuple[str, str] = ("fluid.U", "fluid.D_cm")) -> lis
         ([{"a.x": x, "a.y": y, "a.z": z} for x, y, z in ((1, 1, 1), (2, 2, 2), (1, 2, 3))], "3 vary: a.x, a.y, a.z"),
     ],
 )
-def test_what_cannot_be_mapped_is_refused_in_a_sentence(settings, words):
+def test_settings_that_do_not_form_a_map_are_refused_in_one_sentence(settings, words):
     with pytest.raises(InputError, match=rf"^[^\n]*{re.escape(words)}[^\n]*$"):
         axes_of(settings)
 
 
-def test_draws_are_no_grid():
-    """A line through values that one run each has would show noise as an influence."""
+def test_random_draws_of_settings_do_not_count_as_a_grid():
+    """A line through values with one run each would show noise as an influence."""
     across, _ = axes_of(rows(*[(value, 7 * value % 12) for value in range(12)]))
     assert not across.is_graded(runs=12)
     assert axes_of(rows(*[(first, other) for first in range(6) for other in range(2)]))[0].is_graded(runs=12)

@@ -1,4 +1,4 @@
-"""The page of runs side by side."""
+"""The page that compares several runs."""
 
 from dataclasses import replace
 from typing import Any
@@ -10,16 +10,16 @@ from tests.support.comparison_sides import compared, side
 from validate.figures.compare_page import SAME_MM, compare_page, first_with_readings, nearest
 
 
-def test_what_one_run_was_tuned_on_is_held_out_from_none():
-    """Whoever set the role: the same numbers were seen."""
+def test_readings_that_were_used_to_calibrate_another_run_give_a_caution():
+    """The declared role does not matter, since the numbers are the same."""
     tuned = replace(side("a", 0.5), comparison=compared(role="calibrated-on"))
     (caution,) = compare_page([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions
     assert "the readings of run 2 were used to calibrate run 1." in caution
 
 
 @pytest.mark.parametrize("marred", [{"volume_ratio": 1.051}, {"edited": ["profile.csv"]}], ids=["volume", "edited"])
-def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
-    """It is the nearer one of the two; it is neither the nearest nor in the mean over held-out trials."""
+def test_a_run_with_a_wrong_volume_or_edited_files_is_not_ranked(marred):
+    """It has the smaller error of the two, but is not called nearest and not in the mean over held-out trials."""
     unsound = replace(side("b", 0.2), comparison=compared(mean_error_mm=0.2), **marred)
     sheet = compare_page([side("a", 0.5), unsound])
     assert "Run 1 is nearest" in sheet.finding
@@ -41,8 +41,8 @@ def held_out_words(sheet):
 NEAR = compared(mean_error_mm=0.2)
 
 
-def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():
-    """Copied in inches and back they move by rounding; taken again, by more than a caliper's last digit."""
+def test_equal_numbers_from_another_sheet_count_as_the_same_readings():
+    """A copy in inches differs by rounding; repeated readings differ by more than a caliper's last digit."""
     run: Any = side("a", 0.1)
     in_inches_mm = np.round(run.readings.level_mm / 25.4, 4) * 25.4
     copied = replace(run, readings=replace(run.readings, level_mm=in_inches_mm, source="inches.xlsx", repeats_mm=None))
@@ -55,7 +55,7 @@ def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():
     assert first_with_readings([run, bare, copied, again, fewer, run]) == [0, None, 0, 3, 4, 0]
 
 
-def test_no_run_is_called_nearest_over_different_readings():
+def test_no_run_is_called_nearest_if_the_readings_differ():
     near = replace(side("b", 0.2), comparison=NEAR)
     bare = replace(near, readings=None, comparison=None)
     assert nearest([bare, side("a", 0.5), near]) == 2

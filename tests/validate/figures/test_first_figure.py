@@ -1,4 +1,4 @@
-"""The figure of the first page: one axis along the crack, errors at readings, and a section of the solid itself."""
+"""The figure of the first page: one axis along the crack, errors at the readings, and a section of the solid."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +19,7 @@ from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
 
 
-def test_all_rows_have_the_crack_as_their_axis_and_errors_are_bars_at_the_readings(evidence):
+def test_all_rows_share_the_axis_along_the_crack_and_errors_are_bars(evidence):
     shown = first_figure(evidence)
     for layout, rows in ((WIDE, 4), (NARROW, 3)):
         axes = shown.draw(layout).axes
@@ -33,8 +33,8 @@ def test_all_rows_have_the_crack_as_their_axis_and_errors_are_bars_at_the_readin
     assert len(first_figure(alone).draw(NARROW).axes) == 2
 
 
-def test_the_strip_shows_the_largest_error_between_readings_and_the_band_of_all(evidence):
-    """Broken on purpose, the limits of the strip follow the errors at the readings alone, and cut the largest."""
+def test_the_error_strip_shows_the_largest_error_even_between_readings(evidence):
+    """Broken on purpose, with limits from the errors at the readings alone, the largest error is cut off."""
     low = np.where(np.abs(evidence.profile.s_mm - 12.5) < 1.0, -6.0, 0.0)
     profile = replace(evidence.profile, level_mm=evidence.profile.level_mm + low)
     settings = Readings(file=Path("caliper.csv"), data="measured", role="held-out")
@@ -48,8 +48,8 @@ def test_the_strip_shows_the_largest_error_between_readings_and_the_band_of_all(
     assert any(top_mm == pytest.approx(half_mm) for top_mm in tops_mm)
 
 
-def test_the_mean_of_several_runs_has_the_band_of_one_more(evidence, tmp_path):
-    """Not beside a prediction, whose band includes the scatter."""
+def test_the_mean_of_several_runs_has_the_band_of_a_further_run(evidence, tmp_path):
+    """A prediction is drawn without this band, since its own band includes the scatter."""
     alone = replace(evidence, readings=None, comparison=None, seeds=SEEDS)
     axes = first_figure(alone).draw(NARROW).axes[1]
     (band,) = [each for each in axes.collections if each.get_label() == "one further run, 19 of 20 places"]
@@ -70,8 +70,8 @@ def test_the_mean_of_several_runs_has_the_band_of_one_more(evidence, tmp_path):
     assert "means of 3 simulated levels" in first_caption(predicted)
 
 
-def test_the_section_leans_as_the_solid_seen_along_the_path(evidence):
-    """Broken on purpose: a section drawn from the wall's angle alone leaned to the left."""
+def test_the_drawn_section_leans_to_the_same_side_as_the_solid(evidence):
+    """Broken on purpose, a section drawn from the wall's angle alone leans to the left."""
     shape = CrackShape(depth_mm=10.0, tilt="lean", wall_angle_deg=20.0, lean_to="right")
     shown = first_figure(replace(evidence, solid=build_solid(evidence.outline, shape)))
     section = shown.draw(WIDE).axes[-1]

@@ -1,4 +1,4 @@
-"""The curves show the numbers that they are made of, every axis with its unit."""
+"""Curves of levels and of errors, compared with the numbers that they show."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def curve(figure, label: str):
     return next(line for line in axes.lines if str(line.get_label()).startswith(label))
 
 
-def test_levels_are_those_of_simulation_means_and_every_reading(drawn, evidence):
+def test_the_figure_of_levels_shows_simulation_means_and_every_reading(drawn, evidence):
     figure = drawn["levels"]
     assert np.array_equal(heights(curve(figure, "simulated")), evidence.profile.level_mm)
     assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
@@ -39,7 +39,7 @@ def test_levels_are_those_of_simulation_means_and_every_reading(drawn, evidence)
     assert np.sort(marks_mm) == pytest.approx(np.sort(evidence.readings.repeats_mm.ravel()))
 
 
-def test_the_distribution_of_an_error_that_grows_evenly_is_a_straight_line(evidence):
+def test_the_distribution_of_a_linearly_growing_error_is_a_straight_line(evidence):
     readings, profile = evidence.readings, evidence.profile
     s_mm = np.array([readings.s_mm[0], readings.s_mm[-1]])
     measured = replace(readings, s_mm=s_mm, level_mm=np.array([-1.0, -1.0]), repeats_mm=None)

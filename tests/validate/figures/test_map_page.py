@@ -1,4 +1,4 @@
-"""The page of a study: whole in itself, escaped, its numbers beside it."""
+"""The page of a study: self-contained, with escaped names and its numbers in CSV files."""
 
 import csv
 import re
@@ -12,8 +12,8 @@ from validate.figures.page import write_page
 HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
 
 
-def test_a_map_is_one_page_with_a_file_for_each_figure_and_its_names_are_text(tmp_path):
-    """Nothing is loaded from anywhere; every figure has words for who does not see it."""
+def test_a_map_page_is_self_contained_and_shows_names_as_plain_text(tmp_path):
+    """Nothing is loaded from other places, and every figure has a text alternative and a file."""
     hostile = make_chart((Excluded(36, {"fluid.U": "=2+2"}, Fact("failed", HOSTILE)),), name=HOSTILE)
     folder, written = tmp_path, write_page(tmp_path / "map.html", map_page(hostile, ()))
     page = (folder / "map.html").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The fill at moments of a run: what is drawn lies where it should, in colours that mean the same."""
+"""Pictures of the fill during a run: positions, colours, layouts and films."""
 
 from dataclasses import replace
 
@@ -23,8 +23,8 @@ from validate.figures.snapshots import (
 from validate.figures.theme import as_picture, wide_figure
 
 
-def test_the_fill_shows_every_moment_by_speed_or_by_age_on_a_common_scale(scene, frames):
-    """One scale for all moments, or they could not be compared."""
+def test_frames_of_the_fill_are_coloured_on_a_common_scale(scene, frames):
+    """Speed has a fixed scale, and age the scale of all frames, so that frames can be compared."""
     by_speed = draw_fill(frames, scene)
     draw_sections(by_age := wide_figure(2.0), [[(scene, frame) for frame in frames]], "age")
     assert axes_of(by_speed)[0].get_title(loc="left") == "t = 0.50 s"
@@ -41,15 +41,14 @@ def test_the_fill_shows_every_moment_by_speed_or_by_age_on_a_common_scale(scene,
             assert limits in (discs.norm, discs.get_clim())
 
 
-def test_the_nozzle_stands_where_it_is_then_and_many_moments_are_thinned_to_a_page(scene, evidence, frames):
-    """It is gone after its path."""
+def test_the_nozzle_is_drawn_only_during_its_path_and_a_page_has_eight_frames(scene, evidence, frames):
     path = evidence.trajectory
     assert scene.nozzle_mm(float(path.t_s[0])) == pytest.approx(path.position_mm[0])
     assert scene.nozzle_mm(float(path.t_s[-1]) + 1.0) is None
     assert len(axes_of(draw_fill(frames * 7, scene))) == 8 + 1
 
 
-def test_snapshots_of_one_run_have_one_layout(scene, frames, tmp_path, monkeypatch):
+def test_all_snapshots_of_a_run_share_one_layout(scene, frames, tmp_path, monkeypatch):
     laid_out = list[str]()
 
     def written(_, name, figure):
@@ -66,7 +65,7 @@ def test_snapshots_of_one_run_have_one_layout(scene, frames, tmp_path, monkeypat
     assert laid_out == [last]
 
 
-def test_a_snapshot_shows_nothing_of_the_one_before(scene, frames):
+def test_a_snapshot_shows_nothing_of_the_previous_snapshot(scene, frames):
     snapshot = Snapshot(scene)
     snapshot.draw(frames[-1])
     once, after = Snapshot(scene).draw(frames[0]), snapshot.draw(frames[0])
@@ -75,15 +74,15 @@ def test_a_snapshot_shows_nothing_of_the_one_before(scene, frames):
     assert as_picture(once, 50).tobytes() == as_picture(after, 50).tobytes()
 
 
-def test_health_shows_per_cent_and_the_zero_of_what_must_stay_zero(health):
+def test_the_figure_of_health_shows_compression_in_percent_and_losses_from_zero(health):
     compression, _, lost, *_ = axes_of(draw_health(health))
     assert np.nanmax(np.asarray(compression.lines[0].get_ydata(), float)) == pytest.approx(3.0)
     assert compression.get_ylabel() == "compression (%)"
     assert lost.get_ylim() == (0.0, 1.0)
 
 
-def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path, monkeypatch):
-    """In the run's own time, where players can show that: 6.5 s between two frames are shown as one."""
+def test_a_gif_shows_each_frame_for_its_duration_in_the_run(scene, frames, tmp_path, monkeypatch):
+    """A gap of 6.5 s between two frames is shortened to 1 s."""
     monkeypatch.setattr("validate.figures.snapshots.FILM_IN", (4.0, 5.0))
     timed = [replace(frame, t_s=t_s) for frame, t_s in zip(frames, (0.5, 0.6, 7.1), strict=True)]
     numbers = list[int]()
@@ -95,12 +94,12 @@ def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path,
         ]
     assert [duration for duration, _ in pictures] == [100, 1000, 1500]
     painted = np.asarray(as_picture(Snapshot(scene, film=True).draw(timed[1]), FILM_DPI), dtype=int)
-    # 128 colours for all: neighbours on the scales become one.
+    # All frames share 128 colours, so that similar colours become equal.
     assert np.abs(pictures[1][1] - painted).mean() < 2.0
     assert np.abs(pictures[1][1] - pictures[0][1]).mean() > 4.0
 
 
-def test_a_film_that_cannot_be_made_is_one_sentence_and_no_file(scene, frames, tmp_path):
+def test_an_impossible_film_is_refused_and_leaves_no_file(scene, frames, tmp_path):
     for name, shown, words in (("fill.mp4", frames, r"\.gif"), ("fill.gif", frames[:1], "needs two frames")):
         with pytest.raises(InputError, match=words):
             write_film(tmp_path / name, [f.t_s for f in shown], lambda number: frames[number], scene, lambda _: None)

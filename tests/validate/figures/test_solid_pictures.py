@@ -1,4 +1,4 @@
-"""Pictures to scale, in the right hand, of the particles that are there."""
+"""Pictures of a solid and its particles: to scale, not mirrored, and with hidden parts hidden."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ from tests.support.evidence import axes_of, heights
 from validate.figures.solid_pictures import draw_top_view, render
 
 
-def test_the_top_view_is_not_mirrored_and_walls_end_where_the_sample_does(evidence):
-    """A station's wall past an open end is traced, and lies beside the face."""
+def test_the_top_view_is_not_mirrored_and_walls_are_clipped_to_the_sample(evidence):
+    """Walls are traced past an open end and would be drawn beyond the face."""
     figure = draw_top_view(evidence.run, evidence.outline, evidence.solid, evidence.trajectory)
     axes, bar = axes_of(figure)
     left, right, path = axes.lines[:3]
@@ -30,14 +30,14 @@ def square_at(z: float, half: float):
 
 
 def stacked(low_first: bool):
-    """A small red square_at over a large green one."""
+    """A small red square over a large green square."""
     (low, faces), (high, _) = square_at(0.0, 2.0), square_at(1.0, 1.0)
     vertices = np.vstack([low, high] if low_first else [high, low])
     colour = np.array([GREEN, GREEN, RED, RED] if low_first else [RED, RED, GREEN, GREEN])
     return vertices, np.vstack([faces, faces + 4]), colour
 
 
-def test_the_nearer_plate_hides_the_farther_in_any_order():
+def test_the_nearer_plate_hides_the_farther_plate_in_any_order_of_faces():
     for low_first in (True, False):
         picture = render(*stacked(low_first), azimuth_deg=0, elevation_deg=90, width_px=80)
         assert picture.shape == (80, 80, 4)
@@ -47,8 +47,8 @@ def test_the_nearer_plate_hides_the_farther_in_any_order():
         assert abs(share - 0.25) < 0.01
 
 
-def test_the_view_turns_with_the_viewer_and_up_is_up():
-    """Looking along +y, x is to the right and +y is up; turned by 180 degrees, x is to the left. No mirror."""
+def test_the_rendered_view_is_upright_and_not_mirrored():
+    """Looking along +y, x is to the right and +y is up; turned by 180 degrees, x is to the left."""
     near, faces = square_at(0.0, 1.0)
     both, colour = np.vstack([faces, faces + 4]), np.array([RED, RED, GREEN, GREEN])
     aside, beyond = (np.vstack([near, near + np.array(by)]) for by in ((4.0, 0.0, 0.0), (0.0, 4.0, 0.0)))

@@ -11,9 +11,9 @@ from validate.figures.theme import AIR, as_svg, in_page
 
 
 def test_the_air_around_sealant_stays_light_on_a_dark_page(scene, frames, evidence):
-    """Every panel with particles has a ground of its own, whose colour is none of those that follow the page.
+    """Every panel with particles has a background whose colour does not follow the page.
 
-    Broken on purpose with the figure saved as transparent, which takes the grounds of its panels too, there are none.
+    Broken on purpose with the figure saved as transparent, the panels lose their backgrounds too.
     """
     side = draw_side_view(evidence.run, evidence.outline, evidence.solid, evidence.profile)
     assert len(re.findall(f'fill: {AIR}"', in_page(as_svg(side, "side", 20), "side"))) == 1

@@ -1,4 +1,4 @@
-"""The fill in 3-D: what a page is given is the mesh, and its still shows the same side."""
+"""The rotatable 3-D view of a fill: its packed mesh, its still picture and the surface of the sealant."""
 
 import base64
 import json
@@ -17,8 +17,8 @@ def turntable(evidence):
     return build_turntable(evidence.run, evidence.solid)
 
 
-def test_the_packed_mesh_is_the_mesh(turntable):
-    """To half a step of 16 bits, a byte of colour, and a byte of normal."""
+def test_the_packed_mesh_equals_the_mesh_up_to_rounding(turntable):
+    """Positions are rounded to 16 bits, colours and normals to bytes."""
     packed = json.loads(turntable.packed())
     kind = np.dtype([("place", "<u2", 3), ("normal", "i1", 3), ("colour", "u1", 3)])
     assert kind.itemsize == 12
@@ -31,8 +31,8 @@ def test_the_packed_mesh_is_the_mesh(turntable):
     assert (faces == turntable.faces).all()
 
 
-def test_a_scan_with_many_facets_is_carried_coarser(evidence):
-    """Each facet in 4096: 16 bits must number all corners, and walls stay where they are to a fiftieth of a width."""
+def test_a_scan_with_too_many_facets_is_simplified(evidence):
+    """Each facet is divided into 4,096. 16 bits must number all corners, and the bounds move by under 0.1 mm."""
     solid = evidence.solid
     vertices_mm, faces, label = solid.vertices_mm, solid.faces, solid.face_label
     for _ in range(6):
@@ -53,8 +53,8 @@ def lattice(sides: tuple[int, int, int], spacing_mm: float = 0.8) -> Floats:
     return np.array(np.meshgrid(*axes, indexing="ij"), dtype=float).reshape(3, -1).T
 
 
-def test_a_block_of_particles_is_a_closed_block_of_their_volume():
-    """Faces lie where the half-filled space is: exact on the plane; the blur rounds edges, 1 % of this block."""
+def test_the_surface_of_a_block_of_particles_is_closed_with_their_volume():
+    """Faces are exact where they are plane; the blur rounds the edges, which is 1 % of this block."""
     position_mm = lattice((30, 20, 15))
     surface = fluid_surface(position_mm, 0.8**3, np.zeros(len(position_mm)))
     mesh = trimesh.Trimesh(surface.vertices_mm, surface.faces, process=False)
@@ -64,8 +64,8 @@ def test_a_block_of_particles_is_a_closed_block_of_their_volume():
     assert (np.einsum("ij,ij->i", mesh.face_normals, surface.normal[surface.faces].mean(axis=1)) > 0).all()
 
 
-def test_a_layer_one_particle_thick_is_there_and_a_lone_particle_is_not(evidence):
-    """A crack that nothing stayed in is shown empty."""
+def test_a_single_layer_of_particles_is_shown_and_a_lone_particle_is_not(evidence):
+    """A crack without sealant is shown empty."""
     layer = lattice((20, 20, 1))
     surface = fluid_surface(np.vstack([layer, [[30.0, 30.0, 30.0]]]), 0.8**3, np.zeros(len(layer) + 1))
     assert len(surface.faces)
@@ -77,8 +77,8 @@ def test_a_layer_one_particle_thick_is_there_and_a_lone_particle_is_not(evidence
     assert empty.still[:, :, 3].max() == 255
 
 
-def test_many_particles_make_no_larger_mesh():
-    """A page carries 12 bytes a vertex; this block has five times the surface of the paper's trial."""
+def test_the_mesh_of_many_particles_is_limited_in_size():
+    """A page has 12 bytes per vertex; this block has five times the surface of the paper's trial."""
     position_mm = lattice((150, 80, 12), spacing_mm=0.5)
     surface = fluid_surface(position_mm, 0.5**3, np.zeros(len(position_mm)))
     assert MOST_VERTICES / 2 < len(surface.vertices_mm) <= MOST_VERTICES

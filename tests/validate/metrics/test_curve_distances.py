@@ -1,4 +1,4 @@
-"""Areas between levels against closed forms and the axioms of a distance."""
+"""Areas between levels, compared with closed forms and with the axioms of a distance."""
 
 import numpy as np
 import pytest
@@ -20,18 +20,18 @@ ROUNDED = (5e-211, -5e-211, 1e-17, -1e-17, 3e-16)
         (([0, 10], [0, 0]), ([2, 7], [1, 1]), 5.0),
         (([1, 0], [1, 0]), ([0, 1], [1, 0]), 0.5),
         (([0, 1, 2], [0, 1, 0]), ([0, 2], [0.5, 0.5]), 0.5),
-        # Found by hypothesis: the library sees a crossing at x = 1 - 1e-17 as none, and gives 0.
+        # Found by hypothesis: the library misses a crossing at x = 1 - 1e-17, and gives 0.
         *((([0, 1], [0, 0]), ([0, 1], [-1, rest]), 0.5) for rest in ROUNDED),
     ],
     ids=["crossing", "unequal triangles", "part covered", "reversed", "tent", *map(str, ROUNDED)],
 )
-def test_areas_of_closed_form(a, b, area):
+def test_areas_between_curves_equal_their_closed_forms(a, b, area):
     assert Difference(*a, *b).area == pytest.approx(area, abs=1e-12)
     assert Difference(*a, *b).area_by_similaritymeasures() == pytest.approx(area, abs=1e-9)
 
 
-def test_frechet_is_the_same_however_a_curve_is_sampled():
-    """Level curves a millimetre apart are a millimetre apart; a step that comes 3 mm early costs 3 mm at most."""
+def test_the_frechet_distance_does_not_depend_on_the_sampling_of_curves():
+    """It is 1 mm for level curves 1 mm apart, and 3 mm for a step that is 3 mm early."""
     flat, above = profile([0, 80], [0, 0]), profile(np.linspace(0, 80, 33), np.ones(33))
     assert frechet_mm(flat, above, 0, 80) == pytest.approx(1.0)
     assert frechet_mm(above, flat, 0, 80) == pytest.approx(1.0)
@@ -55,14 +55,14 @@ def test_frechet_is_the_same_however_a_curve_is_sampled():
         ([4, 5], [0, 0], "do not overlap"),
     ],
 )
-def test_curves_that_are_no_functions_are_refused(x, y, message):
+def test_invalid_or_disjoint_curves_are_refused_with_the_reason(x, y, message):
     with pytest.raises(InputError, match=message):
         Difference(x, y, [0, 4], [0, 0])
 
 
 @settings(max_examples=30, deadline=None)
 @given(curves(), curves(), curves(), st.randoms(use_true_random=False))
-def test_the_area_is_a_distance(a, b, c, random):
+def test_the_area_between_curves_satisfies_the_axioms_of_a_distance(a, b, c, random):
     area = Difference(*a, *b).area
     assert Difference(*b, *a).area == pytest.approx(area, rel=1e-9, abs=1e-9)
     assert Difference(*a, *b).area_by_similaritymeasures() == pytest.approx(area, rel=1e-9, abs=1e-9)
@@ -77,7 +77,7 @@ def test_the_area_is_a_distance(a, b, c, random):
 RAMP = PiecewiseLinear(np.array([0.0, 10.0]), np.array([0.0, 5.0]))
 
 
-def test_means_shares_and_quantiles_of_a_ramp_and_of_steps():
+def test_means_shares_and_quantiles_of_a_ramp_and_of_steps_are_exact():
     assert (RAMP.mean(), RAMP.rms()) == pytest.approx((2.5, 5 / np.sqrt(3)))
     for share in (0.05, 0.5, 0.95):
         assert RAMP.quantile(share) == pytest.approx(5 * share)

@@ -1,4 +1,4 @@
-"""Verdicts, and the least readings that allow one."""
+"""Verdicts, the readings that they need, and baselines."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ def judgement_of(
         ([0, 24.1, 40, 50, 56, 60, 80], False),
     ],
 )
-def test_seven_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
+def test_a_verdict_needs_seven_stations_over_80_percent_without_large_gaps(s_mm, suffices):
     judgement = judgement_of(basis_of(np.array(s_mm, dtype=float), s_mm[0], s_mm[-1], 80.0))
     assert judgement.passed is suffices
     assert ("Gate passed: " if suffices else "No verdict: the readings cover") in judgement.verdict
@@ -87,7 +87,7 @@ def test_seven_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
         ({"role": "calibrated-on", "fitted": ()}, "with no fitted setting as declared: not a test."),
     ],
 )
-def test_a_kept_gate_validates_nothing_and_says_what_it_rests_on(case, words):
+def test_the_verdict_of_a_passed_gate_never_claims_a_validation(case, words):
     judgement = judgement_of(**case)
     assert judgement.passed
     assert words in judgement.headline[1].text
@@ -102,7 +102,7 @@ CASES = [
     ({"mean_error_mm": 1.7, "interval_mm": (1.61, 1.79)}, "failed", False, "Gate failed: mean error 1.70 mm"),
     ({"interval_mm": (0.0, 0.2), "scatter_known": False}, "passed", True, "from the readings, whose scatter is unk"),
     ({"gate": None}, "open", None, "No gate is declared: "),
-    # A share is never rounded up to what is needed.
+    # A coverage is never rounded up to the limit.
     ({"basis": basis(5, 0.7999, 16.0, enough=False)}, "undecided", False, "No verdict: the readings cover 79 % of"),
     (EDITED | WIDTH, "undecided", False, "Files were edited by hand after the run (profile.csv): no verdict."),
     ({"basis": FEW} | LEAK, "failed", False, "Do not use this run: 1 particle went through a wall"),
@@ -110,8 +110,8 @@ CASES = [
 
 
 @pytest.mark.parametrize(("case", "outcome", "passed", "words"), CASES)
-def test_what_cannot_be_told_is_neither_passed_nor_failed(case, outcome, passed, words):
-    """The verdict never begins with a gate: it is no answer to how near the level is."""
+def test_the_outcome_follows_from_gate_interval_readings_and_faults(case, outcome, passed, words):
+    """The verdict does not begin with the gate, which does not state how near the level is."""
     judgement = judgement_of(**case)
     assert (judgement.outcome, judgement.passed) == (outcome, passed)
     assert words in judgement.verdict
@@ -134,15 +134,15 @@ FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
         ("undeclared", None, ["the dispensed volume lying flat", "a flat line", "a parabola"]),
     ],
 )
-def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
-    """A curve through readings that were held out has seen them, and a fitted level more than the dispensed volume."""
+def test_a_baseline_uses_no_more_readings_than_the_simulation(role, fitted, names):
+    """A curve through held-out readings would use them, and a fitted level uses more than the dispensed volume."""
     pool = flat_levels(FAST_FILL, CRACK, SOLID, 3000.0)
     declared = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
     compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, CRACK, SOLID, **declared)
     assert [curve.name for curve in compared.baselines] == names
 
 
-def test_the_dispensed_volume_lies_flat():
+def test_the_baseline_of_the_dispensed_volume_is_a_flat_level():
     """In a slot 3 mm wide and 80 mm long its level is -2 mm."""
     readings = Profile(S_MM, np.full(17, -4.0))
     (pool,) = flat_levels(readings, CRACK, SOLID, 3.0 * 80.0 * 8.0)
@@ -160,7 +160,7 @@ def test_the_dispensed_volume_lies_flat():
         (0.1, "No baseline is nearer: a flat line (2.00 mm), a parabola (1.00 mm), a curve (0.50 mm)."),
     ],
 )
-def test_the_simplest_baseline_that_is_nearer_is_named_with_the_simpler_ones(error_mm, sentence):
+def test_the_simplest_baseline_nearer_than_the_simulation_is_named(error_mm, sentence):
     baselines = Baseline("a flat line", 1, 2.0), Baseline("a parabola", 3, 1.0), Baseline("a curve", 4, 0.5)
     assert nearer_baseline(error_mm, baselines) == sentence
     assert nearer_baseline(error_mm, ()) == "There is no baseline to compare it with."

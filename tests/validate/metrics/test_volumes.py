@@ -1,4 +1,4 @@
-"""Volumes below a level, and the level of a volume, against prisms."""
+"""Volumes below a level, and the level of a volume, compared with prisms."""
 
 from dataclasses import replace
 from functools import cache
@@ -50,7 +50,7 @@ def built(outline: Outline, depth_mm: object = DEPTH_MM, tilt: str = "vertical",
         ("lean", 11.0, 2, 0.0, 3 * 16 + 3 * 2.0),
     ],
 )
-def test_volumes_below_and_above_a_level_are_those_of_prisms(tilt, angle_deg, level_mm, air_mm2, sealant_mm2):
+def test_volumes_below_and_above_a_level_agree_with_prisms(tilt, angle_deg, level_mm, air_mm2, sealant_mm2):
     volumes = fill_volumes(flat(level_mm), OUTLINE, solid(tilt, angle_deg), 0, 80)
     assert volumes.underfill_mm3 == pytest.approx(80 * air_mm2, rel=1e-3 if tilt == "funnel" else 1e-6, abs=1e-9)
     assert volumes.sealant_mm3 == pytest.approx(80 * sealant_mm2, rel=1e-6, abs=1e-9)
@@ -68,7 +68,7 @@ def test_volumes_below_and_above_a_level_are_those_of_prisms(tilt, angle_deg, le
         ("undercut", 5.5, 80 * (3 + 24 * TANGENT) * 8, -8.0),
     ],
 )
-def test_a_volume_that_lies_flat_in_the_crack_has_the_level_of_a_prism(tilt, angle_deg, volume_mm3, level_mm):
+def test_the_flat_level_of_a_volume_agrees_with_a_prism(tilt, angle_deg, volume_mm3, level_mm):
     sample = solid(tilt, angle_deg)
     baseline = balance_profile(volume_mm3, OUTLINE, sample)
     assert baseline.level_mm == pytest.approx(np.full(len(baseline.s_mm), level_mm), abs=1e-6)
@@ -92,7 +92,7 @@ def balance(sealant: Run, ratio: float = 1.0, settings: Readings = WET) -> MassB
     return mass_balance(sealant, solid(), ratio, 90.0, settings)
 
 
-def test_parts_add_up_to_what_was_dispensed():
+def test_the_parts_of_the_mass_balance_add_up_to_the_dispensed_volume():
     """Ten particles of 2 mm³: five below the face, three above, two over the edge; the settled ones fill 15 mm³."""
     heights_mm = [-8.0, -6, -4, -2, -1, 0.5, 0.6, 0.7, -90, -90]
     parts = balance(run([[10.0 * i, 0, z] for i, z in enumerate(heights_mm)], spilled=(8, 9)), 0.75)
@@ -112,8 +112,8 @@ def test_parts_add_up_to_what_was_dispensed():
     ],
     ids=["heap", "disc", "film", "spilled"],
 )
-def test_a_film_beside_the_mouth_is_a_footprint_and_a_heap_over_it_is_none(position_mm, spilled, footprint_mm2):
-    """A disc of 0.4 mm covers 0.50 mm²; on cells of 0.2 mm it is read within a third, a row of them within 10 %."""
+def test_the_footprint_includes_films_beside_the_mouth_but_no_heaps(position_mm, spilled, footprint_mm2):
+    """A disc of 0.4 mm covers 0.50 mm²; cells of 0.2 mm measure it to a third, and a row of discs to 10 %."""
     assert balance(run(position_mm, spilled)).footprint_mm2 == footprint_mm2
 
 
@@ -136,8 +136,8 @@ def whole_mm3(cavity: CavityByLevel, level_mm: float = 0.0) -> Floats:
     ],
     ids=["flare with tips", "stone", "side crack"],
 )
-def test_stretches_add_up_to_the_cavity_of_the_mesh(outline, tilt, angle_deg, depth_mm):
-    """Within 0.2 %: floors that rise cross layers of a quarter of a millimetre."""
+def test_volumes_of_stretches_add_up_to_the_cavity_of_the_mesh(outline, tilt, angle_deg, depth_mm):
+    """The tolerance is 0.2 %, since rising floors cross layers of 0.25 mm."""
     solid = built(outline, depth_mm, tilt, angle_deg)
     assert whole_mm3(cavity_by_level(outline, solid)).sum() == pytest.approx(solid.cavity_volume_mm3, rel=2e-3)
 
@@ -154,7 +154,7 @@ def along_x(corners_mm: list[tuple[float, float]]) -> Manifold:
 
 
 def slot(right_mm: float = 0.0, left_mm: float = 0.0) -> Manifold:
-    """A slot with a chamfer flat_at each side, up to 1 mm over the face."""
+    """A slot with a chamfer at each side, up to 1 mm over the face."""
     floor = [(RIGHT_MM, -DEEP_MM), (LEFT_MM, -DEEP_MM)]
     left = [(LEFT_MM, -left_mm), (LEFT_MM + left_mm, 0.0), (LEFT_MM + left_mm, 1.0)]
     right = [(RIGHT_MM - right_mm, 1.0), (RIGHT_MM - right_mm, 0.0), (RIGHT_MM, -right_mm)]
@@ -162,7 +162,7 @@ def slot(right_mm: float = 0.0, left_mm: float = 0.0) -> Manifold:
 
 
 def brought(folder: Path, room: Manifold, rough_mm: float = 0.0) -> ImportedSample:
-    """The block less a room, with noise on the face and 2.5 mm below it, as an import has it."""
+    """An imported block less a cavity, with noise on the face and to 2.5 mm below it."""
     vertices_mm, faces = mesh_of(block() - room)
     if rough_mm:
         vertices_mm, faces = mesh_of((block() - room).refine_to_length(1.2))
@@ -178,10 +178,8 @@ def brought(folder: Path, room: Manifold, rough_mm: float = 0.0) -> ImportedSamp
     ("right_mm", "left_mm", "rough_mm", "tolerance"),
     [(0.0, 0.0, 0.0, 1e-4), (2.0, 0.0, 0.0, 2e-3), (0.0, 0.0, 0.2, 2e-3)],
 )
-def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
-    tmp_path, right_mm, left_mm, rough_mm, tolerance
-):
-    """The tolerance is that of the mouth's area, half a standard deviation of the noise at a chamfer; 0.1 % of room."""
+def test_the_mouth_includes_chamfers_but_no_hollows_of_a_rough_face(tmp_path, right_mm, left_mm, rough_mm, tolerance):
+    """The tolerance is that of the mouth's area, at a chamfer half the noise; 0.1 % for the volume below the face."""
     sample = brought(tmp_path, slot(right_mm, left_mm), rough_mm)
     volumes = fill_volumes(flat(1.0), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
     heap_mm3 = ROOM_MM * (SLOT_MM + right_mm + left_mm)
@@ -192,7 +190,7 @@ def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
     assert baseline.level_mm == pytest.approx(np.full(len(baseline.s_mm), 1.0), abs=tolerance + 0.01)
 
 
-def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path):
+def test_a_side_cavity_is_counted_from_its_floor_to_its_roof(tmp_path):
     floor_mm, roof_mm, width_mm = -6.1, -5.9, 6.0
     shelf = [(21.9, floor_mm), (LEFT_MM + width_mm, floor_mm), (LEFT_MM + width_mm, roof_mm), (21.9, roof_mm)]
     sample = brought(tmp_path, slot() + along_x(shelf))

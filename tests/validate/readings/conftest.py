@@ -1,4 +1,4 @@
-"""Sheets of text: read, asked about, and answered."""
+"""Helpers that read sheets of text, collect the doubts about them, and answer these."""
 
 import json
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Texts beside the numbers, in 23 languages: harmless, or part of a question."""
+"""Texts beside the numbers, in 23 languages: they are harmless, or part of a question."""
 
 # ruff: noqa: RUF001  Texts of labs have letters of all scripts.
 
@@ -52,12 +52,12 @@ BETWEEN = (
 
 
 @pytest.mark.parametrize("text", ["", "-", "/", "...", "(-)", *HARMLESS.split("|")])
-def test_texts_of_known_words_are_harmless(text):
+def test_a_text_of_known_words_needs_no_question(text):
     assert is_harmless(text)
 
 
 @pytest.mark.parametrize("text", CHANGING.split("|"))
-def test_texts_that_name_a_change_are_asked(text):
+def test_a_text_that_names_a_change_of_the_readings_needs_a_question(text):
     assert changes(text)
     assert not is_harmless(text)
 
@@ -67,7 +67,7 @@ HIDDEN = [label + text for label in LABELS for text in CHANGING.split("|")[::5]]
 
 
 @pytest.mark.parametrize("text", [*UNKNOWN.split("|"), *BETWEEN.split("|"), *HIDDEN])
-def test_texts_that_are_not_known_as_a_whole_are_asked(text):
+def test_a_text_that_is_not_fully_understood_needs_a_question(text):
     assert not is_harmless(text)
 
 
@@ -75,7 +75,7 @@ SHEETS = "Sheet1|Tabelle 1|May|P01 Messung|Feuil1|Hoja1|Blad1|Лист1|工作�
 SHEETS_WITH_A_CHANGE = 'P01 inch|in inch|P01 in|P01 [in]|P01 left|P01 links|P01 nass|P01 repeat|P01 1/10|P01 +5|P01 5"'
 
 
-def test_time_does_not_explode_with_the_length():
+def test_long_texts_are_checked_within_two_seconds():
     """A cell has up to 32,767 letters. Alternatives that match the same word would take 2^n steps."""
     begin = time.process_time()
     for text in ("da " * 130 + "x", "1" * 400, "1" * 32_000, "1, " * 130, "ß" * 399):
@@ -84,11 +84,11 @@ def test_time_does_not_explode_with_the_length():
 
 
 @pytest.mark.parametrize(("names", "change"), [(SHEETS, False), (SHEETS_WITH_A_CHANGE, True)])
-def test_names_of_sheets_and_files_may_name_a_change(names, change):
+def test_changes_in_names_of_sheets_and_files_are_recognised(names, change):
     assert [name for name in names.split("|") if changes(name) is not change] == []
 
 
-def test_only_the_name_of_the_sample_itself_is_harmless():
+def test_only_the_name_of_the_measured_sample_needs_no_question():
     assert all(is_harmless(text, "P01") for text in ("P01", "p 01", "Sample P01, stored in cabinet 4"))
     others = ("P01'", "sample P01* measured by J. Smith", "P02", "P011")
     assert not any(is_harmless(text, "P01") for text in others)

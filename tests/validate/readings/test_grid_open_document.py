@@ -1,4 +1,4 @@
-"""ODS: read like any workbook, bounded against archives that unpack to more than any sheet holds."""
+"""ODS workbooks: kinds of cells, marks, and limits for archives that unpack to too much."""
 
 import time
 
@@ -49,11 +49,11 @@ KINDS = {
 
 
 @pytest.mark.parametrize(("written", "read"), KINDS.items(), ids=map(str, KINDS.values()))
-def test_cells_have_their_kind(tmp_path, written, read):
+def test_cells_of_an_ods_workbook_are_read_with_their_kind(tmp_path, written, read):
     assert read_grid(write_content(tmp_path / "a.ods", table(row(number(1), written)))).rows[1][1][:3] == read[:3]
 
 
-def test_marks_are_of_cells_with_content(tmp_path):
+def test_marks_of_an_ods_workbook_are_read_only_for_cells_with_content(tmp_path):
     yellow, struck = 'table:style-name="ce1"', 'table:style-name="ce2"'
     span = '<text:span text:style-name="ce2">2.3</text:span>'
     rows = (
@@ -86,7 +86,7 @@ BOMBS = {
 
 
 @pytest.mark.parametrize(("tables", "prolog", "words"), BOMBS.values(), ids=BOMBS)
-def test_bombs_and_broken_files_are_refused_shortly(tmp_path, tables, prolog, words):
+def test_zip_bombs_and_broken_files_are_refused_within_seconds(tmp_path, tables, prolog, words):
     began = time.process_time()
     with pytest.raises(SheetFaults, match=words) as caught:
         read_grid(write_content(tmp_path / "a.ods", tables, prolog=prolog))

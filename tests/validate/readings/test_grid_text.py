@@ -1,4 +1,4 @@
-"""Text files: encoding, separator and fields. Other files, and what is damaged or vast, are refused in a sentence."""
+"""Text files: encoding, separator and fields. Damaged, too large and other files are refused in a sentence."""
 
 import io
 import os
@@ -32,7 +32,7 @@ def grid_of(tmp_path):
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 @pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("stated", [False, True])
-def test_fields_are_read_whatever_separates_them(tmp_path, separator, newline, stated):
+def test_fields_are_read_with_every_separator_and_line_end(tmp_path, separator, newline, stated):
     title = ("Messung am 3.4.", 'Prüfer: M; "Meßschieber" 2')
     hand = Hand(separator=separator, decimal=",", newline=newline, sep_line=stated, title=title, gap=True, note=True)
     grid = read_grid(write_sheet(tmp_path / "a.csv", hand, S_MM, LEVELS_MM))
@@ -49,14 +49,14 @@ ENCODINGS = [
 
 
 @pytest.mark.parametrize(("encoding", "mark", "name"), ENCODINGS)
-def test_every_encoding_is_told_from_the_others(tmp_path, encoding, mark, name):
+def test_the_encoding_of_a_text_file_is_recognised(tmp_path, encoding, mark, name):
     hand = Hand(encoding=encoding, mark=mark, language="german", separator=";", decimal=",", title=("Prüfer: Groß",))
     grid = read_grid(write_sheet(tmp_path / "sheet.csv", hand, S_MM, LEVELS_MM))
     assert grid.written == ("CSV", name, "semicolons")
     assert (texts(grid, 1), texts(grid, 3)) == (["Prüfer: Groß"], ["0,00", "-16,02", "-15,98"])
 
 
-def test_the_separator_is_the_declared_one_then_the_stated_one(grid_of):
+def test_a_declared_or_stated_separator_overrides_the_detected_separator(grid_of):
     assert grid_of(NOTES).separator == ";"
     assert texts(grid_of(NOTES, separator="comma"), 2) == ["0", "1", "a;b;c"]
     assert texts(grid_of("sep=,\n" + NOTES), 3) == ["0", "1", "a;b;c"]
@@ -85,7 +85,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("content", "words"), REFUSED.values(), ids=REFUSED)
-def test_what_is_no_table_is_refused_by_file_and_line(grid_of, tmp_path, content, words):
+def test_a_file_that_is_not_a_table_is_refused_with_the_reason(grid_of, tmp_path, content, words):
     with pytest.raises(SheetFaults) as caught:
         grid_of(content)
     (doubt,) = caught.value.doubts
@@ -95,7 +95,7 @@ def test_what_is_no_table_is_refused_by_file_and_line(grid_of, tmp_path, content
     assert len(str(doubt)) < 3_000
 
 
-def test_a_pipe_is_not_waited_for_and_a_file_must_exist(tmp_path):
+def test_a_pipe_and_a_missing_file_are_refused_at_once(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
     for name, words in {"pipe.csv": "is a device or a pipe", "none.csv": "the readings cannot be opened"}.items():
         with pytest.raises(InputError, match=f"{name}: {words}"):

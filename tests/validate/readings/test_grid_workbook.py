@@ -1,4 +1,4 @@
-"""XLSX: which sheet, every kind of cell, its marks, and the texts elsewhere in the workbook."""
+"""XLSX workbooks: the choice of the sheet, kinds of cells, marks, and texts on other sheets."""
 
 import datetime
 
@@ -48,8 +48,8 @@ def rows_of(*cells: str) -> str:
 HEADER = ('<c t="inlineStr"><is><t>s_mm</t></is></c>', '<c t="str"><v>depth_mm</v></c>')
 
 
-def test_a_humidity_that_excel_stores_as_a_share_is_a_percentage(first, read, tmp_path):
-    """The sign may also be a text of the format, behind 56, or be missing."""
+def test_a_humidity_that_excel_stores_as_a_fraction_is_read_as_a_percentage(first, read, tmp_path):
+    """The percent sign may also be a text of the number format (at 56) or be missing (at 60)."""
     formats = ("General", "0 %", '0"%"', "General")
     for row, value in enumerate(("Luftfeuchte", 0.4, 56, 60), start=1):
         first.cell(row, 4, value).number_format = formats[row - 1]
@@ -59,13 +59,13 @@ def test_a_humidity_that_excel_stores_as_a_share_is_a_percentage(first, read, tm
 
 @pytest.mark.parametrize("code", ['0.0" mm days"', "[Red]0.0;-0.0", "0.0E+00", "Standard", "Est\u00e1ndar"])
 @pytest.mark.parametrize("value", [0.25, 2, 60.5, -2.5])
-def test_formats_of_numbers_make_no_dates(first, read, code, value):
+def test_a_number_format_does_not_turn_a_number_into_a_date(first, read, code, value):
     """Writers store the word of their language for General, whose d, m, s and y openpyxl takes for those of a date."""
     first["B2"], first["B2"].number_format = value, code
     assert read().rows[2][1][:2] == (f"{value:g}", "number")
 
 
-def test_cells_that_are_no_numbers_have_their_kind(first, read):
+def test_cells_other_than_numbers_are_read_with_their_kind(first, read):
     values = {"B2": "=C2-0.1", "C2": datetime.date(2026, 1, 16), "B3": "#DIV/0!", "C3": True, "B4": "1,5", "C4": 1e9}
     for cell, value in {**values, "A1": "s_mm_x000D_", "A4": 16.5}.items():
         first[cell] = value
@@ -77,7 +77,7 @@ def test_cells_that_are_no_numbers_have_their_kind(first, read):
     assert rows[4] == [Cell("1900-01-16 12:00", "date"), Cell("1,5"), Cell("#VALUE!", "error")]
 
 
-def test_marks_are_of_cells_with_content(first, read):
+def test_marks_are_read_only_for_cells_with_content(first, read):
     yellow, struck, red = PatternFill("solid", fgColor="FFFFFF00"), Font(strike=True), Font(color="FFFF0000")
     first["C2"] = CellRichText("2.1 ", TextBlock(InlineFont(strike=True), "2.3"))
     first["A2"].font, first["B2"].fill, first["B3"].font = struck, yellow, red
@@ -101,7 +101,7 @@ def test_comments_are_read_without_their_author(first, read):
     assert grid.elsewhere == [("sheet 'Notes', comment in row 3", "from the right end")]
 
 
-def test_texts_elsewhere_have_their_place(first, read):
+def test_texts_of_other_sheets_headers_and_footers_are_listed_with_their_location(first, read):
     hidden, many = first.parent.create_sheet("in inch"), first.parent.create_sheet("Log")
     hidden.append([7, "Sample P02"])
     first.oddHeader.center.text, first.evenFooter.left.text = "P01 &[Page]", "all in cm"
@@ -116,7 +116,7 @@ def test_texts_elsewhere_have_their_place(first, read):
     assert elsewhere[-1] == ("sheet 'Log', row 250", "line 249")
 
 
-def test_several_tables_are_one_question(first, read):
+def test_several_sheets_with_tables_give_one_question(first, read):
     def question(sheet: str | None = None) -> str:
         (doubt,) = read(sheet).doubts
         assert (doubt.kind, doubt.answers, doubt.is_open) == ("sheet", {"sheet": None}, True)
@@ -146,7 +146,7 @@ WRITTEN = {
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-def test_cells_of_other_programs_are_read(tmp_path, name):
+def test_cells_written_by_other_programs_are_read(tmp_path, name):
     *cells, read = WRITTEN[name]
     path = rewritten(tmp_path / "a.xlsx", sheet=rows_of(*HEADER, *cells), on_load=name == "never calculated")
     assert [cell.text or cell.kind for cell in read_grid(path).rows[2].values()] == read
@@ -165,7 +165,7 @@ DAMAGED = {
 
 
 @pytest.mark.parametrize("damage", DAMAGED)
-def test_damaged_and_vast_worksheets_are_refused_by_file(tmp_path, damage, recwarn):
+def test_damaged_and_too_large_worksheets_are_refused(tmp_path, damage, recwarn):
     sheet, words = DAMAGED[damage]
     with pytest.raises(SheetFaults, match=words) as caught:
         read_grid(rewritten(tmp_path / "a.xlsx", sheet=sheet, prolog=ENTITY if damage == "entities" else ""))

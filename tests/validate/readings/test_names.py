@@ -1,4 +1,4 @@
-"""Names of columns and of samples, understood as a whole or not at all."""
+"""Names of columns, which are understood completely or not at all."""
 
 import pytest
 
@@ -58,16 +58,16 @@ READ = (Role.STATION, Role.READING, Role.REPEAT, Role.SAMPLE)
 @pytest.mark.parametrize(
     ("name", "expected"), [(name, key) for key, names in NAMES.items() for name in names.split("|")]
 )
-def test_names_of_labs_are_understood(name, expected):
+def test_column_names_in_several_languages_are_understood(name, expected):
     assert meaning(name) == expected
 
 
 @pytest.mark.parametrize("name", UNKNOWN.split("|"))
-def test_what_says_nothing_is_not_guessed(name):
+def test_the_meaning_of_an_ambiguous_column_name_is_not_guessed(name):
     assert meaning(name) is None
 
 
-def test_marks_of_a_name_that_are_no_words_count():
+def test_signs_and_factors_in_a_column_name_are_noticed():
     assert [name for name in (NO_LENGTHS + "|" + RESTS).split("|") if not parsed(name).has_rest] == []
     assert [name for name in LENGTHS.split("|") if parsed(name).has_rest] == []
     read = [name for what, names in NAMES.items() if what.role in READ for name in names.split("|")]

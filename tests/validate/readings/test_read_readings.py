@@ -1,4 +1,4 @@
-"""Caliper sheets: what is read, and what is refused by file, line, column, value and remedy."""
+"""Caliper sheets: their readings, and refusals with file, cell, value and remedy."""
 
 from contextlib import nullcontext
 from pathlib import Path
@@ -51,7 +51,7 @@ def take(table: Floats, settings: Readings = SETTINGS) -> Profile:
         ("s_mm,level_1_mm\n0,16\n5,12\n", ["Level counts upward, depth downward"]),
     ],
 )
-def test_every_fault_is_named_with_its_remedy(sheet, content, words):
+def test_a_faulty_sheet_is_refused_with_the_cell_and_the_reason(sheet, content, words):
     path = sheet(content)
     with pytest.raises(InputError) as fault:
         read(path)
@@ -67,8 +67,8 @@ SLOPE_MM = np.linspace(-12.0, -4.0, 9)
     [(lambda mm: mm.__setitem__((3, 1), 0.0), "C5"), (lambda mm: mm.__imul__(-0.5), "sign")],
     ids=["a zero", "the sign"],
 )
-def test_an_array_raises_the_doubts_of_the_same_file(sheet, change, answer):
-    """Broken on purpose, without its screens, an array raises none."""
+def test_an_array_gives_the_same_doubts_as_a_file_with_its_numbers(sheet, change, answer):
+    """Broken on purpose, without the screens for arrays, an array gives no doubts."""
     repeats_mm = np.round(SLOPE_MM[:, None] + 0.02 * np.random.default_rng(3).standard_normal((9, 3)), 2)
     change(repeats_mm)
     table = np.round(np.column_stack([np.arange(0.0, 81.0, 10.0), repeats_mm]), 3)
@@ -85,7 +85,7 @@ def test_an_array_raises_the_doubts_of_the_same_file(sheet, change, answer):
     [
         # An end is known to two millimetres. An ingest once let any station pass, minus infinity included.
         *((length_mm, (-2.0,), (-2.1, -1e308)) for length_mm in (None, 80.0, 1000.0)),
-        # The scale has its share at the end; without a crack no place is outside.
+        # The scale's uncertainty counts at the far end; without a crack no position is outside.
         (80.0, (82.4,), (82.5,)),
         (1000.0, (1029.0,), ()),
         (None, (900, LONGEST_MM), (1e308,)),
@@ -93,7 +93,7 @@ def test_an_array_raises_the_doubts_of_the_same_file(sheet, change, answer):
         (80.0, (40.01,), ()),
     ],
 )
-def test_stations_lie_on_the_crack(sheet, length_mm, inside_mm, outside_mm):
+def test_a_station_beyond_the_ends_of_the_crack_is_refused(sheet, length_mm, inside_mm, outside_mm):
     for s_mm in (*inside_mm, *outside_mm):
         path = sheet(f"s_mm,level_1_mm\n{s_mm!r},-1\n40,-1\n")
         with nullcontext() if s_mm in inside_mm else pytest.raises(InputError, match="A2"):

@@ -1,4 +1,4 @@
-"""Everything besides header, places and readings: harmless, or quoted once, with the entry that confirms it."""
+"""Cells besides header, positions and readings: harmless, or quoted once with the entry that confirms them."""
 
 from typing import Any
 
@@ -42,15 +42,15 @@ ASKED = {
 
 
 @pytest.mark.parametrize("text", HARMLESS.values(), ids=HARMLESS)
-def test_what_changes_no_reading_is_not_asked_about(read, text):
+def test_a_text_that_changes_no_reading_gives_no_question(read, text):
     profile = read(text)
     assert not profile.questions
     assert len(profile.s_mm) == 3
 
 
 @pytest.mark.parametrize(("text", "entries"), ASKED.values(), ids=ASKED)
-def test_a_text_that_may_change_readings_is_quoted_once(read, doubts_of, text, entries):
-    """Each entry settles its part: a cell, its row, or its column. All of them settle the question."""
+def test_a_text_that_may_change_readings_gives_one_question(read, doubts_of, text, entries):
+    """An entry confirms a cell, its row or its column. The question is answered if all cells are confirmed."""
     (doubt,) = doubts_of(text)
     assert (doubt.kind, doubt.answers) == ("remark", {"as_written": entries})
     assert read(text, as_written=tuple(entries)).questions == ()
@@ -85,7 +85,7 @@ WORKBOOKS = {
 
 
 @pytest.mark.parametrize(("change", "declared", "entries"), WORKBOOKS.values(), ids=WORKBOOKS)
-def test_marks_and_texts_of_a_workbook_are_asked_about(tmp_path, change, declared, entries):
+def test_marks_comments_and_names_in_a_workbook_give_questions(tmp_path, change, declared, entries):
     book, declared = openpyxl.Workbook(), {**declared}
     sheet, path = book.worksheets[0], tmp_path / declared.pop("name", "lab.xlsx")
     for row in (H.split(";"), *([s, 1 + (s % 3) / 10] for s in range(0, 60, 10))):
@@ -150,7 +150,7 @@ RANGES = {"P2": {"columns.range": "A2:C17"}, "(+5 mm)": {"columns.levels": ["B"]
 
 
 @pytest.mark.parametrize(("text", "kinds"), SHEETS.values(), ids=SHEETS)
-def test_one_round_of_answers_is_enough(doubts_of, text, kinds):
+def test_answers_to_all_questions_raise_no_further_questions(doubts_of, text, kinds):
     ranges = next((answers for kind, answers in RANGES.items() if kind in text), {}) | {"columns.skip": [16]}
     doubts = doubts_of(text, 20.0, 60.0)
     assert {doubt.kind for doubt in doubts} == kinds

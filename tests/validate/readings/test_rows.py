@@ -44,7 +44,7 @@ READ = {
 
 
 @pytest.mark.parametrize(("text", "declared", "repeats_mm"), READ.values(), ids=READ)
-def test_rows_are_read_as_they_are_meant(read, text, declared, repeats_mm):
+def test_rows_of_common_layouts_are_read_correctly(read, text, declared, repeats_mm):
     profile = read(text, **declared)
     assert [doubt for doubt in profile.questions if doubt.kind == "cell"] == []
     skipped = declared.get("columns", {}).get("skip", [])
@@ -72,11 +72,11 @@ ASKED = {
 
 
 @pytest.mark.parametrize(("text", "declared", "questions"), ASKED.values(), ids=ASKED)
-def test_rows_that_may_mean_something_else_are_asked_about(doubts_of, text, declared, questions):
+def test_ambiguous_or_impossible_rows_give_a_question(doubts_of, text, declared, questions):
     assert brief([doubt for doubt in doubts_of(text, 10.0, **declared) if doubt.kind != "outlier"]) == questions
 
 
-def test_rows_and_arrays_are_a_sheet():
+def test_rows_of_python_values_are_read_like_a_sheet():
     rows = [["s_mm", "depth_1_mm", "depth_2_mm"], [0, 1.0, np.float32(1.5)], [np.int64(5), 2, float("nan")], [9, None]]
     profile = readings_of(grid_of_rows("readings", rows), Declared())
     assert listed(profile) == [[-1, -1.5], [-2, None]]
@@ -110,13 +110,13 @@ QUANTITIES = {
 
 
 @pytest.mark.parametrize(("text", "means", "asked"), QUANTITIES.values(), ids=QUANTITIES)
-def test_another_quantity_has_its_mean_over_the_stations_that_are_read(read, text, means, asked):
+def test_temperature_and_humidity_are_averaged_over_the_stations_that_are_used(read, text, means, asked):
     profile = read(text, columns={"skip": [4]}, decimal="comma")
     assert {name: (mean.value, mean.unit, mean.stations) for name, mean in profile.means.items()} == means
     assert brief(profile.questions) == asked
 
 
-def test_words_behind_a_value_of_another_quantity_are_asked_about(read):
+def test_words_behind_a_temperature_give_a_question(read):
     with pytest.raises(SheetFaults, match=r"does this change the readings.*C2 '20 alles in cm'"):
         read(CELLS_OF.format("Temp. [°C]", "20 alles in cm", "22"), columns={"skip": [4]}, decimal="comma")
 
@@ -128,8 +128,8 @@ CELLS = st.sampled_from(TEXTS.split(";"))
 @given(st.lists(st.lists(CELLS, min_size=1, max_size=5), min_size=1, max_size=9), st.sampled_from([None, *"ABC"]))
 @example([["s_mm"], ["depth_mm", "depth_mm"]], "A")
 @settings(max_examples=60, deadline=None)
-def test_any_table_is_read_or_asked_about(tmp_path_factory, rows, letter):
-    """No arrangement of cells raises anything else, and every station that is read stands in the sheet."""
+def test_any_table_is_read_or_gives_a_question(tmp_path_factory, rows, letter):
+    """No arrangement of cells raises another exception, and every station that is read is in the sheet."""
     path = tmp_path_factory.mktemp("any") / "lab.csv"
     path.write_text("\n".join(";".join(row) for row in rows), encoding="utf-8")
     columns = None if letter is None else Columns(s=letter, levels=("B:C",))

@@ -1,4 +1,4 @@
-"""Readings that may not be what was meant: each doubt names its cells and its answer, and no value is changed."""
+"""Doubts about suspicious readings: each has its cells and its answer, and no value is changed."""
 
 from dataclasses import replace
 from pathlib import PurePath
@@ -81,7 +81,7 @@ ASKED = {
     "a level that is zero between its neighbours": (bed([-3.0, -2.0, -1.0, 0.0, 1.0, 1.5]), {}, []),
     **{f"a sign that slipped, of {n}": (changed({(5, 1): 3.78})[:, : n + 1], {}, ["B7"]) for n in (1, 3)},
     "a sign that slipped, of 2": (changed({(5, 1): 3.78})[:, :3], {}, ["B7", "C7"]),  # Either may be wrong
-    # Its sign is another than that of the stations below, where the bed steps over the face.
+    # Its sign differs from that of the stations before, since the bed rises above the face.
     "a level that rises above the face": (bed([-1.2, -1.1, -1.2, 1.1, 1.2, 1.1]), {}, []),
     "a station that scatters tenfold": (changed({(6, 1): -2.3, (6, 2): -4.0, (6, 3): -5.6}), {}, ["B8", "D8"]),
     "a mean row, last, of 1, 1 digit": (with_mean(1, 1, last=True), {}, ["18"]),
@@ -89,7 +89,7 @@ ASKED = {
     "the middle of a straight bed": (bed(-10 + np.arange(9.0)), {}, []),
     "a mean of the others, last": (np.column_stack([TABLE, MEANS]), {}, ["E"]),
     "copied repeats": (np.column_stack([TABLE, TABLE[:, 2]]), {}, ["E"]),
-    # Of eight stations, two readings in steps of 0.5 mm agree at all of them once in three sheets.
+    # Two readings in steps of 0.5 mm agree at all of eight stations in one of three sheets.
     "equal repeats in coarse steps": (np.column_stack([TABLE[:8, 0], COARSE[:, 0], COARSE[:, 0]]), {}, ["C"]),
     "a repeat of another quantity": (np.column_stack([TABLE[:, :3], TABLE[:, 3] + 20]), {"depth_mm": None}, ["D"]),
     "a repeat of the other sign": (np.column_stack([TABLE[:, :2], -TABLE[:, 2]]), {}, ["C"]),
@@ -106,11 +106,11 @@ ASKED = {
 
 
 @pytest.mark.parametrize(("table", "facts", "asked"), ASKED.values(), ids=ASKED)
-def test_what_may_not_be_meant_is_named_once(table, facts, asked):
+def test_suspicious_readings_are_named_once_and_usual_readings_are_not(table, facts, asked):
     assert asked_of(table, **facts) == asked
 
 
-def test_a_doubt_has_its_cell_its_answers_and_a_remedy():
+def test_a_doubt_about_a_reading_has_its_cell_its_answers_and_a_remedy():
     cells = cells_of(changed({(2, 2): 0.0}))
     (doubt,) = doubts_of(cells)
     assert (doubt.kind, doubt.where.named(), doubt.cells) == ("outlier", "lab.csv, cell C4", ("C4",))
@@ -123,7 +123,7 @@ def test_a_doubt_has_its_cell_its_answers_and_a_remedy():
     assert doubt.answers == {"datum": None, "datum_level_mm": None, "as_written": ["datum"]}
 
 
-def test_the_direction_of_s_is_judged_by_the_simulated_level():
+def test_a_reversed_direction_of_s_is_detected_by_the_simulated_level():
     mirrored = np.column_stack([80 - TABLE[:, 0], TABLE[:, 1:]])[::-1]
     filling = paper_filling(simulated=Profile(TABLE[:, 0], TABLE[:, 1] + 1.0))
     assert asked_of(mirrored, filling=paper_filling()) == []

@@ -1,4 +1,4 @@
-"""Headers, columns, units and direction: read as they are meant, or asked about."""
+"""Headers, columns, units and direction, which are read or, if they are ambiguous, asked about."""
 
 import pytest
 
@@ -42,7 +42,7 @@ READ = {
 
 
 @pytest.mark.parametrize(("text", "declared", "repeats_mm"), READ.values(), ids=READ)
-def test_a_table_is_read_as_it_is_meant(read, text, declared, repeats_mm):
+def test_a_table_of_a_common_layout_is_read_correctly(read, text, declared, repeats_mm):
     profile = read(text, **declared)
     assert not profile.questions
     assert listed(profile) == [pytest.approx(row) for row in repeats_mm]
@@ -87,11 +87,11 @@ ASKED = {
 
 
 @pytest.mark.parametrize(("text", "declared", "questions"), ASKED.values(), ids=ASKED)
-def test_what_may_mean_something_else_is_asked_about(doubts_of, text, declared, questions):
+def test_an_ambiguous_table_gives_questions(doubts_of, text, declared, questions):
     assert brief(doubts_of(text, **declared)) == questions
 
 
-def test_places_of_numbered_stations_are_declared(read):
+def test_positions_of_numbered_stations_come_from_columns_places(read):
     text = "Ort;Tiefe [mm]\n1;1,5\n2;2\n3;3\n"
     assert read(text, columns={"places": [0, 10]}).s_mm.tolist() == [0, 5, 10]
     assert read(text, columns={"places": [0, 4, 10]}).s_mm.tolist() == [0, 4, 10]

@@ -1,4 +1,4 @@
-"""What a report says, in which order, and what it says where something is not there."""
+"""Chapters of a report, with and without readings or snapshots."""
 
 from dataclasses import replace
 from typing import Any
@@ -20,8 +20,8 @@ def titles(content):
     return {chapter.title: [item.title for item in chapter.items if isinstance(item, PageTable)] for chapter in content}
 
 
-def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(evidence):
-    """Of a level by one run and inputs that move it by 0.1 mm, numerics unknown."""
+def test_a_report_without_readings_shows_the_predictions_band_and_its_parts(evidence):
+    """The level is of one run. An input moves it by 0.1 mm, and its numerical error is unknown."""
     evidence = replace(evidence, readings=None, comparison=None)
     assert not titles(chapters(evidence)).keys() & {"Agreement and readings", "Uncertainty in figures", "Error"}
     s_mm = evidence.profile.s_mm
@@ -44,7 +44,7 @@ def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(eviden
     assert [part.mean_level_mm for part in data.prediction.parts] == pytest.approx([0.098], rel=0.01)
 
 
-def test_a_report_shows_the_fill_over_time_if_the_run_left_snapshots(evidence, frames):
+def test_a_report_shows_the_fill_over_time_if_the_run_has_snapshots(evidence, frames):
     (rest, above), (fill, same) = (
         list(fill_plates(replace(evidence, frames=moments))) for moments in ((), tuple(frames))
     )
@@ -52,8 +52,7 @@ def test_a_report_shows_the_fill_over_time_if_the_run_left_snapshots(evidence, f
     assert [len(axes_of(plate.draw())) for plate in (rest, fill)] == [1 + 1, 3 + 1]
 
 
-def test_figures_of_the_report_have_room_for_all_that_they_show(evidence, frames):
-    """Their margins are fixed."""
+def test_no_figure_of_the_report_exceeds_its_margins(evidence, frames):
     plates = [item for chapter in chapters(replace(evidence, frames=tuple(frames))) for item in chapter.items]
     for figure in (item.draw() for item in plates if isinstance(item, Plate)):
         (left, lower), (right, upper) = figure.get_tightbbox().get_points()

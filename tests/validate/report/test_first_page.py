@@ -1,4 +1,4 @@
-"""The first page in words: verdict, two sentences and four figures of each kind of trial."""
+"""Texts of the first page: verdict, two sentences and four figures for each kind of trial."""
 
 import re
 from dataclasses import replace
@@ -37,7 +37,7 @@ def judged(evidence, role="held-out", gate_mm=None, fitted=None):
     ],
     ids=["within", "beyond", "no limit", "fitted", "fitted, beyond", "undeclared"],
 )
-def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(
+def test_each_verdict_states_the_error_and_whether_it_is_a_test(
     evidence, role, gate_mm, fitted, state, verdict, tested
 ):
     trial = judged(evidence, role, gate_mm, fitted)
@@ -55,14 +55,14 @@ def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(
 
 
 def _is_plain(page, caption):
-    """A band of 95 % was taken for a tolerance, and nobody could say what a station is."""
+    """Readers took a band of 95 % for a tolerance, and did not know what a station is."""
     texts = [page.verdict, *page.lead, *(tile.text for tile in page.tiles), caption, BAND_READ, BAND_NEXT]
     assert not [text for text in texts if "95 %" in text or "station" in text]
     assert "19 of 20" in caption
     assert "no tolerance" in caption
 
 
-def test_a_missed_limit_is_split_into_level_and_shape_and_says_what_to_check(evidence):
+def test_a_missed_limit_is_explained_by_offset_or_shape_with_a_remedy(evidence):
     lead = first_page(judged(evidence, gate_mm=0.1)).lead[1]
     assert "0.5 mm too high on average; with this shift removed, its mean error is 0.0 mm" in lead
     assert "caliper's zero" in lead
@@ -83,13 +83,13 @@ def test_a_missed_limit_is_split_into_level_and_shape_and_says_what_to_check(evi
     ],
     ids=["at a reading", "between", "nowhere"],
 )
-def test_the_largest_error_is_named_wherever_it_is(evidence, change_mm, words):
-    """Broken on purpose, the largest error at a reading is named alone."""
+def test_the_largest_error_is_named_at_and_between_readings(evidence, change_mm, words):
+    """Broken on purpose, only the largest error at a reading is named."""
     level = replace(evidence.profile, level_mm=evidence.profile.level_mm + change_mm(evidence.profile.s_mm))
     assert re.search(words, first_page(judged(replace(evidence, profile=level))).lead[1])
 
 
-def test_faults_and_unmeasured_data_are_named_before_the_figure(evidence, tmp_path):
+def test_the_labels_of_the_first_page_name_faults_and_unmeasured_data(evidence, tmp_path):
     lost = first_page(replace(judged(evidence), volume_ratio=0.8))
     assert lost.labels[0][0] == "Check first:"
     assert "20 %" in lost.labels[0][1]
@@ -105,7 +105,7 @@ def test_faults_and_unmeasured_data_are_named_before_the_figure(evidence, tmp_pa
     assert "UNFIT" in unfit["Check first:"]
 
 
-def test_the_fast_model_escaped_particles_and_edited_files_get_no_verdict(evidence):
+def test_no_verdict_is_given_for_fast_models_leaks_or_edited_files(evidence):
     fast = first_page(replace(judged(evidence), run=replace(evidence.run, fast_fill=FAST_FILL)))
     assert (fast.state, fast.tiles[3].figure) == ("○ Fast model: no verdict", "Fast model")
     assert "is for screening, is 0.50 mm off" in fast.verdict

@@ -1,4 +1,4 @@
-"""The PDF: at most four pages, whatever a trial has, and texts that are only text."""
+"""The PDF of a report, which has at most four pages."""
 
 import io
 from dataclasses import replace
@@ -38,8 +38,8 @@ def pages_of(path, data: ReportData, captions) -> list[tuple[str, int]]:
     return [(page.extract_text(), stream.count(b" Do")) for page, stream in zip(pages, streams, strict=True)]
 
 
-def test_a_report_with_everything_has_four_pages_and_every_picture_with_its_caption(tmp_path, data, evidence, frames):
-    """Of a comparison with snapshots and a weighed cavity. Seen to fail with a thirteenth picture: a fifth page."""
+def test_the_longest_report_has_four_pages_and_all_pictures_with_captions(tmp_path, data, evidence, frames):
+    """It has a comparison, snapshots and a weighed cavity. Seen to fail with a thirteenth picture: a fifth page."""
     exact = (0.0, 0.0, 0.0)
     weighed = WeighedCavity((), (), (), (), 3.0, 5.0, 16.0, (exact, exact, exact), (1.0, 2.0))
     solid = replace(evidence.solid, figures=replace(evidence.solid.figures, weighed=weighed))

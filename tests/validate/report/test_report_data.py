@@ -1,4 +1,4 @@
-"""report.json: what it says is what was found, and the schema that is published is its own."""
+"""The content of report.json, and its published schema."""
 
 import html
 import json
@@ -23,21 +23,21 @@ from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
 
 
-def test_the_published_schema_is_the_model_s():
+def test_the_published_schema_equals_the_schema_of_the_model():
     """``python -m tests.support.report_schema`` prints it; a change of the model has to be published with it."""
     published = resources("validate").joinpath("schema", "report.schema.json").read_text(encoding="utf-8")
     assert json.loads(published) == schema()
 
 
-def test_every_field_is_described():
-    """A field that is a part of its own is described where that part is."""
+def test_every_field_of_the_schema_has_a_description():
+    """A field that refers to a part of the schema is described at that part."""
     for part in (schema(), *schema()["$defs"].values()):
         assert "description" in part
         assert {name for name, field in part["properties"].items() if not {"description", "$ref"} & set(field)} == set()
 
 
-def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
-    """Sizes, inputs, shifts and settled volumes were on the page alone; and a table that is added there comes along."""
+def test_report_json_has_the_tables_and_figures_of_the_page(tmp_path, monkeypatch):
+    """Particle sizes, inputs and volumes were once on the page alone. A table that is added there must be here too."""
     sheet = ReadingsSheet(name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01")
     s_mm = np.linspace(0, 40, 81)
     fine, middle, coarse = (
@@ -62,12 +62,12 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("outcome", ["passed", "failed", "undecided"])
 @pytest.mark.parametrize("role", ["held-out", "calibrated-on", "undeclared"])
-def test_green_is_for_held_out_readings(outcome, role):
+def test_only_a_pass_on_held_out_readings_is_shown_in_green(outcome, role):
     report = ReportData.model_construct(outcome=outcome, comparison=Comparison.model_construct(role=role))
     assert report.tone == ("open" if outcome == "passed" and role != "held-out" else outcome)
 
 
-def test_a_number_that_does_not_exist_is_null_and_an_unknown_key_is_refused(evidence):
+def test_report_json_has_null_for_nan_and_refuses_unknown_keys(evidence):
     changed: dict[str, Any] = dict(evidence.comparison.distances) | {"frechet_mm": float("nan")}
     distances = CurveDistances(**changed)
     broken = evidence.comparison.model_copy(update={"distances": distances})

@@ -1,4 +1,4 @@
-"""What a report takes for granted of sample and run: said, with numbers, and never invented."""
+"""The assumptions of a report about sample and run, with their numbers."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -38,7 +38,7 @@ def assumed(evidence, **groups) -> str:
     return " ".join(texts(assumptions(with_settings(evidence, **groups))))
 
 
-def test_reynolds_and_bond_numbers_are_those_that_the_run_recorded(evidence):
+def test_reynolds_and_bond_numbers_come_from_the_record_of_the_run(evidence):
     recorded, bare = (
         replace(evidence, run=replace(evidence.run, health=health))
         for health in (RunHealth(bond=2.24, reynolds=0.031, bingham=7.1), RunHealth())
@@ -70,13 +70,13 @@ SLOPES = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
     ("groups", "words", "absent"),
     [
         ({}, [], ["Bingham", "slopes"]),
-        # Curing is then modelled, and only shrinkage is not.
+        # Curing is modelled here, but shrinkage is not.
         (
             {"fluid": {"yield_stress_pa": 12.0, "structuration_pa_per_s": 0.5}},
             ["yield stress of 12 Pa, and 0.5 Pa more each second", "Shrinkage is not modelled"],
             ["Curing"],
         ),
-        # A calibration left the yield stress alone; it is not known to 95 % from 10 to 10.
+        # A yield stress without a stated uncertainty has no interval from 10 to 10.
         ({"fluid": {"material": UNSURE}}, ["is 10 Pa (uncertainty not stated), with the method curve"], ["10 to 10"]),
         (
             {"fluid": {"material": THINS, "flow_index": 0.5}},
@@ -92,13 +92,13 @@ SLOPES = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
     ],
     ids=["plain", "yields", "unsure", "thins", "ageing", "cooling"],
 )
-def test_a_sample_and_its_sealant_are_told_with_their_numbers(evidence, groups, words, absent):
+def test_the_assumptions_describe_the_sealant_with_its_numbers(evidence, groups, words, absent):
     text = assumed(evidence, **groups)
     assert [each for each in words if each not in text] + [each for each in absent if each in text] == []
 
 
-def test_settings_are_listed_with_their_numbers_and_what_a_table_lacks_is_not(evidence):
-    """Doubts about a paste are on page one."""
+def test_the_table_of_settings_has_values_but_no_missing_columns(evidence):
+    """Doubts about a paste are on the first page."""
     run = with_settings(evidence, sample=SLOPES, fluid={"curve": AGEING, "cooling": None}).run
     rows = dict(settings_table(run.settings).rows)
     assert rows["sample"] == "crossfall (°) -2.5, gradient (°) 5"
@@ -116,15 +116,15 @@ def test_settings_are_listed_with_their_numbers_and_what_a_table_lacks_is_not(ev
         ("undercut", "the floor, 7.0 mm wide, extends under the face on both sides of the mouth, 3.1 mm"),
     ],
 )
-def test_the_other_width_of_a_tilted_crack_is_told_beside_that_in_the_photo(evidence, tilt, words):
-    """By hand: 3.1 mm and twice 10 mm times the tangent of 11 degrees are 6.99 mm."""
+def test_the_largest_width_of_a_tilted_crack_is_compared_with_the_photo(evidence, tilt, words):
+    """It is 3.1 mm plus twice 10 mm times the tangent of 11 degrees, 6.99 mm."""
     assert walls(evidence) == ""
     solid = build_solid(evidence.outline, CrackShape(depth_mm=10.0, tilt=tilt, wall_angle_deg=11.0))
     assert words in walls(replace(evidence, solid=solid))
 
 
-def test_what_counts_in_no_metric_is_told_by_its_number(evidence):
-    """Seen to fail with the stations counted from the comparison alone."""
+def test_data_left_out_of_all_metrics_are_reported_with_their_count(evidence):
+    """Seen to fail with stations counted in the comparison alone."""
     assert left_out(evidence)[0].text.startswith("1 particle (1 mm³) ran over the edge of the sample")
     repeats_mm = np.array(evidence.readings.repeats_mm)
     repeats_mm[0, :2] = np.nan
@@ -152,7 +152,7 @@ def test_what_counts_in_no_metric_is_told_by_its_number(evidence):
         (None, None, "is not declared (readings.state)."),
     ],
 )
-def test_what_was_read_is_as_it_was_declared(evidence, state, shrinkage_percent, words):
+def test_the_state_of_the_sealant_is_reported_as_declared(evidence, state, shrinkage_percent, words):
     """Seen to fail with every sealant taken for cured."""
     table = {"file": Path("a.csv"), "data": "measured", "role": "held-out", "state": state}
     settings = Readings.model_validate(table | {"shrinkage_percent": shrinkage_percent})
@@ -161,7 +161,7 @@ def test_what_was_read_is_as_it_was_declared(evidence, state, shrinkage_percent,
     assert "the caliper" not in assumed(evidence), "not assessed, nothing is known"
 
 
-def test_a_run_records_nothing_that_the_report_cannot_name():
+def test_every_health_figure_of_a_run_has_a_label_in_the_report():
     """A new number needs a line in HEALTH_LABELS, or the report shows its name in the code."""
     crack = slot(12.0)
     recorded = set(pour(crack, path(crack[1], 0.005, speed_mm_s=40.0), radius_mm=0.7).health.recorded())
@@ -169,7 +169,7 @@ def test_a_run_records_nothing_that_the_report_cannot_name():
     assert recorded < set(HEALTH_LABELS)
 
 
-def test_a_path_with_leads_and_ramps_is_told_with_what_varies(evidence):
+def test_the_table_of_a_path_has_its_leads_and_its_range_of_speeds(evidence):
     leads = {"lead_in_mm": 30.0, "lead_out_mm": 4.0, "ramp_mm": 10.0, "reverse": True}
     plan = NozzlePath.model_validate({"volume_ml": 1.2, "trim_mm": 5.0} | leads)
     table = dict(path_table(replace(evidence, trajectory=plan_trajectory(evidence.outline, plan, 1.0))).rows)
@@ -204,14 +204,14 @@ LARGEST_FIRST = (
         ((0.99,) * 9, "", "too"),
     ],
 )
-def test_stretches_off_are_named(errors_mm, named, absent):
+def test_stretches_outside_the_band_are_named_with_the_largest_error_first(errors_mm, named, absent):
     text = stretches_off(stations(*errors_mm))
     assert named in text
     assert absent not in text
     assert bool(text) == bool(named)
 
 
-def test_the_mean_of_another_quantity_is_in_the_comparison_and_on_page_one(tmp_path):
+def test_mean_temperature_and_noise_are_in_the_comparison_and_on_page_one(tmp_path):
     evidence = make_evidence(tmp_path)
     means = {"temperature": QuantityMean(value=21.75, unit="°C", stations=4)}
     means |= {"noise": QuantityMean(value=46, unit="", stations=1)}

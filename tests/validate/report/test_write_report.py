@@ -1,4 +1,4 @@
-"""The page and the PDF: complete, self-contained, and deaf to what names would have them do."""
+"""The page and the PDF of a report: complete, self-contained, with names that are not interpreted."""
 
 import base64
 import hashlib
@@ -18,7 +18,7 @@ from validate.settings import Gate
 
 HOSTILE = "<script>alert(1)</script> $\\frac$ {{ 7*7 }} $x_{1 </svg> \"quoted\" & 'so'"
 RUDE = "\N{RIGHT-TO-LEFT OVERRIDE}</title><!-- " + "\N{FIRE}" * 80
-"""What turns the line round, ends what it stands in, and is in no font of ours."""
+"""Text that reverses the line, closes the element around it, and has characters that no font of ours has."""
 
 
 class Reader(HTMLParser):
@@ -62,7 +62,7 @@ def usual(tmp_path_factory):
     return (*content, ReportData.model_validate_json((folder / "report.json").read_text(encoding="utf-8")))
 
 
-def test_page_and_pdf_lead_with_the_verdict_and_the_page_has_every_table(usual):
+def test_page_and_pdf_begin_with_the_verdict_and_number_their_figures_alike(usual):
     _, page, pdf, _ = usual
     titles = "Agreement with the readings|Readings|Dispensed sealant, by place|Crack and solid|Nozzle path|"
     titles += "Numerical health|Settings in effect|Provenance|Assumed and left out"
@@ -76,7 +76,7 @@ def test_page_and_pdf_lead_with_the_verdict_and_the_page_has_every_table(usual):
     assert numbers[0] == numbers[1] == [str(number) for number in range(1, 10)]
 
 
-def test_the_page_needs_nothing_but_itself(usual):
+def test_the_report_page_is_self_contained(usual):
     source, page, *_ = usual
     assert len(source) < 3_000_000
     assert {"link", "iframe", "object", "form"}.isdisjoint(tag for tag, _ in page.tags)
@@ -93,19 +93,19 @@ def test_the_page_needs_nothing_but_itself(usual):
     policy = next(attributes["content"] for _, attributes in page.tags if attributes.get("http-equiv"))
     assert policy is not None
     assert policy.startswith("default-src 'none'")
-    # One script, which the policy knows by its hash; the mesh is data.
+    # There is one script, which the policy allows by its hash; the mesh is data.
     assert [attributes.get("type") for tag, attributes in page.tags if tag == "script"] == ["application/json", None]
     script = source[source.rindex("<script>") + len("<script>") : source.rindex("</script>")]
     assert f"script-src 'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'" in policy
 
 
-def test_every_figure_says_what_it_shows_in_the_colours_of_the_page(usual):
+def test_every_figure_has_a_text_alternative_and_the_colours_of_the_page(usual):
     source, page, *_ = usual
     figures = [attributes for tag, attributes in page.tags if tag == "svg"]
     assert len(figures) == 8
     assert all(figure["role"] == "img" and figure["aria-label"] for figure in figures)
     drawing = source[source.index("<svg") :]
-    # Curves too: blue that is told from white is hardly told from a dark page.
+    # Curves too: a blue that is visible on white is hardly visible on a dark page.
     for variable, colour in (("var(--ink)", "#1c2833"), ("var(--simulated)", "#0072b2")):
         assert variable in drawing
         assert colour not in drawing
@@ -114,7 +114,7 @@ def test_every_figure_says_what_it_shows_in_the_colours_of_the_page(usual):
     assert all("var(--muted)" in drawing_of_axes for drawing_of_axes in drawings if "xtick" in drawing_of_axes)
 
 
-def test_names_are_text_and_nothing_else(usual):
+def test_names_with_markup_are_shown_as_plain_text(usual):
     """Broken on purpose: with autoescape off the page has a script, with parse_math on the PDF cannot be drawn."""
     source, page, pdf, data = usual
     assert [tag for tag, _ in page.tags].count("script") == 2, "the page's own"
@@ -129,7 +129,7 @@ def test_names_are_text_and_nothing_else(usual):
     assert "Riß ??" in pdf
 
 
-def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path, monkeypatch):
+def test_a_report_without_readings_states_that_nothing_was_compared(tmp_path, monkeypatch):
     leave_out_figures(monkeypatch)
     _, page, pdf = written(tmp_path, readings_data=None, photo_data="synthetic")
     for text in (page.text, pdf):
@@ -147,7 +147,7 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path, monk
 
 
 @pytest.mark.parametrize("content", [None, b"no picture"])
-def test_an_overlay_that_cannot_be_read_is_named(tmp_path, content):
+def test_an_unreadable_overlay_is_refused_by_name(tmp_path, content):
     evidence = make_evidence(tmp_path)
     evidence.overlay_path.unlink()
     if content is not None:

@@ -1,4 +1,4 @@
-"""Intervals from draws of named errors, against normal, rectangular and closed forms; their coverage is a benchmark."""
+"""Intervals from draws of named errors, compared with closed forms; a benchmark measures their coverage."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def curve(error_mm: float | Floats = 1.0, x: Floats | None = None) -> Curve:
     return Curve.of(error.x, error.value, S_MM)
 
 
-def test_draws_are_stratified_and_the_same_each_time():
+def test_draws_are_stratified_and_reproducible():
     """Each of 4,000 even parts has one draw, so that the quantiles of one error are exact."""
     drawn = uniforms("a name", 3)
     assert np.sort(drawn, axis=0) == pytest.approx(np.tile(((np.arange(DRAWS) + 0.5) / DRAWS)[:, None], (1, 3)))
@@ -40,24 +40,24 @@ def test_draws_are_stratified_and_the_same_each_time():
     assert uniforms("a name", 3) is drawn
 
 
-def test_independent_normal_errors_add_in_squares_and_a_shared_one_leaves_differences_alone():
+def test_independent_errors_add_in_squares_and_shared_errors_cancel_in_differences():
     assert budget(own(0.03), alike(0.04)).band_mm == pytest.approx(1.96 * 0.05, rel=2 * PERCENT)
     difference = np.array([1.0, -1.0, *np.zeros(7)]), np.zeros(8)
     assert budget(alike(0.05)).mean_mm(difference) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_weights_of_a_mean_are_the_trapezoids_and_thirds_of_an_arch():
-    """The mean of a parabola is two thirds of its height; over its quarters, straight between, five eighths."""
+def test_weights_of_the_mean_are_exact_for_straight_lines_and_parabolas():
+    """The mean of a parabola is two thirds of its height, or five eighths if it consists of four straight pieces."""
     hat, bump = curve(x=np.linspace(0, 80, 2)).weights()
     assert hat == pytest.approx([1 / 16, *[1 / 8] * 7, 1 / 16])
     assert bump == pytest.approx([0.625 / 8] * 8)
     assert curve(x=np.linspace(0, 80, 1601)).weights()[1] == pytest.approx([2 / 3 / 8] * 8, rel=1e-3)
-    # A station just outside counts with its part.
+    # A station just outside counts in part.
     assert curve(x=np.linspace(0, 75, 76)).weights()[0][-1] == pytest.approx(5 * (5 / 10) / 2 / 75)
 
 
-def test_a_band_of_all_stations_is_wider_by_their_number_and_one_error_for_all_is_one_test():
-    """The largest of nine independent normal errors is below 2.77 in 95 % (Sidak), of one below 1.96."""
+def test_the_common_band_of_all_stations_is_wider_only_for_independent_errors():
+    """The largest of nine independent normal errors is below 2.77 in 95 % of cases (Sidak), one error below 1.96."""
     apart, shared, none = budget(own(0.1)), budget(alike(0.1)), budget()
     for each, number in ((apart, 9), (apart.at(S_MM < 35), 4)):
         assert len(each.band_mm) == number
@@ -69,7 +69,7 @@ def test_a_band_of_all_stations_is_wider_by_their_number_and_one_error_for_all_i
     assert none.mean_error_interval(curve(0.7)) == pytest.approx((0.7, 0.7))
 
 
-def test_what_scatter_alone_would_make_may_be_nothing():
+def test_the_interval_of_an_error_below_the_scatter_begins_at_zero():
     """An error of a tenth of the scatter does not show; one of ten times the scatter does."""
     assert budget(own(0.1)).mean_error_interval(curve(0.01))[0] == 0.0
     assert budget(own(0.1)).mean_error_interval(curve(1.0))[0] > 0.9

@@ -1,4 +1,4 @@
-"""Three particle sizes of three runs: what is known of their error, without a jump between one answer and another."""
+"""The numerical error from three runs of three particle sizes, and the effects of the inputs."""
 
 import json
 from typing import Any
@@ -25,7 +25,7 @@ from validate.uncertainty.computed import (
 
 RADII_MM = (1 / 1.3, 1.0, 1.3)
 APART_MM = np.array([-0.05, 0.0, 0.05])
-"""What three runs of one size are off their mean."""
+"""Differences of three runs of one size from their mean."""
 
 
 def replicates(means_mm, apart_mm: ArrayLike = APART_MM) -> Replicates:
@@ -39,7 +39,7 @@ def band_mm(means_mm, apart_mm: ArrayLike = APART_MM) -> float:
 
 
 @pytest.mark.parametrize("order", [0.6, 1.0, 1.7])
-def test_a_power_law_without_scatter_has_its_order_and_error(order):
+def test_the_order_and_the_error_of_an_exact_power_law_are_recovered(order):
     means_mm = [5.0 + 0.3 * h**order for h in RADII_MM]
     assert replicates(means_mm, [0.0] * 3).orders(4000) == pytest.approx(np.full(4000, order), abs=0.03)
     assert band_mm(means_mm, [0.0] * 3) == pytest.approx(0.3, rel=0.06)
@@ -54,10 +54,10 @@ def spread_of(*runs_mm: Any) -> Spread:
     return Spread(ALONG_MM, (fine, middle, coarse), (), None, None)
 
 
-def test_extra_runs_that_are_copies_or_show_no_scatter_are_refused():
-    """Broken on purpose, a copy counts as a run: the scatter of a single one falls from 0.050 to 0.044 mm.
+def test_copied_or_single_extra_runs_are_refused():
+    """Broken on purpose, a copy counts as a run, and the scatter of runs falls from 0.050 to 0.044 mm.
 
-    A single run of each size agrees with itself: the band would be 0.
+    A single run of each size has no scatter, and the band would be 0.
     """
     runs_mm = 0.1 * np.sin(ALONG_MM) + APART_MM[:, None]
     sizes = [runs_mm + radius_mm for radius_mm in RADII_MM]
@@ -73,8 +73,8 @@ def test_extra_runs_that_are_copies_or_show_no_scatter_are_refused():
             Spread.of(json.loads(as_json(spread.content())))
 
 
-def test_effects_of_a_linear_response_are_exact_and_spare_columns_tell_how_far_runs_scatter():
-    """Eight runs that scatter by 0.2 leave 0.2 / sqrt(8) in an effect; two columns at 400 places know it to 3 %."""
+def test_effects_of_a_linear_response_are_exact_and_spare_columns_give_the_scatter():
+    """Eight runs that scatter by 0.2 leave 0.2 / sqrt(8) in an effect; two columns at 400 positions give it to 3 %."""
     slopes = np.array([[0.3, -1.0, 0.0], [0.05, 0.2, 2.0], [-0.4, 0.0, 0.1], [1.0, 1.0, 1.0], [0.0, 0.5, -0.5]])
     results = np.array(7.0 + two_level_design(5) @ slopes, dtype=np.float64)
     effects, scatter = effects_of(results, 5)
@@ -101,7 +101,7 @@ def u_mm(inputs: Inputs) -> float:
     return Budget(len(S_MM), tuple(inputs.errors())).mean_mm(level) / 2
 
 
-def test_of_a_linear_model_u_is_the_root_of_the_sum_of_squares():
+def test_the_uncertainty_of_a_linear_model_is_the_root_sum_of_squares():
     linear = draws(lambda z: z @ PER_SD_MM)
     assert len(linear.moved_mm) == RUNS
     # Twice u is the interval of 95 %, 1.96 standard deviations of a normal one.
@@ -113,7 +113,7 @@ def test_of_a_linear_model_u_is_the_root_of_the_sum_of_squares():
     assert together == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_parabola_is_an_inputs_own_and_a_product_is_of_both_together():
+def test_a_quadratic_effect_counts_for_its_input_and_a_product_for_the_interaction():
     """The variances of z squared and of a product of two are 2 and 1."""
     curved = draws(lambda z: 0.5 * z[:, 0] + 0.1 * z[:, 1] ** 2 + 0.2 * z[:, 0] * z[:, 2])
     effects, together = curved.inputs.reported(S_MM)

@@ -53,8 +53,8 @@ def hardly_ever(sheets: int) -> float:
     return sheets * (0.01 + 3 * np.sqrt(0.01 * 0.99 / sheets))
 
 
-def test_true_declarations_are_hardly_ever_refused():
-    """Repeats that are no passes, whatever their scatter, and passes of the declared size."""
+def test_at_most_about_1_percent_of_true_declarations_are_refused():
+    """The sheets have repeats without passes, with several kinds of scatter, or passes of the declared size."""
     random = np.random.default_rng(5)
     kinds = ["normal", "outliers", "uneven", "missing"]
     alike = [noise_mm(random, kinds[number % 4]) for number in range(200)]
@@ -63,19 +63,19 @@ def test_true_declarations_are_hardly_ever_refused():
     assert sum(refusals(apart, Uncertainty(pass_mm=0.2))) <= hardly_ever(100)
 
 
-def test_a_column_by_an_operator_who_reads_0_3_mm_higher_contradicts_no_passes():
-    """By 0.15 mm of scatter in 17 stations, found in 99 of 100 sheets; at most 3 of 60 may be missed."""
+def test_a_column_that_is_0_3_mm_higher_contradicts_declared_equal_passes():
+    """With a scatter of 0.15 mm at 17 stations, 99 of 100 sheets are refused; at most 3 of 60 may be missed."""
     random = np.random.default_rng(6)
     sheets = [noise_mm(random) + np.array([0.0, 0.0, 0.3]) for _ in range(60)]
     assert sum(refusals(sheets, NO_PASSES)) >= 57
     words = r"^caliper\.csv: the repeats contradict uncertainty\.pass_mm = 0:.* repeat 3 is \+0\.2.*pass_mm"
     with pytest.raises(InputError, match=words):
         check(sheets[0], NO_PASSES)
-    # What is declared to differ by that much, may.
+    # Passes that are declared to differ by that much are accepted.
     assert [refusals(sheets[:1], Uncertainty(pass_mm=mm)) for mm in (0.2, 0.01)] == [[False], [True]]
 
 
-def test_repeats_that_scatter_more_than_was_declared_contradict_it():
+def test_repeats_that_scatter_more_than_the_declared_repeatability_are_refused():
     """0.15 mm over 34 degrees of freedom exceed 0.1 mm; a true declaration is refused once in 100."""
     random = np.random.default_rng(9)
     sheets = [noise_mm(random) for _ in range(100)]
@@ -87,7 +87,7 @@ def test_repeats_that_scatter_more_than_was_declared_contradict_it():
 
 
 @pytest.mark.parametrize(("key", "declared_mm"), [("repeatability_mm", 1.0), ("station_each_mm", 4.0)])
-def test_readings_that_are_smoother_than_a_declared_error_contradict_it(key, declared_mm):
+def test_readings_that_are_smoother_than_a_declared_error_are_refused(key, declared_mm):
     """The bed bends by 0.04 mm from station to station and rises by up to 0.1 mm a mm: both errors would leave more.
 
     Errors of the declared size are refused in at most 1 of 100 sheets: in none of 200 on this bed, which adds to them.
@@ -102,8 +102,8 @@ def test_readings_that_are_smoother_than_a_declared_error_contradict_it(key, dec
     assert sum(refusals(sheets, declared)) <= 6
 
 
-def test_readings_finer_than_the_declared_last_digit_contradict_it():
-    """Readings between two marks by eye may be some; the caliper's own digit, which is the default, is not asked."""
+def test_readings_finer_than_the_declared_resolution_are_refused():
+    """A few readings may be estimated between two marks. The default, the caliper's last digit, is not checked."""
     random = np.random.default_rng(11)
     fine_mm = np.round(BED_MM[:, None] + noise_mm(random), 2) - BED_MM[:, None]
     with pytest.raises(InputError, match=r"readings\.resolution_mm = 0\.5: \d+ of 51 are not multiples"):

@@ -1,4 +1,4 @@
-"""The meniscus in the budget: its depth, its pinned edges, its side, and its name with its size if it is undeclared."""
+"""The meniscus in the budget: its depth, its sign, and its size if it is undeclared."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ SETTING = "uncertainty.surface_tension_n_m"
         (3.0, 1690.0, 1.0, 0.0),
     ],
 )
-def test_the_middle_is_lower_by_a_meniscus_that_the_face_pins(width_mm, density_kg_m3, level_mm, sag_mm):
+def test_the_depth_of_the_meniscus_equals_its_closed_forms(width_mm, density_kg_m3, level_mm, sag_mm):
     mouth = Mouth(S_MM, np.full(17, width_mm), density_kg_m3)
     assert mouth.sag_mm(S_MM, np.full(17, level_mm)) == pytest.approx(sag_mm, rel=3e-3)
 
@@ -51,8 +51,8 @@ def predicted(declared: Uncertainty) -> PredictedLevel:
     return predict(Profile(S_MM, np.full(17, -4.0)), spread, declared, mouth=MOUTH)
 
 
-def test_a_declared_meniscus_lowers_a_reading_by_nothing_up_to_the_whole():
-    """Near the face, where a reading in the middle and a mean level would have different menisci."""
+def test_a_declared_meniscus_lowers_a_reading_by_zero_to_its_full_depth():
+    """The level is near the face, where the menisci of a reading in the middle and of a mean level differ."""
     budget = read(Uncertainty(surface_tension_n_m=0.072), -0.5)
     (part,) = [one for one in budget.components if one.setting == SETTING]
     sag_mm = MOUTH.sag_mm(S_MM, profile(-0.5).level_mm, read=True)
@@ -61,7 +61,7 @@ def test_a_declared_meniscus_lowers_a_reading_by_nothing_up_to_the_whole():
     assert (part.name, part.source, part.kind, part.shared) == ("meniscus", "declared", "readings", True)
 
 
-def test_a_declared_meniscus_is_an_error_of_the_model_in_a_prediction():
+def test_a_declared_meniscus_counts_as_a_model_error_in_a_prediction():
     with_it, without = (predicted(Uncertainty(surface_tension_n_m=tension)) for tension in (0.072, 0.0))
     assert with_it.model_mm == pytest.approx(0.95 * MOUTH.sag_mm(with_it.s_mm, with_it.level_mm) / 2, abs=1e-3)
     assert [(one.name, one.kind, one.setting) for one in with_it.parts[1:]] == [("meniscus", "model", SETTING)]
@@ -71,7 +71,7 @@ def test_a_declared_meniscus_is_an_error_of_the_model_in_a_prediction():
     assert "the meniscus" in prediction_facts(with_it)[0].text
 
 
-def test_an_undeclared_meniscus_is_named_with_its_size_and_in_no_band():
+def test_an_undeclared_meniscus_is_named_with_its_size_but_not_in_the_band():
     """The size is that of water; 0 declares that there is none."""
     name = "meniscus of up to 0.29 mm in the middle"
     budget, prediction = read(Uncertainty()), predicted(Uncertainty())

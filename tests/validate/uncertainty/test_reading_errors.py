@@ -1,4 +1,4 @@
-"""Errors of the readings: seen in repeats and last digits, declared, allowed for, and named where nothing tells."""
+"""Errors of the readings: detected in repeats and last digits, declared, allowed for, or named as missing."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -50,8 +50,8 @@ def bias_mm(budget: Budget) -> float:
     return budget.mean_mm(ERROR.weights())
 
 
-def test_passes_that_agree_are_allowed_to_differ_and_a_declaration_excludes_it():
-    """Three passes cannot tell 0.2 mm from nothing: the bias is at least 1.5 times less sure than by scatter alone."""
+def test_a_difference_between_passes_is_allowed_for_unless_declared_absent():
+    """Three passes do not exclude 0.2 mm: the bias is at least 1.5 times as uncertain as by scatter alone."""
     profile = scattered(0.15)
     allowed, none = budget(profile), budget(profile, NO_PASSES)
     assert part(allowed, "passes").source == "allowed for"
@@ -61,8 +61,8 @@ def test_passes_that_agree_are_allowed_to_differ_and_a_declaration_excludes_it()
     assert none.summary(ERROR).notes == ()
 
 
-def test_a_step_that_all_readings_keep_is_seen():
-    """Up to a common height, as of a datum; not in hundredths, nor in few levels."""
+def test_the_resolution_of_coarse_readings_is_detected():
+    """All readings may have an offset, as of a datum. Hundredths, or a few levels, show no resolution."""
     for step_mm, above_mm in ((0.5, 0.37), (25.4 / 64, 0.0), (0.05, 1.23)):
         level_mm = above_mm + np.round(np.linspace(-16, 1, 17) / step_mm) * step_mm
         assert resolution_of(level_mm[:, None] + step_mm * np.array([0, 1, 0])) == pytest.approx(step_mm)
@@ -70,15 +70,15 @@ def test_a_step_that_all_readings_keep_is_seen():
     assert resolution_of(np.array([[-1.0, -1.5], [-2.0, -2.0]])) == 0.0
 
 
-def test_a_coarse_step_that_hides_the_scatter_is_the_error():
-    """Repeats that agree on halves of a millimetre looked like a scatter of nothing: a band of 0.02 mm."""
+def test_a_resolution_coarser_than_the_scatter_determines_the_error():
+    """Repeats that agree in steps of 0.5 mm once counted as free of scatter, with a band of 0.02 mm."""
     level_mm = np.round(np.linspace(-16, 1, 17) * 2) / 2
     whole = budget(measured(np.tile(level_mm[:, None], 3)), NO_PASSES)
     assert part(whole, "scatter and last digit, 0.5 mm").source == "detected"
     assert 0.2 < np.median(whole.band_mm) < 0.35
 
 
-def test_what_is_not_declared_is_named_with_what_it_would_do():
+def test_undeclared_errors_are_named_with_their_expected_effect():
     profile = scattered(0.1)
     of_readings = {"datum_error_mm": 0.05, "probe_mm": 0.5, "rounding": "nearest", "limit_mm": 0.02}
     others = dict.fromkeys((*OF_THE_READINGS, "surface_tension_n_m"), 0.1)
@@ -91,7 +91,7 @@ def test_what_is_not_declared_is_named_with_what_it_would_do():
     whole = budget(profile).summary(ERROR)
     (datum,) = [one for one in whole.missing if one.setting == "readings.datum_error_mm"]
     assert datum.mean_level_mm == pytest.approx(0.98 * 0.2, rel=1e-3)
-    # A gauge 2 % off, at depths of 10 mm; a bowed face; and a tip as wide as tips are.
+    # Assumed are a gauge 2 % off at depths of 10 mm, a bowed face, and a tip of usual width.
     deep = budget(replace(profile, level_mm=profile.level_mm - 10)).summary(ERROR).missing
     assert [one.mean_level_mm for one in deep if one.setting == "readings.limit_mm"] == pytest.approx([0.196], rel=0.01)
     assert "tilted datum or bowed face" in {one.name for one in deep}
@@ -107,8 +107,8 @@ def test_what_is_not_declared_is_named_with_what_it_would_do():
         ("datum_tilt_mm", -1.645, 1.645, 0.98),
     ],
 )
-def test_an_error_that_no_repeat_shows_has_its_size_and_sign(key, lowest_mm, highest_mm, of_the_mean_mm):
-    """Declared as 1 mm; quantiles of 2.5 % at the worst station, and for the mean of all, which such errors share."""
+def test_a_declared_error_that_repeats_cannot_show_has_its_size_and_sign(key, lowest_mm, highest_mm, of_the_mean_mm):
+    """Each error is declared as 1 mm. Given are quantiles of 2.5 % at the worst station, and of the mean of all."""
     whole, none = (budget(scattered(0.1), Uncertainty.model_validate({key: mm})) for mm in (1.0, 0.0))
     (error,) = [component for component in whole.components if component.setting == f"uncertainty.{key}"]
     draws_mm = error.draws_mm[:, -1]
@@ -145,10 +145,10 @@ def test_rounding_to_one_side_shifts_all_readings_by_half_a_step(quantity, round
         assert np.unique(shifts[0], axis=0)[0] == pytest.approx(shifts_mm)
 
 
-def test_few_stations_do_not_show_a_step_between_two_of_them():
-    """Five stations, a rise of 8 mm in one gap of four: it and its neighbours are off by 8/8 mm, over 3/4 of the crack.
+def test_a_possible_step_between_few_stations_widens_the_interval():
+    """Five stations have a rise of 8 mm in one of four gaps: 3/4 of the crack are uncertain by 8/8 mm.
 
-    The mean level need not change. Twelve stations show such a bed, and five on a line have no step.
+    Twelve stations show such a bed, and five stations on a line have no step.
     """
 
     def budget_at(s_mm: Floats, level_mm: Floats) -> Budget:
@@ -166,14 +166,14 @@ def test_few_stations_do_not_show_a_step_between_two_of_them():
     assert any("0.75 mm for steps" in text for text in texts(summary.notes))
 
 
-def test_a_probe_wider_than_the_mouth_is_said_and_not_guessed():
+def test_a_probe_that_is_wider_than_the_crack_gives_a_note():
     mouth = replace(MOUTH, width_mm=np.where(S_MM < 10, 1.9, 3.1))
     whole = budget_of(scattered(0.1), readings(probe_mm=2.0), Uncertainty(), mouth)
     assert any("not narrower than the crack at 2 stations (s = 0, 5 mm)" in text for text in texts(whole.notes))
     assert not of_keys(budget(scattered(0.1), probe_mm=2.0).notes, "readings.probe-touches")
 
 
-def test_stations_read_once_have_the_scatter_that_was_declared_or_none():
+def test_stations_read_once_have_only_a_declared_scatter():
     once = measured(0.1 * np.random.default_rng(1).standard_normal((17, 1)))
     assert not budget(once).scatter_known
     declared = budget(once, Uncertainty(repeatability_mm=0.12, pass_mm=0.0))
@@ -189,8 +189,8 @@ def with_outliers(*off_mm: float, repeats: int = 3) -> Floats:
 
 
 @pytest.mark.parametrize("off_mm", [3.0, -3.0])
-def test_an_outlier_is_named_and_kept_and_its_station_is_taken_for_what_its_other_readings_say(off_mm):
-    """One of 51 is twenty times the scatter off, the mean of three by a third of it; two readings know the level."""
+def test_an_outlier_is_named_and_widens_the_band_of_its_station(off_mm):
+    """One of 51 readings is off by twenty times the scatter, and the mean of its station by a third of that."""
     far_mm = with_outliers(0.0, off_mm)
     whole, plain = budget(measured(far_mm), NO_PASSES), budget(scattered(0.15), NO_PASSES)
     assert any("At 1 station (s = 25 mm) a reading is more than 6 robust" in text for text in texts(whole.notes))
@@ -204,8 +204,8 @@ def test_an_outlier_is_named_and_kept_and_its_station_is_taken_for_what_its_othe
 
 
 @pytest.mark.parametrize(("sinks_mm", "error_mm"), [(5.0, 1.0), (20.0, 0.05), (50.0, -3.0)])
-def test_an_error_far_larger_than_the_readings_has_an_interval_too(sinks_mm, error_mm):
-    """The search for its ends had no root between them."""
+def test_an_error_far_larger_than_the_scatter_has_a_finite_interval(sinks_mm, error_mm):
+    """The search for the ends of the interval once found no root."""
     sinks, profile = budget(scattered(0.1), Uncertainty(sinks_mm=sinks_mm)), scattered(0.1)
     error = Curve.of(ERROR.x, np.full(len(ERROR.x), error_mm), profile.s_mm)
     low_mm, high_mm = sinks.mean_error_interval(error)
