@@ -1,4 +1,4 @@
-"""A lab of ten sound samples, a folder of two of them, and the lab of those two."""
+"""A lab of ten samples without faults, a folder of two of them, and the lab of those two."""
 
 import shutil
 
