@@ -1,4 +1,4 @@
-"""A real Chromium, without a head, on the page of a real 'sealtwin trace'."""
+"""A headless Chromium on pages that 'sealtwin trace' serves."""
 
 import importlib
 import shutil
@@ -27,7 +27,7 @@ WITHOUT_WEBGL = ("--disable-gpu",)
 BY_SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """WebGL where there is no graphics card."""
 PATIENCE_MS = 30_000
-"""For what must come at all. How fast it must come is measured where that is the claim."""
+"""Timeout of a wait; times that a test claims are measured by the test."""
 UNREAD = "net::ERR_ABORTED"
 """Chromium says so of every answer that a page reads piece by piece, also when it has read the last piece."""
 
@@ -84,7 +84,7 @@ def open_report(chromium_with_webgl):
 
 @dataclass(frozen=True)
 class Shot:
-    """A specimen's photo, and where on it things are."""
+    """A specimen's photo, and positions on it."""
 
     file: Path
     mm_per_px: float
