@@ -22,7 +22,7 @@ from digitise.solid.wedges import wall_shifts_mm
 from tests.support.shapes import CLOSED, CUT, straight_slot
 
 
-def test_the_judge_sees_a_hole_a_moved_corner_and_a_missing_island():
+def test_solid_checks_detect_a_hole_a_wrong_volume_and_a_missing_island():
     outline = straight_slot(20.0, 4.0, CUT)
     solid = build_solid(outline, shape_of(0, "flare"))
     assert faults_of_the_file(solid) == []
@@ -44,7 +44,7 @@ def test_the_judge_sees_a_hole_a_moved_corner_and_a_missing_island():
 
 
 @pytest.mark.parametrize("tilt", TILTS)
-def test_the_judge_sees_a_wrong_angle(tilt):
+def test_solid_checks_detect_a_wall_angle_that_is_half_a_degree_off(tilt):
     """11 degrees against 10.5: all of the wall is off. A lean that is put upright by the wrong shear stays askew."""
     outline = straight_slot(20.0, 8.0, CLOSED)
     shape = shape_of(0, tilt)
@@ -58,7 +58,7 @@ def test_the_judge_sees_a_wrong_angle(tilt):
     assert mean_deg == pytest.approx(0.5 if tilt != "lean" else 0.0, abs=0.01)
 
 
-def test_a_refusal_is_no_success():
+def test_a_refused_crack_counts_as_a_failure_in_the_table():
     """In the table a crack of which nothing was made counts as unsound, and has no other figures."""
     good = Built("plain", 0, "flare", (), 100, 1000, 0.0, 0.0, 0.002, 0.1)
     table = {row.name: row for row in rows([good, Built("plain", 1, "flare", ("no crack",))])}

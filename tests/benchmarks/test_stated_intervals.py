@@ -14,7 +14,7 @@ CHANCE = 3 * np.sqrt(0.92 * 0.08 / DRAWS)
 JUDGED, BEYOND = "numerics off by 0.3 mm, order 0.5", "numerics off by 1 mm, order 0.5"
 
 
-def test_the_numerics_hold_their_truth_and_one_that_is_larger_than_their_target_is_reported():
+def test_intervals_contain_the_truth_despite_numerical_errors_within_the_target():
     judged, reported = (next(one for one in NUMERICS if one.name == name) for name in (JUDGED, BEYOND))
     level, station, width = numerics_rows(judged, DRAWS, seed=1)
     assert min(level.value, station.value) > 100 * (0.92 - CHANCE)
@@ -23,7 +23,7 @@ def test_the_numerics_hold_their_truth_and_one_that_is_larger_than_their_target_
 
 
 @pytest.mark.parametrize(("name", "fails"), [("floor to 0.5", True), ("floor to 0.5, declared", False)])
-def test_an_error_that_is_neither_included_nor_named_fails_the_benchmark(monkeypatch, name, fails):
+def test_a_reading_error_neither_covered_nor_reported_fails_the_benchmark(monkeypatch, name, fails):
     (case,) = [one for one in FAULTS if one.name == name]
     assert not any(row.missed for row in fault_rows(case, 20, seed=1))
     unnamed = replace(case, named=())
