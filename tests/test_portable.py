@@ -1,6 +1,6 @@
-"""The packages call nothing that only POSIX systems have, but for guarded places that are listed here.
+"""Calls that only POSIX systems have are used in few guarded places, which are listed here.
 
-What this cannot find: a call that Windows has and that behaves differently there.
+The test cannot find calls that behave differently on Windows.
 """
 
 import re
@@ -57,7 +57,7 @@ ALLOWED = {
 }
 
 
-def test_what_only_posix_has_stands_in_listed_places_alone():
+def test_posix_only_calls_are_used_only_in_listed_modules():
     uses = {
         (path.relative_to(ROOT).as_posix(), use)
         for package in PACKAGES
