@@ -29,24 +29,20 @@ test-gpu: $(DEVELOPING)
 	$(BIN)/pytest -m gpu
 
 benchmark: $(DEVELOPING)
-	$(BIN)/python benchmarks/paper_trial.py
+	$(BIN)/python -m benchmarks.paper_trial
 
 benchmark-digitise: $(DEVELOPING)
-	$(BIN)/python benchmarks/tracing.py
-	$(BIN)/python benchmarks/solids.py
-	$(BIN)/python benchmarks/digitise_speed.py
+	$(BIN)/python -m benchmarks.tracing
+	$(BIN)/python -m benchmarks.solids
 
 benchmark-simulate: $(DEVELOPING)
-	$(BIN)/python benchmarks/pbf_step.py
-	$(BIN)/python -m benchmarks.speed_bars --only frames --only beside --only draft
-	$(BIN)/python benchmarks/physics.py
+	$(BIN)/python -m benchmarks.pbf_step
+	$(BIN)/python -m benchmarks.speed_bars
+	$(BIN)/python -m benchmarks.physics
 
 benchmark-validate: $(DEVELOPING)
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
-	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
-	$(BIN)/python benchmarks/ingest.py
+	$(BIN)/python -m benchmarks.ingest
 	$(BIN)/python -m benchmarks.fuzz
-	$(BIN)/python benchmarks/report_speed.py
 	$(BIN)/python -m benchmarks.stated_intervals
 
 benchmark-peers: $(DEVELOPING)
@@ -58,8 +54,6 @@ benchmark-gpu: $(DEVELOPING)
 
 # Every benchmark; what ran on this very code is not run again.
 results: $(DEVELOPING)
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
-	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/python -m benchmarks.results
 
 reproduce: $(INSTALLED)

@@ -8,7 +8,6 @@ or weigh the sample before and after the pour. Then it predicts with three runs 
 particles. ``benchmarks/blind/`` keeps all runs, and computes those that are missing.
 """
 
-import csv
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -17,10 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.blind_trials import SEED, STATIONS_MM, Measured, level_mm, measured, notebook, real_level_mm
-from benchmarks.kept_runs import KeptRuns
+from benchmarks.kept_runs import KeptRuns, add_rows, rows_in
 from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour, Poured
 from benchmarks.reality.pour import poured
 from benchmarks.reality.worlds import WORLDS, World, flows, late, together
+from benchmarks.samples import pour_along
 from benchmarks.table import run_benchmark
 from digitise.settings import Dispensed
 from digitise.trajectory import plan_trajectory
@@ -90,7 +90,7 @@ def second_reality(one: Measured, world: World) -> Poured:
 
 
 def true_inputs(real: Sample, one: Measured) -> tuple[Cavity, Paste, Pour]:
-    outline, trajectory, truth = real.outline, real.trajectory, one.truth
+    outline, truth = real.outline, one.truth
     s_mm, ones = outline.s_mm, np.ones(len(outline.s_mm))
     # Walls that flare: the traced width is that of the floor.
     depth_mm, angle_deg = truth["depth_mm"], truth["angle_deg"]
@@ -98,21 +98,18 @@ def true_inputs(real: Sample, one: Measured) -> tuple[Cavity, Paste, Pour]:
     cavity = Cavity(s_mm, mouth_mm, depth_mm * ones, angle_deg * ones, angle_deg * ones)
     fluid = one.real_fluid
     paste = Paste(fluid["density_kg_m3"], fluid["yield_stress_pa"], fluid["viscosity_pa_s"])
-    # A waypoint's flow holds until the next one.
-    at_s, flow = trajectory.t_s, trajectory.flow_mm3_s
-    times, given = np.repeat(at_s, 2)[1:-1], np.repeat(flow[:-1], 2)
-    return cavity, paste, Pour(at_s, trajectory.s_mm, times, given, one.base.trial.nozzle.diameter_mm)
+    return cavity, paste, pour_along(real.trajectory, one.base.trial.nozzle.diameter_mm)
 
 
 def real_levels_mm() -> dict[int, Floats]:
     """Return the kept levels of reality by particles at STATIONS_MM, by trial."""
-    return {int(number): np.array(level, dtype=float) for number, *level in _rows_of(REAL)}
+    return {int(number): np.array(level, dtype=float) for number, *level in rows_in(REAL)}
 
 
 def kept_sizes() -> dict[tuple[int, str], Sizes]:
     """Return the kept runs by trial and lab."""
     runs = dict[tuple[int, str], dict[float, list[list[float]]]]()
-    for number, lab, radius_mm, _, *level in _rows_of(SIZES):
+    for number, lab, radius_mm, _, *level in rows_in(SIZES):
         by_radius = runs.setdefault((int(number), lab), {})
         by_radius.setdefault(float(radius_mm), []).append([*map(float, level)])
     sizes = dict[tuple[int, str], Sizes]()
@@ -120,10 +117,6 @@ def kept_sizes() -> dict[tuple[int, str], Sizes]:
         fine, own, coarse = (SizeRuns(radius_mm, np.array(by_radius[radius_mm])) for radius_mm in sorted(by_radius))
         sizes[key] = fine, own, coarse
     return sizes
-
-
-def _rows_of(path: Path) -> list[list[str]]:
-    return [*csv.reader(path.read_text(encoding="utf-8").splitlines())][1:] if path.is_file() else []
 
 
 def main() -> None:
@@ -152,12 +145,8 @@ def _record(number: int, name: str, base: Base, one: Measured) -> None:
 
 def _add(path: Path, header: list[str], runs: list[list[Any]], levels_mm: list[Floats]) -> None:
     """Add runs with their levels to a table."""
-    with path.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        if file.tell() == 0:
-            writer.writerow([*header, *LEVELS])
-        pairs = zip(runs, levels_mm, strict=True)
-        writer.writerows([*run, *(f"{value:.3f}" for value in level)] for run, level in pairs)
+    pairs = zip(runs, levels_mm, strict=True)
+    add_rows(path, [*header, *LEVELS], ([*run, *(f"{value:.3f}" for value in level)] for run, level in pairs))
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ from benchmarks.blind_labs import (
     real_levels_mm,
     second_reality,
 )
-from benchmarks.blind_trials import STATIONS_MM, Measured, measured
+from benchmarks.blind_trials import STATIONS_MM, measured
 from benchmarks.reality.inputs import Paste
 from benchmarks.reality.worlds import WORLDS, World, slips
 from benchmarks.table import Row, run_benchmark
@@ -95,40 +95,32 @@ class _Judged(NamedTuple):
 def _rows(numbers: Sequence[int], kept: Mapping[tuple[int, str], Sizes]) -> Iterator[Row]:
     judged: dict[str, list[_Judged]] = {name: [] for name in REALITIES}
     for number in numbers:
-        one = measured(number, Path())
-        bases = {name: base_of(one, number, lab) for name, lab in LABS.items()}
-        predictions = {name: _predicted(base, kept[number, name]) for name, base in bases.items()}
+        trial = measured(number, Path())
+        particles_mm = np.interp(PLACES_MM, STATIONS_MM, real_levels_mm()[number])
+        bases = {name: base_of(trial, number, lab) for name, lab in LABS.items()}
+        spreads = {name: _spread(base, kept[number, name]) for name, base in bases.items()}
         for name, reality in REALITIES.items():
-            band = predictions[reality.lab].band(TENSION_N_M if reality.wets else None)
-            judged[name].append(_judge(_real_mm(one, number, reality.world), band, bases[reality.lab]))
+            base, world = bases[reality.lab], reality.world
+            band = _predicted(base, spreads[reality.lab], TENSION_N_M if reality.wets else None)
+            real_mm = particles_mm if world is None else second_reality(trial, world).at(PLACES_MM)
+            judged[name].append(_judge(real_mm, band, base))
         print(f"trial {number}: judged", flush=True)
-    for name, each in judged.items():
-        yield from _figures(name, each, REALITIES[name])
+    for name, trials in judged.items():
+        yield from _figures(name, trials, REALITIES[name])
 
 
-class _Prediction(NamedTuple):
-    base: Base
-    spread: Spread
-
-    def band(self, surface_tension_n_m: float | None) -> PredictedLevel:
-        base, sizes = self.base, present(self.spread.sizes, "the runs of three sizes")
-        simulated = Profile(STATIONS_MM, sizes[1].levels_mm[0], data="synthetic", source="simulation")
-        declared = base.trial.uncertainty.model_copy(update={"surface_tension_n_m": surface_tension_n_m})
-        mouth = Mouth.of(base.sample.outline, base.sample.solid, base.trial.given_fluid.density_kg_m3)
-        return predict(simulated, self.spread, declared, ends=BedEnds.of(base.sample.trajectory, base.run), mouth=mouth)
-
-
-def _predicted(base: Base, sizes: Sizes) -> _Prediction:
+def _spread(base: Base, sizes: Sizes) -> Spread:
     unfit, fast = base.run.unfit, base.profile
-    draws = draw(base, 0, Progress(), DRAWS)
     fast_mm = None if unfit else np.interp(STATIONS_MM, fast.s_mm, fast.level_mm)
-    return _Prediction(base, Spread(STATIONS_MM, sizes, (), None, None, draws, fast_mm, unfit))
+    return Spread(STATIONS_MM, sizes, (), None, None, draw(base, 0, Progress(), DRAWS), fast_mm, unfit)
 
 
-def _real_mm(one: Measured, number: int, world: World | None) -> Floats:
-    if world is not None:
-        return second_reality(one, world).at(PLACES_MM)
-    return np.interp(PLACES_MM, STATIONS_MM, real_levels_mm()[number])
+def _predicted(base: Base, spread: Spread, surface_tension_n_m: float | None) -> PredictedLevel:
+    sizes = present(spread.sizes, "the runs of three sizes")
+    simulated = Profile(STATIONS_MM, sizes[1].levels_mm[0], data="synthetic", source="simulation")
+    declared = base.trial.uncertainty.model_copy(update={"surface_tension_n_m": surface_tension_n_m})
+    mouth = Mouth.of(base.sample.outline, base.sample.solid, base.trial.given_fluid.density_kg_m3)
+    return predict(simulated, spread, declared, ends=BedEnds.of(base.sample.trajectory, base.run), mouth=mouth)
 
 
 def _judge(real_mm: Floats, band: PredictedLevel, base: Base) -> _Judged:

@@ -8,18 +8,13 @@ truth are a point of a scrambled Halton sequence; its readings are one run at 27
 calibration succeeds where the likeliest setting's profile is within 0.18 mm RMS of the truth's: means over 3 seeds
 each, less what the scatter of these seeds adds. Nothing of the method was chosen on these truths.
 
---no-search reads the truths by 40 runs of a Sobol sequence alone, as they are, with a wave that no run makes, and
-with smooth errors that a setting makes too: the sizes of the errors that a calibration allows for were chosen on the
-first eight truths with these. The last readings are of a second reality at the truths' settings, a
-continuum that knows nothing of particles (``benchmarks.reality``), with the same errors of the readings. That
-the scatter of runs is a log-linear function of the settings was chosen on runs 14 to 39 of the sequence, each left out
-of the others, and on no truth.
+--no-search reads the truths by 40 runs of a Sobol sequence alone, as they are and with smooth errors that a setting
+makes too: the sizes of the errors that a calibration allows for were chosen on the first eight truths with these. The
+last readings are of a second reality at the truths' settings, a continuum without particles (``benchmarks.reality``).
 
-Runs are kept in ``calibration.csv``, where a later call finds them; without them it takes some 25 minutes of one core.
-Those of another solver are refused, and --anew removes them.
+``calibration.csv`` keeps the runs; without them it takes 25 minutes of one core. --anew removes those of other solvers.
 """
 
-import csv
 import math
 import time
 from collections import Counter
@@ -30,12 +25,13 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from scipy.stats import binom, qmc
+from scipy.stats import qmc
 from typer import Option
 
-from benchmarks.kept_runs import KeptRuns
-from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour
+from benchmarks.kept_runs import KeptRuns, add_rows, rows_in
+from benchmarks.reality.inputs import Cavity, Numerics, Paste
 from benchmarks.reality.pour import poured
+from benchmarks.samples import pour_along
 from benchmarks.table import Row, run_benchmark
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
@@ -47,7 +43,15 @@ from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.support.shapes import straight_slot
 from validate.calibration.emulator import Emulator
-from validate.calibration.posterior import Free, Posterior, ReadLevels, marginals_of, reach_of, smooth_errors_mm2
+from validate.calibration.posterior import (
+    Free,
+    Marginal,
+    Posterior,
+    ReadLevels,
+    marginals_of,
+    reach_of,
+    smooth_errors_mm2,
+)
 from validate.uncertainty.computed import require_different
 
 TABLE = Path(__file__).with_name("calibration.csv")
@@ -66,11 +70,10 @@ FREES = (
 )
 READ, AGAIN = 1000, 2000  # First seeds of the runs that are read, and of those that give a truth's own profile
 SEEDS_OF_A_TRUTH = 3
-WAVE_MM, WAVE_LENGTH_MM = 0.5, 8.0
 HELD_OR_TOLD = 80.0
 """Percent of the settings, pooled over truths, that a 90 % interval holds, or that are named as not identified or have
 no interval since the readings are refused, at least, for each smooth error and for the second reality."""
-BAR = 80.0, 97.0  # Percent of the truths in 90 % intervals
+LEAST_HELD = 80.0  # Percent of the truths in 90 % intervals
 
 
 @cache
@@ -82,40 +85,33 @@ def slot() -> tuple[Outline, Solid]:
 class Library:
     """Runs by their settings and seed, in the order in which they were made."""
 
-    def __init__(self, kept: KeptRuns = KEPT, solver: Solver = ACCURATE) -> None:
+    def __init__(self) -> None:
         """Read the runs that are kept. Leaves if another solver computed them."""
-        kept.require()
-        self._kept, self._solver = kept, solver
-        self._rows: dict[tuple[float, ...], Floats] = {}
-        if kept.path.is_file():
-            for row in np.loadtxt(kept.path, delimiter=",", skiprows=1, ndmin=2):
-                self._rows[tuple(row[: len(FREES) + 1])] = row[len(FREES) + 1 :]
+        KEPT.require()
+        rows = [[float(value) for value in row] for row in rows_in(TABLE)]
+        self._levels_mm = {tuple(row[: len(FREES) + 1]): np.array(row[len(FREES) + 1 :]) for row in rows}
 
     def levels_mm(self, setting: Setting, seed: int) -> Floats:
         key = (*(setting[free.name] for free in FREES), float(seed))
-        if key not in self._rows:
-            self._rows[key] = np.round(fill(setting, seed, self._solver), 3)
-            fresh = not self._kept.path.is_file()
-            self._kept.begin()
-            with self._kept.path.open("a", newline="", encoding="utf-8") as file:
-                if fresh:
-                    names = [free.name for free in FREES]
-                    csv.writer(file).writerow([*names, "seed", *(f"level_at_{s:g}_mm" for s in STATIONS_MM)])
-                csv.writer(file).writerow([f"{value:g}" for value in (*key, *self._rows[key])])
-        return self._rows[key]
+        if key not in self._levels_mm:
+            level_mm = self._levels_mm[key] = np.round(fill(setting, seed), 3)
+            KEPT.begin()
+            header = [*(free.name for free in FREES), "seed", *(f"level_at_{s:g}_mm" for s in STATIONS_MM)]
+            add_rows(TABLE, header, [[f"{value:g}" for value in (*key, *level_mm)]])
+        return self._levels_mm[key]
 
     def run(self, wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
         return [self.levels_mm(setting, seed) for setting, seed in wanted]
 
-    def mean_mm(self, setting: Setting) -> Floats:
-        """Mean level of a truth over seeds that are not read."""
-        return np.mean([self.levels_mm(setting, AGAIN + seed) for seed in range(SEEDS_OF_A_TRUTH)], axis=0)
+    def of_a_truth_mm(self, setting: Setting) -> Floats:
+        """Levels of a truth with seeds that are not read, (seeds, stations)."""
+        return np.array([self.levels_mm(setting, AGAIN + seed) for seed in range(SEEDS_OF_A_TRUTH)])
 
 
-def fill(setting: Setting, seed: int, solver: Solver) -> Floats:
+def fill(setting: Setting, seed: int) -> Floats:
     outline, solid = slot()
     sample = Sample(outline, solid, trajectory(setting))
-    _, profile = fill_crack(pours.Pour(sample, (fluid(setting),), solver, NOZZLE, seed))
+    _, profile = fill_crack(pours.Pour(sample, (fluid(setting),), ACCURATE, NOZZLE, seed))
     return np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
 
 
@@ -132,11 +128,9 @@ def fluid(setting: Setting) -> Fluid:
 
 def second_reality_mm(setting: Setting) -> Floats:
     """Return the level by the continuum of ``benchmarks.reality``, which knows nothing of particles."""
-    path, paste = trajectory(setting), fluid(setting)
+    paste = fluid(setting)
     # Walls that flare: the traced width is that of the floor.
     mouth_mm = WIDTH_MM + 2 * DEPTH_MM * math.tan(math.radians(WALL_DEG))
-    # A waypoint's flow holds until the next one.
-    times_s, flow = np.repeat(path.t_s, 2)[1:-1], np.repeat(path.flow_mm3_s[:-1], 2)
     bed = poured(
         Cavity.even(LENGTH_MM, mouth_mm, DEPTH_MM, WALL_DEG),
         Paste(
@@ -145,7 +139,7 @@ def second_reality_mm(setting: Setting) -> Floats:
             setting["fluid.viscosity_pa_s"],
             freezes_at_s=setting["fluid.freeze_after_s"],
         ),
-        Pour(path.t_s, path.s_mm, times_s, flow, NOZZLE.diameter_mm),
+        pour_along(trajectory(setting), NOZZLE.diameter_mm),
         numerics=Numerics(settle_s=SETTLE_S),
     )
     return bed.at(STATIONS_MM)
@@ -196,10 +190,6 @@ def apart_mm(a_mm: Floats, b_mm: Floats, noise_mm2: float) -> float:
     return float(np.sqrt(max(0.0, np.mean((a_mm - b_mm) ** 2) - noise_mm2)))
 
 
-def sobol() -> list[Setting]:
-    return [settings_at(FREES, point) for point in sobol_points()]
-
-
 def sobol_points() -> Floats:
     """As many as the budget, of the 64 that keep the sequence's balance; the search begins with the first 16."""
     return qmc.Sobol(len(FREES), rng=0).random(64)[:BUDGET]
@@ -216,54 +206,49 @@ def main(
         KEPT.begin()
     if not search_truths:
         return library_rows(Library())
-    library, chosen = Library(), truths()[:count]
-    results: list[tuple[Setting, ReadLevels, SearchResult]] = []
-    for number, truth in enumerate(chosen):
-        began, evidence = time.process_time(), readings(library, number, truth)
-        library.mean_mm(truth)
-        one = search(FREES, [Source("slot", evidence, library.run)], BUDGET, lambda _: None)
-        results.append((truth, evidence, one))
-        print(f"truth {number + 1}: {_said(truth, one)}; {time.process_time() - began:.0f} s", flush=True)
+    library, results = Library(), list[tuple[Setting, SearchResult]]()
+    for number, truth in enumerate(truths()[:count]):
+        began = time.process_time()
+        result = search(FREES, [Source("slot", readings(library, number, truth), library.run)], BUDGET, lambda _: None)
+        results.append((truth, result))
+        words = f"nothing possible (implausibility {result.least_implausibility:.2f}, {result.reaches[0]})"
+        if result.draws is not None:
+            marginals = marginals_of(FREES, result.draws, result.best)
+            words = ", ".join(f"{truth[each.free.name]:.3g} in {each.low:.3g} to {each.high:.3g}" for each in marginals)
+        print(f"truth {number + 1}: {words}; {time.process_time() - began:.0f} s", flush=True)
     return [*rows(library, results), *library_rows(library)]
 
 
-def _said(truth: Setting, result: SearchResult) -> str:
-    if result.draws is None:
-        return f"nothing possible (implausibility {result.least_implausibility:.2f}, {result.reaches[0]})"
-    return ", ".join(
-        f"{one.free.name} {truth[one.free.name]:.3g} in {one.low:.3g} to {one.high:.3g}"
-        for one in marginals_of(FREES, result.draws, result.best)
-    )
+def held(marginals: Sequence[Marginal], truth: Setting) -> list[bool]:
+    """Return whether the 90 % interval of each setting contains the truth."""
+    return [each.low <= truth[each.free.name] <= each.high for each in marginals]
 
 
 def library_rows(library: Library) -> list[Row]:
     """Return what the Sobol runs say of the truths without a search."""
     points = sobol_points()
-    levels_mm = np.array(library.run([(setting, seed) for seed, setting in enumerate(sobol())]))
-    wave_mm = WAVE_MM * np.sin(2 * np.pi * STATIONS_MM / WAVE_LENGTH_MM)
-    possible, waves, exactly, holds, tells = Counter[str](), 0, [], dict[str, list](), dict[str, list]()
+    levels_mm = np.array(library.run([(settings_at(FREES, point), seed) for seed, point in enumerate(points)]))
+    possible, holds, tells = Counter[str](), dict[str, list](), dict[str, list]()
     for number, truth in enumerate(truths()):
         true = readings(library, number, truth)
-        waves += _posterior(points, levels_mm, replace(true, level_mm=true.level_mm + wave_mm))[1]
         other_mm = {"second reality": second_reality_mm(truth) + reading_errors_mm(number)}
         for name, level_mm in (smooth_errors(true.level_mm) | other_mm).items():
-            posterior, is_possible = _posterior(points, levels_mm, replace(true, level_mm=level_mm))
-            possible[name] += is_possible
-            if name == "nothing":
-                exactly += _held_exactly(posterior, truth)
+            evidence = replace(true, level_mm=level_mm)
+            reach = reach_of(points, levels_mm, evidence)
+            posterior = Posterior(FREES, [Emulator.fitted(points, levels_mm, reach.components)], [evidence])
+            is_possible = reach.possible and posterior.least_implausibility <= 1
             draws, _ = posterior.draws(500, 600)
             marginals = marginals_of(FREES, draws, draws[posterior.log_density(draws).argmax()])
-            holds.setdefault(name, []).append([one.low <= truth[one.free.name] <= one.high for one in marginals])
-            tells.setdefault(name, []).append([not (one.identified and is_possible) for one in marginals])
+            possible[name] += is_possible
+            holds.setdefault(name, []).append(held(marginals, truth))
+            tells.setdefault(name, []).append([not (each.identified and is_possible) for each in marginals])
     rows = [
         Row(f"without search: EMULATED readings found possible, of {TRUTHS}", possible["nothing"], "", TRUTHS - 1),
-        Row(f"the same with a wave of {WAVE_MM:g} mm, found possible", waves, "", high=1),
-        Row("without search: truths that 90 % intervals hold", 100 * float(np.mean(holds["nothing"])), "%", BAR[0]),
-        Row("the same without smooth errors, which these have not", 100 * float(np.mean(exactly)), "%", *BAR),
+        Row("without search: truths that 90 % intervals hold", 100 * float(np.mean(holds["nothing"])), "%", LEAST_HELD),
     ]
     for name in holds:
         rows += _rows_of(name, np.array(holds[name]), np.array(tells[name]), possible[name])
-    return [*rows, *bar_rows(np.size(holds["nothing"]))]
+    return rows
 
 
 def _rows_of(name: str, holds: np.ndarray, tells: np.ndarray, possible: int) -> list[Row]:
@@ -282,69 +267,28 @@ def _rows_of(name: str, holds: np.ndarray, tells: np.ndarray, possible: int) -> 
     ]
 
 
-def _posterior(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> tuple[Posterior, bool]:
-    """Return the posterior of readings by the Sobol runs, and whether the readings are possible."""
-    reach = reach_of(points, levels_mm, evidence)
-    posterior = Posterior(FREES, [Emulator.fitted(points, levels_mm, reach.components)], [evidence])
-    return posterior, reach.possible and posterior.least_implausibility <= 1
-
-
-def _held_exactly(posterior: Posterior, truth: Setting) -> list[bool]:
-    """Return whether each 90 % interval holds if no smooth errors are allowed for."""
-    exact = replace(posterior, smooth=False)
-    draws, _ = exact.draws(500, 600)
-    marginals = marginals_of(FREES, draws, draws[exact.log_density(draws).argmax()])
-    return [one.low <= truth[one.free.name] <= one.high for one in marginals]
-
-
-def bar_rows(values: int) -> list[Row]:
-    """Return how likely intervals are to meet the bar if each value lies in them with a probability of its own.
-
-    The settings of one truth are not independent, so that the bar tells even less.
-    """
-    low, high = math.ceil(BAR[0] * values / 100), math.floor(BAR[1] * values / 100)
-    return [
-        Row(f"{values} values of intervals that hold {100 * share:.0f} %: meet that bar with", 100 * float(met), "%")
-        for share in (0.7, 0.8, 0.9)
-        for met in [binom.cdf(high, values, share) - binom.cdf(low - 1, values, share)]
-    ]
-
-
-def rows(library: Library, results: Sequence[tuple[Setting, ReadLevels, SearchResult]]) -> list[Row]:
+def rows(library: Library, results: Sequence[tuple[Setting, SearchResult]]) -> list[Row]:
     """Return the figures of the calibrations."""
-    seeds = np.array(
-        [[library.levels_mm(truth, AGAIN + seed) for seed in range(SEEDS_OF_A_TRUTH)] for truth, *_ in results]
-    )
-    for levels_mm in seeds:
+    seeds_mm = np.array([library.of_a_truth_mm(truth) for truth, _ in results])
+    for levels_mm in seeds_mm:
         require_different(levels_mm, [f"with seed {AGAIN + seed}" for seed in range(SEEDS_OF_A_TRUTH)], f"{TABLE}")
-    noise_mm2 = float(seeds.var(axis=1, ddof=1).mean())
+    noise_mm2 = float(seeds_mm.var(axis=1, ddof=1).mean())
     first = 1 / SEEDS_OF_A_TRUTH + 1 / CONFIRM
-    errors_mm, holds, exactly, widths = list[float](), list[bool](), list[bool](), list[float]()
-    for truth, _, one in results:
-        true_mm = library.mean_mm(truth)
-        possible = one.draws is not None
-        best_mm = one.confirmed_mm(0).mean(axis=0) if possible else np.full(len(STATIONS_MM), np.inf)
+    errors_mm, holds = list[float](), list[bool]()
+    for (truth, result), true_mm in zip(results, seeds_mm.mean(axis=1), strict=True):
+        best_mm = np.full(len(STATIONS_MM), np.inf)
+        if result.draws is not None:
+            best_mm = result.confirmed_mm(0).mean(axis=0)
+            holds += held(marginals_of(FREES, result.draws, result.best), truth)
         errors_mm.append(apart_mm(best_mm, true_mm, first * noise_mm2))
-        if one.draws is not None:
-            marginals = marginals_of(FREES, one.draws, one.best)
-            holds += [one.low <= truth[one.free.name] <= one.high for one in marginals]
-            widths += [one.width_over_prior for one in marginals]
-            exactly += _held_exactly(one.posterior, truth)
-    total = len(results)
     succeeded = sum(error_mm <= CLOSE_MM for error_mm in errors_mm)
-    needed = 12.0 if total == TRUTHS else 0.0  # Of fewer truths the number is reported
-    per_setting = np.array(widths).reshape(-1, len(FREES)).mean(axis=0)
+    needed = 12.0 if len(results) == TRUTHS else 0.0  # Of fewer truths the number is reported
     return [
-        Row("EMULATED truths that were run", total, ""),
+        Row("EMULATED truths that were run", len(results), ""),
         Row(f"calibrated within {CLOSE_MM:g} mm RMS in {BUDGET} runs", succeeded, "", needed),
         Row("median RMS of the calibrated profile", float(np.median(errors_mm)), "mm"),
         Row("largest RMS of the calibrated profile", max(errors_mm), "mm"),
-        Row("truths that 90 % intervals hold", 100 * float(np.mean(holds)), "%", BAR[0]),
-        Row("the same without smooth errors, which these have not", 100 * float(np.mean(exactly)), "%", *BAR),
-        *(
-            Row(f"90 % width over that beforehand, {free.name}", float(width), "")
-            for free, width in zip(FREES, per_setting, strict=True)
-        ),
+        Row("truths that 90 % intervals hold", 100 * float(np.mean(holds)), "%", LEAST_HELD),
         Row("scatter of a run between seeds", float(np.sqrt(noise_mm2)), "mm"),
     ]
 

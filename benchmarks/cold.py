@@ -13,10 +13,10 @@ import sys
 import time
 from typing import Any
 
-from benchmarks.against import HERE
 from sealtwin.cli.app import main as sealtwin
+from tests.support.paths import FIXTURE
 
-TRIAL = HERE / "fixtures/paper-trial/trial.toml"
+TRIAL = FIXTURE / "trial.toml"
 FRAMES, COMPILE, REST = "frames", "compile", "imports and the rest"
 
 
@@ -61,13 +61,12 @@ def _clocked_parts() -> dict[str, float]:
 
         setattr(owner, name, by_the_clock)
 
-    clock(digitise_stage, "bring_up_to_date", "digitise")
     clock(simulate.run, "prepare", "walls and particles")
     # A module compiles as its first kernel is launched, wherever that is.
     clock(wp.Module, "load", COMPILE)
     clock(Injection, "advance", FRAMES)
-    clock(simulate_stage, "bring_up_to_date", "profile and pictures of the run")
-    clock(validate_stage, "bring_up_to_date", "comparison and report")
+    for stage in (digitise_stage, simulate_stage, validate_stage):
+        clock(stage, "bring_up_to_date", stage.__name__.rpartition(".")[2])
     return spent
 
 

@@ -1,6 +1,6 @@
 """The fluid on a GPU: one run, a whole study in one launch, and how far it lies from what a CPU makes of the same.
 
-    python benchmarks/cuda_runs.py [--device cuda:0] [--runs N] [--radius-mm R]
+    python -m benchmarks.cuda_runs [--device cuda:0] [--runs N] [--radius-mm R]
 
 One run is the paper's trial, frozen by age; the study is the paper's 132 pairs of U and D, with particles of 0.6 mm.
 The trial with a yield stress of 12 Pa is computed on the device, and three times on the CPU: as it is, and with the
@@ -11,28 +11,21 @@ the CPU (--device cpu) times have no targets.
 
 import math
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
-import warp as wp
 from typer import Option
 
+from benchmarks.samples import digitised
 from benchmarks.table import Row, run_benchmark
-from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.progress import Progress, progress_for_stderr
+from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Profile, Run, Sample
-from sealtwin.core.run_folder import open_folder
-from sealtwin.study.estimate import size_of
-from sealtwin.study.pipeline import run_stages
 from sealtwin.study.study_file import load_study, plan_runs
-from sealtwin.trial.job import start_job
 from sealtwin.trial.trial_file import Trial, load_trial
 from simulate.device import choose_device, describe_device
 from simulate.injection import ComputeOptions, prepare
@@ -53,20 +46,13 @@ NO_DEVICE = 3
 """The command's code for input that cannot be."""
 
 
-@dataclass(frozen=True)
-class Launch:
+class Launch(NamedTuple):
     """Some runs that were computed at once."""
 
     outcomes: list[Run | NumericalError]
     took_s: float
-    setup_s: float
-    frames: int
-    kernels: int
-    """A frame, the search of the viscosity counted once."""
     recorded: bool
     particles: int
-    taken_bytes: float
-    """Of the device's memory by these runs; NaN where nobody counts it."""
 
     @property
     def runs(self) -> list[Run]:
@@ -88,7 +74,7 @@ def main(
     study = _pairs(radius_mm or STUDY_MM)
     own = {"solver": paste.solver.model_copy(update={"settle_s": 0.0})}
     paper = next(trial for settings, trial in study if settings == ALIKE).model_copy(update=own)
-    bench = _digitised(paper)
+    bench = digitised(paper)
     spread = [study[number][1] for number in np.linspace(0, len(study) - 1, runs).round().astype(int)]
     for trials in ([paper], spread):
         inject_at_once(bench, trials, device, frames=3)
@@ -97,8 +83,6 @@ def main(
     return [
         *_timed("one run", one, ONE_S, "<= 1", device),
         *_timed(f"{len(spread)} runs", together, STUDY_S, "<= 10", device),
-        _profiles(bench, together),
-        *_memory(bench, spread, together),
         *_apart(bench, paste, device),
     ]
 
@@ -107,9 +91,8 @@ def inject_at_once(bench: Sample, trials: Sequence[Trial], device: str, frames: 
     """All runs in one launch; ``frames`` ends them early."""
     first = trials[0]
     pour, options = first.pour(bench), ComputeOptions(device, progress=progress_for_stderr())
-    # Walls are kept, and neither their memory nor their time is that of the runs.
+    # Walls are kept, and their time is not that of the runs.
     prepare(pour, options)
-    before = _used_bytes(device)
     began = time.perf_counter()
     injection = prepare(replace(pour, fluids=tuple(trial.given_fluid for trial in trials)), options)
     if frames is None:
@@ -121,12 +104,8 @@ def inject_at_once(bench: Sample, trials: Sequence[Trial], device: str, frames: 
     return Launch(
         outcomes,
         time.perf_counter() - began,
-        injection.setup_s,
-        injection.done,
-        injection.engine.kernels_a_frame,
         injection.engine.recorded,
         injection.schedule.particles,
-        _used_bytes(device) - before,
     )
 
 
@@ -135,31 +114,12 @@ def _timed(name: str, launch: Launch, most_s: float, goal: str, device: str) -> 
     unplaced = sum(int((~np.isfinite(run.position_mm)).any(axis=1).sum()) for run in launch.runs)
     return [
         Row(f"{name}, with set-up and results", launch.took_s, "s", 0, most_s if on_gpu else math.inf, goal),
-        Row(f"{name}: set-up", launch.setup_s, "s"),
-        Row(f"{name}: frames", launch.frames, ""),
-        Row(f"{name}: kernels a frame, a solve's search once", launch.kernels, ""),
         Row(f"{name}: frames replayed from one graph", launch.recorded, "", on_gpu, on_gpu),
         Row(f"{name}: particles each", launch.particles, ""),
         Row(f"{name}: failed", len(launch.outcomes) - len(launch.runs), "", 0, 0),
         Row(f"{name}: particles through a wall", sum(run.escaped_particles for run in launch.runs), "", 0, 0),
         Row(f"{name}: places that are no number", unplaced, "", 0, 0),
     ]
-
-
-def _profiles(bench: Sample, launch: Launch) -> Row:
-    began = time.perf_counter()
-    for run in launch.runs:
-        measure_profile(run, bench.outline, bench.solid)
-    return Row(f"{len(launch.runs)} runs: their profiles read, one core", time.perf_counter() - began, "s")
-
-
-def _memory(bench: Sample, trials: Sequence[Trial], launch: Launch) -> list[Row]:
-    expected = len(trials) * size_of(trials[0].pour(bench)).bytes
-    rows = [Row(f"{len(trials)} runs: memory, expected", expected / 1e6, "MB")]
-    if math.isfinite(launch.taken_bytes):
-        # A pool hands out whole blocks, and holds what scans and sorts take for a moment.
-        rows.append(Row(f"{len(trials)} runs: memory, seen over expected", launch.taken_bytes / expected, "", 0.8, 1.3))
-    return rows
 
 
 def _apart(bench: Sample, trial: Trial, device: str) -> list[Row]:
@@ -193,17 +153,6 @@ def _pairs(radius_mm: float) -> list[tuple[dict[str, object], Trial]]:
     study = load_study(file)
     planned = plan_runs(study, file, load_trial(FIXTURE / study.trial))
     return [(run.settings, _coarsened(run.trial, radius_mm)) for run in planned]
-
-
-def _digitised(trial: Trial) -> Sample:
-    with tempfile.TemporaryDirectory() as scratch, open_folder(Path(scratch) / "run", create=True) as folder:
-        run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
-        return record_files.read_sample(folder.path)
-
-
-def _used_bytes(device: str) -> float:
-    """By the arrays on a GPU; on a CPU nobody counts them."""
-    return math.nan if device == "cpu" else float(wp.get_mempool_used_mem_current(device))
 
 
 if __name__ == "__main__":

@@ -7,30 +7,24 @@ process, and the figures of time are ratios of processor time within it. All pou
 paper's 132 pairs have particles of 0.6 mm, as a draft has: there only substeps and shear rates differ.
 """
 
-import tempfile
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.against import processor
-from benchmarks.table import Row, one_of, run_benchmark
-from sealtwin.core import record_files
-from sealtwin.core.progress import Progress
+from benchmarks.machine import processor
+from benchmarks.samples import digitised
+from benchmarks.table import Row, one_of, rms, run_benchmark
 from sealtwin.core.records import Floats, Sample
-from sealtwin.core.run_folder import open_folder
-from sealtwin.study.pipeline import run_stages
-from sealtwin.trial.job import start_job
 from sealtwin.trial.trial_file import Trial, drafted, load_trial
 from simulate.profile import volume_ratio
 from simulate.run import fill
+from tests.support.paths import FIXTURE
 from validate.run_facts import DRAFTED_MM
 
-TRIAL = Path("fixtures/paper-trial/trial.toml")
 STEP_MM = 2.5
 FLARING = {"fluid.freeze_after_s": "never", "fluid.yield_stress_pa": 12.0}
 NARROW = {**FLARING, "crack.tilt": "undercut", "crack.wall_angle_deg": 4.84}
@@ -71,9 +65,9 @@ def main(only: Annotated[str | None, one_of((*POURS, TWELVE))] = None, seeds: in
 def _twelve() -> Iterator[Row]:
     off_mm, accurate_s, draft_s = list[float](), 0.0, 0.0
     for u, d_cm in product((0.01, 30, 1000, 10000), (1e-4, 0.3, 3)):
-        sample, trial = _digitised({**OF_THE_STUDY, "fluid.U": u, "fluid.D_cm": d_cm})
+        sample, trial = _prepared({**OF_THE_STUDY, "fluid.U": u, "fluid.D_cm": d_cm})
         accurate, draft = pour(sample, trial, 1), pour(sample, drafted(trial, sample), 1)
-        off_mm.append(float(np.sqrt(((draft.level_mm - accurate.level_mm) ** 2).mean())))
+        off_mm.append(rms(draft.level_mm - accurate.level_mm))
         accurate_s, draft_s = accurate_s + accurate.cpu_s, draft_s + draft.cpu_s
     yield Row(
         "twelve of the paper's runs: processor time of drafts over accurate runs", draft_s / accurate_s, "", 0, 0.65
@@ -85,18 +79,23 @@ def _twelve() -> Iterator[Row]:
 def _rows(names: list[str], seeds: int) -> Iterator[Row]:
     off_mm, paces = list[Floats](), list[float]()
     for name in names:
-        sample, trial = _digitised(POURS[name])
+        sample, trial = _prepared(POURS[name])
         accurate, draft = pour(sample, trial, seeds), pour(sample, drafted(trial, sample), seeds)
-        apart_mm = draft.level_mm.mean(axis=0) - accurate.level_mm.mean(axis=0)
-        off_mm.append(np.abs(draft.level_mm - accurate.level_mm.mean(axis=0)).ravel())
+        accurate_mm = accurate.level_mm.mean(axis=0)
+        apart_mm = draft.level_mm.mean(axis=0) - accurate_mm
+        off_mm.append(np.abs(draft.level_mm - accurate_mm).ravel())
         paces.append(draft.cpu_s / accurate.cpu_s)
         rms_most_mm, mean_most_mm = JUDGED.get(name, (np.inf, np.inf))
-        rms_mm, mean_mm = float(np.sqrt((apart_mm**2).mean())), float(np.abs(apart_mm.mean()))
+        rms_mm, mean_mm = rms(apart_mm), float(np.abs(apart_mm.mean()))
         why = WHY if name == "narrow" else ""
         yield Row(f"{name}: means of {seeds} runs, RMS", rms_mm, "mm", 0, rms_most_mm, because=why)
         yield Row(f"{name}: their mean level", mean_mm, "mm", 0, mean_most_mm, because=why)
         yield Row(f"{name}: one draft off the mean of accurate runs, nine of ten", _nine(off_mm[-1]), "mm")
-        yield Row(f"{name}: one accurate run off that mean, nine of ten", _nine(_own(accurate)), "mm")
+        yield Row(
+            f"{name}: one accurate run off that mean, nine of ten",
+            _nine(accurate.level_mm - accurate_mm),
+            "mm",
+        )
         yield Row(f"{name}: volume of a draft over the dispensed", draft.volume_ratio, "", 0.98, 1.02, because=STANDS)
         yield Row(f"{name}: processor time of a draft over an accurate run", paces[-1], "")
     yield Row(
@@ -109,10 +108,6 @@ def _nine(off_mm: Floats) -> float:
     return float(np.quantile(np.abs(off_mm), 0.9))
 
 
-def _own(poured: Poured) -> Floats:
-    return (poured.level_mm - poured.level_mm.mean(axis=0)).ravel()
-
-
 def pour(sample: Sample, trial: Trial, seeds: int) -> Poured:
     levels, ratios, began_s = [], [], time.process_time()
     at_mm = np.arange(STEP_MM / 2, sample.outline.length_mm, STEP_MM)
@@ -123,12 +118,9 @@ def pour(sample: Sample, trial: Trial, seeds: int) -> Poured:
     return Poured(np.array(levels), float(np.mean(ratios)), (time.process_time() - began_s) / seeds)
 
 
-def _digitised(settings: Mapping[str, Any]) -> tuple[Sample, Trial]:
-    trial = load_trial(TRIAL, settings)
-    with tempfile.TemporaryDirectory() as folder:
-        with open_folder(Path(folder) / "sample", create=True) as home:
-            run_stages(start_job(trial, TRIAL.parent, home, "cpu", Progress()), ("digitise",))
-        return record_files.read_sample(Path(folder) / "sample"), trial
+def _prepared(settings: Mapping[str, Any]) -> tuple[Sample, Trial]:
+    trial = load_trial(FIXTURE / "trial.toml", settings)
+    return digitised(trial), trial
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Annotated
 
 from benchmarks.fuzz_endings import AS_IT_IS, FAILURES, LARGEST_GB, Ending, called, judged
-from benchmarks.fuzz_kinds import KINDS, NEWER, READ_BY
+from benchmarks.fuzz_kinds import KINDS, READ_BY
 from benchmarks.fuzz_lab import sound_lab
 from benchmarks.fuzz_process import import_all
 from benchmarks.table import Row, one_of, run_benchmark
@@ -65,22 +65,17 @@ def main(
     import_all()
     endings = fuzz(cases, seed, only or list(KINDS), keep)
     for kind, some in endings.items():
-        outcomes = Counter(one.outcome for one in some)
+        outcomes = Counter(each.outcome for each in some)
         counts = ", ".join(f"{count} {name}" for name, count in outcomes.most_common())
-        print(f"{kind:<15} {len(some):4d}: {counts}; {max((one.peak_gb for one in some), default=0):.2f} GB")
-    everything = [one for some in endings.values() for one in some]
+        print(f"{kind:<15} {len(some):4d}: {counts}; {max((each.peak_gb for each in some), default=0):.2f} GB")
+    everything = [each for some in endings.values() for each in some]
     print(f"{len(everything)} cases in {time.monotonic() - began:.0f} s")
-    return rows_of(everything, every_kind=len(endings) == len(KINDS))
-
-
-def rows_of(endings: list[Ending], *, every_kind: bool) -> list[Row]:
-    outcomes = Counter(one.outcome for one in endings)
-    newer, peak_gb = sum(one.verb in NEWER for one in endings), max((one.peak_gb for one in endings), default=0.0)
+    outcomes = Counter(each.outcome for each in everything)
+    peak_gb = max((each.peak_gb for each in everything), default=0.0)
     # A file lost is one case, however many it lost.
     return [
         *(Row(f"mutated inputs that end with: {name}", outcomes[name], "", high=0) for name in FAILURES),
         Row("largest resident memory of a case", peak_gb, "GB", high=LARGEST_GB),
-        Row("cases of the newer commands", newer, "", low=len(endings) / 2 if every_kind else 0),
     ]
 
 

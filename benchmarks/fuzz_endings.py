@@ -23,7 +23,6 @@ class Ending:
     outcome: str
     report: str  # Command with what it printed, or with its traceback
     peak_gb: float  # Largest resident memory of its process, or of one that it started
-    verb: str
 
 
 def judged(kind: str, number: int, seed: int, sound: Path, lab: Path) -> Ending:
@@ -47,7 +46,7 @@ def called(arguments: list[str], name: str, lab: Path) -> Ending:
     else:
         outcome = "accepted" if exit_code in ACCEPTED else "usage" if exit_code == 2 else "one sentence"
     line = " ".join(repr(word)[:80] for word in arguments)
-    return Ending(outcome, f"{name}: sealtwin {line}\n{output}", peak_gb, arguments[0])
+    return Ending(outcome, f"{name}: sealtwin {line}\n{output}", peak_gb)
 
 
 def written_by_user(lab: Path) -> dict[str, str]:

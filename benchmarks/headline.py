@@ -12,13 +12,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.against import HERE
+from benchmarks.results import RESULTS, counts, seen
 from sealtwin.core.files import write_text
 from sealtwin.core.run_folder import number_words, other_numbers
 from sealtwin.trial.job import NUMBERS
+from tests.support.paths import ROOT
 
-PAGE = HERE / "docs" / "figures.md"
-README, RESULTS = HERE / "README.md", HERE / "reports" / "results.json"
+PAGE = ROOT / "docs" / "figures.md"
+README = ROOT / "README.md"
 BEGIN, END = "<!-- By 'python -m benchmarks.headline', from reports/results.json -->\n", "<!-- end -->\n"
 SEEDS = range(5)
 
@@ -110,12 +111,11 @@ def with_table(page: str, results: Mapping[str, Any]) -> str:
 def page(results: Mapping[str, Any]) -> str:
     """Return the page of figures and misses."""
     rows = [row for section in results.values() for row in section["rows"]]
-    judged, missed = sum(row["judged"] for row in rows), sum(row["missed"] for row in rows)
     lines = [
         "# Figures",
         "",
         "`python -m benchmarks.headline` writes this page from `reports/results.json`, which `make results` writes and "
-        f"which has every figure. **{judged - missed} of {judged} targets are met.** {_of_one_solver(results)}",
+        f"which has every figure. **{counts(rows)} targets are met.** {_of_one_solver(results)}",
         "",
         table(results),
         "## Targets that are missed",
@@ -126,13 +126,11 @@ def page(results: Mapping[str, Any]) -> str:
     for name, section in results.items():
         for row in section["rows"]:
             if row["missed"]:
-                seen = f"{row['value']:.4g} {row['unit']}".strip() if "value" in row else "no number"
-                lines.append(f"| {name} | {row['name'].replace('|', chr(92) + '|')} | {row['target']} | {seen} |")
+                lines.append(f"| {name} | {row['name'].replace('|', chr(92) + '|')} | {row['target']} | {seen(row)} |")
     lines += ["", "## Sections", "", "| section | targets met | date, commit, processor |", "|---|---|---|"]
     for name, section in results.items():
-        judged, missed = (sum(row[kind] for row in section["rows"]) for kind in ("judged", "missed"))
         run = f"{section['date']}, {section['commit']}, {section['processor'].replace('(R)', '')}"
-        lines.append(f"| {name} | {judged - missed} of {judged} | {run} |")
+        lines.append(f"| {name} | {counts(section['rows'])} | {run} |")
     return "\n".join([*lines, ""])
 
 

@@ -1,20 +1,17 @@
-"""A lab's folder of ten trials in ten dialects, and sheets that do not say what was meant.
+"""Sheets of readings: that do not say what was meant, sound ones, and ones that ordinary labs write.
 
-``python benchmarks/ingest.py`` makes the folder, takes it in and takes it in again. Of sheets that do not say what was
-meant, two in each manner, and sound ones are read with the crack, the volume in it and a simulated level, as in a run.
-The sheets of seed 2027 are those that are judged; the screens were set on others. Last, 24 sheets as ordinary labs
-write them, whose questions are answered in pairing.csv, and in no file of the lab's; and a sheet of
-10,000 stations.
+    python -m benchmarks.ingest [--seed 2027] [--sound 400] [--each 2]
+
+Of sheets that do not say what was meant, two in each manner, and sound ones are read with the crack, the volume in it
+and a simulated level, as in a run. The sheets of seed 2027 are those that are judged; the screens were set on others.
+Last, a lab takes in 24 sheets as ordinary labs write them. Their questions are answered in pairing.csv, and in no file
+of the lab's.
 """
 
 import csv
 import re
-import resource
 import shutil
-import subprocess
-import sys
 import tempfile
-import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -25,85 +22,41 @@ import numpy as np
 from typer import Option
 
 from benchmarks.doubtful_sheets import REVIEWED, VARIED, DrawnSheet, Manner, sound_sheet
-from benchmarks.ordinary_sheets import S_MM, SHEETS, levels_mm, write_rows
+from benchmarks.ordinary_sheets import S_MM, SHEETS, levels_mm
 from benchmarks.table import Row, run_benchmark
+from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats, Profile
 from sealtwin.lab.files import PAIRING
-from sealtwin.lab.ingest import Ingested, ingest
+from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
-from tests.support.lab_folder import DEFAULTS, ENDS, HANDS, make_lab_folder
+from tests.support.lab_folder import DEFAULTS, ENDS, make_lab_folder
 from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 
-FEWEST_DIALECTS = 6
-SLOWEST_S = 1.0
-"""A sample: a hundred of them in the time of a coffee."""
-JUDGED_SEED, SOUND_SHEETS, EACH = 2027, 400, 2
 MOST_QUESTIONED = 5.0  # Percent of the sound sheets that may be questioned
 FEWEST_UNASKED = 14
 UNREADABLE = 1  # Ordinary sheets to be edited: of formulas that no program has calculated, and of merged places
-ROUNDING_MM = 1e-9
 CONFIRMED = re.compile(r"as_written = ([\w ]+)\.")
 ANSWER = re.compile(r"readings\.as_written = \[([^]]*)\]")
 
 
 def main(
-    seed: Annotated[int, Option(help="seed of the doubtful and of the sound sheets")] = JUDGED_SEED,
-    sound: Annotated[int, Option(help="sound sheets")] = SOUND_SHEETS,
-    each: Annotated[int, Option(help="sheets in each manner")] = EACH,
+    seed: Annotated[int, Option(help="seed of the doubtful and of the sound sheets")] = 2027,
+    sound: Annotated[int, Option(help="sound sheets")] = 400,
+    each: Annotated[int, Option(help="sheets in each manner")] = 2,
 ) -> list[Row]:
-    with tempfile.TemporaryDirectory() as scratch:
-        return rows(Path(scratch), seed, sound, each)
-
-
-def rows(scratch: Path, seed: int, sound: int, each: int) -> list[Row]:
-    """Print what was read and what was found, and return the rows."""
-    folder = make_lab_folder(scratch / "sound")
-    ingest(folder, scratch / "warm", Progress())
-    began = time.perf_counter()
-    first = ingest(folder, scratch / "lab", Progress())
-    took_s = time.perf_counter() - began
-    began = time.perf_counter()
-    again = ingest(folder, scratch / "lab", Progress())
-    again_s = time.perf_counter() - began
-
-    began = time.perf_counter()
-    unready = [outcome for outcome in ingest(folder, scratch / "lab", Progress(), jobs=1).samples if outcome.questions]
-    checked_s = time.perf_counter() - began
-
-    print("Read as:")
-    for outcome in first.samples:
-        print(f"  {outcome.name}  {outcome.dialect}")
-    dialects = len({outcome.dialect for outcome in first.samples})
-    return [
-        Row("trials taken in", _count(first, "new"), "of 10", len(HANDS), len(HANDS)),
-        Row("dialects", dialects, "", FEWEST_DIALECTS, len(HANDS)),
-        Row("taken in again: new or revised", len(HANDS) - _count(again, "unchanged"), "", 0, 0),
-        Row("time a sample", took_s / len(HANDS), "s", 0, SLOWEST_S),
-        Row("time a sample that is known", again_s / len(HANDS), "s", 0, SLOWEST_S / 10),
-        Row(
-            "sound samples that pass the checks of a run",
-            len(HANDS) - len(unready),
-            "of 10",
-            len(HANDS),
-            len(HANDS),
-        ),
-        Row("time a sample, traced and checked for its run", checked_s / len(HANDS), "s"),
-        *doubt_rows(scratch / "doubtful", seed, each),
-        *sound_rows(scratch, seed, sound),
-        *ordinary_rows(scratch / "ordinary"),
-        _stations_row(folder / "P01.png", scratch / "stations"),
-    ]
-
-
-def _count(ingested: Ingested, fate: str) -> int:
-    return sum(outcome.fate == fate for outcome in ingested.samples)
+    with tempfile.TemporaryDirectory() as name:
+        scratch = Path(name)
+        return [
+            *doubt_rows(scratch / "doubtful", seed, each),
+            *sound_rows(scratch, seed, sound),
+            *ordinary_rows(scratch / "ordinary"),
+        ]
 
 
 @dataclass
-class FilePlace:
+class Tally:
     """What was said of sheets, counted: refused, named where it is wrong, something else in doubt, or nothing."""
 
     counts: Counter[str] = field(default_factory=Counter)
@@ -134,7 +87,7 @@ def doubt_rows(folder: Path, seed: int, each: int) -> list[Row]:
     folder.mkdir()
     rows = []
     for what, manners in (("reviewed", REVIEWED), ("varied", VARIED)):
-        at_ingest, at_run = FilePlace(), FilePlace()
+        at_ingest, at_run = Tally(), Tally()
         for name, sheet in drawn(manners, seed, each):
             path = sheet.write(folder, "sheet")
             at_ingest.read(path, sheet, name, run=False)
@@ -163,20 +116,16 @@ def drawn(manners: Sequence[Manner], seed: int, each: int) -> list[tuple[str, Dr
 
 def sound_rows(folder: Path, seed: int, count: int) -> list[Row]:
     random = np.random.default_rng([seed, count])
-    at_ingest, at_run = FilePlace(), FilePlace()
+    at_ingest, at_run = Tally(), Tally()
     for _ in range(count):
         sheet = sound_sheet(random)
         path = sheet.write(folder, "sheet")
         at_ingest.read(path, sheet, "", run=False)
         at_run.read(path, sheet, "", run=True)
     shares = (100 * (1 - tally.counts["silent"] / count) for tally in (at_ingest, at_run))
-    return [
-        Row("sound sheets", count, "", 200),
-        *(
-            Row(f"sound sheets questioned {where}", share, "%", 0, MOST_QUESTIONED)
-            for where, share in zip(("at ingest", "in the run"), shares, strict=True)
-        ),
-    ]
+    rows = zip(("at ingest", "in the run"), shares, strict=True)
+    questioned = [Row(f"sound sheets questioned {where}", share, "%", 0, MOST_QUESTIONED) for where, share in rows]
+    return [Row("sound sheets", count, "", 200), *questioned]
 
 
 def ordinary_rows(scratch: Path) -> list[Row]:
@@ -226,44 +175,15 @@ def ordinary_rows(scratch: Path) -> list[Row]:
     ]
 
 
-def _stations_row(photo: Path, scratch: Path) -> Row:
-    """Take in a sample of 15 stations by the command, and one of 10,000 along the same crack."""
-    took_s = list[float]()
-    for count in (15, 10_000):
-        folder, random = scratch / f"{count}", np.random.default_rng(count)
-        folder.mkdir(parents=True)
-        shutil.copy(photo, folder / "P01.png")
-        note = f"crack.depth_mm = 80.0\nphoto.ends_px = {ENDS}\nphoto.mm_per_px = 1.0\n"
-        (folder / "P01.toml").write_text(note, encoding="utf-8")
-        (folder / "lab.toml").write_text(DEFAULTS.replace("[photo]\nmm_per_px = 0.1\n", ""), encoding="utf-8")
-        levels_mm = np.round(-20 + 0.05 * random.standard_normal((count, 3)), 2)
-        s_mm = np.round(np.linspace(1, 118, count), 2)
-        write_rows(
-            folder / "P01.csv", [["s [mm]", *(f"level {k} [mm]" for k in (1, 2, 3))], *np.c_[s_mm, levels_mm].tolist()]
-        )
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        command = [sys.executable, "-m", "sealtwin", "ingest", f"{folder}", "--out", f"{scratch / f'lab-{count}'}"]
-        output = subprocess.run(command, check=False, capture_output=True, text=True).stdout
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        assert "; 3 repeats;" in " ".join(output.split()), output
-        took_s.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    return Row("processor time of 10,000 stations over that of 15", took_s[1] / took_s[0], "", 0, 4)
-
-
-def _is_read(readings: Profile, s_mm: Sequence[float], expected_mm: Floats) -> bool:
-    repeats_mm = readings.level_mm[:, None] if readings.repeats_mm is None else readings.repeats_mm
-    is_like = readings.s_mm.tolist() == list(s_mm) and repeats_mm.shape == expected_mm.shape
-    return is_like and np.allclose(repeats_mm, expected_mm, atol=ROUNDING_MM, equal_nan=True)
-
-
 def _as_written(trial: Path, number: int) -> bool:
     """Return whether a trial's readings are those that were written; one may be missing."""
-    settings = load_trial(trial / "trial.toml").readings
-    assert settings is not None
+    settings = present(load_trial(trial / "trial.toml").readings, "the readings")
     readings, expected_mm = read_readings(trial / settings.file, settings), levels_mm(number)
-    if readings.repeats_mm is not None and (lost := np.isnan(readings.repeats_mm)).sum() == 1:
+    repeats_mm = readings.level_mm[:, None] if readings.repeats_mm is None else readings.repeats_mm
+    if (lost := np.isnan(repeats_mm)).sum() == 1:
         expected_mm[lost] = np.nan
-    return _is_read(readings, S_MM, expected_mm)
+    is_like = readings.s_mm.tolist() == list(S_MM) and repeats_mm.shape == expected_mm.shape
+    return is_like and np.allclose(repeats_mm, expected_mm, atol=1e-9, equal_nan=True)
 
 
 if __name__ == "__main__":

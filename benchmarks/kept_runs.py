@@ -1,11 +1,15 @@
 """Results of particle runs that are kept in the repository, and the stage numbers that they were computed by.
 
+A table of runs has a row for each run, which is added as soon as the run ends: a benchmark that was stopped goes on.
+
 ``NAME.json`` beside a file or folder of kept results has the numbers. A benchmark reads no results of other numbers
 than this version's: it leaves with a sentence that names the command which computes them anew.
 """
 
+import csv
 import json
 import shutil
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +18,7 @@ import simulate
 import validate
 from sealtwin.core.files import write_json
 from sealtwin.core.run_folder import other_numbers
+from tests.support.paths import ROOT
 
 PARTS: dict[str, int] = {
     "tracing": digitise.TRACING_NUMBER,
@@ -22,8 +27,6 @@ PARTS: dict[str, int] = {
     "validate": validate.STAGE_NUMBER,
 }
 """Number of each stage, ``digitise`` in two parts, since some results depend on one of them alone."""
-
-HERE = Path(__file__).parent.parent
 
 
 @dataclass(frozen=True)
@@ -66,4 +69,15 @@ class KeptRuns:
 
     @property
     def _name(self) -> str:
-        return self.path.relative_to(HERE).as_posix() if self.path.is_relative_to(HERE) else str(self.path)
+        return self.path.relative_to(ROOT).as_posix() if self.path.is_relative_to(ROOT) else str(self.path)
+
+
+def rows_in(table: Path) -> list[list[str]]:
+    """Return the rows of a table of runs, without its header; none if there is no table yet."""
+    return [*csv.reader(table.read_text(encoding="utf-8").splitlines())][1:] if table.is_file() else []
+
+
+def add_rows(table: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Add rows to a table of runs, which gets the header first if it is new."""
+    with table.open("a", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([*([] if file.tell() else [header]), *rows])

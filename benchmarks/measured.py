@@ -9,9 +9,8 @@ It takes about a quarter of an hour. The materials of the dam breaks have flow c
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Annotated
 
@@ -19,7 +18,7 @@ import numpy as np
 from typer import Option
 
 from benchmarks import measured_pours
-from benchmarks.table import Row, run_benchmark
+from benchmarks.table import Row, processes, run_benchmark
 from sealtwin.core.records import Floats
 from sealtwin.study.measured_blocks import Course, DamBreak, computed_mm, content, course_of, dam_breaks, fluid_of
 
@@ -117,7 +116,7 @@ def main(
     picture: Annotated[Path | None, Option(help="a PNG for the plot of all pairs")] = None,
 ) -> list[Row]:
     pours = [measured_pours.Pour(name, table) for name, table in content()["poured"].items()]
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+    with processes(2) as pool:
         extents_mm = pool.map(measured_pours.computed_mm, pours)  # They take longest
         fronts = pairs(pool)
         poured = list(zip(pours, extents_mm, strict=True))

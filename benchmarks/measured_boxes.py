@@ -7,32 +7,30 @@ The other box's front at outline 8 is predicted with a 90 % band from runs of po
 the shift of the clock and the scatter of a computed front are those of the materials with a flow curve
 (``measured/measured.toml``). The plain way beside it scales the first box's front by the height of the block.
 
-The runs are kept in ``benchmarks/measured/boxes``. ``--record`` computes the materials that are not, in 40 minutes on
-both cores, and keeps each as soon as it is finished.
+``benchmarks/measured/boxes`` keeps the runs. ``--record`` computes those that are missing, in 40 minutes on both cores.
 """
 
 import json
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from multiprocessing import get_context
 from typing import Annotated, Any
 
 import numpy as np
+from scipy.special import stdtrit
 
-from benchmarks.against import HERE
 from benchmarks.kept_runs import KeptRuns
 from benchmarks.measured import with_curve
-from benchmarks.table import Row, one_of, run_benchmark
+from benchmarks.table import Row, one_of, processes, run_benchmark
 from sealtwin.calibration.search import Setting, Source, search, settings_at
 from sealtwin.core.errors import SealtwinError
 from sealtwin.core.files import write_json
 from sealtwin.core.records import Floats
 from sealtwin.study.measured_blocks import DamBreak, computed_mm, content, course_of, dam_breaks
 from simulate.settings import Fluid, Solver
+from tests.support.paths import ROOT
 from validate.calibration.posterior import Free, ReadLevels
 
-BOXES = HERE / "benchmarks" / "measured" / "boxes"
+BOXES = ROOT / "benchmarks" / "measured" / "boxes"
 KEPT = KeptRuns(BOXES, "python -m benchmarks.measured_boxes --record", ("simulate", "validate"))
 MATERIALS = [name for name in content()["materials"] if name not in with_curve()]
 
@@ -68,7 +66,7 @@ def evidence_of(box: DamBreak) -> ReadLevels:
 def calibrated(box: DamBreak, other: DamBreak, jobs: int) -> dict[str, Any]:
     """Calibrate on a box, and predict the front of the other one at the last outline."""
     table, runs = content()["calibrated"], dict[tuple[tuple[tuple[str, float], ...], int], Floats | None]()
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    with processes(jobs) as pool:
 
         def run(wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
             keys = [(tuple(setting.items()), seed) for setting, seed in wanted]
@@ -97,7 +95,7 @@ def both_ways(material: str, jobs: int) -> dict[str, Any]:
     if path.is_file():
         return json.loads(path.read_text(encoding="utf-8"))
     if not jobs:
-        raise SystemExit(f"{path.relative_to(HERE)}: no such file; '{KEPT.command}' computes it.")
+        raise SystemExit(f"{path.relative_to(ROOT)}: no such file; '{KEPT.command}' computes it.")
     one, other = dam_breaks([material])
     print(f"{material}: {one.name} -> {other.name}, and back", flush=True)
     kept = {first.name: calibrated(first, second, jobs) for first, second in ((one, other), (other, one))}
@@ -116,8 +114,6 @@ def main(
 
 
 def _rows(materials: Sequence[str], jobs: int) -> Iterator[Row]:
-    from scipy.special import stdtrit
-
     table, inside, ours, plain = content()["calibrated"], [], [], []
     for material in materials:
         kept, pair = both_ways(material, jobs), dam_breaks([material])

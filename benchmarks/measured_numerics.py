@@ -8,14 +8,12 @@ Fronts with one substep and with two are written to ``measured/computed.csv``.
 """
 
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 
 from benchmarks.measured import with_curve
-from benchmarks.table import Row, run_benchmark
+from benchmarks.table import Row, processes, run_benchmark
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import write_sheet
 from sealtwin.study.measured_blocks import DamBreak, computed_mm, content, course_of, dam_breaks, fluid_of
@@ -47,7 +45,7 @@ def front_mm(case: tuple[DamBreak, dict[str, Any]]) -> float | None:
 
 def main() -> list[Row]:
     cases = dam_breaks(with_curve())
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+    with processes(2) as pool:
         fronts_mm = iter(pool.map(front_mm, [(case, way) for case in cases for way in WAYS.values()]))
         fronts = {case: {way: next(fronts_mm) for way in WAYS} for case in cases}
     columns = ("material", "length_mm", "height_mm", "front_mm", "half_step_front_mm")

@@ -16,8 +16,6 @@ from tests.support.ods_writer import write_ods
 
 S_MM = (1.0, 3.0, 5.0, 7.0, 9.0, 11.0)
 Rows = list[list[Any]]
-
-
 Change = Callable[[Rows], Sequence[Sequence[Any]]]
 
 

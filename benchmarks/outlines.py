@@ -8,7 +8,7 @@ import numpy as np
 from manifold3d import CrossSection, FillRule
 from scipy.ndimage import gaussian_filter1d
 
-from digitise.geometry.polyline import left_normals
+from digitise.geometry.polyline import left_normals, signed_area
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
@@ -92,8 +92,8 @@ def _with_branches(outline: Outline, rng: np.random.Generator, width_mm: float) 
         side = half_mm[:, None] * left_normals(line)
         crack += _region(np.vstack([line - side, (line + side)[::-1]]))
         lines.append(line)
-    rings = sorted(crack.to_polygons(), key=lambda ring: -abs(_area_mm2(ring)))
-    holes = tuple(ring for ring in rings if _area_mm2(ring) < 0)
+    rings = sorted(crack.to_polygons(), key=lambda ring: -abs(signed_area(ring)))
+    holes = tuple(ring for ring in rings if signed_area(ring) < 0)
     return replace(
         outline,
         outline_mm=rings[0],
@@ -124,12 +124,6 @@ def _between(centre: Floats, half_left_mm: Floats, half_right_mm: Floats, ends: 
 
 def _region(ring_mm: Floats) -> CrossSection:
     return CrossSection([ring_mm], FillRule.NonZero)
-
-
-def _area_mm2(ring_mm: Floats) -> float:
-    """Positive where the ring runs counter-clockwise."""
-    x, y = ring_mm.T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
 def _waves(rng: np.random.Generator, t: Floats, length_mm: float) -> Floats:

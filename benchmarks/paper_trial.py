@@ -1,6 +1,6 @@
 """The reconstructed trial with five seeds, and the paper's own scheme, against its truth, the paper's figure and time.
 
-    python benchmarks/paper_trial.py [--out DIR]
+    python -m benchmarks.paper_trial [--out DIR]
 
 The photo is procedural and its truth exact. The readings follow the paper's prose. U, D and the freezing age are the
 paper's for that profile, and the walls were chosen so that the crack holds its volume: the mean errors are residuals of
@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from scipy.spatial import KDTree
 from typer import Option
 
-from benchmarks.table import Row, run_benchmark
+from benchmarks.table import Row, rms, run_benchmark
+from benchmarks.tracing_figures import distance_mm
 from sealtwin.core import record_files
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.records import Floats
@@ -26,9 +26,9 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import STAGES, start_job
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import readings_of
+from tests.support.paths import FIXTURE
 from validate.metrics.verdict import best_curves
 
-FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
 PAPER_MM = 1.26
 """The paper's mean error with the same U and D, chosen among 132 runs on the one trial that it is measured on."""
 SEEDS = 5
@@ -88,40 +88,24 @@ def _tracing_rows(folder: Path) -> list[Row]:
     outline = record_files.read_outline(folder)
     truth = json.loads((FIXTURE / "truth.json").read_text(encoding="utf-8"))
     walls = [
-        _off_mm(traced, np.array(truth[f"{side}_wall_mm"]))
-        for side, traced in (("left", outline.left_wall_mm), ("right", outline.right_wall_mm))
+        _off_mm(outline.left_wall_mm, truth["left_wall_mm"]),
+        _off_mm(outline.right_wall_mm, truth["right_wall_mm"]),
     ]
+    middle = _off_mm(outline.centreline_mm, truth["centreline_mm"])
     width = outline.mean_width_mm / truth["mean_width_mm"] - 1
     return [
-        Row(
-            "centreline against truth, RMS",
-            _rms(_off_mm(outline.centreline_mm, np.array(truth["centreline_mm"]))),
-            "mm",
-            0,
-            0.10,
-        ),
-        Row("walls against truth, RMS", _rms(np.concatenate(walls)), "mm", 0, 0.15),
+        Row("centreline against truth, RMS", rms(middle), "mm", 0, 0.10),
+        Row("walls against truth, RMS", rms(np.concatenate(walls)), "mm", 0, 0.15),
         Row("mean width against truth, off by", 100 * abs(width), "%", 0, 2),
         Row("length against truth, off by", abs(outline.length_mm - truth["length_mm"]), "mm", 0, 2),
     ]
 
 
-def _off_mm(traced_mm: Floats, truth_mm: Floats) -> Floats:
+def _off_mm(traced_mm: Floats, true_line: list[list[float]]) -> Floats:
     """Distance of each traced point from the true line, away from its ends."""
-    dense = _dense(truth_mm)
-    far = np.minimum(*(np.linalg.norm(traced_mm - end, axis=1) for end in (truth_mm[0], truth_mm[-1]))) > TRIMMED_MM
-    return KDTree(dense).query(traced_mm[far])[0]
-
-
-def _dense(line_mm: Floats) -> Floats:
-    """The same line with points every 2 um, so that the nearest point stands for the nearest place."""
-    s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line_mm, axis=0), axis=1))])
-    fine = np.arange(0, s[-1], 0.002)
-    return np.column_stack([np.interp(fine, s, line_mm[:, axis]) for axis in (0, 1)])
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    true_mm = np.array(true_line)
+    far = np.minimum(*(np.linalg.norm(traced_mm - end, axis=1) for end in (true_mm[0], true_mm[-1]))) > TRIMMED_MM
+    return distance_mm(traced_mm[far], true_mm)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How long one substep of the fluid takes, against the same substep in C++, and whether both do the same.
 
-    python benchmarks/pbf_step.py [--only explicit|paste|memory]
+    python -m benchmarks.pbf_step [--only explicit|paste]
 
 A block of particles, settled in a square tank: h = 4 R, five pressure iterations, steps of 1 ms, one explicit pass of
 viscosity; alone, and beside a busy core. Then the shipped trial's paste as a run takes it, of 15,000 particles while it
@@ -10,30 +10,24 @@ kind, on one thread, in turns; a figure is the least processor time of many turn
 ``pbf_cpp/step.cpp``, built by g++; figures alone are judged, if the processor has AVX-512, which both then use.
 """
 
-import gc
 import os
 from collections.abc import Callable, Iterator
 from typing import Annotated
 
 import numpy as np
-import warp as wp
 
-from benchmarks.against import LOADS, flags, processor
+from benchmarks.machine import LOADS, flags, processor
 from benchmarks.pbf_cpp import has_compiler
 from benchmarks.pbf_tank import (
     FLOWING,
     NEARLY_AT_REST,
     PARTICLES,
-    RADIUS_MM,
-    block_mm,
     in_cpp,
     settled_block,
     take_turns,
-    tank,
     time_paste,
 )
 from benchmarks.table import Row, one_of, run_benchmark
-from tests.support.small_fluids import engine_with
 
 FEW, MANY = 2_000, 50_000
 GROWTH = 1.05
@@ -88,39 +82,18 @@ def paste() -> Iterator[Row]:
             yield Row(f"{name}: C++, a frame on, apart over the way, median", off, "", 0, ALIKE)
 
 
-def memory() -> Iterator[Row]:
-    """Of arrays on the device that one more particle needs, where all of them move."""
-    sizes = {}
-    crack, points = tank(PARTICLES), block_mm(PARTICLES)
-    for count in (PARTICLES // 2, PARTICLES):
-        # The first engine of a crack builds its walls, which the next ones share.
-        engine_with(points[:10], crack, radius_mm=RADIUS_MM)
-        before = _held_bytes()
-        engine = engine_with(
-            points[:count], crack, radius_mm=RADIUS_MM, reach_mm=(points.min(0) - 5, points.max(0) + 5)
-        )
-        sizes[count] = _held_bytes() - before
-        del engine
-    fewer, more = sizes.values()
-    yield Row("memory a particle", (more - fewer) / (PARTICLES - PARTICLES // 2) / 1e3, "kB", 0, 1.0, "<= 0.7")
-
-
-def _held_bytes() -> int:
-    gc.collect()
-    return sum(it.capacity for it in gc.get_objects() if isinstance(it, wp.array) and it.deleter is not None)
-
-
 def cpp_bar() -> float:
     return OVER_CPP if "avx512f" in flags() else np.inf
 
 
-CASES: dict[str, Callable[[], Iterator[Row]]] = {case.__name__: case for case in (explicit, paste, memory)}
+CASES: dict[str, Callable[[], Iterator[Row]]] = {case.__name__: case for case in (explicit, paste)}
 
 
 def main(only: Annotated[list[str] | None, one_of(CASES)] = None) -> list[Row]:
     print(f"{processor()}, load {os.getloadavg()[0]:.1f}")
-    names = only or (("explicit", "paste", "memory") if has_compiler() else ("memory",))
-    return [row for name in names for row in CASES[name]()]
+    if not has_compiler():
+        raise SystemExit("no g++ on the PATH, which builds the contestant in C++")
+    return [row for name in only or CASES for row in CASES[name]()]
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import manifold3d
@@ -15,6 +14,7 @@ from simulate.fluid.solver import FluidSolver, substeps_for
 from simulate.hollow import solid_of
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import rheology_of
+from tests.support.paths import FIXTURE
 from tests.support.shapes import straight_slot
 from tests.support.small_fluids import engine_with, lattice
 
@@ -23,8 +23,7 @@ STEP_S = 1e-3
 SPACING_MM = 0.72  # Of the block before it settles
 SIDE_MM = 26.0  # Of the tank's floor, at PARTICLES; other numbers keep the block's shape
 PARTICLES = 15_000
-SETTLE_STEPS = 200
-TRIAL = Path(__file__).parent.parent / "fixtures/paper-trial/trial.toml"
+TRIAL = FIXTURE / "trial.toml"
 PASTE = {"fluid.yield_stress_pa": 12.0, "fluid.freeze_after_s": "never"}  # In place of the paper's freezing
 TRIAL_FRAME_S = 7.14e-3  # Frame of a run of TRIAL: ``frame_s`` in its ``simulation.json``
 FLOWING, NEARLY_AT_REST = 5, 13
@@ -60,7 +59,7 @@ def block_mm(particles: int) -> Floats:
     return block
 
 
-def settled_block(particles: int, steps: int = SETTLE_STEPS) -> FluidSolver:
+def settled_block(particles: int, steps: int = 200) -> FluidSolver:
     """Liquid that takes five pressure iterations and one explicit pass of viscosity in each step of 1 ms."""
     engine = engine_with(
         block_mm(particles),

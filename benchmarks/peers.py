@@ -24,10 +24,11 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.against import HERE, ONE_CORE, processor
+from benchmarks.machine import ONE_CORE, processor
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from simulate.loose_fluid import substep_s
+from tests.support.paths import ROOT
 from tests.support.small_fluids import sealant
 from tests.support.tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm
 
@@ -119,7 +120,7 @@ def theirs(module: str, method: str, step_s: float, wall_share: float) -> Flow |
     case |= {"viscosity_mm2_s": VISCOSITY_MM2_S, "density_kg_m3": DENSITY_KG_M3, "place_mm": block_mm.tolist()}
     with tempfile.TemporaryDirectory() as folder:
         answer = Path(folder) / "answer.json"
-        command = [sys.executable, HERE / "benchmarks" / f"peer_{module}.py", answer]
+        command = [sys.executable, ROOT / "benchmarks" / f"peer_{module}.py", answer]
         child = subprocess.run(
             command, cwd=folder, env=os.environ | ONE_CORE, input=json.dumps(case), text=True, capture_output=True
         )

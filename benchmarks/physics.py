@@ -1,6 +1,6 @@
 """The fluid against closed forms, symmetries and what must hold always.
 
-    python benchmarks/physics.py [--only NAME]...
+    python -m benchmarks.physics [--only NAME]...
 
 A tolerance follows from a source or a reason that stands beside it in the code, never from what was measured. Particles
 count for what they count for when a run begins; where a level or a current is judged, their volume is kept as in a run.
@@ -13,13 +13,11 @@ from statistics import fmean
 from typing import Annotated, Any
 
 import numpy as np
-import warp as wp
 from scipy.optimize import curve_fit
 
 from benchmarks.channels import bingham, channel, herschel
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.records import Floats
-from simulate.fluid.viscosity import STABLE
 from simulate.loose_fluid import filled_box_mm
 from simulate.remarks import THIN
 from simulate.settings import particle_volume
@@ -27,7 +25,7 @@ from simulate.setup.rheology import added_viscosity
 from simulate.setup.signed_distance import CLEARANCE, CM
 from tests.support.periodic_box import Endless, stirred_mm
 from tests.support.small_fluids import FRAME_S, sealant
-from tests.support.tanks import GRAVITY_MM_S2, Pit, Tank, cube_mm, raised, settled_mm
+from tests.support.tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm
 
 RADIUS_MM, STEP_S = 0.4, FRAME_S / 4
 COLUMN, COLUMN_MM = Pit(6.0, 3.1, 24.0), 16.0
@@ -99,31 +97,6 @@ def momentum() -> Iterator[Row]:
         # Chaos doubles float32's 1e-6 in each substep or so.
         apart = float(np.abs(places[0] - places[1]).max())
         yield Row(f"mirror image, {name}", apart, "mm", 0, 1e-6 * 2**count, "0")
-
-
-def passes() -> Iterator[Row]:
-    """The rule behind q: the largest eigenvalue of A over its largest diagonal, by power iteration."""
-    fluid = settled_mm(COLUMN, RADIUS_MM, STEP_S, 10.0)
-    how: dict[str, Any] = {"viscosity_mm2_s": 32.2, "drag_mm": 3.0 / 4, "viscosity_solve": "explicit"}
-    engine = Tank.of(COLUMN, fluid, radius_mm=RADIUS_MM, step_s=STEP_S, **how).engine
-    engine.find_neighbours()
-    engine.pressure.measure_density(engine.rows)
-    engine.viscosity.pass_explicit(engine.rows)
-    diagonal = float(engine.viscosity.system.restraint.numpy().max())
-    before, after = (wp.zeros(len(fluid) + 2, dtype=wp.vec3, device="cpu")[: len(fluid)] for _ in range(2))
-    before.assign(np.random.default_rng(0).normal(0, 1, (len(fluid), 3)).astype(np.float32))
-    growth = 0.0
-    # With q of a hundredth of the diagonal the pass is -A v, nearly.
-    q = diagonal / 100
-    for _ in range(300):
-        engine.viscosity.pass_once(before, after, q, engine.rows)
-        size = float(np.linalg.norm(after.numpy()))
-        growth = size / float(np.linalg.norm(before.numpy()))
-        before.assign(after.numpy() / size)
-    # A pass takes STABLE of a velocity at most: up to its inverse no wave overshoots. Nor is it less than the diagonal,
-    # but for what the iteration leaves.
-    largest = (growth + 1) * q / diagonal
-    yield Row("explicit passes: largest eigenvalue over diagonal", largest, "", 0.99, 1 / STABLE, "1")
 
 
 def drop() -> Iterator[Row]:
@@ -232,50 +205,10 @@ def slot_current() -> Iterator[Row]:
     yield within("slot current: front over theory", fmean(front_mm / time_s ** (1 / 3)) / theory, "", 1.0, 0.1)
 
 
-DENSITY_KG_M3, VISCOSITY_MM2_S = 1690.0, 32.2
-CUBE_MM = 9.0
-"""More than two supports from its middle to its sides."""
-
-
-def energy() -> Iterator[Row]:
-    """However stiff the paste and long the step, the solve takes energy; and it sees the shear that there is."""
-    worst = 0.0
-    for step_s in (2.35e-3, 0.1, 10.0):
-        for stress_pa in (12.0, 1e4):
-            tank = _still_block(step_s, stress_pa)
-            chaos = np.random.default_rng(1).normal(0, 50, tank.place_mm.shape)
-            tank.set_velocity(chaos)
-            engine = tank.engine
-            engine.viscosity.measure_shear(engine.rows)
-            engine.viscosity.solve_implicit(engine.rows)
-            volume = engine.state.volume_and_viscosity.numpy()[:, 0]
-            left = volume @ (tank.velocity_mm_s**2).sum(axis=1) / (volume @ (chaos**2).sum(axis=1))
-            worst = max(worst, float(left)) if np.isfinite(left) else np.inf
-    tank, rate = _still_block(2.35e-3, 12.0), 7.0
-    place = tank.place_mm
-    tank.set_velocity(np.column_stack([rate * place[:, 2], 0 * place[:, :2]]))
-    tank.engine.viscosity.measure_shear(tank.engine.rows)
-    inner = (np.abs(place - np.mean(place, axis=0)) < CUBE_MM / 2 - 3.2).all(axis=1)
-    gamma = float(tank.engine.viscosity.system.shear.numpy()[inner].mean())
-    yield Row("solve: energy left of chaos, most, of six", worst, "", 0, 1, "below 1")
-    yield within("simple shear of 7 /s: gamma", gamma, "1/s", rate, 0.05)
-
-
-def _still_block(step_s: float, stress_pa: float) -> Tank:
-    paste = {"viscosity_mm2_s": VISCOSITY_MM2_S, "yield_mm2_s2": stress_pa / DENSITY_KG_M3 * 1e6}
-    how: dict[str, Any] = {"radius_mm": RADIUS_MM, "step_s": step_s, "falls": True, **paste}
-    tank = Tank.of(Pit(CUBE_MM, CUBE_MM, 4.0), raised(cube_mm(CUBE_MM), 30.0), **how)
-    # A frame on: what is just released is taken to be sheared.
-    tank.engine.begin_frame(1)
-    tank.engine.find_neighbours()
-    tank.engine.pressure.measure_density(tank.engine.rows)
-    return tank
-
-
 CASES: dict[str, Callable[[], Iterator[Row]]] = {
     case.__name__: case
     for case in (
-        *(momentum, passes, drop, hydrostatic, energy, sloshing, shear_wave, slot_current),
+        *(momentum, drop, hydrostatic, sloshing, shear_wave, slot_current),
         *(channel, bingham, herschel),
     )
 }

@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour
+from benchmarks.reality.inputs import Cavity, Numerics, Paste
 from benchmarks.reality.pour import poured
+from benchmarks.samples import pour_along
 from benchmarks.table import Row, run_benchmark
 from digitise.settings import CrackShape, NozzlePath, PhotoInput
 from digitise.solid.build_solid import build_solid
@@ -133,9 +134,8 @@ def _poured(sample: Sample, path: Trajectory, flow_factor: float, stress_factor:
     outline, ones = sample.outline, np.ones(len(sample.outline.s_mm))
     cavity = Cavity(outline.s_mm, outline.width_mm, DEPTH_MM * ones, 0 * ones, 0 * ones)
     paste = Paste(DENSITY_KG_M3, stress_factor * YIELD_PA, VISCOSITY_PA_S)
-    # A waypoint's flow holds until the next one.
-    times_s, flow = np.repeat(path.t_s, 2)[1:-1], flow_factor * np.repeat(path.flow_mm3_s[:-1], 2)
-    bed = poured(cavity, paste, Pour(path.t_s, path.s_mm, times_s, flow), None, Numerics(settle_s=SETTLE_S))
+    pour = pour_along(path, OWN.nozzle.diameter_mm, flow_factor)
+    bed = poured(cavity, paste, pour, None, Numerics(settle_s=SETTLE_S))
     own = misfit(sample, Profile(bed.s_mm, bed.middle_mm))
     return Spilt(own.under_mm3, bed.above_face_mm3, own)
 

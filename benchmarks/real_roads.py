@@ -1,14 +1,13 @@
 """Real photos of cracked roads and walls from public sets: right between two clicks, and what is picked without clicks.
 
-    python -m benchmarks.real_roads --photos PHOTOS [--only SET] [--jobs 2] [--overlays FOLDER]
+    python -m benchmarks.real_roads --photos PHOTOS [--only SET] [--jobs 2]
 
 PHOTOS is made from clones of the sets (python -m benchmarks.real_roads_photos --help); none of it is in this
-repository. The list was drawn by rule, and is judged by rule (real_roads_rules). Refusals, other
-branches, wrong lines and lines picked alone where no crack is are listed, with the product's words. An overlay has the
-mask in blue, its branch in green, the clicks in pink, the line in red and the walls in yellow; its name begins with the
-verdict.
+repository. The list was drawn by rule, and is judged by rule (real_roads_rules). Refusals, other branches, wrong lines
+and lines picked alone without a crack are listed, with the product's words.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -19,127 +18,86 @@ import cv2
 import numpy as np
 from typer import Option
 
-from benchmarks.real_roads_photos import Crop, Listed, Set, crops, listed, read_sets, today
+from benchmarks.real_roads_photos import Set, crops, listed, read_sets
 from benchmarks.real_roads_runs import Clicked, Unclicked, run_bare, run_clicked, run_unclicked
 from benchmarks.table import Row, one_of, run_benchmark
 
-GAIN = 10
-"""Percentage points that a set without a target of its own has to gain over today."""
 FIRST_PERCENT, ALONE_PERCENT, BARE_PERCENT = 70, 7, 15
 """Photos whose first line is a crack, at least; lines picked alone that are none, and crops where one is, at most."""
-NOT_JUDGED = "crack"
 
 
 def main(
     photos: Annotated[Path, Option(help="folder with the photos and masks of the list")],
     only: Annotated[str | None, one_of(read_sets())] = None,
     jobs: Annotated[int, Option(min=1, help="processes at the same time")] = 1,
-    overlays: Annotated[Path | None, Option(help="folder for pictures of what was traced")] = None,
 ) -> list[Row]:
     sets = {name: one for name, one in read_sets().items() if only in (None, name)}
     rows = [row for row in listed() if row.set in sets]
-    bare = [crop for crop in crops() if crop.set in sets and crop.kind != NOT_JUDGED]
+    bare = [crop for crop in crops() if crop.set in sets and crop.kind != "crack"]
     with ProcessPoolExecutor(jobs, initializer=cv2.setNumThreads, initargs=(1,)) as pool:
-        clicked = pool.map(partial(run_clicked, photos=photos, overlays=overlays), rows)
-        unclicked = pool.map(partial(run_unclicked, photos=photos, overlays=overlays), rows)
-        on_bare = pool.map(partial(run_bare, photos=photos, overlays=overlays), bare)
-        answers = list(clicked), list(unclicked), list(on_bare)
-    _list(*answers)
+        clicked = pool.map(partial(run_clicked, photos=photos), rows)
+        unclicked = pool.map(partial(run_unclicked, photos=photos), rows)
+        on_bare = pool.map(partial(run_bare, photos=photos), bare)
+        traced, searched, bared = list(clicked), list(unclicked), list(on_bare)
+    _list(traced, [*searched, *bared])
+    by_set = {name: [answer for answer in traced if answer.row.set == name] for name in sets}
     return [
-        *(row for one in sets.values() for row in clicked_rows(one, [a for a in answers[0] if a.of.set == one.name])),
-        *silent_rows(answers[0]),
-        *unclicked_rows(answers[1]),
-        *bare_rows(answers[2]),
+        *(row for name, answers in by_set.items() for row in clicked_rows(sets[name], answers)),
+        silent_row(traced),
+        *unclicked_rows(searched),
+        bare_row(bared),
     ]
 
 
-def clicked_rows(one: Set, answers: Sequence[Clicked]) -> list[Row]:
-    """Return the share of right traces of a set, and where the others are."""
-    before = today().get(f"{one.name}_right_percent")
-    target = one.target_percent
-    if target is None and before is not None:
-        target = min(100.0, before + GAIN)
-    goal = "" if before is None else f"today {before:.3g}"
-    begin = f"{one.name}, two clicks"
-    rows = [Row(f"{begin}: right, of {len(answers)}", _percent(answers, _is("right")), "%", target or 0.0, goal=goal)]
-    rows += [Row(f"{begin}: {name}", _percent(answers, _is(name)), "%") for name in ("other", "wrong", "refused")]
-    ratios = [answer.width_ratio for answer in answers if np.isfinite(answer.width_ratio)]
-    if ratios:
-        rows.append(Row(f"{one.name}: width over the mask's, median of {len(ratios)}", float(np.median(ratios)), ""))
+def clicked_rows(photo_set: Set, answers: Sequence[Clicked]) -> list[Row]:
+    """Return the share of right traces of a set, and what became of the others."""
+    name = f"{photo_set.name}, two clicks"
+    verdicts = Counter(answer.verdict for answer in answers)
+    percent = {word: 100 * verdicts[word] / max(len(answers), 1) for word in ("right", "other", "wrong", "refused")}
+    rows = [Row(f"{name}: right, of {len(answers)}", percent.pop("right"), "%", photo_set.target_percent)]
+    rows += [Row(f"{name}: {word}", share, "%") for word, share in percent.items()]
+    if ratios := [answer.width_ratio for answer in answers if np.isfinite(answer.width_ratio)]:
+        rows.append(Row(f"{name}: width over the mask's, median of {len(ratios)}", float(np.median(ratios)), ""))
     return rows
 
 
-def silent_rows(answers: Sequence[Clicked]) -> list[Row]:
+def silent_row(answers: Sequence[Clicked]) -> Row:
     silent = sum(answer.silent for answer in answers)
-    seconds = float(np.median([answer.time_s for answer in answers]))
-    return [
-        Row(f"two clicks: wrong in silence, of {len(answers)}", silent, "", 0, 0, _goal("silent")),
-        Row("two clicks: processor time, median", seconds, "s"),
-    ]
+    return Row(f"two clicks: wrong in silence, of {len(answers)}", silent, "", 0, 0)
 
 
 def unclicked_rows(answers: Sequence[Unclicked]) -> list[Row]:
     alone = [answer for answer in answers if answer.alone]
     first = _percent(answers, lambda answer: any(answer.hits[:1]))
-    among = _percent(answers, lambda answer: any(answer.hits[:3]))
     none = _percent(alone, lambda answer: not answer.hit)
-    complete = sum(answer.traced and not answer.hit for answer in alone)
-    count = len(answers)
     return [
-        Row(f"no clicks: a crack is first, of {count}", first, "%", FIRST_PERCENT, 100, _goal("first_percent")),
-        Row("no clicks: a crack is among the first three", among, "%"),
-        Row("no clicks: nothing offered", _percent(answers, lambda answer: not answer.hits), "%"),
+        Row(f"no clicks: a crack is first, of {len(answers)}", first, "%", FIRST_PERCENT, 100),
         Row("no clicks: a line is picked alone", _percent(answers, lambda answer: answer.alone), "%"),
-        Row(f"no clicks: alone and none, of {len(alone)} alone", none, "%", 0, ALONE_PERCENT, _goal("alone_percent")),
-        Row("no clicks: alone, none, and traced to the end", complete, ""),
+        Row(f"no clicks: alone and none, of {len(alone)} alone", none, "%", 0, ALONE_PERCENT),
     ]
 
 
-def bare_rows(answers: Sequence[Unclicked]) -> list[Row]:
-    """Return the share of crops where a line is picked alone, of all and by what is in them."""
+def bare_row(answers: Sequence[Unclicked]) -> Row:
+    """Return the share of crops without a crack where a line is picked alone."""
     share = _percent(answers, lambda answer: answer.alone)
-    rows = [Row(f"bare: a line is picked alone, of {len(answers)}", share, "%", 0, BARE_PERCENT, _goal("bare_percent"))]
-    for kind in dict.fromkeys(_kind(answer) for answer in answers):
-        some = [answer for answer in answers if _kind(answer) == kind]
-        rows.append(Row(f"bare, {kind}: picked alone, of {len(some)}", sum(answer.alone for answer in some), ""))
-    rows.append(Row("bare: a line is offered", _percent(answers, lambda answer: bool(answer.hits)), "%"))
-    rows.append(Row("bare: alone and traced to the end", sum(answer.traced for answer in answers), ""))
-    return rows
+    return Row(f"bare: a line is picked alone, of {len(answers)}", share, "%", 0, BARE_PERCENT)
 
 
-def _list(clicked: Iterable[Clicked], unclicked: Iterable[Unclicked], bare: Iterable[Unclicked]) -> None:
+def _list(clicked: Iterable[Clicked], unclicked: Iterable[Unclicked]) -> None:
     """Print each answer between two clicks that is not right, and each line that is picked alone without a crack."""
     for answer in clicked:
         if answer.verdict != "right":
             silent = ", in silence" if answer.silent else ""
             words = "" if answer.verdict == "other" else f": {answer.words}"
-            print(f"{answer.of.set} {Path(answer.of.photo).name}: {answer.verdict}{silent}{words}")
-    for answer in (*unclicked, *bare):
+            print(f"{answer.row.set} {Path(answer.row.photo).name}: {answer.verdict}{silent}{words}")
+    for answer in unclicked:
         if answer.alone and not answer.hit:
-            then = f"; then: {answer.words}" if answer.words else ""
-            print(f"{answer.of.set} {_place(answer.of)}: picked alone without clicks, no crack{then}")
+            print(f"{answer.name}: picked alone without clicks, no crack")
     print()
-
-
-def _place(of: Listed | Crop) -> str:
-    name = Path(of.photo).name
-    return f"{name}, {of.kind} at ({of.left_px}, {of.top_px})" if isinstance(of, Crop) else name
-
-
-def _kind(answer: Unclicked) -> str:
-    return answer.of.kind if isinstance(answer.of, Crop) else ""
-
-
-def _is(name: str) -> Callable[[Clicked], bool]:
-    return lambda answer: answer.verdict == name
 
 
 def _percent(answers: Sequence, holds: Callable) -> float:
     return 100 * sum(map(holds, answers)) / len(answers) if answers else float("nan")
-
-
-def _goal(figure: str) -> str:
-    return f"today {value:.3g}" if (value := today().get(figure)) is not None else ""
 
 
 if __name__ == "__main__":

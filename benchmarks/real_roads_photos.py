@@ -43,7 +43,7 @@ class Set:
     photos: Sequence[str]
     masks: Sequence[str]
     least_value: int
-    target_percent: float | None = None
+    target_percent: float
 
     def mask_of(self, photo: str) -> str:
         """Return the path of a photo's mask in the repository."""
@@ -96,42 +96,24 @@ Row = TypeVar("Row", Listed, Crop)
 
 
 def main(clones: Path, photos: Path) -> None:
-    wanted = {(one.set, one.photo): one.photo_sha256 for one in (*listed(), *crops())}
-    wanted |= {(one.set, one.mask): one.mask_sha256 for one in listed()}
+    wanted = {(row.set, row.photo): row.photo_sha256 for row in (*listed(), *crops())}
+    wanted |= {(row.set, row.mask): row.mask_sha256 for row in listed()}
     sets = read_sets()
     for (name, path), sha256 in wanted.items():
-        content = Clone(sets[name], clones).read(path)
+        repository, commit = sets[name].repository, sets[name].commit
+        show = ["git", "-C", str(clones / repository.partition("/")[2]), "show", f"{commit}:{path}"]
+        content = subprocess.run(show, check=True, capture_output=True).stdout
         if digest(content) != sha256:
-            raise SystemExit(f"{sets[name].repository}: {path} is not the file of the list: its SHA-256 differs.")
+            raise SystemExit(f"{repository}: {path} is not the file of the list: its SHA-256 differs.")
         target = photos / name / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)
     print(f"{len(wanted)} files of {len(sets)} sets in {photos}")
 
 
-@dataclass(frozen=True)
-class Clone:
-    """The repository of a set in the folder of clones, read at the set's commit."""
-
-    of: Set
-    clones: Path
-
-    def read(self, path: str) -> bytes:
-        return self._git("show", f"{self.of.commit}:{path}")
-
-    def _git(self, *words: str) -> bytes:
-        folder = self.clones / self.of.repository.partition("/")[2]
-        return subprocess.run(["git", "-C", str(folder), *words], check=True, capture_output=True).stdout
-
-
 def read_sets() -> dict[str, Set]:
     content = tomllib.loads(SETS.read_text(encoding="utf-8"))
-    return {name: Set(name, **facts) for name, facts in content.items() if name != "today"}
-
-
-def today() -> dict[str, float]:
-    """Return the figures that were measured when the list was made, by name."""
-    return tomllib.loads(SETS.read_text(encoding="utf-8")).get("today", {})
+    return {name: Set(name, **facts) for name, facts in content.items()}
 
 
 def listed() -> list[Listed]:

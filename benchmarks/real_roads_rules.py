@@ -5,8 +5,7 @@ The branch of a photo is the longest skeleton path of its mask's three largest p
 - right if 80 % of it is within max(5 px, half the mask's width there + 3 px) of the branch, and it covers 80 % of that;
 - other if 80 % of it is within 5 px of the mask: another branch, or less of this one;
 - wrong otherwise. A wrong line is silent unless a warning names a place, (x, y) px, within 30 px of where it is off the
-  mask. A place within 5 px of an end of the line does not count: "the crack continues beyond" it says nothing about the
-  line.
+  mask. A place within 5 px of an end of the line does not count.
 
 A line that is offered without clicks is a hit if 80 % of it is within 5 px of the mask and it has at least 30 % of the
 branch's length. A line is picked alone if the search returns a path without a question. On a crop of bare ground every

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -23,22 +23,20 @@ from typing import Annotated, Any
 
 import grimp
 
-from benchmarks.against import HERE, processor
+from benchmarks.machine import processor
 from benchmarks.table import ROWS_TO, one_of, run_benchmark
 from sealtwin.core.files import write_json
 from sealtwin.core.progress import in_words
 from sealtwin.trial.job import NUMBERS
+from tests.support.paths import ROOT
 
 COMMANDS = {
-    "paper_trial": "benchmarks/paper_trial.py",
-    "tracing": "benchmarks/tracing.py",
-    "solids": "benchmarks/solids.py",
-    "digitise_speed": "benchmarks/digitise_speed.py",
-    "ingest": "benchmarks/ingest.py",
-    "sentences": "-m benchmarks.sentences",
+    "paper_trial": "-m benchmarks.paper_trial",
+    "tracing": "-m benchmarks.tracing",
+    "solids": "-m benchmarks.solids",
+    "ingest": "-m benchmarks.ingest",
     "fuzz": "-m benchmarks.fuzz",
-    "report_speed": "benchmarks/report_speed.py",
-    "speed_bars": "-m benchmarks.speed_bars --only frames --only beside --only draft",
+    "speed_bars": "-m benchmarks.speed_bars",
     "slot": "-m benchmarks.slot",
     "plan_outside": "-m benchmarks.plan_outside",
     "blind_own_band": "-m benchmarks.blind_own_band",
@@ -46,8 +44,8 @@ COMMANDS = {
     "measured_boxes": "-m benchmarks.measured_boxes",
     "measured_numerics": "-m benchmarks.measured_numerics",
     "drafts": "-m benchmarks.drafts",
-    "pbf_step": "benchmarks/pbf_step.py",
-    "physics": "benchmarks/physics.py",
+    "pbf_step": "-m benchmarks.pbf_step",
+    "physics": "-m benchmarks.physics",
     "stated_intervals": "-m benchmarks.stated_intervals",
     "calibration": "-m benchmarks.calibration",
 }
@@ -56,7 +54,7 @@ INSTALLED = ("digitise", "sealtwin", "simulate", "validate")
 PACKAGES = (*INSTALLED, "benchmarks", "tests")
 CODE = (*PACKAGES, "fixtures", "pyproject.toml", "constraints.txt")
 """What a figure can follow from."""
-RESULTS = HERE / "reports" / "results.json"
+RESULTS = ROOT / "reports" / "results.json"
 
 Content = dict[str, dict[str, Any]]  # By the name of a benchmark: its rows and where, when and of which code they are
 
@@ -64,8 +62,9 @@ Content = dict[str, dict[str, Any]]  # By the name of a benchmark: its rows and 
 def main(only: Annotated[list[str] | None, one_of(COMMANDS)] = None) -> None:
     names = only or list(COMMANDS)
     results = read(RESULTS)
-    code = {name: code_sha256(HERE, COMMANDS[name]) for name in {*names, *results} & COMMANDS.keys()}
-    waiting = [name for name in names if not (name in results and _stands(results[name], code[name]))]
+    code = {name: code_sha256(ROOT, COMMANDS[name]) for name in {*names, *results} & COMMANDS.keys()}
+    stands = {name for name in code.keys() & results if _ended(results[name]) and results[name]["code"] == code[name]}
+    waiting = [name for name in names if name not in stands]
     for number, name in enumerate(waiting):
         ran_before = all(other in results for other in waiting[number:])
         left_s = sum(results[other]["wall_s"] for other in waiting[number:] if other in results)
@@ -78,18 +77,23 @@ def main(only: Annotated[list[str] | None, one_of(COMMANDS)] = None) -> None:
     print(table(results, code))
     rows = [row for name in names for row in results[name]["rows"]]
     failed = [name for name in names if not _ended(results[name])]
-    judged, missed = sum(row["judged"] for row in rows), sum(row["missed"] for row in rows)
-    print(f"{judged - missed} of {judged} targets met" + (f"; no result: {', '.join(failed)}" if failed else ""))
-    sys.exit(1 if missed or failed else 0)
+    print(f"{counts(rows)} targets met" + (f"; no result: {', '.join(failed)}" if failed else ""))
+    sys.exit(1 if failed or any(row["missed"] for row in rows) else 0)
 
 
-def _ended(one: dict[str, Any]) -> bool:
+def _ended(section: dict[str, Any]) -> bool:
     """Return True for a benchmark that ended with a table: with 0 where all its targets are met, else with 1."""
-    return one["exit_code"] in (0, 1)
+    return section["exit_code"] in (0, 1)
 
 
-def _stands(one: dict[str, Any], code: str) -> bool:
-    return _ended(one) and one["code"] == code
+def counts(rows: Sequence[dict[str, Any]]) -> str:
+    """Return how many targets are met, of how many."""
+    judged, missed = (sum(row[kind] for row in rows) for kind in ("judged", "missed"))
+    return f"{judged - missed} of {judged}"
+
+
+def seen(row: dict[str, Any]) -> str:
+    return f"{row['value']:.4g} {row['unit']}".strip() if "value" in row else "no number"
 
 
 def measure(arguments: list[str]) -> dict[str, Any]:
@@ -98,7 +102,7 @@ def measure(arguments: list[str]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "rows.json"
         ended = subprocess.run(
-            [sys.executable, *arguments], cwd=HERE, env=os.environ | {ROWS_TO: str(path)}, check=False
+            [sys.executable, *arguments], cwd=ROOT, env=os.environ | {ROWS_TO: str(path)}, check=False
         )
         rows = json.loads(path.read_text()) if path.is_file() else []
     # An exit code of 0 or 1 without a table is a fault of the benchmark.
@@ -109,8 +113,8 @@ def measure(arguments: list[str]) -> dict[str, Any]:
 
 def commit() -> str:
     """Return the commit of the work tree, with a "+" if files that figures follow from differ from it."""
-    head = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=HERE, stdout=subprocess.PIPE, check=True)
-    changed = subprocess.run(["git", "diff", "--quiet", "HEAD", "--", *CODE], cwd=HERE, check=False).returncode
+    head = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, check=True)
+    changed = subprocess.run(["git", "diff", "--quiet", "HEAD", "--", *CODE], cwd=ROOT, check=False).returncode
     return head.stdout.decode().strip() + "+" * bool(changed)
 
 
@@ -118,17 +122,14 @@ def table(results: Content, code: Mapping[str, str]) -> str:
     """Return a line for each benchmark, in their order, and one for each target that is missed."""
     lines = []
     for name in COMMANDS:
-        if (one := results.get(name)) is None:
+        if (section := results.get(name)) is None:
             lines.append(f"{name:<18} not run yet")
             continue
-        rows = one["rows"]
-        judged, missed = sum(row["judged"] for row in rows), [row for row in rows if row["missed"]]
-        met = f"{judged - len(missed)} of {judged}" if _ended(one) else f"no result, exit code {one['exit_code']}"
-        older = "" if one["code"] == code.get(name) else "; the code has changed since"
-        lines.append(f"{name:<18} {met:<12} {in_words(one['wall_s']):>8}  {one['date']}, {one['processor']}{older}")
-        for row in missed:
-            value = f"{row['value']:.4g} {row['unit']}".strip() if "value" in row else "no number"
-            lines.append(f"    {row['name']}: {value} for {row['target']}")
+        met = counts(section["rows"]) if _ended(section) else f"no result, exit code {section['exit_code']}"
+        older = "" if section["code"] == code.get(name) else "; the code has changed since"
+        run = f"{in_words(section['wall_s']):>8}  {section['date']}, {section['processor']}{older}"
+        lines.append(f"{name:<18} {met:<12} {run}")
+        lines += [f"    {row['name']}: {seen(row)} for {row['target']}" for row in section["rows"] if row["missed"]]
     return "\n".join(lines)
 
 
@@ -163,8 +164,7 @@ class _WithoutDocstrings(ast.NodeTransformer):
 
 def stage_numbers(command: str) -> dict[str, int]:
     """Return the numbers of the stages whose modules a benchmark imports, at any depth."""
-    needed = _needed(command)
-    packages = set(NUMBERS) if needed is None else {module.partition(".")[0] for module in needed}
+    packages = {module.partition(".")[0] for module in _needed(command)}
     return {stage: number for stage, number in NUMBERS.items() if stage in packages}
 
 
@@ -173,34 +173,26 @@ def _imports() -> grimp.ImportGraph:
     return grimp.build_graph(*PACKAGES, include_external_packages=True, cache_dir=None)
 
 
-def _needed(command: str) -> frozenset[str] | None:
-    """Return the modules that a benchmark needs, itself among them: imports at any depth, and programs that it starts.
-
-    None if the benchmark is not among the packages.
-    """
-    named = next(part for part in command.split() if part != "-m")
-    module, graph = named.removesuffix(".py").replace("/", "."), _imports()
-    if module not in graph.modules:
-        return None
+def _needed(command: str) -> frozenset[str]:
+    """Return the modules that a benchmark needs, itself among them: imports at any depth, and programs it starts."""
+    module, graph = next(part for part in command.split() if part != "-m"), _imports()
     needed = {module, *graph.find_upstream_modules(module)}
-    own = (one for one in needed if one.partition(".")[0] in ("benchmarks", "tests"))
-    if any("subprocess" in graph.find_modules_directly_imported_by(one) for one in own):
-        needed |= {one for one in graph.modules if one.partition(".")[0] in INSTALLED}
+    beside = [name for name in needed if name.partition(".")[0] in ("benchmarks", "tests")]
+    if any("subprocess" in graph.find_modules_directly_imported_by(name) for name in beside):
+        needed |= {name for name in graph.modules if name.partition(".")[0] in INSTALLED}
     return frozenset(needed)
 
 
-def _counts(path: PurePosixPath, needed: frozenset[str] | None) -> bool:
-    if needed is None:
-        return not path.name.startswith("test_")
+def _counts(path: PurePosixPath, needed: frozenset[str]) -> bool:
     package = path.parts[0]
     if path.suffix == ".py":
         name = ".".join(path.with_suffix("").parts)
         # A package is run before its modules.
         package_of = name.removesuffix("__init__")
-        return name in needed or (package_of != name and any(f"{one}.".startswith(package_of) for one in needed))
+        return name in needed or (package_of != name and any(f"{other}.".startswith(package_of) for other in needed))
     if package == "benchmarks":
-        return any(one.startswith(f"benchmarks.{PurePosixPath(path.parts[1]).stem}") for one in needed)
-    return package not in PACKAGES or any(one.partition(".")[0] == package for one in needed)
+        return any(other.startswith(f"benchmarks.{PurePosixPath(path.parts[1]).stem}") for other in needed)
+    return package not in PACKAGES or any(other.partition(".")[0] == package for other in needed)
 
 
 def read(path: Path) -> Content:

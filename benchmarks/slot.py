@@ -1,155 +1,75 @@
-"""The fast model of the fill against particles, on forty slots drawn after it was chosen, and its time and mass.
+"""The fast model of the fill against particles, on forty slots drawn after it was chosen, and its time.
 
     python -m benchmarks.slot
 
 The level by particles is the mean over the two seeds that ``benchmarks.slot_cases`` ran; a case without both of them is
-not judged, and the table says how many are. Differences are taken every 0.5 mm of the whole slot, and away from the
-path's start and from its head. No constant of the model is fitted to these runs: mound and crown are those of plastic
-soil, and the friction that it shares with particles is that of shear waves.
+not judged, and the table says how many are. Differences are taken every 0.5 mm of the whole slot. No constant of the
+model is fitted to these runs: mound and crown are those of plastic soil, and the friction that it shares with particles
+is that of shear waves.
 """
 
 import time
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.slot_cases import LENGTH_MM, SEEDS, STATIONS_MM, TRIM_MM, Case, drawn, levels_mm
-from benchmarks.table import Row, run_benchmark
-from sealtwin.core.records import Floats
-from simulate.slot.fill import Filled
-from simulate.slot.fitness import fitness_of
+from benchmarks.slot_cases import SEEDS, STATIONS_MM, Case, drawn, kept_levels_mm
+from benchmarks.table import Row, rms, run_benchmark
 
-AWAY_MM = 8.0
-MIDDLE = (STATIONS_MM >= TRIM_MM + AWAY_MM) & (STATIONS_MM <= LENGTH_MM - TRIM_MM - AWAY_MM)
-"""Stations 8 mm and more from where the nozzle starts and from where it stops."""
-RUNS, PROCESSES = 1000, 2
-FINER = 4
 LEFT = "particles were not run for the others, or twice the same run; python -m benchmarks.slot_cases goes on with them"
 
 
-@dataclass(frozen=True)
-class Judged:
+class Judged(NamedTuple):
     """A case beside its particles."""
 
-    number: int
     fits: bool
-    off_mm: Floats  # Level of the fast model less that of the particles, at ``STATIONS_MM``
+    rms_mm: float  # Of the level of the fast model less that of the particles
     seeds_mm: float  # RMS of the levels of particles with two seeds
 
-    @property
-    def rms_mm(self) -> float:
-        return rms(self.off_mm)
 
-    @property
-    def middle_mm(self) -> float:
-        """The same away from start and head."""
-        return rms(self.off_mm[MIDDLE])
-
-
-def rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def level_mm(bed: Filled) -> Floats:
-    return np.interp(STATIONS_MM, bed.sections.s_mm, bed.level_mm)
-
-
-def judge(cases: Sequence[Case], **paste: float) -> list[Judged]:
-    """The cases that both seeds of particles were run for; ``paste`` changes their sealant.
-
-    Two runs that are copies of one count as one seed.
-    """
-    judged = []
+def judge(cases: Sequence[Case]) -> list[Judged]:
+    """Judge the cases that both seeds of particles were run for. Two runs that are copies of one count as one seed."""
+    judged, kept = [], kept_levels_mm()
     for number, case in enumerate(cases):
-        runs = [level for seed in SEEDS if (level := levels_mm(number, seed)) is not None]
+        runs = [kept[number, seed] for seed in SEEDS if (number, seed) in kept]
         if len(runs) == len(SEEDS) and not np.array_equal(runs[0], runs[1]):
-            off_mm = level_mm(case.filled(replace(case.paste, **paste))) - np.mean(runs, axis=0)
-            judged.append(Judged(number, not case.fitness.unfit, off_mm, rms(runs[0] - runs[1])))
+            bed = case.filled()
+            off_mm = np.interp(STATIONS_MM, bed.sections.s_mm, bed.level_mm) - np.mean(runs, axis=0)
+            judged.append(Judged(not case.fitness.unfit, rms(off_mm), rms(runs[0] - runs[1])))
+            print(f"case {number:2d}, bias {off_mm.mean():+.2f} mm: {judged[-1]}")
     return judged
 
 
 def accuracy(cases: Sequence[Case], judged: Sequence[Judged]) -> list[Row]:
     """The figures inside the domain, and how far off the model is outside, where it says so."""
-    inside, outside = ([one for one in judged if one.fits is fits] for fits in (True, False))
-    whole_mm, middle_mm = [one.rms_mm for one in inside], [one.middle_mm for one in inside]
+    inside, outside = ([case for case in judged if case.fits is fits] for fits in (True, False))
     fit = sum(not case.fitness.unfit for case in cases)
-    alone_mm = [one.rms_mm for one in judge(cases, friction=0.0) if one.fits]
-    worse_mm = [one.rms_mm for one in outside]
-    rows = [
+    fit_mm, unfit_mm = (np.array([case.rms_mm for case in some] or [np.inf]) for some in (inside, outside))
+    seeds_mm = np.array([case.seeds_mm for case in inside] or [np.inf])
+    return [
         Row("fresh: drawn cases that the model calls fit, share", fit / len(cases), "", 1 / 3, 1.0, "1/2"),
         Row("fresh: fit cases judged at both seeds", len(inside), "", fit, fit, "all", because=LEFT),
-        Row("fresh, fit: RMS, median", _quantile(whole_mm, 0.5), "mm", 0, 0.45, "0.3"),
-        Row("fresh, fit: RMS, 90 % of the cases", _quantile(whole_mm, 0.9), "mm", 0, 0.75, "0.5"),
-        Row("fresh, fit: RMS away from start and head, median", _quantile(middle_mm, 0.5), "mm", 0, 0.4, "0.3"),
-        Row("fresh, fit: RMS without particles' friction, median", _quantile(alone_mm, 0.5), "mm"),
-        Row("fresh, fit: two seeds apart, RMS, median", _quantile([one.seeds_mm for one in inside], 0.5), "mm"),
+        Row("fresh, fit: RMS, median", float(np.median(fit_mm)), "mm", 0, 0.45, "0.3"),
+        Row("fresh, fit: RMS, 90 % of the cases", float(np.quantile(fit_mm, 0.9)), "mm", 0, 0.75, "0.5"),
+        Row("fresh, fit: two seeds apart, RMS, median", float(np.median(seeds_mm)), "mm"),
         Row("fresh: unfit cases judged", len(outside), ""),
-    ]
-    if outside:
-        rows.append(Row("fresh, unfit: RMS, median", _quantile(worse_mm, 0.5), "mm"))
-        rows.append(Row("fresh, unfit: RMS, largest", max(worse_mm), "mm"))
-    return rows
-
-
-def _quantile(values: Sequence[float], share: float) -> float:
-    return float(np.quantile(values, share)) if values else np.inf
-
-
-def numerics(cases: Sequence[Case]) -> list[Row]:
-    """Time, mass and refinement."""
-    spent_s: list[float] = []
-    masses: list[float] = []
-    finer_mm: list[float] = []
-    for case in cases:
-        fits = not case.fitness.unfit  # Builds the solid too, before the clock starts
-        began = time.process_time()
-        bed = case.filled()
-        spent_s.append(time.process_time() - began)
-        masses.append(bed.mass_error)
-        if fits:
-            finer_mm.append(rms(level_mm(bed) - level_mm(case.filled(finer=FINER))))
-    return [
-        Row("processor time of a run, median", float(np.median(spent_s)), "s", 0, 0.2, "0.05"),
-        Row("processor time of a run, largest", max(spent_s), "s", 0, 0.2, "0.1"),
-        Row("mass lost or gained, largest", max(masses), "", 0, 1e-12, "0"),
-        Row("fit: cells and steps 4 times finer, RMS, median", float(np.median(finer_mm)), "mm", 0, 0.1, "0.02"),
-        Row("fit: the same, largest", max(finer_mm), "mm"),
+        Row("fresh, unfit: RMS, median", float(np.median(unfit_mm)), "mm"),
+        Row("fresh, unfit: RMS, largest", float(unfit_mm.max()), "mm"),
     ]
 
 
-def many() -> Row:
-    """1,000 runs that differ in yield stress and viscosity, shared by two processes."""
-    with ProcessPoolExecutor(PROCESSES) as pool:
-        spent_s = list(pool.map(_share, range(PROCESSES)))
-    return Row(f"{RUNS} runs, processor time of the slower of {PROCESSES}", max(spent_s), "s", 0, 120, "60")
-
-
-def _share(process: int) -> float:
-    """Processor time of one process's share of the runs, with what says whether they are fit."""
+def _time_s(case: Case) -> float:
     began = time.process_time()
-    random, cases = np.random.default_rng(process), drawn()
-    for number in range(process, RUNS, PROCESSES):
-        case = cases[number % len(cases)]
-        paste = replace(
-            case.paste,
-            yield_stress_pa=case.yield_stress_pa * float(random.uniform(0.5, 2.0)),
-            consistency_pa_s_n=case.viscosity_pa_s * float(random.uniform(0.5, 2.0)),
-        )
-        case.filled(paste)
-        fitness_of(case.solid, case.outline, case.trajectory, paste)
+    case.filled()
     return time.process_time() - began
 
 
 def main() -> list[Row]:
     cases = drawn()
-    judged = judge(cases)
-    for one in judged:
-        rms_mm = f"RMS {one.rms_mm:.2f} mm, away from start and head {one.middle_mm:.2f} mm"
-        bias = f"bias {one.off_mm.mean():+.2f} mm, seeds {one.seeds_mm:.2f} mm"
-        print(f"case {one.number:2d} {'fit  ' if one.fits else 'unfit'} {rms_mm}, {bias}")
-    return [*accuracy(cases, judged), *numerics(cases), many()]
+    rows = accuracy(cases, judge(cases))
+    time_s = float(np.median([_time_s(case) for case in cases]))
+    return [*rows, Row("processor time of a run, median", time_s, "s", 0, 0.2, "0.05")]
 
 
 if __name__ == "__main__":

@@ -6,11 +6,9 @@ They are a Latin hypercube over seven settings by a fixed seed; stresses and vis
 their logarithms. They were drawn after the model was chosen, on two other draws.
 Each slot is straight, 60 mm long and closed at both ends, and opens upward from the width of its floor. Particles fill
 each with two seeds and the settings that a trial has by default, at four abreast or more but in the narrowest.
-``benchmarks/slot/`` keeps the levels, so that judging the model needs no particles: runs that lie there are not made
-again. Cases inside the model's domain are made first, and those of few particles before others.
+Levels that ``benchmarks/slot/`` keeps are not computed again.
 """
 
-import csv
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import qmc
 
-from benchmarks.kept_runs import KeptRuns
+from benchmarks.kept_runs import KeptRuns, add_rows, rows_in
 from benchmarks.table import run_benchmark
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
@@ -28,7 +26,7 @@ from sealtwin.core.records import Floats, Outline, Sample, Solid, Trajectory
 from simulate.pour import Pour
 from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver, particle_volume
-from simulate.slot.fill import CELLS, STEPS, Filled, HerschelBulkley, fill
+from simulate.slot.fill import Filled, HerschelBulkley, fill
 from simulate.slot.fitness import Fitness, fitness_of
 from simulate.slot.run import paste_of
 from tests.support.shapes import straight_slot
@@ -80,18 +78,10 @@ class Case:
         sample = Sample(self.outline, self.solid, self.trajectory)
         return paste_of(Pour(sample, (self.fluid,), self.solver, self.nozzle))
 
-    def filled(self, paste: HerschelBulkley | None = None, *, finer: int = 1) -> Filled:
-        """The bed by the fast model, with the case's own sealant unless another one is given."""
-        return fill(
-            self.solid,
-            self.outline,
-            self.trajectory,
-            paste or self.paste,
-            nozzle_mm=self.nozzle.diameter_mm,
-            settle_s=SETTLE_S,
-            cells=finer * CELLS,
-            steps=finer * STEPS,
-        )
+    def filled(self) -> Filled:
+        """Return the bed by the fast model."""
+        nozzle_mm = self.nozzle.diameter_mm
+        return fill(self.solid, self.outline, self.trajectory, self.paste, nozzle_mm=nozzle_mm, settle_s=SETTLE_S)
 
     @cached_property
     def fitness(self) -> Fitness:
@@ -130,15 +120,12 @@ def drawn() -> list[Case]:
     return [Case(*(float(f"{value:.4g}") for value in row)) for row in np.stack(columns, axis=1)]
 
 
-def levels_mm(number: int, seed: int) -> Floats | None:
-    """Level by particles at ``STATIONS_MM``; None for a run that was not made. Leaves if another solver made it."""
+def kept_levels_mm() -> dict[tuple[int, int], Floats]:
+    """Return levels by particles at ``STATIONS_MM``, by case and seed. Leaves if another solver computed them."""
     KEPT.require()
-    path = _path(number, seed)
-    return np.loadtxt(path, delimiter=",", skiprows=1)[:, 1] if path.is_file() else None
-
-
-def _path(number: int, seed: int) -> Path:
-    return FOLDER / f"{number:02d}-{seed}.csv"
+    return {
+        (int(case), int(seed)): np.array(level, dtype=float) for case, seed, *level in rows_in(FOLDER / "levels.csv")
+    }
 
 
 def _run(number: int, seed: int, case: Case) -> None:
@@ -146,8 +133,6 @@ def _run(number: int, seed: int, case: Case) -> None:
     sample = Sample(case.outline, case.solid, case.trajectory)
     run, profile = fill_crack(Pour(sample, (case.fluid,), case.solver, case.nozzle, seed))
     level_mm = np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
-    rows = np.column_stack([STATIONS_MM, level_mm])
-    np.savetxt(_path(number, seed), rows, "%.1f,%.3f", header="s_mm,level_mm", comments="")
     facts = {
         "case": number,
         "seed": seed,
@@ -158,21 +143,19 @@ def _run(number: int, seed: int, case: Case) -> None:
         "escaped": run.escaped_particles,
         "processor_s": round(time.process_time() - began, 1),
     }
-    with (FOLDER / "runs.csv").open("a", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, facts)
-        if file.tell() == 0:
-            writer.writeheader()
-        writer.writerow(facts)
+    header = ["case", "seed", *(f"level_at_{s:g}_mm" for s in STATIONS_MM)]
+    add_rows(FOLDER / "levels.csv", header, [[number, seed, *(f"{value:.3f}" for value in level_mm)]])
+    add_rows(FOLDER / "runs.csv", list(facts), [list(facts.values())])
     print(facts, flush=True)
 
 
 def main() -> None:
     KEPT.begin()
     FOLDER.mkdir(exist_ok=True)
-    cases = enumerate(drawn())
-    for number, case in sorted(cases, key=lambda one: (bool(one[1].fitness.unfit), one[1].particles)):
+    cases, kept = enumerate(drawn()), kept_levels_mm()
+    for number, case in sorted(cases, key=lambda pair: (bool(pair[1].fitness.unfit), pair[1].particles)):
         for seed in SEEDS:
-            if levels_mm(number, seed) is None:
+            if (number, seed) not in kept:
                 _run(number, seed, case)
 
 

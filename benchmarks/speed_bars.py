@@ -5,14 +5,12 @@
 
 ``frames``: all frames of the shipped trial, digitised once, by 1, 2 and 4 threads, by the clock, alone and beside a
 busy core; all end with the same bits. Two runs of one thread at once show what the cores give. ``beside``: processor
-time of that trial beside its frames, of a first run, with nothing compiled, and of the next ones. ``draft``: a draft
-of it over its accurate run. The others are ratios to the other tree, which takes the same files: ``trial``, the shipped
+time of that trial beside its frames, of a first run, with nothing compiled, and of the next ones. ``draft``: its draft
+over its accurate run. The others are ratios to the other tree, which takes the same files: ``trial``, the shipped
 trial; ``photo``, the same with 306 particles (0.75 ml, for its time alone); ``mesh``, that with the crack as an
-imported mesh; ``study``, 12 of the paper's 132 runs at 0.6 mm on two cores, or all (``--all-runs``). ``substep`` is
-``benchmarks.pbf_step --only explicit``.
+imported mesh; ``study``, 12 of the paper's 132 runs at 0.6 mm on two cores.
 
-Programs take turns, the first of which may compile; a figure is the median of their ratios. ``--busy`` repeats the
-ratios beside a busy core. Without the other tree its rows are left out. Nothing else may run.
+Programs take turns; a figure is the median of their ratios. Nothing else may run.
 """
 
 import json
@@ -20,11 +18,10 @@ import os
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from hashlib import sha256
-from math import inf
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
@@ -33,22 +30,21 @@ from typing import Annotated, NamedTuple
 import tomlkit
 from typer import Argument, Option
 
-from benchmarks import pbf_step
-from benchmarks.against import HERE, LOADS, processor, run_program
 from benchmarks.cold import COMPILE, FRAMES, TRIAL
+from benchmarks.machine import LOADS, processor, run_program
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.record_files import read_sample
 from sealtwin.trial.trial_file import load_trial
 from simulate.injection import ComputeOptions, Injection, prepare
+from tests.support.paths import ROOT
 
-CASES = ("frames", "beside", "trial", "draft", "mesh", "photo", "study", "substep")
+CASES = ("frames", "beside", "draft", "trial", "photo", "mesh", "study")
 ALONE = "alone"
 FRAMES_BARS = {ALONE: (0.68, "<= 0.6"), "beside a busy core": (1.05, "")}
 THREADS = {"1 thread": (1,), "2 threads": (2,), "4 threads": (4,), "each of 2 runs at once": (1, 1)}  # Of each run
 FRAMES_A_TURN = 25
 ERROR_MM, SAME_MM = 1.18, 0.08
 """Mean error of the shipped trial, and by how much other rounding, which grows in a flow, may move it."""
-RADIUS_MM, VOLUME_ML = 0.78, 0.75  # 306 particles
 DIGITISED = "digitised"  # Run folder of the shipped trial
 TWELVE = '[grid]\n"fluid.U" = [0.01, 30, 1000, 10000]\n"fluid.D_cm" = [1e-4, 0.3, 3]\n'
 
@@ -60,16 +56,13 @@ class Ratio(NamedTuple):
     clock: str  # Field of ``Used``
     bar: float
     command: list[str]
-    over: list[str]  # The command that it is compared with
-    tree: Path | None  # Where that runs
+    over: list[str] | None = None  # What the command is compared with. Default: itself in the other tree
 
 
 def main(
     before: Annotated[Path | None, Argument(help="a work tree of an earlier state")] = None,
     turns: Annotated[int, Option(help="of each ratio")] = 3,
     only: Annotated[list[str] | None, one_of(CASES)] = None,
-    busy: Annotated[bool, Option("--busy", help="also beside a busy core")] = False,
-    all_runs: Annotated[bool, Option("--all-runs", help="of the paper's study")] = False,
 ) -> list[Row]:
     print(f"{processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}", flush=True)
     chosen, rows = only or CASES, list[Row]()
@@ -78,10 +71,11 @@ def main(
         run_program(["-m", "sealtwin", "digitise", str(TRIAL), "--quiet", "--out", str(scratch / DIGITISED)])
         rows += _frames(scratch) if "frames" in chosen else ()
         rows += _beside(scratch, turns) if "beside" in chosen else ()
-        for name, ratio in _ratios(scratch, before and before.resolve(), all_runs).items():
-            if name in chosen and ratio.tree:
-                rows += _compared(ratio, scratch, turns, LOADS if busy else (ALONE,))
-    return [*rows, *(pbf_step.explicit() if "substep" in chosen else ())]
+        for name, ratio in _ratios(scratch).items():
+            if name in chosen and (tree := ROOT if ratio.over else before):
+                figures = [_turn(ratio, tree.resolve(), scratch) for _ in range(turns)]
+                rows.append(Row(ratio.title, median(figures), "", 0, ratio.bar))
+    return rows
 
 
 def _frames(scratch: Path) -> Iterator[Row]:
@@ -153,54 +147,40 @@ def _beside(scratch: Path, turns: int) -> Iterator[Row]:
     yield Row("a run beside its frames, processor time", median(beside_s[1:]), "s", 0, 8)
 
 
-def _ratios(scratch: Path, before: Path | None, all_runs: bool) -> dict[str, Ratio]:
-    few = ["--set", f"solver.radius_mm={RADIUS_MM}", "--set", f"path.volume_ml={VOLUME_ML}"]
-    trial, draft = _run(TRIAL), [*_run(TRIAL), "--preset", "draft"]
-    photo, mesh = [*trial, *few], [*_run(_of_a_mesh(scratch)), *few]
+def _ratios(scratch: Path) -> dict[str, Ratio]:
+    trial = ["-m", "sealtwin", "run", str(TRIAL), "--device", "cpu", "--quiet"]
+    few = ["--set", "solver.radius_mm=0.78", "--set", "path.volume_ml=0.75"]  # 306 particles
+    photo, mesh = [*trial, *few], ["-m", "sealtwin", "run", _of_a_mesh(scratch), "--device", "cpu", "--quiet", *few]
     text = TRIAL.with_name("study-paper.toml").read_text().replace('"trial.toml"', json.dumps(str(TRIAL)))
     study = scratch / "study.toml"
-    study.write_text(text if all_runs else text.split("[grid]")[0] + TWELVE)
+    study.write_text(text.split("[grid]")[0] + TWELVE)
     sweep = ["-m", "sealtwin", "sweep", str(study), "--jobs", "2", "--set", "solver.radius_mm=0.6", "--device", "cpu"]
-    runs = 132 if all_runs else 12
     return {
-        "trial": Ratio("photo to report, wall", "wall_s", 0.6, trial, trial, before),
-        "draft": Ratio("a draft over an accurate run, wall", "wall_s", 0.45, draft, trial, HERE),
-        "mesh": Ratio("306 particles, mesh to report, processor", "processor_s", 0.45, mesh, mesh, before),
-        "photo": Ratio("306 particles, photo to report, processor", "processor_s", 0.6, photo, photo, before),
-        "study": Ratio(f"{runs} of the paper's runs, 2 cores, wall", "wall_s", 0.75, sweep, sweep, before),
+        "draft": Ratio("a draft over an accurate run, wall", "wall_s", 0.45, [*trial, "--preset", "draft"], trial),
+        "trial": Ratio("photo to report, wall", "wall_s", 0.6, trial),
+        "photo": Ratio("306 particles, photo to report, processor", "processor_s", 0.6, photo),
+        "mesh": Ratio("306 particles, mesh to report, processor", "processor_s", 0.45, mesh),
+        "study": Ratio("12 of the paper's runs, 2 cores, wall", "wall_s", 0.75, sweep),
     }
 
 
-def _run(trial: Path) -> list[str]:
-    return ["-m", "sealtwin", "run", str(trial), "--device", "cpu", "--quiet"]
-
-
-def _of_a_mesh(scratch: Path) -> Path:
-    """Write the shipped trial with its solid as an imported mesh."""
+def _of_a_mesh(scratch: Path) -> str:
+    """Write the shipped trial with its solid as an imported mesh; return the file's path."""
     trial = tomllib.loads(TRIAL.read_text())
     del trial["photo"], trial["crack"]
     trial["mesh"] = {"file": f"{DIGITISED}/crack.stl", "data": "synthetic", "units": "mm"}
     trial["readings"] |= {"file": str(TRIAL.with_name("caliper.csv")), "fitted": ["fluid.U", "fluid.D_cm"]}
-    path = scratch / "mesh.toml"
-    path.write_text(tomlkit.dumps(trial))
-    return path
+    (scratch / "mesh.toml").write_text(tomlkit.dumps(trial))
+    return str(scratch / "mesh.toml")
 
 
-def _compared(ratio: Ratio, scratch: Path, turns: int, loads: Iterable[str]) -> Iterator[Row]:
-    for load in loads:
-        with LOADS[load]():
-            figures = [_turn(ratio, scratch) for _ in range(turns)]
-        yield Row(f"{ratio.title}, {load}", median(figures), "", 0, ratio.bar if load == ALONE else inf)
-
-
-def _turn(ratio: Ratio, scratch: Path) -> float:
-    programs = (ratio.command, HERE), (ratio.over, ratio.tree or HERE)
-    ours_s, theirs_s = (
+def _turn(ratio: Ratio, before: Path, scratch: Path) -> float:
+    now_s, before_s = (
         getattr(run_program([*command, "--out", tempfile.mkdtemp(dir=scratch)], tree), ratio.clock)
-        for command, tree in programs
+        for command, tree in ((ratio.command, ROOT), (ratio.over or ratio.command, before))
     )
-    print(f"  {ratio.title}: {ours_s:.1f} s, {theirs_s:.1f} s: {ours_s / theirs_s:.3f}", flush=True)
-    return ours_s / theirs_s
+    print(f"  {ratio.title}: {now_s:.1f} s, {before_s:.1f} s: {now_s / before_s:.3f}", flush=True)
+    return now_s / before_s
 
 
 if __name__ == "__main__":

@@ -1,16 +1,11 @@
 """How often the stated 95 % intervals hold the truth, on synthetic trials whose truth is known.
 
     python -m benchmarks.stated_intervals [--draws 2000] [--only NAME]
-    python -m benchmarks.stated_intervals --draws 200 --only "readings with faults"
 
 Each trial draws a bed like the paper's (floor, ramp, step, plateau), a simulation of it that is off by a smooth error,
 and readings with the errors of its case. Held against the truth are the intervals of the bias, of the mean error and of
-the levels at the stations, and the band that holds for all stations at once. Widths are held against those of a
-prototype. An error that nobody declared and that all repeats share has no target: its rows are
-reported.
-
-Readings with faults are on another bed: such a row passes if the truth is in the intervals, or the page
-names the error among those that no interval includes.
+the levels at the stations, and the band that holds for all stations at once. An error that nobody declared and that all
+repeats share has no target: its rows are reported.
 
 The last rows are of the numerics: runs that scatter, at three particle sizes, of a level that is off by a power of the
 size. Held against the truth is the trial's own run.
@@ -24,13 +19,12 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from benchmarks.reading_faults import BED_S_MM, FAULTS, NOISE_ALONE, SEED, SHARES, Faulty
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from validate.metrics.curve_distances import Difference
 from validate.settings import Readings, Uncertainty
-from validate.uncertainty.budget import Budget, Curve, half_width, mean_absolute
+from validate.uncertainty.budget import Curve, half_width, mean_absolute
 from validate.uncertainty.computed import Replicates, numerical_errors
 from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
@@ -44,7 +38,6 @@ MOVES = np.array([[0, 1, 1, 1, 0], [0, 0, 0, 0, 0]])
 """Which of them a trial moves along the crack, so that no corner is at a station for long."""
 WANDERING_MM = 10.0  # Length over which a simulation is off alike
 LIMIT_MM = 0.02
-WIDER = 1.3  # Most width of an interval, over the prototype's
 
 Law = Literal["normal", "lognormal", "exponential", "t3", "outliers"]
 
@@ -54,7 +47,6 @@ class Case:
     """A way to read a sample: its errors, and what its trial file declares of them."""
 
     name: str
-    prototype_mm: float | None = None  # Width of the prototype's interval of the bias
     stations: int = 17
     repeats: int = 3
     law: Law = "normal"
@@ -80,34 +72,33 @@ class Case:
 NO_PASSES = {"pass_mm": 0.0}
 REFUSED = 1.5  # Percent of refusals of true declarations, by 2,000 draws two standard deviations above 1
 CASES: Sequence[Case] = (
-    Case("no passes", 0.10, uncertainty=NO_PASSES, only_noise=True),
+    Case("no passes", uncertainty=NO_PASSES, only_noise=True),
     Case("no passes, lognormal", law="lognormal", uncertainty=NO_PASSES, only_noise=True),
     Case("no passes, exponential", law="exponential", uncertainty=NO_PASSES, only_noise=True),
     Case("no passes, Student's t of 3", law="t3", uncertainty=NO_PASSES, only_noise=True),
     Case("no passes, 3 % outliers", law="outliers", uncertainty=NO_PASSES, only_noise=True),
-    Case("scatter alone", 0.23),
-    Case("28 stations, scatter alone", 0.20, stations=28),
-    Case("5 stations x 2, lognormal", 0.57, stations=5, repeats=2, law="lognormal", bed="straight"),
+    Case("scatter alone"),
+    Case("28 stations, scatter alone", stations=28),
+    Case("5 stations x 2, lognormal", stations=5, repeats=2, law="lognormal", bed="straight"),
     Case("5 stations x 2, corners anywhere", stations=5, repeats=2),
     Case("scatter grows fourfold", grows=4.0),
     Case("a quarter of the readings missing", left_out=0.25),
     Case("error as small as 0.3 mm", error_mm=0.3),
-    Case("operator 0.1 mm", 0.38, operator_mm=0.1),
-    Case("operator 0.2 mm", 0.55, operator_mm=0.2),
-    Case("drift of each pass", 0.40, drift_mm=0.1),
-    Case("steps of 0.5 mm", 0.27, step_mm=0.5),
+    Case("operator 0.1 mm", operator_mm=0.1),
+    Case("operator 0.2 mm", operator_mm=0.2),
+    Case("drift of each pass", drift_mm=0.1),
+    Case("steps of 0.5 mm", step_mm=0.5),
     Case("steps of 0.5 mm, scatter 0.05", step_mm=0.5, scatter_mm=0.05),
-    Case("curved between stations", 0.42, bed="curved"),
-    Case("datum 0.2 mm declared", 0.81, datum_mm=0.2, readings={"datum_error_mm": 0.2}),
+    Case("curved between stations", bed="curved"),
+    Case("datum 0.2 mm declared", datum_mm=0.2, readings={"datum_error_mm": 0.2}),
     Case("probe 1 mm declared", probe_mm=1.0, readings={"probe_mm": 1.0}),
     Case("probe 4 mm declared, 9 stations", stations=9, probe_mm=4.0, readings={"probe_mm": 4.0}),
-    Case("each station 0.5 mm declared", 0.29, each_mm=0.5, uncertainty={"station_each_mm": 0.5}),
-    Case("each station 1 mm declared", 0.45, each_mm=1.0, uncertainty={"station_each_mm": 1.0}),
-    Case("all stations 1 mm declared", 1.00, shift_mm=1.0, uncertainty={"station_mm": 1.0}),
+    Case("each station 0.5 mm declared", each_mm=0.5, uncertainty={"station_each_mm": 0.5}),
+    Case("each station 1 mm declared", each_mm=1.0, uncertainty={"station_each_mm": 1.0}),
+    Case("all stations 1 mm declared", shift_mm=1.0, uncertainty={"station_mm": 1.0}),
     Case("common to repeats, declared", common_mm=0.15, uncertainty={"common_mm": 0.15}),
     Case(
         "a lab with a bit of all",
-        0.57,
         operator_mm=0.1,
         each_mm=0.5,
         datum_mm=0.05,
@@ -146,9 +137,6 @@ NUMERICS: Sequence[Sizes] = (
     *(Sizes(1.0, order, hidden=True) for order in (0.5, 1.0, 2.0)),
 )
 NUMERICS_SEED = 20261121  # Not one of those that the method was chosen on
-FAULT_ROWS = "readings with faults"  # All of FAULTS, for --only
-FAULT_DRAWS = 300
-FLAT_BED = "the interval allows for corners of the bed between stations, and this bed has none (without it: 95 %)"
 
 
 @dataclass(frozen=True)
@@ -160,23 +148,18 @@ class Coverage:
     station: float
     profile: float  # Share of the trials in which the band of the whole profile held at every station
     width_mm: float  # Mean width of the bias's interval
-    straight_mm: float  # The same for a bed that is known to be straight between stations, as the prototype's was
     refused: float = 0.0  # Share of the trials whose readings contradict the case's own declarations, which are true
 
 
 def main(
     draws: int = 2000,
-    only: Annotated[str | None, one_of((FAULT_ROWS, *(case.name for case in (*CASES, *FAULTS, *NUMERICS))))] = None,
+    only: Annotated[str | None, one_of(case.name for case in (*CASES, *NUMERICS))] = None,
 ) -> list[Row]:
     rows = []
     for case in CASES:
         if only in (None, case.name):
             rows += rows_of(case, coverage_of(case, draws))
             print(f"{case.name}: done", flush=True)
-    for fault in FAULTS:
-        if only in (None, FAULT_ROWS, fault.name):
-            rows += fault_rows(fault, min(draws, FAULT_DRAWS))
-            print(f"{fault.name}: done", flush=True)
     for sizes in NUMERICS:
         if only in (None, sizes.name):
             rows += numerics_rows(sizes, draws)
@@ -189,9 +172,7 @@ def rows_of(case: Case, coverage: Coverage) -> list[Row]:
     rows = [Row(f"{case.name}: {what}", 100 * share, "%", low, high, "95") for what, share in shares]
     off = 0.0 if case.hidden else 90.0
     rows.append(Row(f"{case.name}: whole profile", 100 * coverage.profile, "%", off, np.inf, "95"))
-    most_mm = np.inf if case.prototype_mm is None else WIDER * case.prototype_mm
     rows.append(Row(f"{case.name}: width of the bias", coverage.width_mm, "mm"))
-    rows.append(Row(f"{case.name}: the same, straight beds", coverage.straight_mm, "mm", 0.0, most_mm))
     if case.uncertainty or case.readings:
         rows.append(Row(f"{case.name}: true declarations refused", 100 * coverage.refused, "%", 0.0, REFUSED, "1"))
     return rows
@@ -230,80 +211,32 @@ def coverage_of(case: Case, draws: int, seed: int = 0) -> Coverage:
 
 
 def _held(case: Case, s_mm: Floats, random: np.random.Generator) -> tuple[float, ...] | None:
-    """Of one trial: whether each interval holds its truth, for which share of the stations, and the bias's widths.
+    """Of a trial: whether each interval holds its truth, for which share of the stations, and the bias's width.
 
     None if its readings contradict what the case declares, by chance.
     """
-    bed_s_mm, bed_mm = _bed(case, random)
-    true_mm = np.interp(FINE_MM, bed_s_mm, bed_mm)
-    simulated_mm = true_mm + case.error_mm * _wave(WANDERING_MM, random)
-    repeats_mm = _read(case, s_mm, lambda at_mm: np.interp(at_mm, bed_s_mm, bed_mm), random)
+    bed = bed_s_mm, bed_mm = _bed(case, random)
+    simulated_mm = np.interp(FINE_MM, *bed) + case.error_mm * _wave(WANDERING_MM, random)
+    repeats_mm = _read(case, s_mm, lambda places_mm: np.interp(places_mm, *bed), random)
+    level_mm = np.nanmean(repeats_mm, axis=1)
     settings = Readings(file=Path("sheet.csv"), data="synthetic", role="held-out", limit_mm=LIMIT_MM, **case.readings)
+    mouth = Mouth(s_mm, np.full(len(s_mm), WIDTH_MM), None)
     try:
-        budget = _budget(s_mm, repeats_mm, settings, Uncertainty(**case.uncertainty))
+        budget = budget_of(Profile(s_mm, level_mm, repeats_mm), settings, Uncertainty(**case.uncertainty), mouth)
     except InputError:
         return None
-    return _intervals_held(s_mm, repeats_mm, budget, simulated_mm, (bed_s_mm, bed_mm))
-
-
-def _budget(s_mm: Floats, repeats_mm: Floats, settings: Readings, declared: Uncertainty) -> Budget:
-    measured = Profile(s_mm, np.nanmean(repeats_mm, axis=1), repeats_mm)
-    return budget_of(measured, settings, declared, Mouth(s_mm, np.full(len(s_mm), WIDTH_MM), None))
-
-
-def _intervals_held(
-    s_mm: Floats, repeats_mm: Floats, budget: Budget, simulated_mm: Floats, bed: tuple[Floats, Floats]
-) -> tuple[float, ...]:
-    """Of one trial with a ``bed`` (places and levels): what ``Coverage`` counts."""
-    level_mm = np.nanmean(repeats_mm, axis=1)
-    difference = Difference(FINE_MM, simulated_mm, s_mm, level_mm)
-    truth = Difference(FINE_MM, simulated_mm, *bed)
+    difference, truth = (Difference(FINE_MM, simulated_mm, *level) for level in ((s_mm, level_mm), bed))
     curve = Curve.of(difference.x, difference.value, s_mm)
     half_mm = budget.mean_mm(curve.weights())
     low_mm, high_mm = budget.mean_error_interval(curve)
-    off_mm = np.abs(level_mm - np.interp(s_mm, *bed))
+    off_mm = np.abs(level_mm - np.interp(s_mm, bed_s_mm, bed_mm))
     return (
         float(abs(difference.mean() - truth.mean()) <= half_mm),
         float(low_mm <= float(mean_absolute(truth.x, truth.value)) <= high_mm),
         float((off_mm <= budget.band_mm).mean()),
         float((off_mm <= budget.profile_band_mm).all()),
         2 * half_mm,
-        2 * budget.only(lambda one: not one.between).mean_mm(curve.weights()),
     )
-
-
-def fault_rows(case: Faulty, draws: int, seed: int = SEED) -> list[Row]:
-    """Return the coverage of readings with faults, and the number of figures that fail and that the page leaves out.
-
-    A trial whose readings contradict its own declaration is refused and states no interval.
-    """
-    random = np.random.default_rng([seed, FAULTS.index(case)])
-    settings = Readings(file=Path("sheet.csv"), data="synthetic", role="held-out", limit_mm=LIMIT_MM, **case.readings)
-    holds, named = list[tuple[float, ...]](), True
-    for _ in range(draws):
-        s_mm, bed_mm, repeats_mm = case.draw(random)
-        simulated_mm = np.interp(FINE_MM, BED_S_MM, bed_mm) + _wave(WANDERING_MM, random)
-        try:
-            budget = _budget(s_mm, repeats_mm, settings, Uncertainty(**case.uncertainty))
-        except InputError:
-            continue
-        named &= {one.setting for one in budget.missing} >= set(case.named)
-        holds.append(_intervals_held(s_mm, repeats_mm, budget, simulated_mm, (BED_S_MM, bed_mm)))
-    refused = 1 - len(holds) / draws
-    rows, failing = [Row(f"{case.name}: refused", 100 * refused, "%")], 0
-    if holds:
-        *shares, width_mm, _ = np.mean(holds, axis=0).tolist()
-        rows.append(Row(f"{case.name}: width of the bias", width_mm, "mm"))
-        for (what, low), share in zip(SHARES.items(), shares, strict=True):
-            # Of all trials: a refused one misleads nobody.
-            failing += 100 * (refused + (1 - refused) * share) < low
-            bounds = (low, NOISE_ALONE) if case.noise_alone and what != "whole profile" else (0.0, np.inf)
-            rows.append(Row(f"{case.name}: {what}", 100 * share, "%", *bounds, because=FLAT_BED))
-    unnamed = 0 if case.named and named else failing
-    return [
-        *rows,
-        Row(f"{case.name}: figures that fail and are not named", unnamed, "", 0.0, 0.0, because=case.because),
-    ]
 
 
 def _bed(case: Case, random: np.random.Generator) -> tuple[Floats, Floats]:

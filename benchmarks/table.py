@@ -1,17 +1,25 @@
-"""How every benchmark runs: options from its parameters, a table of figure, target and goal, a count, an exit code."""
+"""How every benchmark runs, by ``python -m benchmarks.NAME``: options, a table of figures with targets, an exit code.
+
+``main`` of a benchmark returns its rows. Its parameters are the options, and its module's docstring is the help. Runs
+that take long are kept by ``kept_runs``; ``results`` runs all benchmarks, and resumes; ``machine`` times programs.
+"""
 
 import inspect
 import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import KW_ONLY, asdict, dataclass
 from functools import wraps
 from math import inf, isfinite
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
+from numpy.typing import ArrayLike
 
 ROWS_TO = "SEALTWIN_ROWS_TO"
 """Name of the environment variable with the file to which a benchmark writes its rows as JSON, where it is set."""
@@ -57,18 +65,13 @@ class Row:
         return f"<= {self.high:.4g}" if self.low == 0 else f"{self.low:.4g} to {self.high:.4g}"
 
 
-def run_benchmark(
-    benchmark: Callable[..., Sequence[Row] | None], end: Callable[[Sequence[Row]], None] | None = None
-) -> None:
-    """Run a benchmark by its command line: its parameters are the options, and its module's docstring is the help.
-
-    ``end`` shows its rows and leaves; default: ``finish``. A benchmark that returns None has judged nothing, or left.
-    """
+def run_benchmark(benchmark: Callable[..., Sequence[Row] | None]) -> None:
+    """Run a benchmark by its command line, and leave as ``finish`` does; one that returns None has judged nothing."""
 
     @wraps(benchmark)
     def command(**options: Any) -> None:
         if (rows := benchmark(**options)) is not None:
-            (end or finish)(rows)
+            finish(rows)
 
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
     paragraphs = (inspect.getmodule(benchmark).__doc__ or "").split("\n\n")
@@ -88,23 +91,14 @@ def one_of(names: Iterable[str]) -> Any:
     return typer.Option(parser=chosen, metavar="NAME", help=f"{'; '.join(allowed)}")
 
 
-def finish(rows: Sequence[Row], last_line: str = "") -> None:
-    """Print the table and leave: with 0 where every target is met, else with 1. ``last_line`` is for programs."""
+def finish(rows: Sequence[Row]) -> None:
+    """Print the table and leave: with 0 if every target is met, else with 1."""
     print(f"{'figure':<52} {'seen':>10} {'unit':<6} {'target':<14} {'goal':<14}")
     for row in rows:
         missed = "  MISSED" if row.missed else ""
         print(f"{row.name:<52} {row.value:>10.5g} {row.unit:<6} {row.target:<14} {row.goal:<14}{missed}")
-        say_why(row)
-    leave(rows, last_line)
-
-
-def say_why(row: Row) -> None:
-    if row.missed and row.because:
-        print(f"    since {row.because}")
-
-
-def leave(rows: Sequence[Row], last_line: str = "") -> None:
-    """Say how many targets are met, and exit: with 0 where all are, else with 1."""
+        if row.missed and row.because:
+            print(f"    since {row.because}")
     if target := os.environ.get(ROWS_TO):
         shown = {"judged", "missed", "target"}
         content = [asdict(row) | {name: getattr(row, name) for name in shown} for row in rows]
@@ -115,6 +109,13 @@ def leave(rows: Sequence[Row], last_line: str = "") -> None:
         Path(target).write_text(json.dumps(records), encoding="utf-8")
     targets, missed = sum(row.judged for row in rows), sum(row.missed for row in rows)
     print(f"{targets - missed} of {targets} targets met")
-    if last_line:
-        print(last_line)
     sys.exit(1 if missed else 0)
+
+
+def processes(count: int) -> ProcessPoolExecutor:
+    """Return a pool of so many processes, which inherit nothing: Warp does not work in a copy of a process."""
+    return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+
+
+def rms(values: ArrayLike) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

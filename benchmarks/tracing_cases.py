@@ -1,6 +1,6 @@
-"""The synthetic cracks that tracing is held to: clean ones, hard ones, and photos that must be refused."""
+"""The synthetic cracks that tracing is held to: clean ones and hard ones."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -8,9 +8,11 @@ import numpy as np
 
 from fixtures.generate.fracture import fracture
 from fixtures.generate.lighting import MODERATE_LAMP, STRONG_LAMP, Look, SideLamp
-from fixtures.generate.recipe import Recipe, SideCrack
+from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen
+from sealtwin.core.records import Floats
 
+Ends = tuple[tuple[float, float], tuple[float, float]]
 CLICK_PX = 2.0
 """Standard deviation, in x and in y, of an end that somebody clicks."""
 FACE_HEIGHT_MM = 40.0
@@ -26,17 +28,21 @@ class Case:
     seed: int
     recipe: Recipe
     edge_fraction: float = 0.5
-    keep_branches: bool = False
 
     @property
     def name(self) -> str:
         return f"{self.tier} {self.group} {self.seed}"
 
-    def ends_px(self, truth: Specimen) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Where the user clicks: the true ends, missed by a hand's noise."""
-        miss_px = CLICK_PX * np.random.default_rng([self.seed, 7]).standard_normal((2, 2))
-        (a, b), (c, d) = np.clip(np.array(truth.ends_px) + miss_px, 0, np.array(truth.camera.size_px) - 1)
-        return (float(a), float(b)), (float(c), float(d))
+    def ends_px(self, truth: Specimen) -> Ends:
+        """Return where the user clicks: the true ends, missed by a hand's noise."""
+        return clicked(truth.ends_px, CLICK_PX, [self.seed, 7], np.array(truth.camera.size_px))
+
+
+def clicked(ends_px: Sequence[Sequence[float]] | Floats, sd_px: float, seed: Sequence[int], size_px: Floats) -> Ends:
+    """Return the ends as a hand clicks them, with errors of this standard deviation in x and y, inside the photo."""
+    miss_px = sd_px * np.random.default_rng(seed).standard_normal((2, 2))
+    (a, b), (c, d) = np.clip(np.array(ends_px) + miss_px, 0, size_px - 1).tolist()
+    return (a, b), (c, d)
 
 
 def clean_case(seed: int) -> Case:
@@ -88,27 +94,6 @@ def hard_case(group: str, seed: int) -> Case:
     number = list(HARD).index(group)
     recipe = _fitting(seed, (9, number + (number >= 3)), draw)
     return Case("hard", group, seed, recipe, 0.7 if "fraction" in group else 0.5)
-
-
-def branched_case(keep: bool, seed: int) -> Case:
-    """A clean crack that a side crack leaves, which is to be dropped or kept: the same one, whichever is asked for."""
-
-    def draw(rng: np.random.Generator) -> Recipe:
-        recipe = _sound_recipe(rng, _ends(seed), least_px=16.0, most_px=50.0)
-        width_mm, angle_deg = max(rng.uniform(0.3, 1.2) * recipe.width_mm, 10 * recipe.mm_per_px), rng.uniform(25, 90)
-        # So long that what is seen of it beside the main crack is five times as long as wide: its tip takes four.
-        hidden_mm = recipe.width_mm / np.sin(np.radians(angle_deg)) / 2
-        side = SideCrack(
-            at=rng.uniform(0.25, 0.75),
-            side="left" if rng.integers(2) else "right",
-            angle_deg=angle_deg,
-            length_mm=hidden_mm + max(5 * width_mm, 4.0),
-            width_mm=width_mm,
-        )
-        return replace(recipe, side_cracks=(side,))
-
-    recipe = _fitting(seed, (10,), draw)
-    return Case("branched", "kept" if keep else "dropped", seed, recipe, keep_branches=keep)
 
 
 def _ends(seed: int) -> Literal["closed", "open"]:

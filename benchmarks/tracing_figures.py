@@ -1,14 +1,13 @@
 """How far a traced crack is from its exact truth."""
 
-import time
-from collections.abc import Sequence
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
 
 import numpy as np
-from manifold3d import CrossSection, FillRule
 from scipy.spatial import KDTree
 
+from benchmarks.table import rms
 from benchmarks.tracing_cases import Case
 from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
@@ -23,25 +22,26 @@ from sealtwin.core.records import Floats, Outline
 
 @dataclass(frozen=True)
 class Figures:
-    """Distances from the truth; NaN in all but the time where the tool refused the photo."""
+    """Distances from the truth; NaN if the photo was refused."""
 
-    centreline_mm: float
+    centreline_mm: float = nan
     """RMS distance of the traced centreline's points from the true one."""
-    wall_mm: float
+    wall_mm: float = nan
     """The same of both walls' points."""
-    width_percent: float
-    """Mean width, unsigned like the next two."""
-    length_percent: float
-    length_mm: float
-    end_mm: float
-    """The worse end's distance from the true one: a tip, or where the true centreline meets the edge of the face."""
-    scale_percent: float
+    width_percent: float = nan
+    """Mean width, unsigned like all that follow."""
+    length_percent: float = nan
+    length_mm: float = nan
+    scale_percent: float = nan
     """Of the face as a whole: spread of its mapped places over their true spread."""
-    iou: float
-    """Area that true and traced outline share over the area of both; with the side cracks, where they are kept."""
-    time_s: float
-    """Process time from the photo's file to its outline."""
     refusal: str = ""
+
+    @property
+    def summary(self) -> str:
+        if self.refusal:
+            return self.refusal
+        lines = f"centreline {self.centreline_mm:.3f} mm, walls {self.wall_mm:.3f} mm"
+        return f"{lines}, width {self.width_percent:.2f} %, length {self.length_percent:.2f} %"
 
 
 def trace_case(case: Case, folder: Path) -> Figures:
@@ -56,36 +56,26 @@ def trace_case(case: Case, folder: Path) -> Figures:
         face_mm=plain.face_mm,
         ends_px=case.ends_px(truth),
         edge_fraction=case.edge_fraction,
-        branches="keep" if case.keep_branches else "drop",
     )
-    began = time.process_time()
     try:
         photo = load_photo(settings, folder)
-        path = find_path(photo, settings.ends_px)
-        outline = trace_outline(photo, path, settings)
+        outline = trace_outline(photo, find_path(photo, settings.ends_px), settings)
     except InputError as refusal:
-        nan = float("nan")
-        return Figures(nan, nan, nan, nan, nan, nan, nan, nan, time.process_time() - began, str(refusal))
-    return measured(outline, photo, truth, time.process_time() - began, case.keep_branches)
+        return Figures(refusal=str(refusal))
+    return measured(outline, photo, truth)
 
 
-def measured(outline: Outline, photo: Photo, truth: Specimen, time_s: float, keep_branches: bool = False) -> Figures:
+def measured(outline: Outline, photo: Photo, truth: Specimen) -> Figures:
     length_mm = float(arc_length(truth.centreline_mm)[-1])
     width_mm = mean_width_mm(truth.centreline_mm, truth.width_mm)
-    walls_mm = [
-        distance_mm(outline.left_wall_mm, truth.left_wall_mm),
-        distance_mm(outline.right_wall_mm, truth.right_wall_mm),
-    ]
+    walls_mm = (outline.left_wall_mm, truth.left_wall_mm), (outline.right_wall_mm, truth.right_wall_mm)
     return Figures(
-        centreline_mm=_rms(distance_mm(outline.centreline_mm, truth.centreline_mm)),
-        wall_mm=_rms(np.concatenate(walls_mm)),
+        centreline_mm=rms(distance_mm(outline.centreline_mm, truth.centreline_mm)),
+        wall_mm=rms(np.concatenate([distance_mm(traced_mm, true_mm) for traced_mm, true_mm in walls_mm])),
         width_percent=100 * abs(outline.mean_width_mm / width_mm - 1),
         length_percent=100 * abs(outline.length_mm / length_mm - 1),
         length_mm=abs(outline.length_mm - length_mm),
-        end_mm=float(np.linalg.norm(outline.centreline_mm[[0, -1]] - truth.centreline_mm[[0, -1]], axis=1).max()),
         scale_percent=100 * abs(_scale_error(photo, truth)),
-        iou=_shared_area([outline.outline_mm], [truth.outline_mm, *(truth.branch_rings_mm if keep_branches else ())]),
-        time_s=time_s,
     )
 
 
@@ -105,13 +95,4 @@ def _scale_error(photo: Photo, truth: Specimen) -> float:
 
 
 def _spread(points: Floats) -> float:
-    return float(np.sqrt(np.mean(np.sum((points - points.mean(axis=0)) ** 2, axis=1))))
-
-
-def _shared_area(one_mm: Sequence[Floats], other_mm: Sequence[Floats]) -> float:
-    one, other = (CrossSection(list(rings), FillRule.Positive) for rings in (one_mm, other_mm))
-    return (one ^ other).area() / (one + other).area()
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+    return rms(np.linalg.norm(points - points.mean(axis=0), axis=1))

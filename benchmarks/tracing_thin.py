@@ -5,15 +5,16 @@ The crack is two graphs over the longer side of the photo; its share of each pix
 too wide.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.table import Row
+from benchmarks.table import Row, rms
 from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
@@ -44,15 +45,13 @@ GAMMAS = (2.0, 2.4)
 
 @dataclass(frozen=True)
 class ThinCrack:
-    """One photo and its truth."""
+    """A photo and its truth."""
 
     picture: NDArray[np.uint8]
     ends_px: Floats
     """The clicks, (2, 2)."""
     width_px: float
     """Mean over the centreline."""
-    inner: float
-    blur_px: float
     quality: int
 
 
@@ -62,18 +61,30 @@ class ThinFigures:
     true_width_px: float
     """Before the photo was enlarged."""
     enlarged: int
-    inner_light: float
-    width_error_percent: float
-    """Signed; NaN where no width was given."""
-    stated_percent: float
+    width_error_percent: float = nan
+    """Signed; NaN if no width was given."""
+    stated_percent: float = nan
     """Half of the stated 95 % interval."""
-    held: bool | None
-    """Whether it holds the true width; None where none is stated, as for a crack of 8 px that has walls."""
+    held: bool | None = None
+    """Whether it holds the true width; None if none is stated, as for a crack of 8 px that has walls."""
     refusal: str = ""
+
+    @property
+    def summary(self) -> str:
+        return self.refusal or f"mean width off by {self.width_error_percent:.2f} %, ± {self.stated_percent:.2f} %"
+
+
+def trace_thin(first: int, folder: Path) -> Iterator[ThinFigures]:
+    """Trace all photos, from this seed on."""
+    for width_px in WIDTHS_PX:
+        for seed in range(first, first + THIN_EACH):
+            yield trace_thin_photo(seed, width_px, folder)
+    for seed in range(first, first + ENLARGED_EACH):
+        yield trace_thin_photo(seed, ENLARGED[0], folder, ENLARGED[1])
 
 
 def trace_thin_photo(seed: int, width_px: float, folder: Path, times: int = 1) -> ThinFigures:
-    """Trace one, enlarged so many times, between its clicks and compare the mean width and its interval."""
+    """Trace a photo, enlarged so many times, between its clicks and compare the mean width and its interval."""
     crack = thin_crack(seed, width_px)
     file = folder / "thin.jpg"
     picture = cv2.resize(crack.picture, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
@@ -85,31 +96,31 @@ def trace_thin_photo(seed: int, width_px: float, folder: Path, times: int = 1) -
         photo = load_photo(settings, folder)
         outline = trace_outline(photo, find_path(photo, ((first_x, first_y), (last_x, last_y))))
     except InputError as refusal:
-        return ThinFigures(name, width_px, times, crack.inner, np.nan, np.nan, None, str(refusal))
+        return ThinFigures(name, width_px, times, refusal=str(refusal))
     if outline.width_source == "none":
-        return ThinFigures(name, width_px, times, crack.inner, np.nan, np.nan, None, "a path alone")
+        return ThinFigures(name, width_px, times, refusal="a path alone")
     error_percent = 100 * (outline.mean_width_mm / MM_PER_PX / width_px - 1)
     if outline.width_95_mm is None:
-        return ThinFigures(name, width_px, times, crack.inner, error_percent, np.nan, None)
+        return ThinFigures(name, width_px, times, error_percent)
     low, high = (end_mm / MM_PER_PX / width_px for end_mm in outline.width_95_mm)
-    return ThinFigures(name, width_px, times, crack.inner, error_percent, 50 * (high - low), low <= 1 <= high)
+    return ThinFigures(name, width_px, times, error_percent, 50 * (high - low), low <= 1 <= high)
 
 
 def thin_rows(thin: Sequence[ThinFigures]) -> list[Row]:
     """The targets: RMS error at each width, where a refusal is as far off as can be, and the intervals that hold."""
     rows, limits = list[Row](), dict(zip(WIDTHS_PX, LIMITS_PERCENT, strict=True))
     for width_px, times in (*((width_px, 1) for width_px in WIDTHS_PX), ENLARGED):
-        those = [one for one in thin if (one.true_width_px, one.enlarged) == (width_px, times)]
-        if those:
-            errors = np.array([one.width_error_percent for one in those])
-            rms = float(np.sqrt(np.mean(np.nan_to_num(errors, nan=np.inf) ** 2)))
-            stated = [one for one in those if one.held is not None]
-            half_percent = np.mean([one.stated_percent for one in stated])
-            count = f"held by {sum(one.held is True for one in stated)} of {len(stated)}"
+        photos = [each for each in thin if (each.true_width_px, each.enlarged) == (width_px, times)]
+        if photos:
+            errors = np.array([each.width_error_percent for each in photos])
+            stated = [each for each in photos if each.held is not None]
+            half_percent = np.mean([each.stated_percent for each in stated])
+            count = f"held by {sum(each.held is True for each in stated)} of {len(stated)}"
             goal = f"bias {np.nanmean(errors):+.1f} %; stated ± {half_percent:.1f} %, {count}"
             name = f"thin: mean width at {width_px:g} px{f', enlarged {times} times' if times > 1 else ''}"
-            rows.append(Row(f"{name}, RMS of {len(those)}", rms, "%", 0, limits[width_px], goal))
-    if held_all := [one.held for one in thin if one.enlarged == 1 and one.held is not None]:
+            off = rms(np.nan_to_num(errors, nan=np.inf))
+            rows.append(Row(f"{name}, RMS of {len(photos)}", off, "%", 0, limits[width_px], goal))
+    if held_all := [each.held for each in thin if each.enlarged == 1 and each.held is not None]:
         share, name = 100 * sum(held_all) / len(held_all), f"thin: 95 % intervals that hold, of {len(held_all)}"
         rows.append(Row(name, share, "%", LEAST_HELD, MOST_HELD))
     return rows
@@ -147,7 +158,7 @@ def thin_crack(seed: int, width_px: float) -> ThinCrack:
     if rng.integers(2):
         picture, ends = np.ascontiguousarray(picture.transpose(1, 0, 2)), ends[:, ::-1]
     clicks = ends + CLICK_PX * rng.uniform(-1, 1, (2, 2))
-    return ThinCrack(picture, clicks, width_px, float(inner), float(blur_px), int(rng.integers(80, 96)))
+    return ThinCrack(picture, clicks, width_px, int(rng.integers(80, 96)))
 
 
 def _photographed(

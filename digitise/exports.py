@@ -1,4 +1,4 @@
-"""A traced crack for other programs: a mask or COCO annotation of its photo's pixels, and a DXF drawing in mm."""
+"""Export a traced crack as a mask or COCO annotation of its photo, or as a DXF drawing in mm."""
 
 import io
 from collections.abc import Sequence
@@ -29,15 +29,14 @@ CLOSED = {"OUTLINE", "ISLANDS", "FACE"}
 
 
 def mask_of(outline: Outline, name: str) -> Booleans:
-    """Return the pixels at least half covered by the crack, (height, width).
+    """Return the pixels that the crack covers at least half, (height, width).
 
-    Raises InputError, which names the crack ``name``, if the crack has no photo of known size, or is a path without
-    walls.
+    Raises InputError, with the crack's ``name``, if the crack has no photo of known size or is a path without walls.
     """
     if outline.seen_in != "photo" or outline.photo_size_px is None or outline.width_source == "none":
         raise InputError(
-            f"{name}: this crack has no walls in a photo of known size; digitise its photo again, with --width-mm if "
-            "there is only a path."
+            f"{name}: this crack has no walls in a photo of known size. Digitise its photo again, with --width-mm if "
+            "it has only a path."
         )
     covered = coverage(outline.outline_px, outline.photo_size_px)
     for ring_mm in outline.islands_mm:
@@ -53,10 +52,11 @@ def mask_png(outline: Outline, name: str) -> bytes:
 
 
 def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
-    """Return COCO's images and annotations of cracks, each given with the name of its photo's file.
+    """Return COCO's images and annotations of cracks.
 
-    Pixels count from the corner of the first one, as in COCO. A crack with an island is a run-length code, since COCO's
-    polygons cannot have holes.
+    ``labelled`` has the file name of the photo and the outline of each crack. As in COCO, pixel coordinates count from
+    the corner of the first pixel. A crack with an island is stored as run lengths, since COCO's polygons cannot have
+    holes.
     """
     images, annotations = list[dict[str, Any]](), list[dict[str, Any]]()
     for number, (name, outline) in enumerate(labelled, start=1):
@@ -80,14 +80,20 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
 
 
 def run_lengths(mask: Booleans) -> dict[str, Any]:
-    """Return COCO's uncompressed code: lengths of runs down the columns. The first run is outside the mask."""
+    """Return COCO's uncompressed code of a mask: lengths of runs down the columns.
+
+    The first run is outside the mask.
+    """
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(np.diff(flat, prepend=False))
     return {"size": [*mask.shape], "counts": np.diff(changes, prepend=0, append=len(flat)).tolist()}
 
 
 def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
-    """Return a DXF (R2010) in mm. x and y are the outline's, z = 0 is the face, and the path is a line in space."""
+    """Return a DXF (R2010) drawing in mm. x and y are those of the outline, and z = 0 is the face.
+
+    The nozzle path is a polyline in space.
+    """
     drawing = ezdxf.filemanagement.new("R2010", units=units.MM)
     for name, colour in LAYERS.items():
         drawing.layers.add(name, color=colour)

@@ -1,4 +1,4 @@
-"""Measure the crack along a rough path: walls to a fraction of a pixel, centreline, ends, islands, side cracks."""
+"""Measure the crack along a rough path: walls to a fraction of a pixel, centreline, ends, islands and side cracks."""
 
 from contextlib import suppress
 from dataclasses import replace
@@ -37,54 +37,57 @@ from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import SIDES, Floats, Integers, Outline, WallMethod, WallStretch, WidthSource
 from sealtwin.core.solid_figures import Span
 
-WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: it removes noise of grain, and keeps a sand grain's edge
-MOST_TRIMMED = 0.02  # Largest share of the crack's area that is cut off where its walls cross each other
-TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of widths without a warning: ends are uncertain by as much
-CLICKED = ("ends", "via", "mask")  # Sources of paths with ends that a person chose
-LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
+# Sigma of the walls' smoothing along the crack; it removes noise from grain and keeps the edge of a sand grain
+WALL_SMOOTHING_PX = 2.0
+MOST_TRIMMED = 0.02  # Largest share of the crack's area that may be cut off where its walls cross
+# A table of widths may be shorter than the crack by this without a warning, since ends are as uncertain
+TABLE_SHORT_MM = 2.0
+CLICKED = ("ends", "via", "mask")  # Sources of paths whose ends a person chose
+LEAST_FITTED_PX = 1.7  # Least fitted width: 2 px, less the 15 % that such a fit may be off
 RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
 BRUSH_PX = 1.0  # Half of the 95 % interval of a painted width that the photo does not confirm
 
 
 BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
-"""Photo settings in which everything about how a crack is measured has its default."""
+"""Photo settings with defaults for everything that affects how a crack is measured."""
 
 
 REGION = (
-    "the ground is too coarse to follow the walls one by one: they are the rims of the dark region along the path, "
-    "each moved as a whole to its share of the contrast (95 % of the mean width: {:.3g} to {:.3g} {}). Look at "
-    "the lines over the photo (overlay.png)"
+    "the ground is too coarse to follow the walls one by one. They are the rims of the dark region along the path, "
+    "each moved as a whole to its share of the contrast (95 % interval of the mean width: {:.3g} to {:.3g} {}). "
+    "Check the lines over the photo (overlay.png)"
 )
-FITTED_INSIDE = 1.7  # Least fitted width over that of a darker line between walls that is not that of the line
+# A fitted width that is this many times that of a darker line between the walls is not the line's width
+FITTED_INSIDE = 1.7
 LINE_INSIDE = (
-    "between the walls, {:.3g} {} apart, a line about {:.2g} {} wide is far darker than the rest, as a crack in a "
-    "joint or a wet strip is: the interval covers both. Look at the lines over the photo (overlay.png); if that "
-    "line is the crack, give width_mm"
+    "between the walls, which are {:.3g} {} apart, a line about {:.2g} {} wide is far darker than the rest, as a "
+    "crack in a joint or a wet strip is. The interval covers both widths. Check the lines over the photo "
+    "(overlay.png). If that line is the crack, give width_mm"
 )
 BAND = (
-    "the fitted width is {:.3g} {}, but the photo is dark over about {:.2g} {} across the crack, as of debris in it, a "
-    "broken edge or a joint: the interval covers both. Look at the lines over the photo (overlay.png); if the "
-    "whole band is crack, draw over it in crack_strokes_px, or give width_mm"
+    "the fitted width is {:.3g} {}, but the photo is dark over about {:.2g} {} across the crack, for example because "
+    "of debris in it, a broken edge or a joint. The interval covers both widths. Check the lines over the photo "
+    "(overlay.png). If the whole band is crack, draw over it in crack_strokes_px, or give width_mm"
 )
 PAINTED = (
-    "the painted crack is no darker than the ground beside it: its width is that of the paint, {:.3g} {} (95 %: {:.3g} "
-    "to {:.3g}), which the photo does not confirm"
+    "the painted crack is no darker than the ground beside it. The width of the paint is used, {:.3g} {} (95 %: "
+    "{:.3g} to {:.3g}), and the photo does not confirm it"
 )
-GAUGE = "the crack's width is the given width_mm; side cracks and islands are not searched for"
+GAUGE = "the crack's width is the given width_mm. Side cracks and islands are not searched for"
 PROPOSAL = doubt(
-    "path.automatic", "the crack was found automatically: look at overlay.png, then give ends_px to confirm it"
+    "path.automatic", "the crack was found automatically: check overlay.png, then give ends_px to confirm it"
 )
 ORIGINS: dict[WidthSource, tuple[WallMethod, str]] = {
     "walls": ("edge", "in the middle of the step from dark to bright across the crack"),
     "region": ("region", "the rim of the dark region along the path, since the ground is too coarse for single steps"),
-    "fit": ("fit", "half the width that was fitted to the crack's blurred profile, beside its darkest line"),
-    "gauge": ("gauge", "half the given width beside the line down the crack's middle"),
+    "fit": ("fit", "half the width that was fitted to the crack's blurred profile, from its darkest line"),
+    "gauge": ("gauge", "half the given width from the line down the crack's middle"),
 }
 OF_PAINT: tuple[WallMethod, str] = "drawn", "on the rim of the painted mask"
 BY_HAND: tuple[WallMethod, str] = "drawn", "on a line drawn along it, or moved by strokes drawn beside it"
 BRIDGED: tuple[WallMethod, str] = (
     "bridged",
-    "no step from dark to bright is in view, as across the mouth of a side crack",
+    "no step from dark to bright is in view, for example across the mouth of a side crack",
 )
 
 
@@ -92,8 +95,9 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
     """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
 
     Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is set,
-    the crack is too thin for the fit, or a fit is impossible between clicks. Raises InputError if ``outline_by_walls``
-    does, if a thin crack or the ground next to it is hidden, or if walls were drawn for an outline without walls.
+    if the crack is too thin for the fit, or if a fit is impossible between clicks. Raises InputError if
+    ``outline_by_walls`` does, if a thin crack or the ground next to it is hidden, or if walls were drawn for an outline
+    without walls.
     """
     outline = _measured(photo, path, settings)
     if path.source not in CLICKED:
@@ -104,7 +108,7 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
 
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
-    """Return the outline for ``trace_outline``, which then checks the ground beyond its ends."""
+    """Return the outline for ``trace_outline``, which then checks the ground beyond the outline's ends."""
     if settings.mean_width_mm is not None:
         shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
         if shown.width_source == "none" or shown.branches_kept:
@@ -118,7 +122,9 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     width_mm = settings.width_stations_mm
     by_hand = " and ".join(f"photo.{name}" for name in settings.drawn_by_hand)
     if by_hand and (settings.path_only or width_mm is not None):
-        raise InputError(f"{photo.file}: {by_hand} cannot be combined with width_mm or path_only: give one.")
+        raise InputError(
+            f"{photo.file}: {by_hand} cannot be combined with width_mm or path_only. Give only one of them."
+        )
     if settings.path_only or width_mm is not None:
         traced = _middle(photo, path, settings)
         if width_mm is None:
@@ -143,7 +149,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
             walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
             return with_doubts(outline, inside, width_95_mm=(least_mm, wide_mm), walls=walls)
     if by_hand:
-        raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
+        raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls. Leave this setting out.")
     if path.source != "mask" or not _is_light(photo, path):
         return _fitted(photo, path)
     outline = outline_by_walls(ByHand(photo), path, settings, least_px=0.0)
@@ -165,7 +171,7 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     """Measure a crack between its walls. The ring includes side cracks if they are kept.
 
     At an open end the centreline begins or ends at the edge of the face. Raises InputError if the crack is too short or
-    its walls are not found, and TooThinError if blur would decide its width, or if it is below ``least_px``.
+    its walls are not found. Raises TooThinError if blur would decide its width, or if its width is below ``least_px``.
     """
     photo, painted = hand.photo, path.source == "mask"
     shown, share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
@@ -177,7 +183,7 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
         try:
             traced = trace_dark_region(shown, path, share, around.hidden, insisted=hand.decided is not None)
         except InputError as neither:
-            raise WallsMissingError(f"{unclear} A second way was tried: {neither.fault}") from None
+            raise WallsMissingError(f"{unclear} A second method was tried: {neither.fault}") from None
     source: WidthSource = "walls" if traced.width_spread is None else "region"
     outline = outline_along(photo, path, traced, source, *hand.warnings, by_hand=hand.decided)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
@@ -192,7 +198,7 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     if islands_mm:
         count = "1 island is" if len(islands_mm) == 1 else f"{len(islands_mm)} islands are"
         area_mm2 = -sum(map(polyline.signed_area, islands_mm))
-        text = f"{count} in the crack, {area_mm2:.1f} {photo.unit}² in all: no sealant goes there"
+        text = f"{count} in the crack, {area_mm2:.1f} {photo.unit}² in all; no sealant goes there"
         warnings += (doubt("walls.islands", text, area_mm2, "mm²"),)
     return replace(outline, warnings=warnings, islands_mm=(*islands_mm, *outline.islands_mm))
 
@@ -213,7 +219,7 @@ def outline_along(
         warnings.append(PROPOSAL)
     # Most are corners and chips of a few px.
     if traced.missing > 2 * WORTH_SAYING:
-        text = f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"
+        text = f"a wall was not found along {traced.missing:.0%} of the crack, and is bridged there"
         warnings.append(doubt(f"{BY_STROKES}.bridged", text, traced.missing))
     if traced.beyond_mm > 0:
         left_out = f"{traced.beyond_mm:.1f} {photo.unit} of the path are left out"
@@ -223,7 +229,7 @@ def outline_along(
         drawn = np.stack([sampled(by_hand, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)])
         methods = np.where(drawn, 2, methods)
         share = max(float(drawn.mean()), 0.01)
-        text = f"{share:.0%} of the walls are beside lines or strokes drawn by hand"
+        text = f"{share:.0%} of the walls follow lines or strokes drawn by hand"
         warnings.append(doubt("walls.drawn", text, share))
     if source == "none":
         # The ring of a path runs forth and back, without area.
@@ -248,7 +254,10 @@ def outline_along(
 
 
 def _origins(outline: Outline, methods: Integers) -> tuple[WallStretch, ...]:
-    """Return the stretches of both walls; ``methods``, (2, n), are 0 for the usual one, 1 if bridged, 2 by hand."""
+    """Return the stretches of both walls.
+
+    ``methods``, (2, n), is 0 for the outline's usual method, 1 for a bridged wall, and 2 for a wall drawn by hand.
+    """
     of_paint = outline.path_source == "mask" and outline.width_source == "walls"
     origins = [OF_PAINT if of_paint else ORIGINS[outline.width_source], BRIDGED, BY_HAND]
     stretches, s_mm, both_mm = [], outline.s_mm.round(3).tolist(), outline.width_95_mm
@@ -274,12 +283,13 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
     except NotFittedError as unfitted:
         if path.source not in CLICKED:
             raise
-        alone = f"the result is a path, without walls or solid: {unfitted.fault}"
+        alone = f"the result is a path without walls or solid: {unfitted.fault}"
         return outline_along(photo, path, trace_line(copy, narrow), "none", doubt("walls.path-alone", alone))
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
-            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width: the result "
-            "is its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
+            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width. The "
+            "result is its path, without walls or solid. Move the camera closer, or measure the width and give "
+            "width_mm"
         )
         return outline_along(photo, path, traced, "none", doubt("walls.too-thin", thin, fit.mean_px, "px"))
     low_mm, mean_mm, high_mm = (px * copy.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
@@ -287,12 +297,12 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
         raise InputError(
             f"{photo.file}: the width of this line cannot be measured: a fit of its blurred profile gives "
             f"{mean_mm:.3g} {photo.unit} (95 %: {low_mm:.3g} to {high_mm:.3g}), which includes 0. The line is not "
-            "clearly darker than the ground beside it: give ends_px on a dark crack, or give width_mm or path_only."
+            "clearly darker than the ground beside it. Give ends_px on a dark crack, or give width_mm or path_only."
         )
     why = "too thin" if factor * fit.mean_px < MIN_WIDTH_PX else "too blurred"
     fitted = (
-        f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for measured walls: its width is fitted to its "
-        f"blurred profile, {mean_mm:.3g} {photo.unit} on average (95 %: {low_mm:.3g} to {high_mm:.3g}); side cracks "
+        f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for measured walls. Its width is fitted to its "
+        f"blurred profile: {mean_mm:.3g} {photo.unit} on average (95 %: {low_mm:.3g} to {high_mm:.3g}). Side cracks "
         "and islands are not searched for"
     )
     doubts, dark_mm = [doubt("walls.fitted", fitted, mean_mm, "mm")], band_mm or _dark_mm(copy, narrow, traced, fit)
@@ -302,24 +312,23 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
 
 
 def _dark_mm(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> float | None:
-    """Return the width of the dark band along a fitted crack; None if it is not far wider than the fit.
+    """Return the width of the dark band along a fitted crack. None if the band is not far wider than the fit.
 
-    Raises InputError if the mask is a line in it.
+    Raises InputError if the mask is only a line in that band.
     """
     dark_px = band_px(photo, photo.to_px(traced.line_mm), fit.mean_px)
     dark_mm = dark_px * photo.mm_per_px
     if path.source == "mask" and is_wider(dark_px, path.width_px):
         raise InputError(
-            f"{photo.file}: photo.mask paints a line of a width of {photo.length(path.width_px)} down a dark band of "
-            f"about {photo.length(dark_px)}, not its area. "
-            "Paint the crack from wall to wall; or leave the mask out and give ends_px, with path_only for its path "
-            "alone."
+            f"{photo.file}: photo.mask is a line {photo.length(path.width_px)} wide along a dark band about "
+            f"{photo.length(dark_px)} wide, and does not fill the band. Paint the crack from wall to wall. Or leave "
+            "the mask out and give ends_px, with path_only if only the path is needed."
         )
     return dark_mm if is_wider(dark_px, fit.mean_px) else None
 
 
 def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
-    """Return the line down the middle of a crack, between its walls if they are found, without the walls."""
+    """Return the line down the middle of a crack, without walls. It is between the walls if they are found."""
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
         with suppress(InputError):
             outline = outline_by_walls(ByHand(photo), path, settings)
@@ -329,7 +338,7 @@ def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
 
 
 def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> Outline:
-    """Return the outline with given widths about its middle."""
+    """Return the outline whose walls have the given widths about the crack's middle."""
     s_mm, normal = arc_length(traced.line_mm), polyline.left_normals(traced.line_mm)
     half_mm = np.interp(s_mm, *width_mm.T)[:, None] / 2 * normal
     traced = replace(traced, left_mm=traced.line_mm + half_mm, right_mm=traced.line_mm - half_mm)
@@ -337,15 +346,15 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     last_mm, width_there_mm = width_mm[-1].tolist()
     if 0 < last_mm < s_mm[-1] - TABLE_SHORT_MM:
         text = (
-            f"width_mm extends to s = {last_mm:g} {photo.unit}, but the crack is {s_mm[-1]:.1f} {photo.unit} long: its "
-            f"last width, {width_there_mm:g} {photo.unit}, is used for the rest. Extend the table"
+            f"width_mm extends to s = {last_mm:g} {photo.unit}, but the crack is {s_mm[-1]:.1f} {photo.unit} long. "
+            f"The last width, {width_there_mm:g} {photo.unit}, is used for the rest. Extend the table"
         )
         doubts.append(doubt("walls.short-table", text, last_mm, "mm"))
     return outline_along(photo, path, traced, "gauge", *doubts)
 
 
 def _stations(photo: Photo, traced: Traced) -> tuple[list[Floats], Integers]:
-    """Return centreline, left and right wall at even stations, and the walls' methods, (2, n): 1 if bridged."""
+    """Return centreline, left and right wall at even stations, and the walls' methods, (2, n), with 1 for bridged."""
     s_mm, walls_mm = arc_length(traced.line_mm), (traced.left_mm, traced.right_mm)
     sigma = WALL_SMOOTHING_PX / STATION_PX
     smooth_mm = (polyline.without_loops(polyline.smoothed(wall_mm, sigma)) for wall_mm in walls_mm)
@@ -368,12 +377,12 @@ def _stations(photo: Photo, traced: Traced) -> tuple[list[Floats], Integers]:
 
 
 def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
-    """Return both walls as one ring on the face; raise InputError if they cross each other."""
+    """Return both walls as one ring on the face. Raises InputError if they cross each other."""
     # At a sharp corner one wall may just touch the other.
     whole = np.concatenate([right_mm, left_mm[::-1]])
     ring = polyline.uncrossed(whole)
     if len(ring) < 3 or polyline.signed_area(ring) < (1 - MOST_TRIMMED) * polyline.signed_area(whole):
-        raise InputError(f"{photo.file}: the walls of the crack cross each other; give ends_px of a clearer part.")
+        raise InputError(f"{photo.file}: the walls of the crack cross each other. Give ends_px of a clearer part.")
     if photo.face_mm is not None:
         ring = polyline.clipped_to_box(ring, photo.face_mm)
     return polyline.without_repeats(ring, 1e-3 * photo.mm_per_px)

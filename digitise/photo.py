@@ -20,39 +20,40 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats
 
-RING_POINTS = 32  # Points on each side of the face: between two, a lens of k1 = -0.2 bends the side by 0.01 px
+RING_POINTS = 32  # Points on each side of the face: between two of them, a lens of k1 = -0.2 bends the side by 0.01 px
 CLICK_PX = 1.0  # Standard deviation of each coordinate of a click
-SHORTEST_RULER_PX = 50.0  # Shortest ruler: two clicks on it are uncertain by 3 % of every length
-TILT_COST = 0.0035  # Standard uncertainty for a camera held by hand: 3 degrees at 0.12 % each, on synthetic photos
+SHORTEST_RULER_PX = 50.0  # Shortest ruler: two clicks on it make every length uncertain by 3 %
+TILT_COST = 0.0035  # Standard uncertainty for a hand-held camera: 3 degrees of tilt at 0.12 % each, on synthetic photos
 TILT_WARNING = (
     "a ruler does not show tilt: lengths are wrong by up to 3.5 % if the camera is 5 degrees off square, and by up "
-    "to 7 % at 10 degrees; give markers or the face's corners to measure it"
+    "to 7 % at 10 degrees. Give markers or the face's corners to measure the tilt"
 )
-SAME_SCALE = 0.01  # Relative difference of two scales that agree
-EDGE_PX = 3  # Pixels of the photo at the edge of the face that mix with its surroundings
-MARKER_MARGIN = 1.3  # Size of a marker with its white rim over its black square
-SCALE_ERROR = 0.01  # Least standard uncertainty of a scale with a warning; a crack's width is reported to twice that
+SAME_SCALE = 0.01  # Largest relative difference of two scales that agree
+EDGE_PX = 3  # Pixels at the edge of the face that mix with its surroundings
+MARKER_MARGIN = 1.3  # Size of a marker with its white rim, over the size of its black square
+# A scale with a larger standard uncertainty gives a warning; a crack's width is reported to twice that
+SCALE_ERROR = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
 class Photo(Pixels, Scale):
-    """Pixels with a scale."""
+    """Pixels of a photo with their scale."""
 
     def to_mm(self, points_px: Floats) -> Floats:
-        """Map pixels to places on the face, (n, 2) to (n, 2)."""
+        """Map pixels, (n, 2), to points on the face in mm, (n, 2)."""
         return self.view.to_mm(points_px)
 
     def to_px(self, points_mm: Floats) -> Floats:
-        """Map places on the face to pixels, (n, 2) to (n, 2)."""
+        """Map points on the face in mm, (n, 2), to pixels, (n, 2)."""
         return self.view.to_px(points_mm)
 
     def in_both_units(self, **lines_mm: Floats) -> dict[str, Any]:
-        """Return lines on the face as a dict with two keys each: the name plus ``_mm`` and, in pixels, plus ``_px``."""
+        """Return lines on the face as a dict with two keys each: ``<name>_mm``, and ``<name>_px`` in pixels."""
         in_px = {f"{name}_px": self.to_px(line_mm) for name, line_mm in lines_mm.items()}
         return {f"{name}_mm": line_mm for name, line_mm in lines_mm.items()} | in_px
 
     def length(self, length_px: float) -> str:
-        """Return a length in words, such as "9.4 mm (94 px)", or "94 px" if the photo has no scale."""
+        """Return a length as text, such as "9.4 mm (94 px)". It is "94 px" if the photo has no scale."""
         in_px = f"{length_px:.0f} px"
         return in_px if self.unit == "px" else f"{length_px * self.mm_per_px:.2g} mm ({in_px})"
 
@@ -64,12 +65,12 @@ class Photo(Pixels, Scale):
 
     @property
     def face_px(self) -> Floats | None:
-        """Corners of the face: lower left, lower right, upper right, upper left."""
+        """Corners of the face in px, (4, 2): lower left, lower right, upper right, upper left."""
         return None if self.face_ring_px is None else self.face_ring_px[::RING_POINTS]
 
     @cached_property
     def face_ring_px(self) -> Floats | None:
-        """Edge of the face as a ring of points from the lower left corner. A lens bends it."""
+        """Edge of the face in px, as a ring of points from the lower left corner. A lens bends it."""
         if self.face_mm is None:
             return None
         start = rectangle(self.face_mm)[:, None]
@@ -77,7 +78,7 @@ class Photo(Pixels, Scale):
         return self.to_px((start + share * (np.roll(start, -1, axis=0) - start)).reshape(-1, 2))
 
     def sample_mask(self, found_face_px: Floats | None = None) -> Mask:
-        """Return a mask, (height, width): 255 on the sample's face except markers, else 0."""
+        """Return a mask, (height, width), with 255 on the sample's face except on markers, and 0 elsewhere."""
         face_px = self.face_ring_px if self.face_ring_px is not None else found_face_px
         mask = np.full(self.brightness.shape, 255, dtype=np.uint8)
         if face_px is not None:
@@ -88,7 +89,7 @@ class Photo(Pixels, Scale):
         return mask
 
     def blank_markers(self, mask: Mask, offset_px: tuple[int, int] = (0, 0)) -> None:
-        """Set a mask to 0 on markers and their white rims; its first pixel is at ``offset_px`` in the photo."""
+        """Set a mask to 0 on markers and their white rims. The mask's first pixel is at ``offset_px`` in the photo."""
         for quad in self.markers_px:
             middle = quad.mean(axis=0)
             corners = middle + MARKER_MARGIN * (quad - middle) - offset_px
@@ -96,28 +97,34 @@ class Photo(Pixels, Scale):
 
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
-    """Read the photo in ``folder``, unless its path is absolute, and find its scale. Raises InputError on failure."""
+    """Read the photo and find its scale. The photo is in ``folder`` unless its path is absolute.
+
+    Raises InputError if the photo cannot be read, or if its scale cannot be found.
+    """
     photo = scaled(read_pixels(settings, folder), settings)
     return replace(photo, warnings=(*photo.warnings, *beside_markers(photo, settings)))
 
 
 def beside_markers(photo: Photo, settings: PhotoInput) -> Facts:
-    """Return a warning if the photo shows markers but its scale is typed or from a ruler."""
+    """Return a warning if the photo shows markers, its scale is typed or from a ruler, and the two scales differ."""
     dictionary, corners_px = seen_markers(photo) if settings.mm_per_px or settings.ruler_px else ("", {})
     sides_px = [side_lengths(quad) for quad in corners_px.values()] or PRINTED_MM / photo.mm_per_px
     side_mm = photo.mm_per_px * np.median(sides_px)
     if abs(side_mm / PRINTED_MM - 1) < SAME_SCALE:
         return ()
     text = (
-        f"the photo shows {len(corners_px)} markers of {dictionary}: by the given scale ({photo.mm_per_px:.4g} mm/px) "
-        f"they are {side_mm:.1f} mm wide, and as printed by default {PRINTED_MM:g} mm. "
-        "Measure one, and correct photo.mm_per_px or ruler_mm; or give [photo.markers] instead"
+        f"the photo shows {len(corners_px)} markers of {dictionary}. According to the given scale "
+        f"({photo.mm_per_px:.4g} mm/px) they are {side_mm:.1f} mm wide, but they are printed {PRINTED_MM:g} mm wide "
+        "by default. Measure one, and correct photo.mm_per_px or ruler_mm, or give [photo.markers] instead"
     )
     return (doubt("scale.markers-differ", text, float(side_mm), "mm"),)
 
 
 def offer_of_markers(photo: Path) -> str:
-    """Return a sentence, after a space, on markers in a photo without a scale; empty if it shows none or is bad."""
+    """Return a sentence, after a space, about the markers in a photo without a scale.
+
+    Returns an empty text if the photo shows none or cannot be read.
+    """
     with suppress(InputError):
         dictionary, corners_px = seen_markers(pixels_of(read_photo(photo), photo))
         if corners_px:
@@ -137,7 +144,7 @@ def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
 
 
 def pixels_of(decoded: Decoded, file: Path, drawn: Booleans | None = None) -> Pixels:
-    """Add the brightness of each pixel, its linear luminance, and ``drawn``, the mask of the crack, (height, width).
+    """Add the linear luminance of each pixel and the mask of the crack, ``drawn``, (height, width).
 
     Raises InputError if the picture is black.
     """
@@ -146,12 +153,12 @@ def pixels_of(decoded: Decoded, file: Path, drawn: Booleans | None = None) -> Pi
     for channel, weight in enumerate((0.2126, 0.7152, 0.0722)):
         light += cv2.LUT(cv2.extractChannel(decoded.image, channel), weight * to_light)
     if np.percentile(light[::2, ::2], BRIGHT_PART) < to_light[BLACK]:
-        raise InputError(f"{file}: the photo is black; take it with more light or a longer exposure.")
+        raise InputError(f"{file}: the photo is black. Take it with more light or a longer exposure.")
     return Pixels(**vars(decoded), file=file, brightness=light, drawn=drawn)
 
 
 def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
-    """Return the pixels with the scale that ``settings`` give. Raises InputError if the photo does not show it."""
+    """Return the pixels with the scale that ``settings`` define. Raises InputError if the photo does not show it."""
     scale = find_scale(pixels, settings)
     return Photo(**{**vars(pixels), **vars(scale), "warnings": (*pixels.warnings, *scale.warnings)})
 
@@ -163,9 +170,9 @@ def scale_by_ruler(ends_px: PixelPair, length_mm: float, size_px: tuple[int, int
     inside = np.all(depth_inside(points_px, (-0.5, -0.5, size_px[0] - 0.5, size_px[1] - 0.5)) >= 0)
     if not inside or length_px < SHORTEST_RULER_PX:
         raise InputError(
-            f"{file}: ruler_px has points {length_px:.1f} px apart: give two marks of the ruler, at least "
-            f"{SHORTEST_RULER_PX:g} px apart and both in the photo of {size_px[0]} x {size_px[1]} px; x counts from "
-            "the left and y from the top."
+            f"{file}: the two points of ruler_px are {length_px:.1f} px apart. Give two marks of the ruler that are "
+            f"at least {SHORTEST_RULER_PX:g} px apart and both in the photo of {size_px[0]} x {size_px[1]} px. x "
+            "counts from the left and y from the top."
         )
     mm_per_px = length_mm / length_px
     return replace(
@@ -178,19 +185,19 @@ def scale_by_ruler(ends_px: PixelPair, length_mm: float, size_px: tuple[int, int
 
 
 def given_scale(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Scale:
-    """Return a scale of unknown uncertainty for a view square to the face, with the origin in the lower left pixel."""
+    """Return a scale of unknown uncertainty for a view square to the face. The origin is the lower left pixel."""
     return Scale(
         view=View(np.array([[mm_per_px, 0, 0], [0, -mm_per_px, mm_per_px * (size_px[1] - 1)], [0, 0, 1.0]])),
         mm_per_px=mm_per_px,
         scale_source=f"given: {mm_per_px:g} mm/px{' (assumed)' if assumed else ''}",
-        warnings=(doubt("scale.assumed", "the scale is assumed: every length has the error of the scale"),)
+        warnings=(doubt("scale.assumed", "the scale is assumed, so every length has the error of the scale"),)
         if assumed
         else (),
     )
 
 
 def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
-    """Find the scale that ``settings`` give. Raises InputError if the photo does not show or contradicts it."""
+    """Find the scale that ``settings`` define. Raises InputError if the photo contradicts it or does not show it."""
     face_mm = None if settings.face_mm is None else (0.0, 0.0, *settings.face_mm)
     if settings.markers is not None:
         scale = scale_by_markers(pixels, settings, settings.markers, face_mm)
@@ -204,12 +211,12 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
     if not FINEST_MM_PER_PX <= scale.mm_per_px <= COARSEST_MM_PER_PX:
         raise InputError(
             f"{pixels.file}: according to the scale ({scale.scale_source}), a pixel of the photo is "
-            f"{scale.mm_per_px:.2g} mm wide; {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm is allowed. Correct "
-            "the lengths and pixels that give the scale."
+            f"{scale.mm_per_px:.2g} mm wide, but only {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm is allowed. "
+            "Correct the lengths and pixels that define the scale."
         )
     if (scale.scale_uncertainty or 0.0) < SCALE_ERROR:
         return scale
-    text = f"the scale's standard uncertainty is {scale.scale_uncertainty:.1%}, and so is that of every length"
+    text = f"the scale has a standard uncertainty of {scale.scale_uncertainty:.1%}, and so has every length"
     return replace(scale, warnings=(*scale.warnings, doubt("scale.unsure", text, scale.scale_uncertainty)))
 
 
@@ -233,5 +240,5 @@ def smaller(photo: Photo, factor: int) -> Photo:
 
 
 def in_copy(points_px: Floats, factor: int) -> Floats:
-    """Map pixels of the photo to pixels of the copy. The origin of each is the centre of its first pixel."""
+    """Map pixels of the photo to pixels of the smaller copy. The origin of each is the centre of its first pixel."""
     return (points_px - (factor - 1) / 2) / factor

@@ -1,4 +1,4 @@
-"""Read and check a nozzle's path with speed and flow from a CSV, which 'sealtwin plan' or a user writes."""
+"""Read and check a nozzle path with speed and flow from a CSV, written by 'sealtwin plan' or by a user."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,14 +23,18 @@ BOUNDS = {
 }
 NEEDED = ("t_s", "x_mm", "y_mm", "z_mm", "flow_mm3_s")
 COLUMNS = (*NEEDED[:4], "speed_mm_s", "flow_mm3_s")
-MOST_ROWS = 1500  # Largest number of rows; a trial's file contains all columns
-SPEED_OFF = 2e-3  # Largest relative difference of a stated speed from that of places and times, because of rounding
+MOST_ROWS = 1500  # Largest number of rows, because a trial's file contains all columns
+# Largest relative difference between a stated speed and the speed from positions and times, because of rounding
+SPEED_OFF = 2e-3
 # Not strict: a discriminator runs before the check, and pydantic then does not accept a list from JSON as a tuple.
 Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MOST_ROWS, strict=False)]
 
 
 class PathTable(Settings):
-    """Columns of a planned path, in the sample's frame. A row applies until the next one; the last one has no flow."""
+    """Columns of a planned path, in the sample's frame.
+
+    A row applies until the next row, and the last row has no flow.
+    """
 
     t_s: Column
     """Time at which the nozzle is at the row's position. Times must increase from row to row."""
@@ -41,13 +45,13 @@ class PathTable(Settings):
     z_mm: Column
     """Height of the nozzle's tip above the face."""
     flow_mm3_s: Column
-    """Flow between this row's position and that of the next row."""
+    """Flow between this row's position and the next row's."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         columns = dict(self)
         if len(set(map(len, columns.values()))) > 1:
-            raise ValueError("its columns differ in length; give a number for every column in every row")
+            raise ValueError("its columns differ in length: give a number for every column in every row")
         if fault := _first_fault(columns):
             raise ValueError(f"row {fault[0] + 1}: {fault[1]}")
         return self
@@ -68,7 +72,7 @@ class PathTable(Settings):
 
 
 def planned_path(trajectory: Trajectory) -> PathTable:
-    """Return a trajectory as columns of a trial, to the six decimals of its CSV."""
+    """Return a trajectory as columns of a trial, rounded to six decimals like its CSV."""
     columns = np.column_stack([trajectory.t_s, trajectory.position_mm, trajectory.flow_mm3_s]).round(6).T.tolist()
     return PathTable(**dict(zip(NEEDED, map(tuple, columns), strict=True)))
 
@@ -76,7 +80,7 @@ def planned_path(trajectory: Trajectory) -> PathTable:
 def read_planned_path(path: Path) -> PathTable:
     """Read a planned path. Raises InputError with file, row, column and value.
 
-    A column speed_mm_s is optional, for people who read the file. It must agree with places and times.
+    The column speed_mm_s is optional and only for people who read the file. It must agree with positions and times.
     """
     columns = read_columns(path, BOUNDS, NEEDED, (2, MOST_ROWS))
     rows = columns.pop("row")
@@ -86,7 +90,7 @@ def read_planned_path(path: Path) -> PathTable:
 
 
 def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str] | None:
-    """Return the row of the first fault, counted from 0, and a sentence about it; None if there is no fault."""
+    """Return the row of the first fault, counted from 0, and a sentence about it. None if there is no fault."""
     values = {name: np.array(columns[name]) for name in columns}
     t_s, *place_mm, flow = (values[name] for name in NEEDED)
     lasts_s, way_mm = np.diff(t_s), np.linalg.norm(np.diff(place_mm, axis=1), axis=0)
@@ -102,13 +106,13 @@ def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str] | No
         (
             "x_mm",
             way_mm == 0,
-            "the nozzle does not move until the next row; move it slowly, since robots have no stops",
+            "the nozzle does not move until the next row. Move it slowly, since robots cannot pause on a path",
         ),
     ]
     if "speed_mm_s" in values:
         off = np.abs(values["speed_mm_s"][:-1] * lasts_s - way_mm) > SPEED_OFF * way_mm + 1e-5 * lasts_s
         faults.append(
-            ("speed_mm_s", off, "its places and times give another speed: correct it, or leave the column out")
+            ("speed_mm_s", off, "its positions and times give another speed. Correct it, or leave the column out")
         )
     for name, wrong, reason in faults:
         if wrong.any():

@@ -13,44 +13,50 @@ from digitise.weighing.fill import FillOrFile
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Likely, Settings
 
-InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a place in or beside a photo
+InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a point in or beside a photo
 Pixel = tuple[InPhoto, InPhoto]
 PixelPair = tuple[Pixel, Pixel]
-LARGEST_FILE_BYTES = 250_000_000  # Photo or mesh: 50 million uncompressed pixels with transparency, plus 25 %
-OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate on the face, in mm, up to ten metres
+# Largest photo or mesh file: 50 million uncompressed pixels with transparency, plus 25 %
+LARGEST_FILE_BYTES = 250_000_000
+OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate on the face in mm, up to ten metres
 FaceSide = Annotated[float, Field(gt=1, le=5000)]  # Side of a sample's face in mm; no crack is visible on 1 mm
-FINEST_MM_PER_PX, COARSEST_MM_PER_PX = 0.001, 2.0  # Light resolves nothing finer; a crack of 8 px would be 16 mm wide
-LARGEST_VOLUME_ML, SMALLEST_VOLUME_ML = 1000.0, 0.001  # Three cartridges, and four particles of the paper's size
+# Light resolves nothing finer; at the coarsest scale, a crack of 8 px would be 16 mm wide
+FINEST_MM_PER_PX, COARSEST_MM_PER_PX = 0.001, 2.0
+# Volume of three cartridges, and of four particles of the paper's size
+LARGEST_VOLUME_ML, SMALLEST_VOLUME_ML = 1000.0, 0.001
 Tilt = Literal["lean", "flare", "funnel", "undercut", "vertical"]
-AGAINST_EACH_OTHER: tuple[Tilt, ...] = ("flare", "funnel", "undercut")  # Tilts with mouth and floor of unequal width
+AGAINST_EACH_OTHER: tuple[Tilt, ...] = ("flare", "funnel", "undercut")  # Tilts whose mouth and floor differ in width
 
 
-WallAngle = Annotated[float, Field(ge=0, lt=60)]  # For walls that open downward, the tilt is "undercut"
+# Walls that open downward are set by the tilt "undercut" instead of a negative angle
+WallAngle = Annotated[float, Field(ge=0, lt=60)]
 ONE, SEVERAL = "one", "several"
 One = TypeVar("One")
 Several = TypeVar("Several")
 ByShape = Discriminator(lambda value: SEVERAL if isinstance(value, list | tuple) else ONE)
 OneOrSeveral = Annotated[Annotated[One, Tag(ONE)] | Annotated[Several, Tag(SEVERAL)], ByShape]
-"""One number or several. A validation error refers to the form that was given."""
-DEEPEST_MM = 500.0  # Largest depth, more than any sample's
+"""One number or several. A validation error names the form that the user gave."""
+DEEPEST_MM = 500.0  # Largest depth, more than that of any sample
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]  # A crack less than a tenth of a millimetre deep is a scratch
 SHALLOW = Likely(1.0, inf, "mm for a crack of this width", "in cm", of_width=True)  # Cracks are deeper than wide
 SPEED = Likely(0.5, 200.0, "mm/s", "in m/s or mm/min")  # Small arms reach 200 over a winding crack
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
 MOST_STATIONS = 1000  # Rows of a table along the crack
 DepthTable = Annotated[tuple[tuple[Station, Depth], ...], Field(min_length=1, max_length=MOST_STATIONS)]
-Width = Annotated[float, Field(gt=0.005, le=200)]  # Of a crack in mm: no gauge shows less, and no sample is wider
+Width = Annotated[float, Field(gt=0.005, le=200)]  # Width of a crack in mm: no gauge shows less, and no sample is wider
 WidthTable = Annotated[tuple[tuple[Station, Width], ...], Field(min_length=1, max_length=MOST_STATIONS)]
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
 MeshUnit = Literal["mm", "cm", "m", "inch"]
-MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each; for more, paint a mask
-MOST_STROKES = 20  # Largest number of strokes of a kind, each with as many points; for more, paint a mask
+# Largest number of stretches of wall drawn by hand, and of points of each; for more, paint a mask
+MOST_WALLS, MOST_WALL_POINTS = 50, 200
+# Largest number of strokes of a kind, each with up to ``MOST_WALL_POINTS`` points; for more, paint a mask
+MOST_STROKES = 20
 Strokes = Annotated[
     tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MOST_WALL_POINTS)], ...],
     Field(max_length=MOST_STROKES),
 ]
-NO_SCALE = "no_scale"  # Type of the fault of a photo without a scale
+NO_SCALE = "no_scale"  # Error type of a photo without a scale
 SCALES = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
 Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)]
 Walls = Annotated[tuple[Region, ...], Field(max_length=MOST_WALLS)]
@@ -62,13 +68,13 @@ NOT_BESIDE = {
     "mask": ("roi_px", "via_px", "walls_px", "crack_strokes_px", "ground_strokes_px"),
     "path_only": ("width_mm", "mean_width_mm"),
 }
-"""Settings of a photo that go only with another one, and those that exclude others."""
+"""Photo settings that exclude others. ``NEEDED_BY`` lists the settings that require another one."""
 MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
 
 def by_station(value: float | DepthTable) -> Floats:
-    """Return a table along the crack, (k, 2), from one number or rows."""
+    """Return a table of arc lengths and values along the crack, (k, 2), from one number or from rows."""
     return np.array(value if isinstance(value, tuple) else [(0.0, value)], dtype=float)
 
 
@@ -76,7 +82,7 @@ def require_order(name: str, stations_mm: Floats) -> None:
     """Raise ValueError unless the stations of a table, its first column, increase."""
     if (falls := np.diff(stations_mm[:, 0]) <= 0).any():
         before_mm, after_mm = stations_mm[int(falls.argmax()) :, 0][:2]
-        raise ValueError(f"{name}: station {after_mm:g} mm follows {before_mm:g} mm; list stations by increasing s")
+        raise ValueError(f"{name}: station {after_mm:g} mm follows {before_mm:g} mm. List the stations by increasing s")
 
 
 DamHeight = Annotated[float, Field(ge=0, le=100)]
@@ -94,27 +100,30 @@ class Marker(Settings):
 
 
 class MarkerBoard(Settings):
-    """Markers whose places in the plane of the face are known.
+    """Markers whose positions in the plane of the face are known.
 
-    Markers above or below that plane change the scale by their distance from it divided by the camera's distance.
+    If the markers are above or below that plane, the scale is off by that distance divided by the camera's distance.
     """
 
     dictionary: Dictionary = "4x4_50"
     """Dictionary of the printed markers."""
     size_mm: float = Field(gt=0.5, le=1000)
-    """Side of the black square. A marker below 0.5 mm does not print, and one above a metre is larger than a sample."""
+    """Side of the marker's black square. A marker below 0.5 mm does not print, and one above a metre is larger than a
+    sample."""
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)
-    """Numbers and places of the markers. At least four: with fewer, noise of one marker decides the homography."""
+    """Numbers and positions of the markers. Four or more are needed: with fewer, noise of one marker decides the
+    homography."""
     printed_ruler_mm: float | None = Field(default=None, gt=50, le=200)
-    """Measured length of the ruler on the printed frame, also if it is 100. All lengths of this table were printed
-    longer or shorter by the same share; the middle of the frame stays. Printers scale by less than a half. Without it
-    and without a face whose edges show the print, 2 % are in the scale's uncertainty."""
+    """Measured length of the ruler on the printed frame. Give it even if it is 100. All lengths of this table were
+    printed longer or shorter by the same factor, about the middle of the frame. Printers change the size by less than
+    half. Without this length and without a face whose edges show the print's size, the scale's uncertainty includes 2
+    %."""
 
     @model_validator(mode="after")
     def _each_once(self) -> Self:
         numbers = [marker.id for marker in self.markers]
         if twice := {number for number in numbers if numbers.count(number) > 1}:
-            raise ValueError(f"marker {min(twice)} is listed {numbers.count(min(twice))} times; list it once")
+            raise ValueError(f"marker {min(twice)} is listed {numbers.count(min(twice))} times. List it once")
         return self
 
 
@@ -122,83 +131,85 @@ class PhotoInput(Settings):
     """A photo from above and its scale: markers, the face's size, a ruler, or millimetres per pixel."""
 
     file: Path
-    """Path of the file, relative to the trial file's folder or absolute."""
+    """Path of the photo. It is absolute or relative to the trial file's folder."""
     data: DataKind
-    """Origin of the photo. Reports state it unless it is "measured"; only then can a comparison be a validation."""
+    """Origin of the photo. Reports state it unless it is "measured". Only measured photos allow a comparison to be a
+    validation."""
     ends_px: PixelPair | None = None
-    """Both ends of the crack, each as column and row; the nozzle starts at the first. By default the crack is searched
-    for: check it over the photo (overlay.png) before you use the result."""
+    """Both ends of the crack, each as column and row. The nozzle starts at the first end. By default the crack is
+    searched for automatically. In that case, check it over the photo (overlay.png) before you use the result."""
     crack: int | None = Field(default=None, ge=1, le=MOST_RANKED)
-    """Number of the crack in the list that the search makes if ends_px is not given, the best crack first. refused.png
-    shows these numbers. Default: the first crack, if it is far likelier than the others."""
+    """Number of the crack in the list that the automatic search makes, best crack first. refused.png shows these
+    numbers. Only without ends_px. Default: the first crack, if it is far likelier than the others."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MOST_VIA)
-    """Points on the crack between its ends, in order. Needed if it forks or a darker crack is near."""
+    """Points on the crack between its ends, in order. Needed if the crack forks or a darker crack is near."""
     roi_px: Region | None = None
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
     walls_px: Walls | None = None
-    """Stretches of wall drawn by hand, for photos that mislead. Each is a line from one place on a wall, along the true
-    wall, to another place on the same wall. Draw them with 'sealtwin trace'."""
+    """Stretches of wall drawn by hand, for photos in which walls are measured wrongly. Each is a line from a point on a
+    wall, along the true wall, to another point on the same wall. Draw them with 'sealtwin trace'."""
     crack_strokes_px: Strokes | None = None
-    """Strokes over places that are surely crack, each a line or one point. Where walls are doubtful or wrong, a few of
-    them are enough: a wall passes outside them, and near them the lightness under them is crack. Draw them with
-    'sealtwin trace'."""
+    """Strokes over areas that are surely crack, each a line or a single point. A few are enough where walls are
+    doubtful or wrong. A wall passes outside the strokes, and near them the lightness under them counts as crack. Draw
+    them with 'sealtwin trace'."""
     ground_strokes_px: Strokes | None = None
-    """Strokes over places beside the crack that are surely ground. A wall passes between them and the crack, and near
-    them, on their side, the lightness under them is ground."""
+    """Strokes over areas beside the crack that are surely ground. A wall passes between the strokes and the crack. Near
+    the strokes and on their side of the wall, the lightness under them counts as ground."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
-    paint are the walls. The path is relative to the trial file's folder or absolute."""
+    paint are the walls. The path is absolute or relative to the trial file's folder."""
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
-    """Share of the contrast from crack to mortar that defines a wall. Half is the middle of a blurred edge; 0.7
-    includes more of a lit wall. The bounds are set by noise, in the crack and in the mortar."""
+    """Share of the contrast from crack to mortar at which a wall is placed. 0.5 is the middle of a blurred edge, and
+    0.7 includes more of a lit wall. The bounds are set by noise in the crack and in the mortar."""
     width_mm: OneOrSeveral[Width, WidthTable] | None = None
-    """Width of the crack, measured with a gauge or a microscope, in place of the photo's. Give one number, or a table
-    of [s, width] along the crack from the nozzle's start, linear between rows and constant beyond. Its uncertainty is
-    width_mm of [uncertainty]. Default: measured between the walls, or fitted to the profile of a crack below 8 px."""
+    """Width of the crack, measured with a gauge or a microscope, instead of the photo's width. Give one number, or a
+    table of [s, width] rows along the crack from the nozzle's start. The width is linear between rows and constant
+    beyond them. Its uncertainty is width_mm of [uncertainty]. Default: measured between the walls, or fitted to the
+    profile of a crack below 8 px."""
     mean_width_mm: Width | None = None
-    """Mean width of the crack, measured with a gauge or assumed in order to try it. All widths, from the photo or
-    width_mm, are scaled so that their mean is this."""
+    """Mean width of the crack, measured with a gauge or assumed for a test. All widths, from the photo or width_mm, are
+    scaled so that their mean is this width."""
     path_only: bool | None = None
-    """True for only the crack's path, without walls and solid. It needs no depth and is enough for a robot program. The
-    nozzle gives sealant if path.volume_ml is a number."""
+    """True to trace only the crack's path, without walls and solid. This needs no depth and is enough for a robot
+    program. The nozzle gives sealant if path.volume_ml is a number."""
     branches: Literal["drop", "keep"] = "drop"
-    """Use of side cracks: keep makes them part of outline and solid, drop does not. The nozzle follows only the main
-    crack. A side crack is at least three times as long as wide."""
+    """Use of side cracks. keep: they are part of the outline and the solid. drop: they are left out. The nozzle follows
+    only the main crack. A side crack is at least three times as long as wide."""
     markers: MarkerBoard | None = None
-    """Markers around the crack. 'sealtwin markers' prints a frame of them and writes this table."""
+    """Markers around the crack. 'sealtwin markers' prints a frame of markers and writes this table."""
     lens: Literal["auto", "none"] = "auto"
-    """Lens model: auto fits one radial term if the markers show distortion, none assumes no distortion."""
+    """Lens model. auto: fits one radial term if the markers show distortion. none: assumes no distortion."""
     camera_distance_mm: float | None = Field(default=None, gt=10, le=20_000)
-    """Distance from lens to face. It is needed to estimate the error of markers above or below the face. Lenses do not
-    focus below 10 mm, and a crack is not visible from above 20 m."""
+    """Distance from the lens to the face. It is needed to estimate the error of markers above or below the face. Lenses
+    do not focus below 10 mm, and a crack is not visible from above 20 m."""
     ruler_px: PixelPair | None = None
-    """Two points on a ruler in the plane of the face, each as column and row. The camera is assumed to be square to it.
-    """
+    """Two points on a ruler in the plane of the face, each as column and row. The camera is assumed to be square to the
+    face."""
     ruler_mm: float | None = Field(default=None, gt=1, le=5000)
     """Distance between the two points ruler_px."""
     face_mm: tuple[FaceSide, FaceSide] | None = None
-    """Width and height of the sample's face, whose lower left corner is the origin. Without markers they give the
-    scale; with markers they give only the edge of the sample."""
+    """Width and height of the sample's face. Its lower left corner is the origin. Without markers, the face gives the
+    scale. With markers, it gives only the edge of the sample."""
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
-    """Corners of the face: lower left, lower right, upper right, upper left. By default they are searched for."""
+    """Corners of the face: lower left, lower right, upper right, upper left. By default they are detected."""
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
-    """Scale of a photo taken square to the face, in mm for each pixel."""
+    """Scale of a photo taken square to the face, in mm per pixel."""
     scale_is: Literal["measured", "assumed"] = "measured"
-    """Origin of mm_per_px. Reports state an assumed scale with every length."""
+    """Origin of mm_per_px. If the scale is assumed, reports say so with every length."""
 
     @property
     def hints(self) -> tuple[PixelPair | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
-        """Ends, via points, region and number of the crack: the arguments of ``find_path``."""
+        """Ends, via points, region and number of the crack, which are the arguments of ``find_path``."""
         return self.ends_px, self.via_px, self.roi_px, self.crack
 
     @property
     def drawn_by_hand(self) -> tuple[str, ...]:
-        """Names of the settings that change the measured walls by hand, among those given."""
+        """Names of the settings in use that change the measured walls by hand."""
         return tuple(name for name in ("walls_px", "crack_strokes_px", "ground_strokes_px") if getattr(self, name))
 
     @property
     def width_stations_mm(self) -> Floats | None:
-        """The given arc lengths and widths, (k, 2)."""
+        """Arc lengths and widths of width_mm, (k, 2). None if it is not given."""
         return None if self.width_mm is None else by_station(self.width_mm)
 
     @model_validator(mode="after")
@@ -211,44 +222,46 @@ class PhotoInput(Settings):
         for name, others in NOT_BESIDE.items():
             for other in others:
                 if getattr(self, name) and getattr(self, other):
-                    raise ValueError(f"{name} cannot be combined with {other}: give one of them")
+                    raise ValueError(f"{name} cannot be combined with {other}: give only one of them")
         if self.mean_width_mm is not None and self.branches == "keep":
-            raise ValueError('mean_width_mm cannot be combined with branches = "keep": it widens only a main crack')
+            raise ValueError(
+                'mean_width_mm cannot be combined with branches = "keep", because it scales only a main crack'
+            )
         if self.width_stations_mm is not None:
             require_order("width_mm", self.width_stations_mm)
         return self
 
 
 class CrackShape(Settings):
-    """Depth and tilt of the walls, which a photo does not show."""
+    """Depth of the crack and tilt of its walls, which a photo does not show."""
 
     depth_mm: Annotated[OneOrSeveral[Depth, DepthTable], SHALLOW]
-    """Depth of the crack: one number, or a table of [s, depth] along the crack from the nozzle's start, linear between
-    rows and constant beyond."""
+    """Depth of the crack: one number, or a table of [s, depth] rows along the crack from the nozzle's start. The depth
+    is linear between rows and constant beyond them."""
     tilt: Tilt = "lean"
-    """Tilt of the walls. lean: both walls lean to the same side, so that mouth, width and the volume between closed
-    ends are those of the photo. Open ends stay vertical, in the side of the sample, so that the volume is off by 1 to 2
-    % if the crack bends there or meets the side obliquely. flare: the floor has the traced width, and the mouth is
-    wider. funnel: the mouth has the traced width, and the walls close downward. undercut: the mouth has the traced
-    width, and the walls open downward; refused if the walls would meet below the face or leave the block. The paper's
-    walls "funnel particles into the crack while keeping the appearance of the original crack", as lean does."""
+    """Tilt of the walls. lean: both walls lean to the same side, so the mouth, the width and the volume between closed
+    ends are those of the photo. Open ends stay vertical, in the side of the sample, so the volume is off by 1 to 2 % if
+    the crack bends there or meets the side obliquely. flare: the floor has the traced width, and the mouth is wider.
+    funnel: the mouth has the traced width, and the walls close downward. undercut: the mouth has the traced width, and
+    the walls open downward. An undercut is refused if the walls would meet below the face or leave the block. The
+    paper's walls "funnel particles into the crack while keeping the appearance of the original crack", as lean does."""
     wall_angle_deg: OneOrSeveral[WallAngle, tuple[WallAngle, WallAngle]] = 11.0
-    """Angle of both walls from vertical, or two angles, that of the left and that of the right wall along the path. The
-    paper has 11."""
+    """Angle of both walls from the vertical, or two angles: of the left and of the right wall along the path. The paper
+    has 11."""
     fill: FillOrFile | None = None
-    """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with it. The weighing gives the angle
-    of the walls, in place of wall_angle_deg, and corrects depth and width within their uncertainty."""
+    """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with the same data. The weighing gives
+    the angle of the walls, instead of wall_angle_deg, and corrects depth and width within their uncertainty."""
     lean_to: Literal["left", "right"] = "left"
-    """Side to which the floor is moved from the mouth, looking along the path. The paper does not state it. The two
+    """Side to which the floor is shifted from the mouth, as seen along the path. The paper does not state it. The two
     choices give mirror images, and swapping the ends exchanges them."""
     floor_thickness_mm: float = Field(default=4.0, gt=0.1, le=500)
     """Thickness of the sample below the crack. The default is more than a particle, and little enough to print. Above
     500, float32 loses digits of the crack."""
     margin_mm: float = Field(default=12.0, gt=0.5, le=1000)
-    """Width of the block around the crack if the size of the face is unknown; overflow needs room. Walls under 0.5 mm
-    break, and sealant never flows farther than a metre."""
+    """Width of the block around the crack if the size of the face is unknown. Sealant that overflows needs room. Walls
+    under 0.5 mm break, and sealant never flows farther than a metre."""
     dam_height_mm: DamHeight = 10.0
-    """Height of the tape above the face at open ends. The default is the paper's. Give 0 for no tape."""
+    """Height of the tape above the face at open ends. The default is the paper's. 0 means no tape."""
 
     @property
     def deepest_mm(self) -> float:
@@ -256,7 +269,7 @@ class CrackShape(Settings):
 
     @property
     def wall_angles_deg(self) -> tuple[float, float]:
-        """Angles of the left and the right wall."""
+        """Angles of the left and the right wall from the vertical."""
         if self.tilt == "vertical":
             return 0.0, 0.0
         both = self.wall_angle_deg
@@ -264,7 +277,7 @@ class CrackShape(Settings):
 
     @property
     def depth_stations_mm(self) -> Floats:
-        """Arc lengths of the given depths, (k,)."""
+        """Arc lengths at which depths are given, (k,)."""
         return by_station(self.depth_mm)[:, 0]
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
@@ -278,46 +291,47 @@ class CrackShape(Settings):
         default = type(self).model_fields["wall_angle_deg"].default
         if self.fill is not None and self.tilt in AGAINST_EACH_OTHER and self.wall_angle_deg != default:
             raise ValueError(
-                "wall_angle_deg cannot be combined with fill, which gives the angle: leave wall_angle_deg out"
+                "wall_angle_deg cannot be combined with fill, which gives the angle. Leave wall_angle_deg out"
             )
         if self.tilt == "lean" and left_deg != right_deg:
             raise ValueError(
-                f'wall_angle_deg is [{left_deg:g}, {right_deg:g}], but tilt = "lean" has one angle: give one number, '
-                "or choose flare, funnel or undercut"
+                f'wall_angle_deg is [{left_deg:g}, {right_deg:g}], but tilt = "lean" has a single angle. Give one '
+                "number, or choose flare, funnel or undercut"
             )
         return self
 
 
 class MeshInput(Settings):
-    """A modelled or scanned sample in place of a photo."""
+    """A modelled or scanned sample, instead of a photo."""
 
     file: Path
-    """STL, PLY, OBJ, GLB or 3MF file. The path is relative to the trial file's folder or absolute."""
+    """STL, PLY, OBJ, GLB or 3MF file. The path is absolute or relative to the trial file's folder."""
     data: DataKind
-    """Origin of the mesh. Reports state it unless it is "measured"; only then can a comparison be a validation."""
+    """Origin of the mesh. Reports state it unless it is "measured". Only measured meshes allow a comparison to be a
+    validation."""
     units: MeshUnit
     """Unit of the file's numbers, which most formats do not state."""
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
     path: Path | None = None
-    """File of a centreline: a CSV with the columns x_mm and y_mm, in the mesh's frame turned upright. By default the
-    centreline is found in a section just below the face."""
+    """CSV of a centreline with the columns x_mm and y_mm, in the mesh's frame after its face was turned upward. By
+    default the centreline is found in a section just below the face."""
     dam_height_mm: DamHeight = 10.0
-    """Height above the face of the dams at all places where the crack leaves the block, as in [crack]."""
+    """Height above the face of the dams wherever the crack leaves the block, as in [crack]."""
 
 
 class Dispensed(Settings):
-    """The table [path.weighed]: the sealant that arrived or was dispensed, by weight."""
+    """The table [path.weighed]: sealant that reached the sample or was dispensed, by weight."""
 
     mass_g: float = Field(gt=0, le=1e4)
-    """Mass of the sample after the pour less its mass before: the sealant that arrived, whatever the pump did. Or mass
-    of the cartridge before less its mass after, if nothing drips beside the sample."""
+    """Mass of the sample after the pour, less its mass before: the sealant that arrived, whatever the pump did. Or the
+    mass of the cartridge before, less its mass after, if nothing drips beside the sample."""
     mass_sd_g: float = Field(gt=0, le=100)
-    """Standard uncertainty of mass_g: 1.4 times that of one weighing."""
+    """Standard uncertainty of mass_g, which is 1.4 times the uncertainty of a single weighing."""
     density_kg_m3: float = Field(ge=500, le=5000)
-    """Density of the sealant, for example from a cup of known volume, weighed empty and full."""
+    """Density of the sealant, for example from a cup of known volume that is weighed empty and full."""
     density_sd_kg_m3: float = Field(gt=0, le=500)
-    """Standard uncertainty of the density."""
+    """Standard uncertainty of density_kg_m3."""
 
     @property
     def volume_ml(self) -> float:
@@ -325,7 +339,7 @@ class Dispensed(Settings):
 
     @property
     def volume_sd_ml(self) -> float:
-        """Standard uncertainty of the volume, from those of mass and density."""
+        """Standard uncertainty of the volume, from the uncertainties of mass and density."""
         return self.volume_ml * hypot(self.mass_sd_g / self.mass_g, self.density_sd_kg_m3 / self.density_kg_m3)
 
 
@@ -333,49 +347,53 @@ class NozzlePath(Settings):
     """Path of the nozzle and its flow."""
 
     volume_ml: float | Literal["cavity"] = "cavity"
-    """Volume of sealant along the crack, or "cavity" for the share ``fill`` of the cavity."""
+    """Volume of sealant along the crack. "cavity" means the share ``fill`` of the cavity."""
     fill: float = Field(default=1.0, gt=0.01, le=3)
-    """Share of the cavity's volume to dispense, only with volume_ml = "cavity"; 1 fills the crack up to its face."""
+    """Share of the cavity's volume to dispense, only with volume_ml = "cavity". 1 fills the crack up to its face."""
     weighed: Dispensed | None = None
-    """Weighed sealant. It replaces volume_ml and its uncertainty."""
+    """Weighed sealant. It replaces volume_ml and the uncertainty of volume_ml."""
     flow: Literal["constant", "cross_section"] = "constant"
-    """Flow along the path: equal for every millimetre, or proportional to the cavity's cross-section."""
+    """Flow along the path. constant: equal for every millimetre. cross_section: proportional to the cavity's
+    cross-section."""
     reverse: bool = False
-    """Start at the crack's second end. s is still measured from the first end."""
+    """True to start at the crack's second end. s is still measured from the first end."""
     trim_mm: OneOrSeveral[Trim, tuple[Trim, Trim]] = 10.0
-    """Distance between the ends of the crack and those of the path: one number, or two, the one at s = 0 first. The
-    paper has 10."""
+    """Distance between the ends of the crack and the ends of the path. Give one number, or two, with the one at s = 0
+    first. The paper has 10."""
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
     """Distance over which the nozzle reaches full speed, and over which it stops, measured from the outer ends of the
-    leads. Arms need at most 200. Flow is proportional to speed, so that each millimetre gets the same volume."""
+    leads. Arms need at most 200. Flow is proportional to speed, so each millimetre gets the same volume."""
     lead_in_mm: float = Field(default=0.0, ge=0, le=500)
-    """Length of the straight approach before the path, without flow, for an arm to accelerate. Few benches have space
-    for more than 500."""
+    """Length of the straight approach before the path, without flow, in which an arm accelerates. Few benches have
+    space for more than 500."""
     lead_out_mm: float = Field(default=0.0, ge=0, le=500)
     """Length of the straight departure after the path, without flow."""
     speed_mm_s: Annotated[float, SPEED] = Field(default=4.0, gt=0.01, le=1000)
-    """Speed of the nozzle; 4 in the paper. Below 0.01 sealant sets in the nozzle; above 1000 arms do not follow."""
+    """Speed of the nozzle. The paper has 4. Below 0.01, sealant sets in the nozzle. Above 1000, arms cannot follow."""
     spacing_mm: float = Field(default=1.0, gt=0.01, le=20)
-    """Distance between waypoints. Below 1 it changes the length by less than 0.1 %; 0.01 is below an arm's
-    repeatability; above 20 the path leaves a winding crack."""
+    """Distance between waypoints. A distance below 1 changes the length by less than 0.1 %. 0.01 is below an arm's
+    repeatability, and above 20 the path leaves a winding crack."""
     nozzle_height_mm: float = Field(default=3.0, gt=0.1, le=100)
     """Height of the nozzle's tip above the face."""
     smoothing_mm: float = Field(default=0.1, ge=0, le=2)
     """Largest RMS distance of the path from the centreline. With 0.1, turns between waypoints of a winding crack stay
     below 8 degrees, and the corner of a dog-leg remains. Above 2 the nozzle would leave the crack."""
     plan: PlanOrFile | None = None
-    """CSV of t_s, x_mm, y_mm, z_mm, flow_mm3_s and, for people, speed_mm_s, as 'sealtwin plan' writes it, or these
-    columns. It replaces all other settings of this table."""
+    """CSV with the columns t_s, x_mm, y_mm, z_mm, flow_mm3_s and, for people, speed_mm_s, as 'sealtwin plan' writes it,
+    or these columns as a table. It replaces all other settings of this table."""
 
     @property
     def planned(self) -> PathTable | None:
-        """Columns of the plan; None if there is no plan. Raises ValueError if its file is not read; see ``loaded``."""
+        """Columns of the plan, or None without a plan. Raises ValueError if its file is not read; see ``loaded``."""
         if isinstance(self.plan, Path):
             raise ValueError("the plan is a file that is not read yet; call loaded first")
         return self.plan
 
     def loaded(self, folder: Path) -> Self:
-        """Return the settings with the plan's columns in place of its file in ``folder``. Raises InputError."""
+        """Return the settings with the plan's columns instead of its file, which is in ``folder``.
+
+        Raises InputError.
+        """
         if not isinstance(self.plan, Path):
             return self
         return self.model_copy(update={"plan": read_planned_path(folder / self.plan)})
@@ -386,12 +404,12 @@ class NozzlePath(Settings):
             fields = type(self).model_fields
             beside = [name for name, value in self if name != "plan" and value != fields[name].default]
             if beside:
-                raise ValueError(f"plan gives path, speed and flow: leave out {', '.join(beside)}")
+                raise ValueError(f"plan gives path, speed and flow. Leave out {', '.join(beside)}")
         return self
 
     @property
     def trims_mm(self) -> tuple[float, float]:
-        """Trims at s = 0 and at the far end."""
+        """Trims at s = 0 and at the far end, in mm."""
         return self.trim_mm if isinstance(self.trim_mm, tuple) else (self.trim_mm, self.trim_mm)
 
     @model_validator(mode="after")
@@ -399,21 +417,21 @@ class NozzlePath(Settings):
         volume_ml = self.volume_ml if self.weighed is None else self.weighed.volume_ml
         if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
             raise ValueError(
-                f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g}: leave volume_ml out"
+                f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g} ml. Leave volume_ml out"
             )
         if volume_ml == "cavity":
             return self
         if not SMALLEST_VOLUME_ML <= volume_ml <= LARGEST_VOLUME_ML:
             raise ValueError(
-                f"{'volume_ml' if self.weighed is None else 'weighed'} is {volume_ml:.3g} ml: give "
-                f'{SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g}, or volume_ml = "cavity" to fill the crack up to its '
-                "face"
+                f"{'volume_ml' if self.weighed is None else 'weighed'} is {volume_ml:.3g} ml. Give "
+                f'{SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g}, or volume_ml = "cavity" to fill the crack up to '
+                "its face"
             )
         # The settings are frozen, but this value is derived.
         object.__setattr__(self, "volume_ml", volume_ml)
         if self.fill != 1:
             raise ValueError(
-                f'fill = {self.fill:g} with volume_ml = {self.volume_ml:g}: fill applies only to volume_ml = "cavity". '
-                'Remove fill, or set volume_ml = "cavity"'
+                f"fill = {self.fill:g} is given with volume_ml = {self.volume_ml:g}, but fill applies only to "
+                'volume_ml = "cavity". Remove fill, or set volume_ml = "cavity"'
             )
         return self

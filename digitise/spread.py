@@ -1,7 +1,6 @@
 """Find the outline of paste in a photo on the printed marker sheet, and measure a round blob or a straight bead.
 
-Of a blob it gives area, mean radius and roundness; of a bead length, width, and the distances of its paste from its
-edge.
+A blob has area, mean radius and roundness. A bead has length, width, and the distance of its paste from its edge.
 """
 
 from dataclasses import dataclass
@@ -24,38 +23,39 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Facts
 from sealtwin.core.records import Booleans, Floats
 
-POINTS = 360  # Of an outline
-REACH = 0.06  # Distance from the edge at which the light on each side of it is taken, over half the paste's width
-LEAST_HALF_PX = 40.0  # Least half width: below it half a pixel of the edge is over 6 % of the yield stress
+POINTS = 360  # Number of points of an outline
+REACH = 0.06  # Distance from the edge at which the light beside it is measured, over half the paste's width
+LEAST_HALF_PX = 40.0  # Least half width: below it, half a pixel of the edge is over 6 % of the yield stress
 LEAST_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's light: blurred grain has a fifth of it
-MOST_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate or a cone pulled aside
+MOST_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate, or a cone pulled to a side
 LEAST_SEEN = 0.95  # Smallest share of the edge that must be visible
-EDGE_PX = 0.5  # Standard uncertainty of the edge all around: paste ends in its blur, or on its wet rim
-# Of a bead.
-SMOOTH = 5  # Rays over which the outline is averaged: its grain would shorten all distances to the edge
-MIDDLE = 0.25  # Share of the length, around the middle, that shows what was laid: the ends do not
+EDGE_PX = 0.5  # Standard uncertainty of the edge all around: paste ends in its blur, or at its wet rim
+# Constants of the measurement of a bead.
+SMOOTH = 5  # Number of rays over which the outline is averaged: its grain would shorten all distances to the edge
+MIDDLE = 0.25  # Share of the length, around the middle, that shows the width of the bead; its ends do not
 MOST_OF_IT = 0.7  # Share of the length over which the middle line must be straight
-SLABS = 41  # Over that share
+SLABS = 41  # Number of slabs across that part of the length
 SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degrees
-CELLS = 800  # Cells of the raster over the root of the area
-LEAST_LONG = 1.4  # Length over width below which there is no middle between the ends
-MOST_UNEVEN = 0.12  # RMS of the middle's width over its mean: a bead that buckled or broke
-BEND = 0.05  # Largest distance of its middle line from a straight one, over the length
+CELLS = 800  # Cells of the raster along the square root of the bead's area
+LEAST_LONG = 1.4  # Least ratio of length to width: below it there is no middle between the ends
+MOST_UNEVEN = 0.12  # Largest RMS of the middle's width over its mean; a bead with more has buckled or broken
+BEND = 0.05  # Largest distance of the bead's middle line from a straight line, over the length
 
 
 @dataclass(frozen=True)
 class SpreadBlob:
-    """A round blob in plan view."""
+    """A round blob of paste in plan view."""
 
     radius_mm: float  # Radius of the circle of equal area
-    radius_error_mm: float  # Standard uncertainty: scale, edge and shape
+    radius_error_mm: float  # Standard uncertainty, from scale, edge and shape
     unround: float  # Standard deviation of the outline's distance from the middle, over its mean
-    diameters_mm: tuple[float, float]  # Least and largest distance of two parallel lines that touch it on both sides
+    # Least and largest distance of two parallel lines that touch the blob on both sides
+    diameters_mm: tuple[float, float]
     warnings: Facts
 
 
 def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
-    """Find the blob inside the frame of markers and measure it. Raises InputError if there is no round one."""
+    """Find the blob inside the frame of markers and measure it. Raises InputError if there is no round blob."""
     photo, outline_px = paste_edge(settings, folder)
     outline_mm = photo.to_mm(outline_px)
     moments = cv2.moments(outline_mm.astype(np.float32))
@@ -65,7 +65,8 @@ def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
     if unround > MOST_UNROUND:
         raise InputError(
             f"{photo.file}: the blob is not round: its outline deviates from a circle by {unround:.0%} of its radius "
-            f"(RMS); {MOST_UNROUND:.0%} are allowed. Level the plate, lift the cone straight up, and measure again."
+            f"(RMS), and at most {MOST_UNROUND:.0%} is allowed. Level the plate, lift the cone straight up, and "
+            "measure again."
         )
     ways = np.radians(np.arange(0, 180, 2.0))
     wide_mm = np.ptp(outline_mm @ np.array([np.cos(ways), np.sin(ways)]), axis=0)
@@ -83,7 +84,7 @@ def paste_edge(settings: PhotoInput, folder: Path) -> tuple[Photo, Floats]:
     photo = load_photo(settings, folder)
     if photo.scale_uncertainty is None:
         raise InputError(
-            f"{photo.file}: a photo of paste must have its scale from printed markers; give the table of the printed "
+            f"{photo.file}: a photo of paste must have its scale from printed markers. Give the table of the printed "
             "sheet, and face_mm."
         )
     field = _opening(photo)
@@ -93,7 +94,7 @@ def paste_edge(settings: PhotoInput, folder: Path) -> tuple[Photo, Floats]:
 
 
 def _opening(photo: Photo) -> Booleans:
-    """Return the mask of the sheet's free field, which is the opening of the frame less a margin."""
+    """Return the mask of the sheet's free field: the opening of the frame, less a margin."""
     # The cutting line is just inside the opening.
     margin_mm = max(3 * photo.mm_per_px, 1.0)
     x_min, y_min, x_max, y_max = present(photo.face_mm, "the face of a marker sheet")
@@ -102,13 +103,16 @@ def _opening(photo: Photo) -> Booleans:
     inside = cv2.fillPoly(np.zeros(photo.brightness.shape, dtype=np.uint8), [ring], 1) > 0
     if inside.sum() < (2 * LEAST_HALF_PX) ** 2:
         raise InputError(
-            f"{photo.file}: the field between the markers is too small in the photo; move the camera closer."
+            f"{photo.file}: the field between the markers is too small in the photo. Move the camera closer."
         )
     return inside
 
 
 def _levelled(brightness: Map, inside: Booleans) -> Map:
-    """Divide by the light on the sheet. The logarithm of that light is a plane, fitted to the rim of the field."""
+    """Return the brightness, divided by the light on the sheet.
+
+    The logarithm of that light is a plane, fitted to the rim of the field.
+    """
     distance = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 3)
     y, x = np.nonzero(inside & (distance < 0.06 * float(distance.max()) + 2))
     light = np.log(np.maximum(blurred(brightness, 1.0)[y, x], 1e-4)).astype(float)
@@ -121,7 +125,7 @@ def _levelled(brightness: Map, inside: Booleans) -> Map:
 
 
 def _blob(light: Map, inside: Booleans, file: Path) -> tuple[Booleans, bool]:
-    """Return the mask of the largest blob unlike the sheet, and whether it is darker."""
+    """Return the mask of the largest blob that differs from the sheet, and True if it is darker than the sheet."""
     soft, blobs = blurred(light, 2.0), list[tuple[int, Booleans, bool]]()
     for dark in (True, False):
         unlike = 1 - soft if dark else soft - 1
@@ -134,19 +138,22 @@ def _blob(light: Map, inside: Booleans, file: Path) -> tuple[Booleans, bool]:
             blobs.append((int(areas.max()), labels == 1 + areas.argmax(), dark))
     if not blobs:
         raise InputError(
-            f"{file}: no blob stands out between the markers: take the photo in even light, with paste that is darker "
-            "or lighter than the sheet, or put a coloured film under it."
+            f"{file}: no blob stands out between the markers. Take the photo in even light, with paste that is darker "
+            "or lighter than the sheet, or put a coloured film under the paste."
         )
     return max(blobs, key=lambda blob: blob[0])[1:]
 
 
 def _edge(light: Map, blob: Booleans, dark: bool, inside: Booleans, file: Path) -> Floats:
-    """Return the outline, (POINTS, 2) in px: the line of half the contrast between the paste and the sheet nearby."""
+    """Return the outline, (POINTS, 2) in px, along which the contrast between paste and nearby sheet is half.
+
+    Raises InputError if the paste is too small in the photo, or if its edge is hidden.
+    """
     depth_px = cv2.distanceTransform(blob.astype(np.uint8), cv2.DIST_L2, 5)
     if (half_px := float(depth_px.max())) < LEAST_HALF_PX:
         raise InputError(
-            f"{file}: the paste is {half_px:.0f} px in half its width; at least {LEAST_HALF_PX:g} are needed. Take the "
-            "photo from closer."
+            f"{file}: half the width of the paste is {half_px:.0f} px, but at least {LEAST_HALF_PX:g} px are needed. "
+            "Take the photo from closer."
         )
     near_px = REACH * half_px
     away_px = cv2.distanceTransform((~blob).astype(np.uint8), cv2.DIST_L2, 5)
@@ -158,8 +165,9 @@ def _edge(light: Map, blob: Booleans, dark: bool, inside: Booleans, file: Path) 
     seen = sampled(ndimage.binary_erosion(inside, iterations=2).astype(np.float32), edge) > 0.99
     if seen.mean() < LEAST_SEEN:
         raise InputError(
-            f"{file}: the paste's edge is visible on only {seen.mean():.0%} of its circumference; {LEAST_SEEN:.0%} are "
-            "needed. Keep the paste between the markers and away from them, and avoid shadows and smears at its edge."
+            f"{file}: the paste's edge is visible on only {seen.mean():.0%} of its circumference, but "
+            f"{LEAST_SEEN:.0%} is needed. Keep the paste between the markers and away from them, and avoid shadows "
+            "and smears at its edge."
         )
     ring = edge[seen]
     return resampled(np.vstack([ring, ring[:1]]), arc_length(ring)[-1] / POINTS)[:-1]
@@ -167,23 +175,23 @@ def _edge(light: Map, blob: Booleans, dark: bool, inside: Booleans, file: Path) 
 
 @dataclass(frozen=True)
 class BeadOutline:
-    """A straight bead in plan view."""
+    """A straight bead of paste in plan view."""
 
     length_mm: float
-    width_mm: float  # In the middle
-    tips_mm: Floats  # (2, 2): its ends, on the sheet
+    width_mm: float  # Width in the middle of the bead
+    tips_mm: Floats  # Both ends on the sheet, (2, 2)
     scale_error: float  # Relative standard uncertainty of all lengths
-    edge_error_mm: float  # Standard uncertainty of the place of the edge, all around
+    edge_error_mm: float  # Standard uncertainty of the edge's position, all around
     area_mm2: float
-    inward_mm: Floats  # (n,): distance of its cells to the edge
-    along_mm: Floats  # (n,): place of its cells along it, from its middle
+    inward_mm: Floats  # Distance of each raster cell of the bead from its edge, (n,)
+    along_mm: Floats  # Position of each raster cell along the bead, from its middle, (n,)
     cell_mm2: float
-    edge_mm: float  # Length of the edge
+    edge_mm: float  # Length of the bead's edge
     warnings: Facts
 
 
 def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
-    """Find the bead inside the frame of markers and measure it. Raises InputError if there is no straight one."""
+    """Find the bead inside the frame of markers and measure it. Raises InputError if there is no straight bead."""
     photo, outline_px = paste_edge(settings, folder)
     outline_px = uniform_filter1d(outline_px, SMOOTH, axis=0, mode="wrap")
     error, edge_error_mm = photo.scale_uncertainty or 0.0, EDGE_PX * photo.mm_per_px
@@ -234,7 +242,7 @@ def bead_of(outline_mm: Floats, scale_error: float, edge_error_mm: float, warnin
 
 
 def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
-    """Return the centres of raster cells inside an outline, (n, 2), and their distances to it, (n,)."""
+    """Return the centres of the raster cells inside an outline, (n, 2), and their distances from it, (n,)."""
     # Oblique to the bead: along its sides, whole rows would be inside or outside.
     axes = np.linalg.eigh(np.cov(outline_mm.T))[1] @ SLANT
     turned = outline_mm @ axes

@@ -15,19 +15,22 @@ from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import PathFigures
 
-SHARP_TURN_DEG = 20.0  # Turn at a waypoint at which an arm slows down and leaves a lump; winding cracks have up to 8
-STRAIGHT_MM = 1e5  # Radius above which a bend is rounding error
+# Turn at a waypoint at which an arm slows down and leaves a lump; winding cracks have up to 8 degrees
+SHARP_TURN_DEG = 20.0
+STRAIGHT_MM = 1e5  # Radius above which a bend is only rounding error
 SAMPLE_MM = 0.25  # Step of the centreline before smoothing, so that every millimetre has equal weight
 FINEST_SAMPLES, MOST_SAMPLES = 17, 20_000
-MOST_WAYPOINTS = 100_000  # Most waypoints of a path: a metre of crack at a hundredth of a millimetre
-MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1  # Sealant over cavity with a warning: above, below; the paper has 0.8 to 1.2
+MOST_WAYPOINTS = 100_000  # Largest number of waypoints of a path: a metre of crack at a hundredth of a millimetre
+# Ratios of sealant to cavity above and below which there is a warning; the paper has 0.8 to 1.2
+MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1
 ROUNDING = 1e-9
 
 
 def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
-    """Return the time in s at which the nozzle reaches each distance ``way_mm`` from the path's start, (n,).
+    """Return the time in s at which the nozzle reaches each distance from the path's start, (n,).
 
-    On a ramp, at most half of the path, the nozzle accelerates by v² / (2 ramp): after x, t = 2 sqrt(ramp x) / v.
+    On a ramp, which is at most half of the path, the nozzle accelerates by v² / (2 ramp). The distance x is reached at
+    t = 2 sqrt(ramp x) / v, with the full speed v.
     """
     length_mm = way_mm[-1]
     into_mm = np.minimum(way_mm, ramp_mm)
@@ -37,7 +40,7 @@ def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
 
 
 def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: NozzlePath) -> Solid:
-    """Return the solid with the figures of a path in its report and warnings about that path."""
+    """Return the solid with the figures of a path, and warnings about that path, in its report."""
     of_path, doubts = path_report(trajectory, outline, path)
     sealant_mm3 = trajectory.dispensed_mm3
     figures = replace(
@@ -56,7 +59,7 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
 
 
 def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, Facts]:
-    """Return the figures of a path, without its leads, and warnings."""
+    """Return the figures of a path, without its leads, and warnings about the path."""
     giving = trajectory.giving
     s_mm, position_mm = trajectory.s_mm[giving], trajectory.position_mm[giving]
     points_mm = position_mm[:, :2]
@@ -97,16 +100,16 @@ def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats
     if turn_deg.max(initial=0.0) > SHARP_TURN_DEG:
         row = int(turn_deg.argmax()) + 1
         text = (
-            f"the nozzle's path turns by {turn_deg[row - 1]:.0f} degrees at s = {s_mm[row]:.1f} mm, where an arm slows "
-            f"down and leaves a lump; set smoothing_mm above {path.smoothing_mm:g} to round the path"
+            f"the nozzle's path turns by {turn_deg[row - 1]:.0f} degrees at s = {s_mm[row]:.1f} mm, where an arm "
+            f"slows down and leaves a lump. Set smoothing_mm above {path.smoothing_mm:g} to round the path"
         )
         warnings.append(doubt("nozzle.sharp-turn", text, float(turn_deg[row - 1]), "deg"))
     if off_mm.max() > outline.mean_width_mm / 2:
         row = int(off_mm.argmax())
         text = (
-            f"at s = {s_mm[row]:.1f} mm smoothing takes the nozzle {off_mm[row]:.2f} mm off the middle of a crack that "
-            f"is {outline.mean_width_mm:.2f} mm wide; set smoothing_mm below {path.smoothing_mm:g} to keep the nozzle "
-            "over the crack"
+            f"at s = {s_mm[row]:.1f} mm smoothing moves the nozzle {off_mm[row]:.2f} mm off the middle of a crack "
+            f"that is {outline.mean_width_mm:.2f} mm wide. Set smoothing_mm below {path.smoothing_mm:g} to keep the "
+            "nozzle over the crack"
         )
         warnings.append(doubt("nozzle.off-centre", text, float(off_mm[row]), "mm"))
     return tuple(warnings)
@@ -118,13 +121,13 @@ def plan_trajectory(
     """Plan evenly spaced waypoints on a smoothed centreline between the trims, with a straight lead at each end.
 
     Row i applies from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle moves straight to the next waypoint at ``speed_mm_s``
-    and gives ``flow_mm3_s``; both are 0 in the last row. ``s_mm`` is arc length on the outline's own centreline. It
-    decreases along a reversed path, and continues along the leads. The dose of a millimetre does not depend on speed.
-    Over a crack without a cavity, a volume_ml of "cavity" is 0. If the settings contain a plan, it replaces all of
-    this.
+    and gives ``flow_mm3_s``. Both are 0 in the last row. ``s_mm`` is the arc length on the outline's own centreline. It
+    decreases along a reversed path, and continues along the leads. The dose of a millimetre does not depend on the
+    speed. If volume_ml is "cavity" but the crack has no cavity, the volume is 0. If the settings contain a plan, it
+    replaces all of this.
 
-    Raises InputError for a path too short for its trims or ramps, with too many waypoints, or too large a volume; and
-    for a plan that begins or ends to the side of the crack.
+    Raises InputError for a path that is too short for its trims or ramps, that has too many waypoints, or whose volume
+    is too large. Raises InputError also for a plan that gives sealant to the side of the crack.
     """
     if (planned := path.planned) is not None:
         return _as_planned(outline, planned)
@@ -144,8 +147,8 @@ def plan_trajectory(
     way_mm = arc_length(points_mm)
     if way_mm[-1] < 2 * path.ramp_mm:
         raise InputError(
-            f"ramp_mm is {path.ramp_mm:g}: two ramps do not fit into a path of {way_mm[-1]:.1f} mm, leads included. "
-            f"Give at most {np.floor(way_mm[-1] * 5) / 10:g}, or a longer lead_in_mm and lead_out_mm."
+            f"ramp_mm is {path.ramp_mm:g}, but two ramps do not fit into a path of {way_mm[-1]:.1f} mm, leads "
+            f"included. Give at most {np.floor(way_mm[-1] * 5) / 10:g}, or a longer lead_in_mm and lead_out_mm."
         )
     t_s = times_along(way_mm, path.speed_mm_s, path.ramp_mm)
     lasts_s = np.diff(t_s)
@@ -165,7 +168,8 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
         worst = int(gives[off_mm.argmax()])
         raise InputError(
             f"path.plan, row {worst + 1}: this row gives sealant {off_mm.max():.1f} mm from the middle of the crack, "
-            f"which is {outline.mean_width_mm:.1f} mm wide. The plan is for another crack or frame: plan again."
+            f"which is {outline.mean_width_mm:.1f} mm wide. The plan belongs to another crack or frame. Make a new "
+            "plan."
         )
     return Trajectory(
         t_s=np.array(planned.t_s),
@@ -177,13 +181,16 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
 
 
 def _beside(outline: Outline, points_mm: Floats) -> tuple[Floats, Floats]:
-    """Return the arc length of the nearest place on the centreline for each point, and the distance from it."""
+    """Return the arc length of the centreline's nearest point for each point, (n,), and the distance from it, (n,)."""
     s_mm = arc_length_at(points_mm, outline.centreline_mm)
     return s_mm, np.linalg.norm(points_mm - at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), axis=1)
 
 
 def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
-    """Return the path with all flow later by ``delay_s``; the nozzle moves as before, and flow ends when it did."""
+    """Return the path with all flow delayed by ``delay_s``.
+
+    The nozzle moves as before, and flow ends when it did before.
+    """
     own_s = trajectory.t_s
     t_s = np.unique(np.concatenate([own_s, own_s[own_s + delay_s < own_s[-1]] + delay_s]))
     moves = np.searchsorted(own_s, t_s, side="right") - 1
@@ -199,21 +206,21 @@ def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
 
 
 def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> Facts:
-    """Return a warning if ``sealant_mm3`` is implausible for a cavity of ``cavity_mm3``."""
+    """Return a warning if the volume of sealant is implausible for the volume of the cavity."""
     times = sealant_mm3 / cavity_mm3
     if LITTLE_SEALANT <= times <= MUCH_SEALANT:
         return ()
     text = (
         f"volume_ml gives {sealant_mm3 / 1000:.4g} ml of sealant to a cavity of {cavity_mm3 / 1000:.4g} ml, "
         f"{times:.3g} times as much: "
-        f"{'most of the sealant will spill' if times > 1 else 'the crack will hardly be wetted'}; check volume_ml and "
+        f"{'most of the sealant will spill' if times > 1 else 'the crack will hardly be wetted'}. Check volume_ml and "
         'depth_mm, or set volume_ml = "cavity"'
     )
     return (doubt("nozzle.volume", text, times),)
 
 
 def smooth_centreline(centreline_mm: Floats, smoothing_mm: float) -> tuple[Floats, Floats]:
-    """Return arc length (n,) and points (n, 2), every ``SAMPLE_MM``, of the cubic smoothing spline (Dierckx 1982)."""
+    """Return arc lengths, (n,), and points, (n, 2), every ``SAMPLE_MM``, of a smoothing spline (Dierckx 1982)."""
     s_mm = arc_length(centreline_mm)
     count = int(np.clip(np.ceil(s_mm[-1] / SAMPLE_MM) + 1, FINEST_SAMPLES, MOST_SAMPLES))
     at_mm = np.linspace(0.0, s_mm[-1], count)
@@ -226,18 +233,18 @@ def _check_lengths(length_mm: float, path: NozzlePath) -> None:
     first_mm, last_mm = path.trims_mm
     if length_mm < first_mm + last_mm + path.spacing_mm:
         raise InputError(
-            f"The centreline, {length_mm:.1f} mm long, is too short to trim {first_mm:g} and {last_mm:g} mm "
+            f"The centreline is {length_mm:.1f} mm long, which is too short to trim {first_mm:g} and {last_mm:g} mm "
             f"and leave a step of {path.spacing_mm:g} mm. Reduce trim_mm."
         )
     if (length_mm + path.lead_in_mm + path.lead_out_mm) / path.spacing_mm > MOST_WAYPOINTS:
         raise InputError(
-            f"spacing_mm is {path.spacing_mm:g}: a crack of {length_mm:.0f} mm would need more than {MOST_WAYPOINTS} "
-            "waypoints. Choose a larger spacing."
+            f"spacing_mm is {path.spacing_mm:g}, but a crack of {length_mm:.0f} mm would then need more than "
+            f"{MOST_WAYPOINTS} waypoints. Choose a larger spacing_mm."
         )
 
 
 def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats, Floats]:
-    """Return arc length on the centreline, place and heading of waypoints evenly spaced along the smoothed path."""
+    """Return arc length on the centreline, position and heading of waypoints evenly spaced along the smoothed path."""
     at_mm, smooth = smooth_centreline(centreline_mm, path.smoothing_mm)
     flown_mm = arc_length(smooth)
     from_start_mm, from_end_mm = path.trims_mm
@@ -251,13 +258,13 @@ def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats,
 
 
 def _steps(length_mm: float, spacing_mm: float) -> Floats:
-    """Return the distances of a lead's waypoints from the end of the path, the nearest first."""
+    """Return the distances of a lead's waypoints from the end of the path, nearest first."""
     count = int(np.ceil(length_mm / spacing_mm - ROUNDING))
     return np.linspace(0.0, length_mm, count + 1)[1:]
 
 
 def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Sections | None) -> Floats:
-    """Return the share of the volume between each waypoint and the next; the sum is 1."""
+    """Return the share of the volume between each waypoint and the next, (n - 1,). The sum is 1."""
     if path.flow == "constant":
         share = np.diff(arc_length(points_mm))
     else:
@@ -282,8 +289,8 @@ def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
     volume_mm3 = path.fill * cavity_volume_mm3
     if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
         raise InputError(
-            f'volume_ml is "cavity", but fill = {path.fill:g} of the cavity is {volume_mm3 / 1000:.0f} ml, more than '
-            f"the {LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the scale, or set "
-            "volume_ml to a number."
+            f'volume_ml is "cavity", but fill = {path.fill:g} of the cavity is {volume_mm3 / 1000:.0f} ml, and one '
+            f"path may give at most {LARGEST_VOLUME_ML:g} ml. Check the crack's depth and the scale, or set volume_ml "
+            "to a number."
         )
     return volume_mm3

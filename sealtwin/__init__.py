@@ -1,8 +1,8 @@
-"""A digital twin of a crack being sealed: from a photo to a fluid run, compared with readings and reported.
+"""A digital twin of the sealing of a crack: from a photo to a fluid run, a comparison with readings, and a report.
 
-``import sealtwin as st`` has the names below. Each is loaded at its first use, so that the import is quick and loads no
-numerical library. Lengths are in millimetres, times in seconds, stresses in pascals; names contain the unit. Faults
-that a user can correct are raised as ``SealtwinError``, mostly as its subclass ``InputError``.
+``import sealtwin as st`` gives access to the names below. Each name is loaded when it is first used, so the import is
+fast and loads no numerical library. Lengths are in millimetres, times in seconds and stresses in pascals; names contain
+the unit. Faults that a user can correct are raised as ``SealtwinError``, usually as its subclass ``InputError``.
 
 Functions take and return frozen records of NumPy arrays::
 
@@ -55,22 +55,23 @@ if TYPE_CHECKING:
 
 
 def _require_own_packages() -> None:
-    """Raise InputError if digitise, simulate or validate is not sealtwin's: configobj, for one, has a validate too.
+    """Raise InputError if the package digitise, simulate or validate is not sealtwin's own.
 
-    None of them is executed. pip may overwrite an __init__.py in place, which then lacks its line PART_OF.
+    Other projects have packages with these names; configobj, for example, has validate. The packages are not imported
+    here. pip may have overwritten an __init__.py, which then does not have the line PART_OF.
     """
     for name in ("digitise", "simulate", "validate"):
         file = Path(__file__).absolute().parents[1] / name / "__init__.py"
         spec = find_spec(name)
-        # A folder without an __init__.py has no origin.
+        # The spec of a folder without an __init__.py has no origin.
         origin = file if spec is None or spec.origin is None else Path(spec.origin)
         is_own = (
             file.is_file() and origin.samefile(file) and 'PART_OF = "sealtwin"' in file.read_text("utf-8", "replace")
         )
         if not is_own:
             raise _InputError(
-                f"{origin}: '{name}' is not sealtwin's own package; rename it or start elsewhere, or give sealtwin an "
-                "environment of its own ('uv tool install', 'pipx install' or a new venv)."
+                f"{origin}: '{name}' is not sealtwin's own package. Rename it, start sealtwin in another folder, or "
+                "install sealtwin in a separate environment ('uv tool install', 'pipx install' or a new venv)."
             )
 
 
@@ -122,11 +123,11 @@ __all__ = [
 ]
 
 _MODULES = ("", ".trials", ".studies", ".runs", ".samples", ".levels")
-"""Modules in ``sealtwin.api``, ordered by the number of libraries that they load."""
+"""Modules of ``sealtwin.api``, in the order of the number of libraries that they load."""
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name at its first use (PEP 562)."""
+    """Load a public name when it is first used (PEP 562)."""
     if name not in __all__:
         raise AttributeError(f"module 'sealtwin' has no attribute {name!r}")
     from importlib import import_module

@@ -1,4 +1,4 @@
-"""The command as ``python -m sealtwin``, if the environment's scripts are not on the PATH."""
+"""Run the command line with ``python -m sealtwin``, for example if the command is not on the PATH."""
 
 from sealtwin.cli.app import main
 

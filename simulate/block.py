@@ -1,4 +1,4 @@
-"""A block of fluid that is let go, and what comes of it."""
+"""Settings and result of a block of fluid that is released."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -10,7 +10,10 @@ from sealtwin.core.settings import Settings
 
 
 class FluidBlock(Settings):
-    """A block of fluid at rest behind a gate, and where it flows. The gate is at x = 0, the block behind it."""
+    """A block of fluid at rest behind a gate, and its surroundings.
+
+    The gate is at x = 0, and the block is behind it.
+    """
 
     length_mm: float = Field(gt=0, le=2000)
     """Length of the block, from the back wall to the gate."""
@@ -19,41 +22,41 @@ class FluidBlock(Settings):
     height_mm: float = Field(gt=0, le=2000)
     """Height of the block above the floor."""
     onto: Literal["plate", "channel", "open"] = "plate"
-    """plate: walls at the back and beside the block end at the gate, and a level plate is ahead, as in a dam break.
-    channel: the side walls continue, and the channel is closed at its end, as in an L-box or the LCPC box. open: all
-    walls are lifted, and the block spreads to all sides."""
+    """Surroundings of the block. plate: walls behind and beside the block end at the gate, with a level plate ahead, as
+    in a dam break. channel: the side walls continue, and the channel is closed at its end, as in an L-box or the LCPC
+    box. open: all walls are lifted, and the block spreads to all sides."""
     ahead_mm: float | None = Field(default=None, gt=0, le=5000)
-    """Length of the plate or channel ahead of the gate; if open, distance from the block to the plate's edge. Default:
-    twice the block's length and height together."""
+    """Length of the plate or channel ahead of the gate. If open, distance from the block to the plate's edge. Default:
+    twice the sum of the block's length and height."""
     duration_s: float = Field(gt=0, le=600)
-    """Time that is computed; less if all comes to rest."""
+    """Simulated time in s. The run ends earlier if everything comes to rest."""
     every_s: float = Field(default=0.05, gt=0)
-    """Time between two figures."""
+    """Time in s between two rows of the result."""
 
     @property
     def end_mm(self) -> float:
-        """End of the plate or channel, x."""
+        """Position x of the end of the plate or channel."""
         return 2 * (self.length_mm + self.height_mm) if self.ahead_mm is None else self.ahead_mm
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class BlockRelease(Shown):
-    """A block of fluid from the moment at which its gate is gone."""
+    """Flow of a block of fluid after its gate is removed."""
 
     t_s: Floats
-    """Times from 0, (n,)."""
+    """Times since the gate was removed, (n,)."""
     front_mm: Floats
-    """Distance of the front from the gate along x, (n,). A share of 0.002 of the fluid, spray, may be ahead of it."""
+    """Distance of the front from the gate along x, (n,). Up to 0.2 % of the fluid, as spray, may be ahead of it."""
     height_mm: Floats
     """Height of the highest fluid above the floor, (n,)."""
     volume_ratio: Floats
-    """Volume below the fluid's surface over the block's, (n,)."""
+    """Volume below the fluid's surface, divided by the volume of the block, (n,)."""
     position_mm: Floats
-    """Particles at the end, (m, 3): x from the gate, y from the middle, z from the floor."""
+    """Positions of the particles at the end, (m, 3): x from the gate, y from the middle, z from the floor."""
     radius_mm: float
     """Radius of the particles."""
     at_rest: bool
-    """True if no particle moves at the end."""
+    """True if all particles are at rest at the end."""
 
     @property
     def main_figures(self) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Compute a block of fluid that is let go: a dam break onto a plate or along a channel, or a block on a plate."""
+"""Simulate the release of a block of fluid: a dam break onto a plate or along a channel, or a slump on a plate."""
 
 import math
 from dataclasses import astuple
@@ -18,12 +18,13 @@ from simulate.setup.signed_distance import CM
 from simulate.setup_checks import solved_as
 
 SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
-"""Kinematic viscosity and time of the packing behind the gate: enough to end all motion, and to find its level."""
-SPRAY = 0.002  # Share of the particles that may be beyond the front
+"""Kinematic viscosity and duration of the settling behind the closed gate. Both are large enough for the block to come
+to rest and find its level."""
+SPRAY = 0.002  # Fraction of the particles that may be ahead of the front
 WALL_RADII = 4.0  # Thickness of the walls beside a block, in particle radii
-HEADROOM = 1.25  # Height of the hollow over the block's
-NOT_READ = ("model", "damping_per_s", "settle_s")  # Settings of a solver that a block has no use for
-LEAST_ACROSS = 6  # Least number of particle diameters across the shortest side of the block
+HEADROOM = 1.25  # Height of the hollow, as a multiple of the block's height
+NOT_READ = ("model", "damping_per_s", "settle_s")  # Solver settings that do not apply to a block
+LEAST_ACROSS = 6  # Smallest allowed number of particle diameters across the shortest side of the block
 MOST_PARTICLES = 200_000
 
 
@@ -37,13 +38,13 @@ def _top_mm(block: FluidBlock, radius_mm: float) -> float:
 
 
 def closed(block: FluidBlock, radius_mm: float) -> Hollow:
-    """Return the box behind the closed gate."""
+    """Return the space behind the closed gate."""
     low, (x, y, _) = astuple(_box(block))
     return Hollow(Box(low, (x, y, _top_mm(block, radius_mm))))
 
 
 def opened(block: FluidBlock, radius_mm: float) -> Hollow:
-    """Return the hollow without the gate."""
+    """Return the space in which the fluid can flow once the gate is removed."""
     (back, right, _), (_, left, _) = astuple(_box(block))
     top, end, wall = _top_mm(block, radius_mm), block.end_mm, WALL_RADII * radius_mm
     if block.onto == "channel":
@@ -68,15 +69,14 @@ def release(
     slope: SampleSlope = LEVEL,
     seed: int = 0,
 ) -> BlockRelease:
-    """Compute a block of fluid from the moment at which its gate is gone. It sticks to floor and walls.
+    """Simulate a block of fluid from the moment its gate is removed. The fluid sticks to floor and walls.
 
-    ``seed`` is that of the small random offsets of the particles when they are put down.
-
-    Raises InputError if ``solver`` sets what a block has no use for, the block has too few or too many particles or the
-    fluid is too stiff, and NumericalError if the front reaches the edge of the plate, or the computation fails.
+    ``seed`` selects the small random offsets of the particles at the start. Raises InputError if ``solver`` has a
+    setting that does not apply to a block, if the block has too few or too many particles, or if the fluid is too
+    stiff. Raises NumericalError if the front reaches the edge of the plate or the computation fails.
     """
     if unread := [name for name in NOT_READ if name in solver.model_fields_set]:
-        raise InputError(f"solver.{unread[0]}: a block that is let go has no use for it. Leave it out.")
+        raise InputError(f"solver.{unread[0]} does not apply to the release of a block. Leave it out.")
     if solver.radius_mm == "auto":
         raise InputError('solver.radius_mm is "auto", which needs the width of a crack: give a number.')
     options = options or ComputeOptions()
@@ -86,7 +86,7 @@ def release(
     if across < LEAST_ACROSS or count > MOST_PARTICLES:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: the block would have {count:,.0f} particles, {across:.3g} across its "
-            f"shortest side. Allowed are at most {MOST_PARTICLES:,}, and at least {LEAST_ACROSS} across."
+            f"shortest side. At most {MOST_PARTICLES:,} particles, and at least {LEAST_ACROSS} across, are allowed."
         )
     start_warp()
     frame_s = substep_s(radius_mm) / (solver.substeps or 1)
@@ -109,12 +109,12 @@ def release(
         rows.append(_figures(loose, t_s, whole_mm3))
         if block.onto != "channel" and _outermost_mm(loose, block) > block.end_mm - 2 * radius_mm:
             raise NumericalError(
-                f"ahead_mm is {block.end_mm:g}: fluid reaches the plate's edge after {t_s:.3g} s. Give a larger one."
+                f"ahead_mm is {block.end_mm:g}: fluid reaches the plate's edge after {t_s:.3g} s. Increase ahead_mm."
             )
         progress.advance(loose.frames, f"front at {rows[-1][1]:.1f} mm")
     progress.close()
     if loose.escaped:
-        raise NumericalError(f"{loose.escaped} particles went through a wall: a fault of the software.")
+        raise NumericalError(f"{loose.escaped} particles went through a wall. This is an error of the software.")
     t_s, front_mm, height_mm, ratio = np.array(rows).T
     return BlockRelease(
         t_s=t_s,
@@ -128,7 +128,7 @@ def release(
 
 
 def _outermost_mm(loose: LooseFluid, block: FluidBlock) -> float:
-    """Return how far the fluid is from the block towards the plate's edges."""
+    """Return how far the fluid extends from the block towards the plate's edges, in mm."""
     x, y, _ = loose.place_mm.T
     beside = float(np.abs(y).max()) - block.width_mm / 2
     behind = -block.length_mm - float(x.min()) if block.onto == "open" else 0.0
@@ -141,7 +141,10 @@ def _figures(loose: LooseFluid, t_s: float, whole_mm3: float) -> tuple[float, fl
 
 
 def _packed(block: FluidBlock, solver: Solver, seed: int, device: str) -> Floats:
-    """Return the block's particles at rest behind the closed gate: a lattice bursts when its gate opens."""
+    """Return the block's particles at rest behind the closed gate.
+
+    They must settle first, because a lattice bursts when its gate opens.
+    """
     radius_mm, factor = solver.size_mm, solver.scheme.volume_factor
     support, frame_s = 4 * radius_mm * CM, substep_s(radius_mm)
     thick = Rheology(viscous_weight(SETTLING_MM2_S * CM**2, support, frame_s), 0.0, physical=True)

@@ -1,6 +1,6 @@
 """Choose the device that runs the kernels, and check Warp's cache of compiled kernels.
 
-The device is the user's choice and is never changed silently. Damaged kernels are compiled again.
+The user chooses the device, and it is never changed silently. Damaged kernels are compiled again.
 """
 
 import functools
@@ -36,14 +36,15 @@ SIDE = 8  # Points along each edge of the test lattice, and turns of the test lo
 NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
 """Warp's warning on a machine without a GPU, which is suppressed."""
 NEEDED_BYTES = 20_000_000
-"""Disk space that must be free: ten times the largest compiled module. LLVM ends the process if a disk is full."""
+"""Disk space that must be free, in bytes: ten times the largest compiled module. LLVM ends the process if a disk is
+full."""
 
 
 @cache
 def start_warp() -> None:
-    """Start Warp. Its native code's warning of a missing GPU is suppressed; the rest of its stderr is passed on.
+    """Start Warp. Suppress its warning of a missing GPU, and pass on everything else that it writes to stderr.
 
-    Raises InputError if its cache of kernels cannot be written.
+    Raises InputError if the cache of kernels cannot be written.
     """
     # Warp loads a module when a kernel is first launched.
     if not hasattr(wp.Module.load, "__wrapped__"):
@@ -70,7 +71,7 @@ def start_warp() -> None:
 
 
 def choose_device(name: str) -> str:
-    """Return Warp's name of the device. "auto" is the first CUDA device if there is one, else the CPU.
+    """Return Warp's name of the device. "auto" is the first CUDA device, or the CPU if there is no GPU.
 
     Raises InputError if the device is absent, or if it is a GPU that cannot record frames.
     """
@@ -81,7 +82,7 @@ def choose_device(name: str) -> str:
     if name == "cuda":
         name = "cuda:0"
     if name not in present:
-        raise InputError(f"device {name} is not on this machine; give auto or one of {', '.join(present)}.")
+        raise InputError(f"device {name} is not on this machine. Give auto or one of {', '.join(present)}.")
     # A frame is recorded, with its loops and scans.
     if name != "cpu" and not wp.is_conditional_graph_supported():
         raise InputError(
@@ -94,7 +95,7 @@ def choose_device(name: str) -> str:
 
 
 def free_bytes(name: str) -> float:
-    """Return the free memory of a GPU; infinite for a CPU, which the operating system manages."""
+    """Return the free memory of a GPU in bytes. For a CPU it is infinite, because the operating system manages it."""
     return math.inf if name == "cpu" else float(wp.get_device(name).free_memory)
 
 
@@ -106,9 +107,9 @@ def describe_device(name: str) -> str:
 
 
 def touching_pairs(device: str) -> int:
-    """Return the number of neighbouring pairs in a cubic lattice of 8 x 8 x 8.
+    """Return the number of neighbouring pairs that the device counts in a cubic lattice of 8 x 8 x 8.
 
-    It is 3 * 7 * 8 * 8 if ``device`` works.
+    A working device counts 3 * 7 * 8 * 8 pairs.
     """
     count = wp.zeros(SIDE**3, dtype=int, device=device)
     for step in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
@@ -117,9 +118,9 @@ def touching_pairs(device: str) -> int:
 
 
 def turns_of_a_recording(device: str) -> int:
-    """Return the number of turns of a recorded loop with a scan. It is 8 if ``device`` works.
+    """Run a recorded loop that contains a scan, and return the number of its turns: 8 on a working device.
 
-    A frame of the fluid is such a recording. Old GPU drivers cannot make one.
+    Each frame of the fluid is such a recording. Old GPU drivers cannot make one.
     """
     turns, more = wp.zeros(1, dtype=int, device=device), wp.full(1, 1, dtype=int, device=device)
     ones, sums = wp.full(SIDE, 1, dtype=int, device=device), wp.zeros(SIDE, dtype=int, device=device)
@@ -150,7 +151,7 @@ def _naming_the_cache() -> Iterator[None]:
 
 
 def _guarded(load: Any) -> Any:
-    """Return Warp's function that loads a module with checks of the cache. Damaged kernels are compiled again."""
+    """Return Warp's function that loads a module, with checks of the cache. Damaged kernels are compiled again."""
 
     @functools.wraps(load)
     def guarded(module: Any, device: Any, block_dim: int | None = None, *others: Any, **more: Any) -> Any:
@@ -174,6 +175,6 @@ def _guarded(load: Any) -> Any:
 
 
 def _require_room() -> None:
-    """Raise InputError if the cache cannot take a module. Writes a file, because only that detects a quota."""
+    """Raise InputError if the cache has no room for a module. It writes a file, because only that detects a quota."""
     with _naming_the_cache(), tempfile.TemporaryFile(dir=wp.config.kernel_cache_dir) as probe:
         probe.write(bytes(NEEDED_BYTES))

@@ -1,4 +1,4 @@
-"""Hollows in a block: solids of any shape in which fluid is let go, such as boxes, channels and plates."""
+"""Hollows in a block: solids of any shape into which fluid is released, such as boxes, channels and plates."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +14,7 @@ RIM_MM = 5.0  # Thickness of the block around the hollow and below it
 
 @dataclass(frozen=True)
 class Box:
-    """A box along the axes, mm; y is across and z upward from the floor."""
+    """Box along the axes, in mm. y is across, and z is upward from the floor."""
 
     low_mm: tuple[float, float, float]
     high_mm: tuple[float, float, float]
@@ -27,7 +27,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Hollow:
-    """A box that is open at the top, with walls inside that stand on its floor. The floor is at z = 0."""
+    """Box that is open at the top, with walls that stand on its floor. The floor is at z = 0."""
 
     room: Box
     walls: tuple[Box, ...] = ()
@@ -38,7 +38,7 @@ class Hollow:
 
     @property
     def reach_mm(self) -> tuple[Floats, Floats]:
-        """Corners of the hollow and its rim, in the solver's coordinates, where the upper face is z = 0."""
+        """Lowest and highest corner of the hollow with its rim, in the solver's coordinates (upper face at z = 0)."""
         down = np.array([0.0, 0.0, self.depth_mm])
         return self.room.low_mm - down - RIM_MM, self.room.high_mm - down + RIM_MM
 
@@ -54,7 +54,7 @@ class Hollow:
 
     @cached_property
     def outline(self) -> Outline:
-        """The hollow's edge, and the line along its middle as the path that a run needs."""
+        """Edge of the hollow, and the line along its middle, since a run needs a path."""
         (x0, y0, _), (x1, y1, _) = self.room.low_mm, self.room.high_mm
         x_mm, middle_mm = np.linspace(x0, x1, 3), (y0 + y1) / 2
         line, left, right = (np.column_stack([x_mm, np.full(3, y_mm)]) for y_mm in (middle_mm, y1, y0))
@@ -65,7 +65,7 @@ class Hollow:
 
 
 def solid_of(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float], depth_mm: float) -> Solid:
-    """Return the solid of a block whose upper face is z = 0: its sides and underside are outside, the rest is wall."""
+    """Return the solid of a block whose upper face is z = 0. Its sides and underside are outside, the rest is wall."""
     mesh = body.to_mesh()
     vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts, dtype=np.int64)
     corner = vertices[faces]

@@ -1,4 +1,4 @@
-"""A run of particles that is advanced frame by frame: of one fluid, or of several in the same crack and trajectory."""
+"""Advance a run of particles frame by frame, for one fluid or for several in the same crack and trajectory."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -41,21 +41,22 @@ from simulate.setup_checks import (
 from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
-"""Origin of D that is recorded if the fluid sticks to the walls. If no origin is recorded, the user gave D."""
+"""Recorded origin of D if the fluid sticks to the walls. If no origin is recorded, the user gave D."""
 SUBSTEP_FACTORS = (1, 2, 4, 8)
-"""Factors of the substeps with which a failed run is computed anew. Paste of 12 Pa and 4 Pa s under a nozzle collapses
-with two substeps of 0.0019 s and particles of 0.38 mm, and not with four."""
-SAMPLE_EVERY = 50  # Frames between two samples of the density error
+"""Factors by which the substeps are multiplied when a failed run is computed again. With particles of 0.38 mm, paste of
+12 Pa and 4 Pa s collapses under a nozzle with two substeps of 0.0019 s, but not with four."""
+SAMPLE_EVERY = 50  # Number of frames between two samples of the density error
 MOST_THREADS = 8
-"""Largest number of threads by default: 2,800 movers are 350 for each, which take some 20 us in a kernel."""
+"""Largest number of threads by default. With 8 threads and 2,800 moving particles, each thread has 350, which take
+about 20 us in a kernel."""
 
 
 @dataclass
 class Injection:
-    """A prepared run, or several in one launch, and its progress. ``prepare`` returns it."""
+    """A prepared run, or several runs in one launch, with its progress. ``prepare`` returns it."""
 
     pour: Pour
-    """Its inputs, with the particle radius in mm and with the tables of the fluids."""
+    """Inputs of the run. The particle radius is in mm, and the tables of the fluids are loaded."""
     pastes: tuple[Rheology, ...]  # The fluids in the solver's units
     schedule: Schedule
     engine: FluidSolver
@@ -63,21 +64,22 @@ class Injection:
     statistics: RunStatistics
     frames: int  # Number of frames to the end of settling
     work: list[int]
-    """Expected computing work before each frame and after the last one, in moving particles (``ParticleCounts.work``).
-    For paste that falls asleep the unit is half a frame."""
+    """Expected computing work before each frame and after the last one. The unit is one moving particle in one frame
+    (``ParticleCounts.work``). For paste that falls asleep, the unit is half a frame."""
     setup_s: float
     finer: int = 1
-    """Substeps over those of the settings, one of ``SUBSTEP_FACTORS``. It is above 1 if the run failed with fewer."""
+    """Factor of the substeps, one of ``SUBSTEP_FACTORS``. It is above 1 if the run failed with the number of substeps
+    in the settings."""
     done: int = 0  # Number of finished frames
     earlier_mm: Floats = field(default_factory=lambda: np.zeros((0, 3)))
-    """Positions of all particles after frame ``looks_back``, (n, 3); empty until then."""
-    moving: int = 0  # Moving particles of all runs, counted in each frame on a CPU, in sampled frames on a GPU
+    """Positions of all particles after frame ``looks_back``, (n, 3). Empty before that frame."""
+    moving: int = 0  # Moving particles of all runs, counted in each frame on a CPU and in sampled frames on a GPU
     failed: dict[int, NumericalError] = field(default_factory=dict)
-    """Errors of the runs that were given up. Keys are the numbers of the runs; the other runs continue."""
+    """Errors of the runs that were given up, by the number of the run. The other runs continue."""
 
     @property
     def t_s(self) -> float:
-        """Simulated time at the end of the last finished frame."""
+        """Simulated time in s at the end of the last finished frame."""
         return self.done * self.schedule.frame_s
 
     @property
@@ -87,23 +89,24 @@ class Injection:
 
     @property
     def at_rest(self) -> bool:
-        """True if nothing moves and all particles have been released."""
+        """True if all particles have been released and none moves."""
         return self.done >= len(self.schedule.released) and self.moving == 0
 
     @property
     def looks_back(self) -> int:
-        """Frame from which the change of the level is measured: in the last tenth, but not while sealant is released.
+        """Number of the frame from which the change of the level is measured.
 
-        It is in the middle of a shorter time of settling, and before the last release without any.
+        It is at the start of the last tenth of all frames, or later while sealant is still released. If the time of
+        settling is shorter than that, it is in the middle of settling. Without settling, it is before the last release.
         """
         released, tenth = len(self.schedule.released), int(0.9 * self.frames)
         return tenth if self.frames < released + 2 else max(tenth, (released + self.frames) // 2)
 
     def advance(self) -> None:
-        """Compute one frame. A run with a fault is given up; raises NumericalError if that was the last run.
+        """Compute one frame, and give up each run that has a fault.
 
-        The error names frame, time, particle and position. If frames are replayed, faults are checked only when the
-        density is sampled, and the error then names that later frame.
+        Raises NumericalError if the last run is given up. The error names frame, time, particle and position. If frames
+        are replayed, faults are checked only when the density is sampled, and the error names that later frame.
         """
         frame, engine = self.done, self.engine
         began = time.perf_counter()
@@ -122,13 +125,13 @@ class Injection:
         self.statistics.frames_s += time.perf_counter() - began
 
     def wait(self) -> None:
-        """Wait until the device has finished, so that arrays can be read. The time counts as computing time."""
+        """Wait until the device has finished, so that arrays can be read. The waiting counts as computing time."""
         began = time.perf_counter()
         wp.synchronize_device(self.engine.state.device)
         self.statistics.frames_s += time.perf_counter() - began
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
-        """Return all arrays that later frames depend on, and the statistics so far. Keys are their names."""
+        """Return all arrays that later frames depend on, and the statistics so far, by name."""
         self.wait()
         # Copied, because on the CPU numpy() is a view of an array that the next frame changes.
         device = {name: there.numpy().copy() for name, there in self.engine.lasting().items()}
@@ -136,9 +139,9 @@ class Injection:
         return {**done, **device, **self.statistics.snapshot()}
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
-        """Return to the state of ``snapshot``. On the same CPU the run then continues with the same bits.
+        """Return to the state of ``snapshot``. On the same CPU, the run then continues with bit-identical results.
 
-        Raises KeyError or ValueError, and changes nothing, if the snapshot is of another kind of run.
+        Raises KeyError or ValueError, without any change, if the snapshot is of a different kind of run.
         """
         lasting = self.engine.lasting()
         for name, template in self.snapshot().items():
@@ -146,9 +149,12 @@ class Injection:
             # The statistics grow during a run.
             alike = array.shape == template.shape if name in lasting else array.ndim == template.ndim
             if array.dtype != template.dtype or not alike:
-                raise ValueError(f"{name} is {array.dtype} {array.shape}, not {template.dtype} {template.shape}")
+                raise ValueError(
+                    f"the snapshot has {name} as {array.dtype} {array.shape}, but the run needs {template.dtype} "
+                    f"{template.shape}"
+                )
         if not 0 <= snapshot["done"] <= self.frames:
-            raise ValueError(f"{snapshot['done']} of {self.frames} frames are done")
+            raise ValueError(f"the snapshot has {snapshot['done']} finished frames, but the run has only {self.frames}")
         for name, target in lasting.items():
             target.assign(snapshot[name])
         self.done, self.earlier_mm = int(snapshot["done"]), snapshot["earlier_mm"]
@@ -157,7 +163,7 @@ class Injection:
         self.moving = self.engine.count_movers()
 
     def outcomes(self) -> list[Run | NumericalError]:
-        """Return a Run for each fluid, in its present state, or the error for which the run was given up."""
+        """Return for each fluid a Run in its present state, or the error for which its run was given up."""
         self.wait()
         engine, schedule, solver = self.engine, self.schedule, self.pour.solver
         # Copied from a GPU once for all runs.
@@ -219,7 +225,7 @@ class Injection:
         }
 
     def _effects(self, number: int) -> dict[str, Any]:
-        """Return the values in effect that follow from the settings of a fluid, and its flow regime."""
+        """Return the values in effect that follow from a fluid's settings, and the regime of its flow."""
         fluid, paste = self.pour.fluids[number], self.pastes[number]
         # With the paper's U, particles move before viscosity acts: like water, even if U is large.
         viscosity_pa_s = paste.viscosity_pa_s if paste.moves_after_viscosity else None
@@ -244,11 +250,11 @@ class Injection:
         }
 
     def remarks_on(self, number: int) -> tuple[Fact, ...]:
-        """Return the doubts on a fluid. They can be made before the first frame."""
+        """Return the doubts about a fluid's run. They are known before the first frame."""
         remarks = remarks_on(self.pour.each[number], self.schedule, finer=self.finer)
         now = self.engine.substeps
         text = (
-            f"solver.substeps: the run failed with {now // 2} substeps a frame, so it was computed anew with {now}. "
+            f"solver.substeps: the run failed with {now // 2} substeps per frame, so it was computed again with {now}. "
             f"Its frames take about {self.finer} times as long."
         )
         return *remarks, *([] if self.finer == 1 else [doubt("fluid.computed-anew", text, now)])
@@ -258,7 +264,7 @@ class Injection:
         return effective_d_cm(self.pour.fluids[number], self.pastes[number], support, self.schedule.frame_s)
 
     def _give_up_faulty(self) -> None:
-        """Give up the runs with a fault. For the last run, raises NumericalError and leaves the arrays as they are."""
+        """Give up the runs that have a fault. For the last run, raise NumericalError and leave the arrays unchanged."""
         for run, fault in self.engine.faults.found().items():
             sentence = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
             if fault.particle is not None:
@@ -273,19 +279,19 @@ class Injection:
 
 
 class Watcher:
-    """Called after every frame of a run.
+    """Object whose methods are called at the start of a run and after every frame.
 
-    The first of several watchers begins first and is called last after a frame: when it writes a checkpoint, the other
-    watchers have written the frame's files.
+    Among several watchers, the first begins first and is called last after a frame. When it writes a checkpoint, the
+    others have therefore written the frame's files.
     """
 
     finer = 1
-    """``Injection.finer`` of the run that the watcher can restore; 1 if it has none."""
+    """``Injection.finer`` of the run that the watcher can restore. It is 1 if there is no such run."""
 
     def begin(self, injection: Injection) -> None:
-        """Called before the first frame of this process, and again if a failed run is computed anew.
+        """Prepare the watcher before the first frame of this process, and before a failed run is computed again.
 
-        A checkpoint may advance the injection.
+        A checkpoint may advance the injection here.
         """
 
     def after_frame(self, injection: Injection) -> None:
@@ -294,13 +300,16 @@ class Watcher:
 
 @dataclass(frozen=True)
 class ComputeOptions:
-    """Options for computing a run: device, and who follows it. On one CPU its result depends on none of them."""
+    """Options for computing a run: the device, and the observers of its progress.
+
+    On the same CPU no option changes results.
+    """
 
     device: str = "cpu"
     threads: int | None = None
-    """Threads of a CPU; None: one for each core, up to ``MOST_THREADS``."""
+    """Number of CPU threads. None: one for each core, up to ``MOST_THREADS``."""
     progress: Progress = field(default_factory=Progress)
-    watchers: Sequence[Watcher] = ()  # They see the first of several runs
+    watchers: Sequence[Watcher] = ()  # Watchers of the first of several runs
 
     @property
     def cpu_threads(self) -> int:
@@ -309,7 +318,7 @@ class ComputeOptions:
 
 @dataclass(frozen=True)
 class SetupCase:
-    """A pour of particles, checked for its crack, before walls and particles exist."""
+    """A pour of particles that has been checked for its crack, before walls and particles are made."""
 
     pour: Pour  # With a particle radius for this crack
     pastes: tuple[Rheology, ...]  # The fluids in the solver's units
@@ -320,10 +329,12 @@ class SetupCase:
 
 
 def case_of(pour: Pour, finer: int = 1) -> SetupCase:
-    """Check settings, except the outlet. Several fluids must have the same number of substeps, times ``finer``.
+    """Check all settings except the outlet.
 
-    File names of their tables are relative to the current folder. Raises InputError if the settings do not fit the
-    crack, and ValueError if the numbers of substeps differ.
+    All fluids must need the same number of substeps, which ``finer`` multiplies.
+
+    File names of the fluids' tables are relative to the current folder. Raises InputError if the settings do not fit
+    the crack. Raises ValueError if the numbers of substeps differ.
     """
     sample, nozzle = pour.sample, pour.nozzle
     pairs = [resolved(sample, fluid.loaded(Path()), pour.solver, nozzle) for fluid in pour.fluids]
@@ -337,7 +348,7 @@ def case_of(pour: Pour, finer: int = 1) -> SetupCase:
     substeps, *others = {substeps for _, substeps in solved}
     if others:
         raise ValueError(
-            "Fluids that need different numbers of substeps cannot be computed together. Compute them one by one."
+            "Fluids that need different numbers of substeps cannot be computed together. Compute each by itself."
         )
     step_s = schedule.frame_s / (finer * substeps)
     if solver.damping_per_s * step_s > 1:
@@ -351,22 +362,25 @@ def case_of(pour: Pour, finer: int = 1) -> SetupCase:
 
 @lru_cache(maxsize=8)
 def schedule_of(sample: Sample, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
-    """Return the releases of a run. Runs that differ only in the fluid share them."""
+    """Return the schedule of releases. Runs that differ only in the fluid share it."""
     return plan_releases(sample.trajectory, radius_mm, diameter_mm, seed)
 
 
 @lru_cache(maxsize=1)
 def enclosure_of(sample: Sample, radius_mm: float, device: str) -> Enclosure:
-    """Return barrier and walls of a run, which take a fifth of its time. The next run in this crack shares them."""
+    """Return the barrier and the wall particles of a run.
+
+    They are cached, because they take a fifth of a run's time.
+    """
     return enclose(sample.solid, sample.outline, radius_mm, device)
 
 
 def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -> Injection:
-    """Prepare schedule, walls and particles for the first frame.
+    """Prepare the schedule, the walls and the particles for the first frame.
 
-    Several fluids with the same number of substeps are computed at once, with the results of single runs. File names of
-    their tables are relative to the current folder. ``finer`` multiplies the number of substeps. Raises InputError if
-    the settings do not fit the crack, and ValueError if the numbers of substeps differ.
+    Several fluids with the same number of substeps are computed together, with the same results as single runs. File
+    names of their tables are relative to the current folder. ``finer`` multiplies the number of substeps. Raises
+    InputError if the settings do not fit the crack. Raises ValueError if the numbers of substeps differ.
     """
     if not pour.solver.has_particles:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Fluid in a hollow, in particles: released at once or by a schedule. A frame is a substep."""
+"""Fluid particles in a hollow, released together or by a schedule. Each frame is one substep."""
 
 import math
 from collections.abc import Iterator
@@ -21,18 +21,18 @@ from simulate.setup.wall_particles import enclose
 from simulate.vessel import vessel_of
 from simulate.volume_control import VolumeControl
 
-CELL_MM = 0.4  # Width of the cells in which a volume is measured
-SHORTER = 0.9  # Substep over the longest that the solver would take
-SCATTER = 0.05  # Scatter of a lattice over its spacing: exactly even rows stay on top of each other
+CELL_MM = 0.4  # Width in mm of the cells in which a volume is measured
+SHORTER = 0.9  # Substep, as a fraction of the longest one that the solver allows
+SCATTER = 0.05  # Scatter of a lattice, divided by its spacing. Without scatter, even rows stay on top of each other.
 
 
 def substep_s(radius_mm: float) -> float:
-    """Return the substep for particles of a radius."""
+    """Return the substep in s for particles of a radius."""
     return SHORTER * math.sqrt(ACCURATE_RESOLUTION.fall * 4 * radius_mm * CM / GRAVITY_CM_S2)
 
 
 def scattered(points_mm: Floats, spacing_mm: float, seed: int = 0) -> Floats:
-    """Return the points of a lattice, (n, 3), out of line by a small share of its spacing."""
+    """Return the points of a lattice, (n, 3), each shifted at random by a small fraction of the spacing."""
     return points_mm + np.random.default_rng(seed).uniform(-SCATTER, SCATTER, points_mm.shape) * spacing_mm
 
 
@@ -43,9 +43,9 @@ def filled_box_mm(
     factor: float = Solver().scheme.volume_factor,
     seed: int = 0,
 ) -> Floats:
-    """Return particles that fill a box, (n, 3): even layers clear of its sides, together as large as the box.
+    """Return particles that fill a box, (n, 3): even layers away from its sides, with the same total volume as the box.
 
-    Each fills ``factor`` of its volume by Eq. 6. Default: that of a run when it begins.
+    By Eq. 6 each particle fills ``factor`` of its volume. Default: the factor at the beginning of a run.
     """
     side, kept = float(np.cbrt(factor * particle_volume(radius_mm))), CLEARANCE * radius_mm
     size = np.subtract(high_mm, low_mm)
@@ -77,9 +77,9 @@ class LooseFluid:
         device: str = "cpu",
         threads: int = 1,
     ) -> "LooseFluid":
-        """Put particles into a hollow, as ``schedule`` releases them. Positions have the floor at z = 0.
+        """Put particles into a hollow as ``schedule`` releases them. In its positions the floor is at z = 0.
 
-        ``solver`` has the radius; it gets one substep a frame.
+        ``solver`` gives the radius. Frames have one substep.
         """
         radius_mm = solver.size_mm
         solver = solver.model_copy(update={"substeps": 1, "damping_per_s": 0.0})
@@ -103,7 +103,9 @@ class LooseFluid:
         return cls(hollow, engine, control, radius_mm)
 
     def run(self, seconds: float, every_s: float) -> Iterator[float]:
-        """Compute ``seconds``, or until all is at rest. Yield the time every ``every_s``, and at the end.
+        """Compute ``seconds`` of flow, or until everything is at rest.
+
+        Yields the time every ``every_s``, and at the end.
 
         Raises NumericalError if the fluid explodes or goes through a wall.
         """
@@ -136,7 +138,7 @@ class LooseFluid:
 
     @property
     def place_mm(self) -> Floats:
-        """Places of the released particles, (n, 3), with the floor at z = 0."""
+        """Positions of the released particles, (n, 3), with the floor at z = 0."""
         return self._released_mm + np.array([0.0, 0.0, self.hollow.depth_mm])
 
     @property
@@ -146,12 +148,12 @@ class LooseFluid:
 
     @property
     def escaped(self) -> int:
-        """Number of particles inside the solid."""
+        """Number of particles that went through a wall into the solid."""
         return int((self.engine.barrier.exact_mm(self._released_mm) < 0).sum())
 
     @property
     def half_mm(self) -> float:
-        """Half the side of the cube that has a particle's volume."""
+        """Half the side in mm of the cube that has a particle's volume."""
         return float(np.cbrt(particle_volume(self.radius_mm))) / 2
 
     @property
@@ -161,14 +163,14 @@ class LooseFluid:
 
     @property
     def volume_mm3(self) -> float:
-        """Volume below the surface that the particles form."""
+        """Volume in mm3 below the surface that the particles form."""
         return vessel_of(self.hollow.solid, CELL_MM).volume_mm3(self._released_mm, self.half_mm)
 
 
 def all_at_once(place_mm: Floats, radius_mm: float, frame_s: float | None = None) -> Schedule:
-    """Return the schedule of particles that are all released in the first frame, at rest. ``place_mm`` is (n, 3).
+    """Return a schedule that releases all particles in the first frame, at rest. ``place_mm`` is (n, 3).
 
-    Default of ``frame_s``: the substep for particles of the radius.
+    Default of ``frame_s``: the substep for particles of this radius.
     """
     count = len(place_mm)
     return Schedule(

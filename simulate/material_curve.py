@@ -1,9 +1,9 @@
-"""Sealant whose viscosity and yield stress change as it ages or cools: tables, and files of tables.
+"""Sealant whose viscosity and yield stress change with age or temperature: tables, and files of tables.
 
-A rheometer measures viscosity and yield stress over age. The data sheet of a hot pour gives them over temperature, and
-a second table gives the temperature over age. Between rows, the yield stress and the logarithm of the viscosity are
-linear in age or in temperature. Before the first age and after the last, both are constant. Temperatures are not
-extrapolated: a cooling outside the curve's temperatures is refused.
+A rheometer measures viscosity and yield stress over age. The data sheet of a hot-poured sealant gives them over
+temperature, and a second table gives the temperature over age. Between rows, the yield stress and the logarithm of the
+viscosity are linear in age or temperature. Before the first age and after the last, both are constant. Temperatures are
+not extrapolated: a cooling table that leaves the curve's temperatures is refused.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ BOUNDS = {
     "viscosity_pa_s": (1e-6, 1e4),
     "yield_stress_pa": (0.0, 1e4),
 }
-"""Smallest and largest value of each column."""
+"""Smallest and largest allowed value of each column."""
 # Not strict: after a validator with mode="before", pydantic no longer accepts a JSON list as a tuple.
 Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MOST_ROWS, strict=False)]
 
@@ -56,7 +56,7 @@ class _Columns(Settings):
 
     @property
     def columns(self) -> dict[str, tuple[float, ...]]:
-        """Columns of this table, by name."""
+        """Columns of this table by name."""
         return self.model_dump(exclude_none=True)
 
 
@@ -64,36 +64,36 @@ Table = TypeVar("Table", bound=_Columns)
 
 
 class MaterialCurve(_Columns):
-    """Columns of a material's table, all of one length. A CSV file has the same columns."""
+    """Columns of a material's table, all of the same length. A CSV file has the same columns."""
 
     age_s: Column | None = None
     """Time since the sealant left the nozzle, increasing from row to row."""
     temperature_c: Column | None = None
-    """Temperature in place of age, increasing or decreasing from row to row. It needs ``cooling``."""
+    """Temperature instead of age, increasing or decreasing from row to row. It needs ``cooling``."""
     viscosity_pa_s: Column
     """Dynamic viscosity. Its logarithm is interpolated linearly."""
     yield_stress_pa: Column | None = None
-    """Yield stress (Bingham), interpolated linearly. Default: 0."""
+    """Yield stress (Bingham). It is interpolated linearly. Default: 0."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.age_s is None) == (self.temperature_c is None):
-            raise ValueError("give one of the columns age_s and temperature_c, and not both")
+            raise ValueError("give either the column age_s or the column temperature_c, not both")
         return self
 
 
 class CoolingCurve(_Columns):
-    """Columns of a table of the sealant's temperature."""
+    """Columns of a table that gives the sealant's temperature by age."""
 
     age_s: Column
     """Time since the sealant left the nozzle, increasing from row to row."""
     temperature_c: Column
-    """Temperature at each age, interpolated linearly."""
+    """Temperature at each age. It is interpolated linearly."""
 
 
 ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several")
-"""Discriminator of a table that is given by a file's name or by columns. A validation error refers to the given form.
-"""
+"""Discriminator of a table that is given by a file's name or by its columns. A validation error then refers to the form
+that was given."""
 if TYPE_CHECKING:
     # A keyword takes a file's name or a mapping, and the field then has one of these types.
     CurveOrFile = CoolingOrFile = Any
@@ -103,7 +103,7 @@ else:
 
 
 def read_table(path: Path, kind: type[Table]) -> Table:
-    """Read a CSV of a material or of a cooling. Raises InputError with file, row, column and value."""
+    """Read a CSV table of a material or of a cooling. Raises InputError with file, row, column and value."""
     fields = kind.model_fields
     needed = [name for name, field in fields.items() if field.is_required()]
     columns = read_columns(path, {name: BOUNDS[name] for name in fields}, needed, (2, MOST_ROWS))
@@ -115,12 +115,12 @@ def read_table(path: Path, kind: type[Table]) -> Table:
 
 
 def fault_of(curve: MaterialCurve | None, cooling: CoolingCurve | None, file: Path | None = None) -> str | None:
-    """Return the reason why two tables do not fit each other; None if they do.
+    """Return why two tables do not fit each other. Returns None if they do.
 
-    ``file`` is that of the cooling, if it was read from a file.
+    ``file`` is the file of the cooling table, if it was read from one.
     """
     if curve is None:
-        problem = "cooling is given without curve: give curve, a table of viscosity_pa_s over temperature_c, too"
+        problem = "cooling is given without curve: add curve, a table of viscosity_pa_s over temperature_c"
         return None if cooling is None else problem
     if curve.temperature_c is None:
         problem = "fluid.cooling cannot be combined with a fluid.curve over age_s: leave fluid.cooling out"
@@ -140,7 +140,7 @@ def fault_of(curve: MaterialCurve | None, cooling: CoolingCurve | None, file: Pa
 
 
 def course_of_tables(curve: MaterialCurve, cooling: CoolingCurve | None) -> Course:
-    """Join two tables that fit each other into one over age. It is exact between its rows too."""
+    """Join two tables that fit each other into one table over age. It is also exact between its rows."""
     stress_pa = curve.yield_stress_pa or (0.0,) * len(curve.viscosity_pa_s)
     if curve.age_s is not None:
         return Course(*(np.array(column) for column in (curve.age_s, curve.viscosity_pa_s, stress_pa)))
@@ -160,7 +160,7 @@ def course_of_tables(curve: MaterialCurve, cooling: CoolingCurve | None) -> Cour
 
 
 def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str] | None:
-    """Return the row from 0, the column and a description of the first value that is not allowed; None if all are."""
+    """Return the row (from 0), the column and the fault of the first invalid value. Returns None if all are valid."""
     longest = max(len(values) for values in columns.values())
     for name, values in columns.items():
         low, high = BOUNDS[name]

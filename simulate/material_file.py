@@ -1,4 +1,4 @@
-"""A measured paste: material.toml, with method, date, uncertainties and limits of use."""
+"""A measured paste: the file material.toml with method, date, uncertainties and limits of use."""
 
 from pathlib import Path
 from typing import Annotated, Self
@@ -16,7 +16,7 @@ Sentences = Annotated[tuple[Sentence, ...], Field(max_length=20, strict=False)]
 Interval = Annotated[tuple[float, float], Field(strict=False)]
 NAME = "file of a material"
 KEY_OF_LAW = {Law.BINGHAM: "viscosity_pa_s", Law.HERSCHEL_BULKLEY: "consistency_pa_s_n"}
-"""Setting of a material that gives its viscosity, by the laws that a material can have."""
+"""Key of a material file that gives its viscosity, for each law of flow that a material can have."""
 STARTER = "'sealtwin material spread PHOTO' or 'sealtwin material rheometer CSV' writes one"
 
 
@@ -28,7 +28,7 @@ class Material(Settings):
     date: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")]
     """Day of the measurement, for example 2026-11-21."""
     data: DataKind
-    """Origin of the photo or table."""
+    """Origin of the photo or table from which the paste was measured."""
     yield_stress_pa: float = Field(ge=0, le=1e4)
     """Yield stress of the fresh paste."""
     yield_stress_error_pa: float = Field(ge=0, le=1e4)
@@ -36,38 +36,39 @@ class Material(Settings):
     yield_stress_95_pa: Interval
     """95 % interval of the yield stress."""
     viscosity_pa_s: float | None = Field(default=None, gt=0, le=1e4)
-    """Plastic viscosity (Bingham), if it was measured."""
+    """Plastic viscosity (Bingham). None if it was not measured."""
     consistency_pa_s_n: float | None = Field(default=None, gt=0, le=1e4)
-    """K of Herschel and Bulkley's law, in place of a viscosity."""
+    """Consistency K of the Herschel-Bulkley law, given instead of a viscosity."""
     consistency_95_pa_s_n: Interval | None = None
-    """95 % interval of K. K and n depend on each other: the ends of both intervals make no curve together."""
+    """95 % interval of K. K and n depend on each other, so the ends of both intervals do not form a flow curve
+    together."""
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
-    """n of Herschel and Bulkley's law."""
+    """Flow index n of the Herschel-Bulkley law."""
     flow_index_95: Interval | None = None
-    """95 % interval of n. With a viscosity it includes 1."""
+    """95 % interval of n. If a viscosity is given, it includes 1."""
     viscosity_error_percent: float | None = Field(default=None, ge=0, le=1000)
-    """Standard uncertainty of the viscosity, or of the viscous stress K rate^n in the middle of the measured rates. It
-    is what a budget changes K by, at the same n."""
+    """Standard uncertainty of the viscosity, or of the viscous stress K rate^n in the middle of the measured shear
+    rates. An uncertainty budget changes K by this percentage at the same n."""
     shear_rates_per_s: Interval | None = None
-    """Smallest and largest shear rate of the rows that were fitted."""
+    """Smallest and largest shear rate of the fitted rows."""
     density_kg_m3: float = Field(ge=1, le=2e4)
     """Density of the paste."""
     density_error_kg_m3: float = Field(ge=0, le=2e4)
     """Standard uncertainty of the density."""
     basis: Sentences = ()
-    """Sentences on what was measured and on the sources of the uncertainty."""
+    """Sentences about what was measured, and about the sources of the uncertainty."""
     not_for: Sentences
     """Purposes for which these numbers must not be used."""
     doubts: Sentences = ()
-    """Sentences on what was measured and is not in the law; page one of a report has them."""
+    """Sentences on effects that were measured but are not in the law of flow. Page one of a report shows them."""
     radius_mm: float | None = Field(default=None, gt=0, le=10)
-    """Particle radius in the calibration that gave these numbers. A run with another radius is refused."""
+    """Particle radius in the calibration that gave these values. A run with another radius is refused."""
     substeps: int | None = Field(default=None, ge=1, le=1000)
-    """Substeps per frame in the runs of the calibration."""
+    """Number of substeps per frame in the runs of the calibration."""
 
     @property
     def thickness(self) -> tuple[str, float] | None:
-        """The measured setting of [fluid] that makes the paste viscous, and its value; None if none was measured."""
+        """Measured setting of [fluid] that makes the paste viscous, and its value. None if none was measured."""
         values = {"viscosity_pa_s": self.viscosity_pa_s, "consistency_pa_s_n": self.consistency_pa_s_n}
         return next(((key, value) for key, value in values.items() if value is not None), None)
 
@@ -76,15 +77,16 @@ class Material(Settings):
         low, high = self.yield_stress_95_pa
         if not low <= self.yield_stress_pa <= high:
             raise ValueError(
-                f"yield_stress_pa is {self.yield_stress_pa:g}, outside yield_stress_95_pa, {low:g} to {high:g}"
+                f"yield_stress_pa is {self.yield_stress_pa:g}, which is outside yield_stress_95_pa, {low:g} to {high:g}"
             )
         if (self.consistency_pa_s_n is None) != (self.flow_index is None):
-            raise ValueError("consistency_pa_s_n and flow_index go together: give both or neither")
+            raise ValueError("consistency_pa_s_n and flow_index belong together: give both, or leave both out")
         if self.viscosity_pa_s is not None and self.consistency_pa_s_n is not None:
-            raise ValueError("viscosity_pa_s and consistency_pa_s_n are two laws: give one of them")
+            raise ValueError("viscosity_pa_s and consistency_pa_s_n belong to different laws of flow: give only one")
         if (self.thickness is None) != (self.viscosity_error_percent is None):
             raise ValueError(
-                "viscosity_error_percent goes together with viscosity_pa_s or consistency_pa_s_n: give both or neither"
+                "viscosity_error_percent is the uncertainty of viscosity_pa_s or consistency_pa_s_n: give it together "
+                "with one of these, or leave both out"
             )
         return self
 
@@ -93,5 +95,5 @@ def read_material(path: Path) -> Material:
     """Read a material.toml. Raises InputError if it is missing or invalid."""
     content = read_toml(path, name=NAME, starter=STARTER)
     if content and not content.keys() & Material.model_fields.keys():
-        raise InputError(f"{path}: not a {NAME}: it has {next(iter(content))} and no key of a material. {STARTER}.")
+        raise InputError(f"{path}: not a {NAME}: it has {next(iter(content))}, but no key of a material. {STARTER}.")
     return checked(Material, path, content)

@@ -1,4 +1,4 @@
-"""A pour: what a run is computed from."""
+"""The inputs of a run, which pours sealant into a crack."""
 
 from dataclasses import dataclass, field, replace
 
@@ -7,12 +7,12 @@ from sealtwin.core.records import Sample
 from sealtwin.core.settings import doubts_of
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 
-LEAST_MOUTH_MM = 1.5  # Nozzles are rarely finer than 3 mm, whatever the crack
+LEAST_MOUTH_MM = 1.5  # Smallest mouth width for judging nozzles, which are rarely finer than 3 mm
 
 
 @dataclass(frozen=True)
 class Pour:
-    """Sealant that a nozzle gives into a crack. With several fluids, each has a run of its own in one launch."""
+    """Inputs of a run: sealant that a nozzle pours into a crack. Several fluids have a run each, in one launch."""
 
     sample: Sample
     fluids: tuple[Fluid, ...]
@@ -29,11 +29,11 @@ class Pour:
 
     @property
     def each(self) -> list["Pour"]:
-        """A pour for each fluid."""
+        """This pour divided into one pour for each fluid."""
         return [replace(self, fluids=(fluid,)) for fluid in self.fluids]
 
     @property
     def doubts(self) -> tuple[Fact, ...]:
-        """Questions on settings of the only fluid, the nozzle and the slope that are outside their likely range."""
+        """Questions about settings of the only fluid, the nozzle and the slope that are outside their likely range."""
         mouth_mm = self.sample.solid.figures.mouth_width_mm or self.sample.outline.mean_width_mm
         return doubts_of(self.fluid, self.nozzle, self.slope, width_mm=max(mouth_mm, LEAST_MOUTH_MM))

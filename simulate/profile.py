@@ -1,14 +1,15 @@
-"""Measure the profile: height of the finished liquid's surface along the crack, and its volume.
+"""Measure the profile, which is the height of the settled sealant's surface along the crack, and the volume.
 
-Lengths in mm, speeds in mm/s. ``measure_profile`` follows the paper's extraction (side view as pixels, smoothing by a
-box of ones, longest run of each column, its top edge) and removes what the pixels and the box add:
+Lengths are in mm and speeds in mm/s. ``measure_profile`` follows the paper's method (side view as pixels, smoothing by
+a box of ones, longest run in each column, top edge of this run). It removes what the pixels and the box add:
 
-- A box of 2R + 1 pixels shows a particle's top up to R before and behind the particle, which lifts the surface by up
-  to m R on a slope m. A reading is therefore assigned to its particle's place, and other columns interpolate.
-- The top edge of a pixel is up to a pixel above that of the particle. Pixels select the particle; its own z is read.
-- A particle has the volume of a cube of side Vp^(1/3) (Eq. 6: 1.73 R), so the liquid ends half a side above the topmost
-  centres. A liquid's level times its width is then its volume. Paste is higher in the middle of a crack, and the side
-  view shows that height (``simulate/slot/mound.py``).
+- A box of 2R + 1 pixels shows a particle's top up to R before and behind the particle. This lifts the surface by up
+  to m R on a slope m. A reading is therefore assigned to its particle's position, and other columns are interpolated.
+- The top edge of a pixel is up to one pixel above the top edge of the particle. Pixels only select the particle, and
+  its own z is read.
+- A particle has the volume of a cube of side Vp^(1/3) (Eq. 6: 1.73 R), so the liquid ends half a side above the
+  topmost centres. The level of a liquid times its width is then its volume. Paste is higher in the middle of a crack,
+  and the side view shows this height (``simulate/slot/mound.py``).
 """
 
 import numpy as np
@@ -21,28 +22,27 @@ from sealtwin.core.records import Bed, Booleans, FaceLabel, Floats, Integers, Ou
 from simulate.settings import SampleSlope
 from simulate.vessel import in_triangle, vessel_of
 
-PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radius
+PIXEL_MM = 0.2  # Largest pixel of the side view. It is at most half a particle's radius.
 GRAVITY_MM_S2 = 9810.0
-CELL_MM = 0.4  # Cell of the volumes
+CELL_MM = 0.4  # Width of the cells in which volumes are measured
 
 
 def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
-    """Return the level of the sealant from s = 0 to the crack's length, every 0.2 mm, square to the face on any slope.
+    """Return the level of the sealant every 0.2 mm from s = 0 to the crack's length, square to the face on any slope.
 
-    Sealant in the cavity or above its mouth counts. Sealant on the face next to the mouth does not, although the
-    paper's side view shows it: a caliper measures in the crack, and a film at 0.8 mm next to a crack that is filled to
-    -0.5 mm does not raise the level in it. Over a full crack both ways show the same heap.
+    Sealant in the cavity or above its mouth counts. Sealant on the face next to the mouth does not count, although the
+    paper's side view shows it. The reason is that a caliper measures in the crack: a film at 0.8 mm next to a crack
+    that is filled to -0.5 mm does not raise the level in the crack. Over a full crack both methods show the same heap.
 
-    Particles beyond the sample's edge and particles in flight do not count either. The level of a column without a
-    particle is that of the floor. Gaps of up to a particle's diameter, in a column or between columns, are closed.
-
-    A run of the fast model has its level already. Raises NumericalError if a position is not finite.
+    Particles beyond the sample's edge and particles in flight do not count either. In a column without a particle, the
+    level is the floor. Gaps of up to a particle's diameter, in a column or between columns, are closed. A run of the
+    fast model already has its level. Raises NumericalError if a position is not finite.
     """
     if isinstance(run, Run) and run.level is not None:
         return run.level
     if not np.isfinite(run.position_mm).all():
         index = int(np.argmin(np.isfinite(run.position_mm).all(axis=1)))
-        raise NumericalError(f"Particle {index} has no finite position: {run.position_mm[index]}. No profile is read.")
+        raise NumericalError(f"Particle {index} has no finite position: {run.position_mm[index]}. There is no profile.")
     pixel_mm = min(PIXEL_MM, run.radius_mm / 2)
     stations = max(2, round(outline.length_mm / pixel_mm) + 1)
     s_mm = np.linspace(0.0, outline.length_mm, stations)
@@ -60,16 +60,15 @@ def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
 
 
 def volume_ratio(run: Run, solid: Solid, cell_mm: float = CELL_MM) -> float:
-    """Return the volume between the walls and a height map of the settled particles, over the dispensed volume.
+    """Return the volume between the walls and the settled particles' surface, divided by the dispensed volume.
 
     Heaps above the face and films on it count. Spilled particles and particles in flight do not count, and lower the
-    ratio. Each particle lifts the map within 1/sqrt(2) of its spacing, the distance that closes a square lattice. A
-    vertical line ends at the solid below and above it, also at undercut walls.
+    ratio. Each particle raises the surface within 1/sqrt(2) of its spacing, the distance that closes a square lattice.
+    A vertical line ends at the solid below and above it, also at undercut walls.
 
-    Bias: lattices of a given volume, without and with 20 % scatter, in vertical, leaning and flaring slots are measured
-    at 0.984 to 1.004. The edge of a film on the face gains up to 0.2 R, and a slope m gains about 0.4 m R.
-
-    A run of the fast model has its ratio already.
+    Accuracy: for lattices of known volume, without and with 20 % scatter, in vertical, leaning and flaring slots, the
+    ratio is 0.984 to 1.004. The edge of a film on the face gains up to 0.2 R, and a slope m gains about 0.4 m R. A run
+    of the fast model already has its ratio.
     """
     if not run.has_particles and run.health.volume_ratio is not None:
         return run.health.volume_ratio
@@ -82,12 +81,12 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = CELL_MM) -> float:
 
 
 def settled(run: Bed, depth_mm: Floats) -> Booleans:
-    """Return the mask of particles that are on the sample, (n,), not beyond its edge and not in flight.
+    """Return the mask of particles that are on the sample, (n,): neither beyond its edge nor in flight.
 
-    ``depth_mm`` is the floor's depth below each particle, (n,). A particle is in flight if it falls, along gravity,
-    faster than after a free fall of one radius, sqrt(2 g R), and is more than a radius above all slower particles
-    within a diameter. So fast particles in a surface are not in flight. If particles in flight counted, the jet would
-    add a spike of 2.6 mm under the nozzle.
+    ``depth_mm`` is the depth of the floor below each particle, (n,). A particle is in flight under two conditions: it
+    falls along gravity faster than after a free fall of one radius, sqrt(2 g R), and it is more than a radius above all
+    slower particles within a diameter. Fast particles in a surface are therefore not in flight. If particles in flight
+    counted, the jet would add a spike of 2.6 mm under the nozzle.
     """
     on_sample = ~run.spilled
     down = SampleSlope.model_validate(run.settings.get("sample", {})).down
@@ -107,17 +106,17 @@ def settled(run: Bed, depth_mm: Floats) -> Booleans:
 
 
 def fastest_fall_mm_s(radius_mm: float) -> float:
-    """Return the speed after a free fall of one radius."""
+    """Return the speed in mm/s after a free fall of one radius."""
     return np.sqrt(2 * GRAVITY_MM_S2 * radius_mm)
 
 
 def half_side_mm(radius_mm: float, particle_volume_mm3: float) -> float:
-    """Return the height of liquid above the topmost centres: half the side of a particle's cube, at most its radius."""
+    """Return the height of liquid above the topmost centres: half the side of a particle's cube, at most the radius."""
     return min(radius_mm, float(np.cbrt(particle_volume_mm3)) / 2)
 
 
 def over_cavity(position_mm: Floats, solid: Solid) -> Booleans:
-    """Return the mask of particles below the face, or above it but not over its triangles, (n,)."""
+    """Return the mask of particles over the cavity, (n,): below the face, or above it but not over its triangles."""
     counted = np.ones(len(position_mm), dtype=bool)
     above = np.flatnonzero(position_mm[:, 2] > 0)
     point = position_mm[above, :2]
@@ -129,9 +128,9 @@ def over_cavity(position_mm: Floats, solid: Solid) -> Booleans:
 
 
 class _SideView:
-    """Particles as pixels of s and z, smoothed by a box of 2R + 1 pixels of ones.
+    """Side view of particles as pixels in s and z, smoothed by a box of 2R + 1 pixels of ones.
 
-    The first station is in the middle of column ``margin``, and each further column has one station.
+    The first station is in the middle of column ``margin``. Each further column has one station.
     """
 
     def __init__(self, s_mm: Floats, z_mm: Floats, radius_mm: float, pixel_mm: float) -> None:
@@ -145,7 +144,7 @@ class _SideView:
         self.row = np.floor((z_mm - z_mm.min()) / pixel_mm).astype(int) + self.margin
 
     def surface(self, stations: int) -> tuple[Booleans, Floats]:
-        """Return the mask of stations with liquid, and the height of their topmost centres, both (stations,)."""
+        """Return the mask of stations with liquid and the height of their topmost centres, both (stations,)."""
         columns = max(int(self.column.max()), self.margin + stations) + self.margin + 1
         filled = np.zeros((columns, self.row.max() + self.margin + 1), dtype=bool)
         filled[self.column, self.row] = True
@@ -163,7 +162,10 @@ class _SideView:
         return covered[window], height_mm[window]
 
     def _readings(self, top_row: Integers) -> tuple[Integers, Floats]:
-        """Return the columns with particles whose box is the top of a longest run, and their mean height in each."""
+        """Return the columns that have particles at the top of a longest run, and their mean height in each column.
+
+        A particle is at the top if its box ends there.
+        """
         makes_top = np.zeros(len(self.column), dtype=bool)
         for shift in range(-self.half, self.half + 1):
             makes_top |= top_row[self.column + shift] == self.row + self.half
@@ -172,13 +174,13 @@ class _SideView:
 
 
 def _closed(pixels: Booleans, gap: tuple[int, ...]) -> Booleans:
-    """Return the pixels with gaps of up to ``gap`` pixels closed, along each axis whose gap is above 1."""
+    """Close gaps of up to ``gap`` pixels, along each axis whose gap is above 1, and return the pixels."""
     structure = np.ones([size + 1 if size > 1 else 1 for size in gap])
     return np.asarray(ndimage.binary_closing(pixels, structure), dtype=bool)
 
 
 def _longest_run_top(column: Booleans) -> int:
-    """Return the last index of the longest run of ones, of the upper one of two equal runs; -1 if there are no ones."""
+    """Return the last index of the longest run of ones, or of the upper of two equal runs. Returns -1 without ones."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], column.view(np.int8), [0]])))
     begins, ends = edges[::2], edges[1::2]
     if not len(begins):

@@ -1,4 +1,4 @@
-"""Remarks on a fluid, made before the first frame: they state what its run will not show."""
+"""Doubts about a fluid that are known before the first frame: effects that its run will not show."""
 
 import math
 from collections.abc import Iterator
@@ -16,28 +16,25 @@ from simulate.setup_checks import carried, solved_as
 from simulate.shear_law import FLOW_BETWEEN_PLATES, flow_between_plates
 
 THIN = 0.1
-"""Share of a viscosity that particles may add to it without a remark. It is the tolerance of the channel tests."""
+"""Fraction of the viscosity that particles may add without a remark. It is the tolerance of the channel tests."""
 SINKING_DEPTHS = 1.5
-"""Distance that sealant must sink by its weight, divided by the depth of the crack, so that there is no remark.
-
+"""Distance that sealant must sink under its own weight so that there is no remark, divided by the depth of the crack.
 Of 24 pours between walls 2 and 3.1 mm apart, those that sank up to 1.4 depths left hollows of up to 71 % of their
 volume. Those that sank 1.9 depths or more kept their volume to 2.4 %."""
 
 FED = 0.75
-"""Distance that the nozzle must move before paste is too stiff to sink, divided by the width of the crack, so that
-there is no remark.
-
-Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their volume or more. Those
-with 0.92 widths or more kept it to 3 %."""
+"""Distance that the nozzle must move before paste is too stiff to sink, so that there is no remark, divided by the
+width of the crack. Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their
+volume or more. Those with 0.92 widths or more kept their volume to 3 %."""
 AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
 LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 
 
 def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fact]:
-    """Yield doubts on what a run of particles cannot show of its only fluid. ``schedule`` has its releases.
+    """Yield doubts about effects that a run of particles with the pour's only fluid cannot show.
 
-    ``finer`` multiplies the number of substeps. The solver's radius must be a number. Raises InputError for a fluid
-    that cannot be solved for.
+    ``schedule`` is the schedule of the run, and ``finer`` multiplies the number of substeps. The solver's radius must
+    be a number. Raises InputError for a fluid that cannot be simulated.
     """
     fluid, solver, outline, solid = pour.fluid, pour.solver, pour.sample.outline, pour.sample.solid
     radius_mm, frame_s, width_mm = solver.size_mm, schedule.frame_s, outline.mean_width_mm
@@ -45,7 +42,7 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
         across = width_mm / radius_mm / 2
         text = (
             f"solver.radius_mm = {radius_mm:g}: no run can have four particles across a crack {width_mm:.3g} mm wide "
-            f"and {outline.length_mm:.0f} mm long; {across:.2g} are across it."
+            f"and {outline.length_mm:.0f} mm long; here {across:.2g} particles are across it."
         )
         yield doubt("fluid.few-across", text, across)
     frames = course_of(schedule, fluid, solver.settle_s).frames
@@ -57,16 +54,16 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     viscosity_mm2_s = 1e6 * viscosity_pa_s / fluid.density_kg_m3
     if not fluid.yields and viscosity_mm2_s * THIN < added_mm2_s:
         text = (
-            f"fluid.{law or 'curve begins thin'}: {viscosity_mm2_s:.3g} mm2/s, to which particles of "
+            f"fluid.{law or 'curve begins thin'}: this is a viscosity of {viscosity_mm2_s:.3g} mm2/s. Particles of "
             f"solver.radius_mm = {radius_mm:g} add about {added_mm2_s:.2g} mm2/s (within a factor of two). The fluid "
-            f"flows as if it had about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest: "
+            f"flows as if it had about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but it does not come to rest: "
             "particles of a fluid as thin as water keep moving. Smaller particles add less."
         )
         yield doubt("fluid.particles-add", text, added_mm2_s, "mm2/s")
     elif fluid.U and not fluid.yields:
         until = " until it freezes" if fluid.freezes else ""
         text = (
-            f"fluid.{law}: at any U, sealant levels like a thin liquid{until}; viscous flow needs fluid.viscosity_pa_s."
+            f"fluid.{law}: at any U, sealant levels like a thin liquid{until}. Viscous flow needs fluid.viscosity_pa_s."
         )
         yield doubt("fluid.levels-at-any-U", text)
     stands_pa = standing_stress_pa(fluid.density_kg_m3, width_mm)
@@ -108,6 +105,6 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
             f"fluid.{law or 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant "
             f"sinks by its own weight at up to {sinks_mm_s.max():.2g} mm/s, which is {sinks_mm:.2g} mm in the "
             f"{lasts_s:.3g} s of this run, but the crack is {solid.depth_mm:.3g} mm deep. Sealant that the jet does "
-            "not push down heaps up over hollows; give a longer solver.settle_s to let it sink farther."
+            "not push down heaps up over hollows. Give a longer solver.settle_s to let it sink farther."
         )
         yield doubt("fluid.sinks-slowly", text, sinks_mm, "mm")

@@ -1,4 +1,4 @@
-"""Fill a crack with the method that the settings choose: frame by frame with particles, or by the fast model."""
+"""Fill a crack with the method that the settings choose: with particles, frame by frame, or with the fast model."""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -23,20 +23,19 @@ from simulate.slot.run import pour as pour_fast
 from simulate.vessel import vessel_of
 
 SMOOTHED = 10.0
-"""Radii over which the change of a level is averaged, since single particles move in a bed at rest, and around sealant
-that the nozzle has just left, where it is not judged."""
-PLACES = 0.95  # Share of the places whose distance from rest is within the reported one
-WORTH_SAYING_S = 20.0  # Time above which a run says at its start how long it takes
-Filled = tuple[Run, Profile]  # A run, with its volume ratio, and its level
+"""Length, in particle radii, over which the change of a level is averaged. Averaging is needed because single particles
+move in sealant at rest. The change is not judged within this distance of the sealant that the nozzle released last."""
+PLACES = 0.95  # Fraction of the positions whose distance from rest is at most the reported one
+WORTH_SAYING_S = 20.0  # Expected time of a run, in s, from which on it is printed at the start
+Filled = tuple[Run, Profile]  # A run, with its volume ratio, and the run's level
 
 
 def fill(pour: Pour, options: ComputeOptions | None = None) -> Filled:
     """Follow the trajectory, let the only fluid settle for ``solver.settle_s`` and measure its level.
 
-    ``solver.model`` is the method. The fast model ignores the options. On one CPU, the same input and seed give the
-    same bits with any number of threads.
-
-    Raises InputError if the settings do not fit the crack, and NumericalError if the run has a numerical fault.
+    ``solver.model`` selects the method. The fast model ignores the options. On the same CPU, the same input and seed
+    give bit-identical results with any number of threads. Raises InputError if the settings do not fit the crack.
+    Raises NumericalError if the run has a numerical fault.
     """
     (outcome,) = fill_each(pour, options or ComputeOptions())
     if isinstance(outcome, NumericalError):
@@ -45,11 +44,11 @@ def fill(pour: Pour, options: ComputeOptions | None = None) -> Filled:
 
 
 def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalError]:
-    """Fill one crack with each of several fluids in one launch. The results are those of ``fill`` for each fluid.
+    """Fill one crack with each of several fluids in one launch. The results equal the results of ``fill``.
 
-    A run with a numerical fault is computed anew with twice the substeps, and again up to the last of
-    ``SUBSTEP_FACTORS``, unless their number is given. Then its error is its result. Raises InputError if one of the
-    fluids cannot be run.
+    A run with a numerical fault is computed again with twice the substeps, and again up to the last factor of
+    ``SUBSTEP_FACTORS``. If it still fails, or if the user set the number of substeps, the result of the run is its
+    error. Raises InputError if one of the fluids cannot be simulated.
     """
     for fluid in pour.each:
         for doubt in fluid.doubts:
@@ -61,7 +60,7 @@ def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalErr
 
 
 def check(pour: Pour) -> None:
-    """Raise InputError for the inputs for which ``fill`` raises it.
+    """Raise InputError for the same inputs as ``fill``, without a run.
 
     Wall particles are not built, because that takes seconds.
     """
@@ -75,7 +74,7 @@ def check(pour: Pour) -> None:
 
 
 def follow(injection: Injection, options: ComputeOptions) -> None:
-    """Compute the remaining frames, until the last one or until nothing moves.
+    """Compute the remaining frames, up to the last one or until nothing moves.
 
     Raises NumericalError if every run was given up.
     """
@@ -85,7 +84,7 @@ def follow(injection: Injection, options: ComputeOptions) -> None:
     progress.start("Simulating", work[-1], work[injection.done])
     model_s = PARTICLE_S * injection.engine.substeps * float(work[-1] - work[injection.done]) + progress.later_s
     if model_s > WORTH_SAYING_S and injection.engine.state.device == "cpu":
-        progress.note(f"All of it takes about {in_words(model_s)}, by a model; the first tenth will correct it.")
+        progress.note(f"The run takes about {in_words(model_s)}, by a model. A better estimate follows after a tenth.")
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
         for watcher in reversed(watchers):
@@ -94,7 +93,7 @@ def follow(injection: Injection, options: ComputeOptions) -> None:
 
 
 def _computed(pour: Pour, options: ComputeOptions, finer: int, shown: Collection[Fact] = ()) -> Injection:
-    """Compute a launch. Its runs that failed are in ``Injection.failed``. Remarks that were ``shown`` are left out."""
+    """Compute a launch. ``Injection.failed`` has its failed runs. Remarks in ``shown`` are not printed again."""
     injection = prepare(pour, options, finer)
     for remark in injection.remarks_on(0):
         if remark not in shown:
@@ -110,11 +109,11 @@ def _computed(pour: Pour, options: ComputeOptions, finer: int, shown: Collection
 def _result(
     pour: Pour, options: ComputeOptions, injection: Injection, number: int, outcome: Run | NumericalError
 ) -> Filled | NumericalError:
-    """Measure a run of a launch. If it failed, compute it anew, alone and with twice the substeps."""
+    """Measure a run of a launch. If the run failed, compute it again, alone and with twice the substeps."""
     if not isinstance(outcome, NumericalError):
         if outcome.escaped_particles:
             escaped = outcome.escaped_particles
-            text = f"{escaped} particles went through a wall. Do not use this run; please report it."
+            text = f"{escaped} particles went through a wall. Do not use this run, and please report it."
             options.progress.warn(Fact("fluid.escaped", text, escaped, level="fault"), "fault")
         try:
             return _measured(injection, outcome, number)
@@ -137,12 +136,12 @@ def _measured(injection: Injection, run: Run, number: int) -> Filled:
 
 
 def _rest(injection: Injection, run: Run, level: Profile, number: int) -> dict[str, float | None]:
-    """Return how far a level is from that at rest, ``to_rest_mm``, at 95 % of the places.
+    """Return the distance of a level from its level at rest, ``to_rest_mm``, which 95 % of the positions do not exceed.
 
-    A fluid without yield stress that does not freeze has a flat level at rest, ``flat_mm``, if it is below the face of
-    a level sample. The level of others approaches rest as 1 / t^n, t being the time since the last sealant was released
-    (Matson and Hogg 2007, doi:10.1016/j.jnnfm.2006.05.003), so its change since frame ``looks_back`` shows what is
-    left. Without settling, what is left behind the nozzle is as much at least.
+    A fluid without a yield stress that does not freeze has a flat level at rest, ``flat_mm``, if this is below the face
+    of a level sample. The level of other fluids approaches rest as 1 / t^n, where t is the time since the last sealant
+    was released (Matson and Hogg 2007, doi:10.1016/j.jnnfm.2006.05.003). The change since frame ``looks_back``
+    therefore shows the remaining change. Without settling, the remaining change behind the nozzle is at least as large.
     """
     pour, schedule, s_mm = injection.pour, injection.schedule, level.s_mm
     solid, outline, fluid = pour.sample.solid, pour.sample.outline, pour.fluids[number]

@@ -1,4 +1,4 @@
-"""Choices made before a run: the tables [fluid], [solver] and [nozzle] of a trial file."""
+"""Settings of a run: the tables [fluid], [solver] and [nozzle] of a trial file."""
 
 import math
 from pathlib import Path
@@ -25,21 +25,21 @@ from simulate.material_file import Material, read_material
 from simulate.shear_law import Law
 
 STIFFEST_U = 1e6
-"""Largest U that is accepted: a hundred times that of the paper's stiffest fluid, and as stiff as a solid. A run may be
-able to solve only for a smaller U, depending on its substep."""
-MOST_YIELD_PA = 1e4  # Yield stress of paste that has set: it carries a column of a metre
-PAPERS_D_CM = 0.3  # The paper's D, fitted together with its U: it cannot be measured
+"""Largest U that is accepted. It is a hundred times the U of the paper's stiffest fluid, and as stiff as a solid.
+Depending on its substep, a run may only be able to solve for a smaller U."""
+MOST_YIELD_PA = 1e4  # Yield stress in Pa of paste that has set, which carries a column of one metre
+PAPERS_D_CM = 0.3  # The paper's D. It was fitted together with U, because it cannot be measured.
 # Water has 0.001 Pa s, epoxy 0.1 to 10, honey 2 to 20, hot bitumen and hot sealants 0.1 to 6 (ASTM D6690), cement paste
 # 0.1 to 5 (Mohammed et al. 2014).
 VISCOSITY = Likely(0.0, 50.0, "Pa s", "in mPa s")
 DENSITY = Likely(700.0, 3500.0, "kg/m3", "in g/cm3 or N/m3")  # From alcohol to heavy mortar
 SLOPE = Likely(-12.0, 12.0, "degrees", "in percent")  # Roads stay below 12 degrees
 NOZZLE = Likely(0.0, 2.0, "mm for a crack of this width", "the outer diameter, or in tenths of a mm", of_width=True)
-LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
+LEAST_WALL_SHARE = 0.05  # Smallest wall_share: with less, the paste would not notice the wall
 
 
 class GivenLaw(NamedTuple):
-    """A law of flow, and the settings of a law that may be given beside the one that gives it."""
+    """A law of flow, and the other settings that may be given together with the setting that selects it."""
 
     law: Law
     beside: tuple[str, ...]
@@ -53,91 +53,93 @@ LAWS = {
     "viscosity_pa_s": GivenLaw(Law.BINGHAM, (*_STRESSES, "density_kg_m3")),
     "consistency_pa_s_n": GivenLaw(Law.HERSCHEL_BULKLEY, ("flow_index", *_STRESSES, "density_kg_m3")),
 }
-"""Laws of flow by the setting that gives them. The first setting that a fluid has decides."""
+"""Laws of flow, by the setting that selects them. The first of these settings that a fluid has decides."""
 VISCOSITIES_PA_S = tuple(key for key in LAWS if key not in ("material", "curve", "U"))
-"""Settings that give a law by its viscosity at a shear rate of 1/s."""
+"""Settings that select a law of flow by its viscosity at a shear rate of 1/s."""
 
 
 def excluded_by(key: str) -> list[str]:
-    """Return the settings that cannot be given beside a key of ``LAWS``, since they belong to other laws."""
+    """Return the settings that cannot be given together with a key of ``LAWS``, because they belong to other laws."""
     of_laws = dict.fromkeys(name for law_key, law in LAWS.items() for name in (law_key, *law.beside))
     return [name for name in of_laws if name not in (key, "material", *LAWS[key].beside)]
 
 
 OF_MATERIAL = ("yield_stress_pa", "density_kg_m3", "consistency_pa_s_n", "flow_index")
-"""Settings that a material gives, None included. The viscosity may be given beside a material without one."""
+"""Settings that a material gives. None is a value too. The viscosity may be given in addition to a material without
+one."""
 MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag("several")], ByForm]
 
 
 class FreshPaste(NamedTuple):
-    """Viscosity at a shear rate of 1/s, and yield stress, of sealant that leaves the nozzle."""
+    """Viscosity at a shear rate of 1/s, and yield stress, of sealant as it leaves the nozzle."""
 
     viscosity_pa_s: float | None  # None if U is given
     yield_stress_pa: float
 
 
 class Fluid(Settings):
-    """The sealant, given by the paper's U and D, a viscosity, Herschel and Bulkley's K and n, a curve or a material."""
+    """The sealant: the paper's U and D, a viscosity, K and n of the Herschel-Bulkley law, a curve or a material."""
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
-    """Weight of the fluid's own viscosity in Eq. 5, dimensionless with lengths in cm, as in the paper. In a frame of
-    7.23 ms at a radius of 0.4 mm, U = 1 is 1.07e-6 m2/s, about water. Without a yield stress, particles move before U
-    acts, so a large U does not make them viscous."""
+    """Weight of the fluid's viscosity in Eq. 5. It is dimensionless with lengths in cm, as in the paper. In a frame of
+    7.23 ms at a radius of 0.4 mm, U = 1 is 1.07e-6 m2/s, about the viscosity of water. Without a yield stress,
+    particles move before U acts, so a large U does not make them viscous."""
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
-    """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. With any other
-    viscosity the default is that the fluid sticks to the walls."""
+    """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. If the viscosity
+    is given in another way, the fluid sticks to the walls by default."""
     wall_share: float | None = Field(default=None, ge=LEAST_WALL_SHARE, le=1)
-    """Stress that walls and floor take up, divided by the paste's own stress at the same shear rate. Default: 1, rough
-    walls to which the paste sticks. At 0.5 the paste slides once the stress at the wall is half its yield stress. It
-    cannot be combined with D_cm, which is a drag of its own."""
+    """Stress that walls and floor take up, divided by the stress in the paste at the same shear rate. Default: 1, for
+    rough walls to which the paste sticks. At 0.5 the paste slides once the stress at the wall is half its yield stress.
+    It cannot be combined with D_cm, which also sets the drag of the walls."""
     viscosity_pa_s: Annotated[float | None, VISCOSITY] = Field(default=None, ge=0, le=1e4)
-    """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15
-    to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity
-    has acted. With U and without a yield stress they move before viscosity acts, as in the paper."""
+    """Dynamic viscosity, given instead of U. With a yield stress, it is the plastic viscosity (Bingham). Cement grouts
+    have 0.15 to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after
+    viscosity has acted. With U and without a yield stress, they move before viscosity acts, as in the paper."""
     consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
-    """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n. It is the viscosity at a
-    shear rate of 1/s, and replaces viscosity_pa_s if flow_index is not 1."""
+    """Consistency K of the Herschel-Bulkley law, in Pa s^n. The stress is yield_stress_pa + K gamma^flow_index at a
+    shear rate gamma. K is the viscosity at a shear rate of 1/s. Give it instead of viscosity_pa_s if flow_index is not
+    1."""
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
-    """Power n of the shear rate in the stress. Default: 1, a viscosity independent of the shear rate. Below 1 the paste
-    thins as it is sheared, above 1 it thickens. Both need consistency_pa_s_n."""
+    """Power n of the shear rate in the stress. Default: 1, for a viscosity that does not depend on the shear rate.
+    Below 1 the paste becomes thinner as it is sheared, above 1 thicker. Values other than 1 need consistency_pa_s_n."""
     density_kg_m3: Annotated[float, DENSITY] = Field(default=1690.0, ge=1, le=2e4)
-    """Density of the sealant. Default: cement paste of water-cement ratio 0.67, from cement of 3150 and water of 1000.
-    It converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed of fall. A density
-    below 1 would be that of a gas."""
+    """Density of the sealant. Default: cement paste with a water-cement ratio of 0.67, from cement of 3150 and water of
+    1000 kg/m3. The density converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed
+    of a fall. A density below 1 would be the density of a gas."""
     yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
-    """Yield stress of fresh paste (Bingham). Under a lower stress it does not flow. Cement grouts have 5 to 37 Pa
-    (Mohammed et al. 2014, as for viscosity_pa_s)."""
+    """Yield stress of fresh paste (Bingham). Under a lower stress the paste does not flow. Cement grouts have 5 to 37
+    Pa (Mohammed et al. 2014, cited for viscosity_pa_s)."""
     structuration_pa_per_s: float = Field(default=0.0, ge=0, le=1e3)
-    """Increase of the yield stress per second as the paste cures. It is the same at rest and in motion."""
+    """Increase of the yield stress per second while the paste cures. It is the same at rest and in motion."""
     yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)
     """Yield stress at which curing ends. Default: curing does not end."""
     curve: CurveOrFile | None = None
-    """Viscosity and yield stress over age or temperature, in place of U, viscosity_pa_s and the three settings of the
-    yield stress: a CSV file, or its columns viscosity_pa_s, yield_stress_pa and either age_s or temperature_c. Between
-    rows the yield stress and the logarithm of the viscosity are linear; outside the ages they are constant.
-    """
+    """Viscosity and yield stress over age or temperature. It replaces U, viscosity_pa_s and the three settings of the
+    yield stress. Give a CSV file, or its columns viscosity_pa_s, yield_stress_pa and either age_s or temperature_c.
+    Between rows the yield stress and the logarithm of the viscosity are linear. Outside the ages they are constant."""
     cooling: CoolingOrFile | None = None
     """Temperature of the sealant by age, as a CSV file or as its columns age_s and temperature_c. It is needed if
-    ``curve`` depends on temperature, and all its values must be within the curve's range."""
+    ``curve`` is given over temperature. All its values must be within the curve's range."""
     material: MaterialOrFile | None = None
-    """A material.toml of 'sealtwin material', which gives yield stress, density and, if measured, the viscosity or
-    consistency_pa_s_n and flow_index. Its uncertainties are used unless [uncertainty] declares others.
-    """
+    """A material.toml, written by 'sealtwin material'. It gives the yield stress, the density and, if measured, either
+    the viscosity or consistency_pa_s_n and flow_index. Its uncertainties are used unless [uncertainty] declares
+    others."""
     freeze_after_s: float | Literal["never"] = "never"
     """Age at which a particle is fixed in place, or "never". In Python the default is "never"; a trial file must give
-    it. It models stiffening, and so the slope of the bed. The paper's solver froze particles at 2.58 s, to stay below
-    2,500 moving ones, and had no yield stress. A fluid that neither freezes nor has a yield stress levels out."""
+    it. It models stiffening, and so the slope of the settled sealant. The paper's solver had no yield stress. It froze
+    particles at 2.58 s, to keep fewer than 2,500 moving. A fluid that neither freezes nor has a yield stress levels
+    out."""
 
     @model_validator(mode="before")
     @classmethod
     def _beside_u(cls, table: Any) -> Any:
-        """Add the paper's D_cm if U is given without D_cm, so that both forms of a trial are equal."""
+        """Add the paper's D_cm if U is given alone. A trial then equals a trial that gives this D_cm."""
         if isinstance(table, dict) and table.get("U") is not None and table.get("D_cm") is None:
             return {**table, "D_cm": PAPERS_D_CM}
         return table
 
     def loaded(self, folder: Path) -> Self:
-        """Return a copy with the tables from its files, whose paths are relative to ``folder``.
+        """Return a copy in which files of tables are replaced by their content. Their paths are relative to ``folder``.
 
         Raises InputError for a file that cannot be used.
         """
@@ -151,15 +153,15 @@ class Fluid(Settings):
         return self.model_copy(update={"curve": curve, "cooling": cooling})
 
     def _with(self, material: Material, file: Path) -> Self:
-        """Return a copy with the numbers of a material, and with the material itself."""
+        """Return a copy with the values of a material, and with the material itself."""
         if (self.viscosity_pa_s is None) == (material.thickness is None):
-            problem = "no viscosity: give fluid.viscosity_pa_s too"
+            problem = "no viscosity: add fluid.viscosity_pa_s"
             if material.thickness is not None:
                 measured = "a viscosity" if material.viscosity_pa_s is not None else "a consistency_pa_s_n"
                 problem = (
                     f"{measured}, but fluid.viscosity_pa_s is {self.viscosity_pa_s:g}: leave fluid.viscosity_pa_s out"
                 )
-            raise InputError(f"{file}: has {problem}.")
+            raise InputError(f"{file}: the material has {problem}.")
         numbers = {
             "viscosity_pa_s": self.viscosity_pa_s or material.viscosity_pa_s,
             **{key: getattr(material, key) for key in OF_MATERIAL},
@@ -168,7 +170,10 @@ class Fluid(Settings):
 
     @property
     def given_by(self) -> str | None:
-        """The key of ``LAWS`` that gives the law of flow. A material that is read is replaced by what it gives."""
+        """Key of ``LAWS`` that selects the law of flow.
+
+        A material that has been read is replaced by the keys that it gives.
+        """
         keys = [key for key in LAWS if getattr(self, key) is not None]
         return next((key for key in keys if not isinstance(getattr(self, key), Material)), None)
 
@@ -180,7 +185,7 @@ class Fluid(Settings):
     def course(self) -> Course:
         """Viscosity and yield stress over age, after files are loaded. The viscosity is NaN if U is given."""
         if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
-            raise ValueError("the curve is a file that is not read yet; call loaded first")
+            raise ValueError("curve or cooling is a file that has not been read: call loaded first")
         if self.curve is not None:
             return course_of_tables(self.curve, self.cooling)
         viscosity_pa_s = np.nan if self.given_by in ("U", "material", None) else getattr(self, self.given_by)
@@ -193,7 +198,7 @@ class Fluid(Settings):
 
     @property
     def fresh(self) -> "FreshPaste":
-        """Rheology of the sealant that leaves the nozzle."""
+        """Viscosity and yield stress of the sealant as it leaves the nozzle."""
         viscosity, stress = self.course.at(np.zeros(1))
         return FreshPaste(None if np.isnan(viscosity[0]) else float(viscosity[0]), float(stress[0]))
 
@@ -204,7 +209,7 @@ class Fluid(Settings):
 
     @property
     def freezes(self) -> bool:
-        """True if particles are fixed at an age."""
+        """True if particles are fixed in place at some age."""
         return self.freeze_after_s != "never"
 
     @model_validator(mode="after")
@@ -212,12 +217,12 @@ class Fluid(Settings):
         if isinstance(self.material, Material):
             other = [key for key in OF_MATERIAL if getattr(self, key) != getattr(self.material, key)]
             if other:
-                raise ValueError(f"{other[0]} differs from that of material: give either material or {other[0]}")
+                raise ValueError(f"{other[0]} differs from its value in material: leave out material or {other[0]}")
         self._check_law()
         if self.wall_share is not None and self.D_cm is not None:
             raise ValueError(
-                f"wall_share is {self.wall_share:g} and D_cm is {self.D_cm:g}, which already is the drag of the walls: "
-                "give either, with viscosity_pa_s in place of U for wall_share"
+                f"wall_share is {self.wall_share:g} and D_cm is {self.D_cm:g}, but both set the drag of the walls: "
+                "give D_cm with U, or wall_share with viscosity_pa_s"
             )
         if self.freeze_after_s != "never" and self.freeze_after_s <= 0:
             raise ValueError(f'freeze_after_s is {self.freeze_after_s}: give a number above 0, or "never"')
@@ -229,7 +234,7 @@ class Fluid(Settings):
         return self
 
     def _check_law(self) -> None:
-        """Raise ValueError unless the settings give just one law of flow."""
+        """Raise ValueError unless the settings select exactly one law of flow."""
         curve, cooling = self.curve, self.cooling
         if not isinstance(curve, Path) and not isinstance(cooling, Path) and (fault := fault_of(curve, cooling)):
             raise ValueError(fault)
@@ -241,37 +246,39 @@ class Fluid(Settings):
         if beside := [name for name in conflicts if (name, self.flow_index) != ("flow_index", 1.0)]:
             belongs = "; flow_index needs consistency_pa_s_n" if beside == ["flow_index"] else ""
             raise ValueError(
-                f"{key} cannot be combined with {', '.join(beside)}, since each gives the law of flow: leave out "
-                f"either{belongs}"
+                f"{key} cannot be combined with {', '.join(beside)}, because each sets the law of flow: leave one of "
+                f"them out{belongs}"
             )
         if key == "consistency_pa_s_n" and self.flow_index in (None, 1.0):
-            raise ValueError(f"consistency_pa_s_n is {self.consistency_pa_s_n:g}: give flow_index, or viscosity_pa_s")
+            raise ValueError(
+                f"consistency_pa_s_n is {self.consistency_pa_s_n:g}: give flow_index too, or viscosity_pa_s instead"
+            )
 
 
 class Scheme(NamedTuple):
-    """Constants of a preset: the values in effect."""
+    """Constants of a preset, as they are used in a run."""
 
-    iterations: int  # Pressure iterations a substep
+    iterations: int  # Pressure iterations per substep
     volume_factor: float
-    """Volume of a particle in the density sum, divided by that of Eq. 6, 4 sqrt(2) f^3 R^3. It is only the start value
-    if the run controls its volume."""
+    """Volume of a particle in the density sum, divided by its volume by Eq. 6, 4 sqrt(2) f^3 R^3. If the run controls
+    its volume, this is only the value at the start."""
     wall: Literal["calibrated", "source"]
     """Strength of wall particles. calibrated: they replace the half of the kernel that a wall cuts off. source: 1 /
-    W(0)."""
-    frozen_answer: float  # Multiplier of a frozen neighbour over the particle's own
+    W(0), as in the paper's solver."""
+    frozen_answer: float  # Multiplier of a frozen neighbour, divided by the particle's own
 
 
-PACKING = 0.97  # The paper's f of Eq. 6: effective radius of a particle over its radius
+PACKING = 0.97  # The paper's f of Eq. 6: effective radius of a particle, divided by its radius
 
 
 def particle_volume(radius: float) -> float:
-    """Volume of a particle by Eq. 6, 4 sqrt(2) f^3 R^3, in the cube of the radius' unit."""
+    """Return the volume of a particle by Eq. 6, 4 sqrt(2) f^3 R^3, in the cube of the radius' unit."""
     return 4 * math.sqrt(2) * (PACKING * radius) ** 3
 
 
 SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
-"""Volume of a sphere of radius R divided by that of Eq. 6, 0.811. It is the mass of a particle in the paper's solver.
-"""
+"""Volume of a sphere of radius R, divided by a particle's volume by Eq. 6. It is 0.811, and the mass of a particle in
+the paper's solver."""
 
 # A run starts at this volume factor and ends between 0.95 and 1.20.
 ACCURATE = Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0)
@@ -283,85 +290,90 @@ PRESETS = {
 
 
 MOST_SUBSTEPS = 1000
-STEEPEST_DEG = 45.0  # Largest slope of a sample; roads stay below 12 degrees
+STEEPEST_DEG = 45.0  # Largest allowed slope of a sample. Roads stay below 12 degrees.
 
 
 class Solver(Settings):
-    """The numerical method. Equations: Macklin & Müller 2013 (PBF), and the paper's Eqs 1 to 6."""
+    """Settings of the numerical method. Equations: Macklin & Müller 2013 (PBF), and the paper's Eqs 1 to 6."""
 
     model: Method | None = None
-    """particles (default): the fluid in three dimensions. slot: the flow along the crack, averaged over sections. It
-    takes a tenth of a second, for screening within its domain, which the report describes. It does not model jet or
-    overspill."""
+    """Model of the flow. particles (default): the fluid in three dimensions. slot: the flow along the crack, averaged
+    over sections. It takes a tenth of a second and is meant for screening. The report describes the cases for which it
+    is valid. It models neither the jet nor overspill."""
     preset: Literal["accurate", "draft", "paper"] = "accurate"
-    """accurate: keeps the dispensed volume. draft: the same fluid with larger particles and longer substeps, for
-    searches. paper: uses the constants of the paper's solver, which lose a fifth to a quarter of the volume. The
-    paper's bed is fitted by accurate in flared walls, and by paper in leaning walls."""
+    """Preset of the particle model. accurate: keeps the dispensed volume. draft: the same fluid with larger particles
+    and longer substeps, for searches. paper: uses the constants of the paper's solver, which lose a fifth to a quarter
+    of the volume. The paper's measured level agrees with accurate if the walls flare, and with paper if they lean."""
     radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
-    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper. "auto" gives four in
-    this crack, or as many as a run can have. A draft replaces a smaller radius by that of 2.6 particles across (up to a
-    tenth less if two then leave the nozzle together). Half the radius takes about ten times as long."""
+    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper. "auto" gives four
+    across this crack, or as many as a run can have. A draft replaces a smaller radius by one that gives 2.6 particles
+    across (up to a tenth smaller if two particles can then leave the nozzle together). Half the radius takes about ten
+    times as long."""
     accurate_radius_mm: float | None = Field(default=None, gt=0, le=10)
-    """Radius that a draft has replaced, as its run records. Default: a draft replaces radius_mm, and converts U and
-    D_cm to its particles. If it is given, radius_mm, U and D_cm are those of the draft."""
+    """Radius that a draft has replaced, as recorded by the run. If it is given, radius_mm, U and D_cm are the draft's.
+    If not, a draft replaces radius_mm, and converts U and D_cm to its particles."""
     substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
     """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
-    over; a run that collapses is computed anew with twice as many. Compression decreases with the square of their
-    number."""
+    over. A run that collapses is computed again with twice as many. Compression decreases with the square of the number
+    of substeps."""
     iterations: int | None = Field(default=None, ge=1, le=1000)
-    """Pressure iterations per substep. Default: 4, or 3 if pressure is carried over from the last substep. It is
-    carried over in a viscous enough fluid that is in physical units or has a yield stress."""
+    """Pressure iterations per substep. Default: 4, or 3 if pressure is carried over from the last substep. Pressure is
+    carried over if the fluid is viscous enough and is given in physical units or has a yield stress."""
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
-    """Volume of a particle in the density sum, divided by that of Eq. 6. Default: preset accurate adjusts it during the
-    run so that the bed keeps the dispensed volume, and the run records its last value. Preset paper has 0.811."""
+    """Volume of a particle in the density sum, divided by its volume by Eq. 6. Default: preset accurate adjusts it
+    during the run so that the sealant keeps the dispensed volume, and the run records its last value. Preset paper has
+    0.811."""
     relaxation: float = Field(default=1.5, ge=1e-3, le=1e3)
-    """epsilon h^2 of Eq. 1. It is 60 per cm2 at h = 1.6 mm, as in the paper, and scaled with h. At 0 the multiplier of
-    an isolated particle is undefined. Far above the limit, pressure vanishes."""
+    """Relaxation epsilon h^2 of Eq. 1. It is 60 per cm2 at h = 1.6 mm, as in the paper, and is scaled with h. At 0 the
+    multiplier of an isolated particle is undefined. Far above the largest allowed value, pressure vanishes."""
     damping_per_s: float = Field(default=0.2, ge=0, le=1e3)
-    """eta of Eq. 4, as a rate. Divided by a particle's mass of 0.3 mg, it would be unstable. It may be at most 1 over
-    the substep (550 in the paper's trial), at which a particle loses all its speed."""
+    """Damping eta of Eq. 4, as a rate. If eta were divided by a particle's mass of 0.3 mg, it would be unstable. It may
+    be at most 1 divided by the substep (550 in the paper's trial), at which a particle loses all its speed."""
     viscosity_solve: Literal["implicit", "explicit"] = "implicit"
-    """implicit: one linear solve per substep for any U, which conserves momentum. explicit: Eq. 5 in q passes, as in
-    the paper. It is the reference, and slow for U above 1000 or D above 1. At most 5000 passes are allowed, enough for
-    pastes below 1 Pa."""
+    """Solution of the viscosity. implicit: one linear solve per substep for any U, which conserves momentum. explicit:
+    Eq. 5 in q passes, as in the paper. It is the reference, and slow for U above 1000 or D above 1. At most 5000 passes
+    are allowed, which is enough for pastes below 1 Pa."""
     kernel: Literal["poly6", "gaussian"] | None = None
-    """W of the viscosity's pairs, with equal viscosities. poly6: (1 - r²/h²)³. gaussian: exp(-r²/h²) up to h, as in the
-    paper. Default: poly6, or gaussian with the explicit solve."""
+    """Weight W of the viscosity's pairs. Both choices give the same viscosity. poly6: (1 - r²/h²)³. gaussian:
+    exp(-r²/h²) up to h, as in the paper. Default: poly6, or gaussian with the explicit solve."""
     sleep: bool = True
-    """Stop computing paste with a yield stress that has come to rest, until something hits it or flows past it. The bed
-    is nearly the same, and the run takes 60 to 75 % of the time. False disables sleeping."""
+    """True stops computing paste with a yield stress once it has come to rest, until something hits it or flows past
+    it. The settled sealant is nearly the same, and the run takes 60 to 75 % of the time."""
     settle_s: float = Field(default=0.0, ge=0, le=3600)
-    """Time between the last release of sealant and the measurement of the profile. The paper has 0."""
+    """Time between the last release of sealant and the measurement of the profile. In the paper it is 0."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.accurate_radius_mm is not None and (self.preset != "draft" or self.radius_mm == "auto"):
             raise ValueError(
-                f"accurate_radius_mm is {self.accurate_radius_mm:g}: only the record of a draft has it, beside the "
-                "draft's own radius_mm. Leave it out"
+                f"accurate_radius_mm is {self.accurate_radius_mm:g}: only the record of a draft has this setting, with "
+                "a number for radius_mm. Leave it out"
             )
         return self
 
     @property
     def has_particles(self) -> bool:
-        """True for particles. False for the fast model, which uses no device, no checkpoint and no estimate of time."""
+        """True for particles.
+
+        False for the fast model, which has no device, no checkpoints and no estimate of its time.
+        """
         return self.model != FAST
 
     @property
     def pair_kernel(self) -> str:
-        """W of the viscosity's pairs."""
+        """Weight W of the viscosity's pairs."""
         return self.kernel or ("poly6" if self.viscosity_solve == "implicit" else "gaussian")
 
     @property
     def size_mm(self) -> float:
-        """The radius as a number. Raises ValueError for "auto", which a run replaces by a number."""
+        """Radius as a number. Raises ValueError for "auto", which a run replaces by a number."""
         if self.radius_mm == "auto":
             raise ValueError('radius_mm = "auto" needs the crack\'s width: give a number')
         return self.radius_mm
 
     @property
     def scheme(self) -> Scheme:
-        """Constants of the preset, some of which the user's settings replace."""
+        """Constants of the preset. The user's settings replace some of them."""
         preset = PRESETS[self.preset]
         return preset._replace(
             iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
@@ -374,13 +386,16 @@ class Solver(Settings):
 
 
 class SampleSlope(Settings):
-    """Slopes of the sample's face. Coordinates stay square to the face; gravity is turned."""
+    """Slope of the sample's face.
+
+    Coordinates stay square to the face, and the direction of gravity is turned instead.
+    """
 
     crossfall_deg: Annotated[float, SLOPE] = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
-    """Slope of the face along y. If it is above 0 the face rises towards +y, and sealant runs towards -y. The surface
-    of a liquid at rest makes this angle with the face in the plane of y and z."""
+    """Slope of the face along y. If it is above 0, the face rises towards +y and sealant runs towards -y. In the plane
+    of y and z, the surface of a liquid at rest makes this angle with the face."""
     gradient_deg: Annotated[float, SLOPE] = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
-    """Slope of the face along x. If it is above 0 the face rises towards +x, and sealant runs towards -x."""
+    """Slope of the face along x. If it is above 0, the face rises towards +x and sealant runs towards -x."""
 
     @property
     def level(self) -> bool:
@@ -393,7 +408,7 @@ class SampleSlope(Settings):
 
     @property
     def down(self) -> tuple[float, float, float]:
-        """Unit vector of gravity in the sample's frame."""
+        """Unit vector of gravity in the sample's coordinates."""
         x, y = (math.tan(math.radians(angle)) for angle in (self.gradient_deg, self.crossfall_deg))
         length = math.hypot(x, y, 1.0)
         # Subtracted from 0.0, so that a level sample has 0.0 and not -0.0.
@@ -404,8 +419,8 @@ LEVEL = SampleSlope()
 
 
 class Nozzle(Settings):
-    """The outlet of the nozzle. Path, height and flow are in the trajectory."""
+    """The outlet of the nozzle. The trajectory has its path, height and flow."""
 
     diameter_mm: Annotated[float, NOZZLE] = Field(default=2.4, gt=0, le=100)
-    """Inner diameter. The paper has 2.4. A release has as many particles as fit the disc of this diameter: seven of
-    radius 0.4."""
+    """Inner diameter of the nozzle. In the paper it is 2.4. A release has as many particles as fit into a disc of this
+    diameter: seven of radius 0.4."""

@@ -1,4 +1,4 @@
-"""Checks that the settings of particles fit a crack. They also convert the fluid to the solver's units."""
+"""Check that the settings of particles fit a crack, and convert the fluid to the solver's units."""
 
 import itertools
 import math
@@ -36,48 +36,48 @@ from simulate.setup.rheology import (
 )
 from simulate.setup.signed_distance import CM, SolidSurface, crack_box_mm, grid_fits
 
-ACROSS_AT_LEAST = 2  # Least number of particles abreast in a crack of mean width
+ACROSS_AT_LEAST = 2  # Smallest number of particles side by side across the mean width of a crack
 CELLS_AT_MOST = 4_000_000
-"""Largest number of cells of the neighbour search, 90 times that of the paper's trial. A substep scans all cells in 2
-ms."""
+"""Largest number of cells in the neighbour search, 90 times the number in the paper's trial. Each substep scans all
+cells in 2 ms."""
 STIFFEST = 1000.0
-"""Largest kinematic viscosity that is solved for, times a substep divided by h^2. It is 2,400 Pa s at a radius of 0.4
-mm. At this limit pours in slots 1.2 to 12 mm wide are solved. At 4000 particles are flung away."""
+"""Largest kinematic viscosity that can be solved, times a substep divided by h^2. It is 2,400 Pa s at a radius of 0.4
+mm. At this limit, pours in slots 1.2 to 12 mm wide are solved. At 4000, particles are flung away."""
 HOLDS_SUPPORTS = 100.0
-"""Largest yield stress of fresh paste that is solved for, divided by rho g h. It is 2,650 Pa at a radius of 0.4 mm. At
-this limit pours take up to a fifth of the allowed iterations with any substep. At 200 one pour of 18 fails."""
+"""Largest yield stress of fresh paste that can be solved, divided by rho g h. It is 2,650 Pa at a radius of 0.4 mm. At
+this limit, pours take up to a fifth of the allowed iterations with any substep. At 200, one pour of 18 fails."""
 STRESS_GAIN_PER_S = 150.0
 """Largest gain of yield stress in ``STIFFENING_S``, divided by rho h^2 / dt, in 1/s. It is 105 Pa/s at a radius of 0.4
-mm. From a gain of 180 on, stiffened paste compresses the fresh paste that it encloses until that collapses."""
-STIFFENING_S = 3.0  # Longest time over which a gain is counted
-STRESS_LIMIT_PER_S = 30.0  # Yield stress over rho h^2 / dt, in 1/s, up to which paste may stiffen at any rate
-SHEARED = 100.0  # Shear in 1/s of a jet that hits a bed: the largest, at which shear-thickening paste is stiffest
+mm. From 180 on, stiffened paste compresses the fresh paste that it encloses until the fresh paste collapses."""
+STIFFENING_S = 3.0  # Longest time, in s, over which a gain is counted
+STRESS_LIMIT_PER_S = 30.0  # Yield stress up to which paste may stiffen at any rate, divided by rho h^2 / dt, in 1/s
+SHEARED = 100.0  # Shear rate in 1/s of a jet that hits sealant, the largest of all. Thickening paste is stiffest at it.
 MOST_PASSES = 5000
-"""Largest number of explicit passes of a substep, equal to the limit of a solve's iterations. Paste at rest takes most:
-2,600 with 1 Pa at a radius of 0.6 mm. There 36 particles in substeps of 2.8 ms take a minute for a second of pouring.
-"""
-MOST_AGES = 1_000_000  # Frames up to which a curve is tabulated if the length of the run is not given
-TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps of the diameters and heights, and of the radii, in proposals
-ROUNDED = 5e-3  # Share of a radius "auto" by which rounding to three digits may increase it
-ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at just the clearance is allowed
+"""Largest number of explicit passes in a substep, equal to the limit of a solve's iterations. Paste at rest takes most:
+2,600 passes with 1 Pa at a radius of 0.6 mm. In that case, 36 particles in substeps of 2.8 ms take a minute for a
+second of pouring."""
+MOST_AGES = 1_000_000  # Number of frames for which a curve is tabulated if the length of the run is not given
+TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps, in proposals, of heights and of radii
+ROUNDED = 5e-3  # Fraction by which rounding to three digits may increase a radius "auto"
+ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32. It allows a release exactly at the clearance.
 
 
 def check_fit(
     outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle, slope: SampleSlope = LEVEL
 ) -> None:
-    """Raise InputError if valid settings of particles are impossible in this crack."""
+    """Raise InputError if the particle settings, though each is valid, cannot be simulated in this crack."""
     radius_mm = sized(outline, solid, solver, nozzle).size_mm
     x_min, y_min, x_max, y_max = solid.block_mm
     side_mm = min(x_max - x_min, y_max - y_min)
     if nozzle.diameter_mm > side_mm:
         raise InputError(
-            f"nozzle.diameter_mm is {nozzle.diameter_mm:g}: wider than the face, whose shorter side is {side_mm:g} "
+            f"nozzle.diameter_mm is {nozzle.diameter_mm:g}, wider than the face, whose shorter side is {side_mm:g} "
             f"mm. Give at most {side_mm:g}."
         )
     widest_mm = outline.mean_width_mm / ACROSS_AT_LEAST / 2
     if radius_mm > (1 + ROUNDED) * widest_mm:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: fewer than {ACROSS_AT_LEAST} particles fit abreast in a crack "
+            f"solver.radius_mm is {radius_mm:g}: fewer than {ACROSS_AT_LEAST} particles fit side by side in a crack "
             f"of mean width {outline.mean_width_mm:.2f} mm, and fluid one particle wide bridges the walls instead of "
             f"flowing. {_radii_allowed(outline, solid, widest_mm)}"
         )
@@ -88,7 +88,7 @@ def check_fit(
         )
     if radius_mm > nozzle.diameter_mm / 2:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: a particle is wider than the nozzle it leaves. Give at most "
+            f"solver.radius_mm is {radius_mm:g}: a particle would be wider than the nozzle. Give at most "
             f"{nozzle.diameter_mm / 2:g}, half of nozzle.diameter_mm."
         )
     thickness_mm = -float(solid.vertices_mm[:, 2].min())
@@ -120,7 +120,7 @@ def check_fit(
 
 
 def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm: float | None = None) -> str:
-    """Return a sentence on the radii that this crack allows. Its distance grid may set a lower limit."""
+    """Return a sentence on the radii that are possible in this crack. The distance grid may set a lower limit."""
     abreast_mm = outline.mean_width_mm / 8
     auto_mm = _finest_mm(solid, outline, abreast_mm)
     if not carried(solid, outline, auto_mm):
@@ -134,7 +134,10 @@ def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm
 
 
 def _finest_mm(solid: Solid, outline: Outline, radius_mm: float) -> float:
-    """Return ``radius_mm``, or the finest larger radius that a run can have; the widest if it can have none."""
+    """Return ``radius_mm``, or the next larger radius that a run can have.
+
+    Returns the widest radius if there is none.
+    """
     widest = math.floor(0.99 * outline.mean_width_mm / ACROSS_AT_LEAST / 2 / TICK_OF_RADIUS_MM)
     finest = math.floor(radius_mm / TICK_OF_RADIUS_MM)
     if finest >= widest or carried(solid, outline, radius_mm):
@@ -147,7 +150,7 @@ def _finest_mm(solid: Solid, outline: Outline, radius_mm: float) -> float:
 
 
 def sized(outline: Outline, solid: Solid, solver: Solver, nozzle: Nozzle) -> Solver:
-    """Return a solver in which radius "auto" is that of an accurate run, or the finest that a run can have."""
+    """Return a solver in which "auto" is replaced by the radius of an accurate run, or the finest possible radius."""
     if solver.radius_mm != "auto":
         return solver
     radius_mm = _finest_mm(solid, outline, ACCURATE_RESOLUTION.radius_mm(outline.mean_width_mm, nozzle))
@@ -155,10 +158,10 @@ def sized(outline: Outline, solid: Solid, solver: Solver, nozzle: Nozzle) -> Sol
 
 
 def resolved(sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> tuple[Fluid, Solver]:
-    """Return fluid and solver of a run, with its radius as a number.
+    """Return the fluid and the solver of a run, with the particle radius as a number.
 
-    A draft's particles are at least as large as those of an accurate run, and it has the same fluid. If a material was
-    calibrated, a draft has the radius of its calibration. A draft that is resolved remains as it is.
+    A draft has the same fluid as an accurate run, and particles that are at least as large. If a material was
+    calibrated, a draft has the radius of the calibration. A draft that was resolved before is returned unchanged.
     """
     outline, path = sample.outline, sample.trajectory
     solver = sized(outline, sample.solid, solver, nozzle)
@@ -177,7 +180,7 @@ def carried(solid: Solid, outline: Outline, radius_mm: float) -> bool:
 
 
 def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float) -> float:
-    """Return D as given or, if the fluid sticks to walls, the D with the total drag of no-slip walls."""
+    """Return the D that is given. If the fluid sticks to walls, return the D with the total drag of no-slip walls."""
     if fluid.D_cm is not None:
         return fluid.D_cm
     no_slip = no_slip_weight(paste.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
@@ -185,7 +188,7 @@ def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float
 
 
 def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST_AGES) -> Rheology:
-    """Return the fluid in the solver's units, up to an age of ``frames``."""
+    """Return the fluid in the solver's units, tabulated up to an age of ``frames``."""
     course, per_density = fluid.course, CM2_IN_M2 / fluid.density_kg_m3
     last = math.ceil(min(course.age_s[-1] / frame_s, frames))
     viscosity_pa_s, stress_pa = course.at(frame_s * np.arange(last + 1))
@@ -208,7 +211,7 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
 
 
 def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tuple[Rheology, int]:
-    """Return the fluid in the solver's units, and the number of substeps of a frame.
+    """Return the fluid in the solver's units, and the number of substeps per frame.
 
     Raises InputError if the fluid is too stiff for the viscosity's linear solve, needs too many explicit passes, or
     stiffens so fast that it collapses.
@@ -225,14 +228,14 @@ def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tupl
     passes = explicit_passes(paste, support, frame_s, substeps, shears_per_s=shears_per_s, frames=lasts)
     if passes > MOST_PASSES:
         raise InputError(
-            f'solver.viscosity_solve is "explicit": paste that comes to rest takes {passes:.3g} passes a substep '
+            f'solver.viscosity_solve is "explicit": paste that comes to rest takes {passes:.3g} passes per substep '
             f'{_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. Give "implicit".'
         )
     return paste, substeps
 
 
 def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int) -> None:
-    """Raise InputError if the viscosity is too stiff at 1/s, to which it is given, or in a jet."""
+    """Raise InputError if the viscosity is too large for the solver, at a shear rate of 1/s or in a jet."""
     support, key = 4 * solver.size_mm * CM, fluid.given_by
     viscosities = [paste.apparent_cm2_s(shear, support, frame_s, yields=False).max() for shear in (1.0, SHEARED)]
     stiffness = max(viscosities) * frame_s / substeps / support**2
@@ -247,7 +250,7 @@ def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: flo
 
 
 def _check_yield_stress(fluid: Fluid, solver: Solver) -> None:
-    """Raise InputError if fresh paste is too stiff; older paste is at rest and takes few iterations."""
+    """Raise InputError if fresh paste is too stiff. Older paste is at rest and takes few iterations."""
     stress_pa = fluid.fresh.yield_stress_pa
     column_pa = 1e-3 * fluid.density_kg_m3 * GRAVITY_M_S2 * 4 * solver.size_mm
     if stress_pa > HOLDS_SUPPORTS * column_pa:
@@ -282,7 +285,7 @@ def _in_substeps(solver: Solver, frame_s: float, substeps: int) -> str:
 
 
 def _or_more(substeps: float) -> str:
-    """Return a proposal of a least number of substeps; "" if a frame cannot have as many."""
+    """Return a proposal for a smallest number of substeps. Returns "" if a frame cannot have so many."""
     least = math.ceil(substeps)
     return f", or solver.substeps of at least {least}" if least <= MOST_SUBSTEPS else ""
 
@@ -308,8 +311,8 @@ def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm:
     if not cells <= CELLS_AT_MOST:
         x, y, z = nozzle_mm[np.abs(nozzle_mm).max(axis=1).argmax()]
         raise InputError(
-            f"trajectory: it extends to ({x:g}, {y:g}, {z:g}) mm; with solver.radius_mm = {radius_mm:g} the box "
-            f"around it and the crack has {cells:.3g} cells for the neighbour search; at most {CELLS_AT_MOST} are "
+            f"trajectory: it extends to ({x:g}, {y:g}, {z:g}) mm. With solver.radius_mm = {radius_mm:g} the box "
+            f"around it and the crack has {cells:.3g} cells for the neighbour search, but at most {CELLS_AT_MOST} are "
             "allowed. Bring the nozzle nearer to the crack (path.nozzle_height_mm), or give a larger radius."
         )
     return Domain(low_mm * CM, high_mm * CM)
@@ -323,9 +326,9 @@ def check_outlet(
     *,
     diameter_mm: float,
 ) -> None:
-    """Raise InputError if a particle would be released inside the solid or nearer to it than its clearance.
+    """Raise InputError if a particle would be released inside the solid, or nearer to it than the clearance.
 
-    The message proposes settings, each of which would be enough.
+    The message proposes several settings, each of which is enough.
     """
     least_mm, low_mm = surface.clearance / CM - ROUNDING_MM, trajectory.position_mm[:, 2].min()
 
@@ -347,13 +350,13 @@ def check_outlet(
     trim = f"path.trim_mm of at least {trim_mm}, or " if 2 * trim_mm < outline.length_mm - 1 else ""
     raise InputError(
         f"nozzle.diameter_mm is {diameter_mm:g}, path.trim_mm lets sealant flow from s = {begins_mm:g} to "
-        f"{ends_mm:g} mm and path.nozzle_height_mm is {low_mm:g}: together they release "
-        f"sealant in the solid, such as a dam at an open end, or nearer to it than {surface.clearance / CM:.2f} mm; "
+        f"{ends_mm:g} mm and path.nozzle_height_mm is {low_mm:g}: with these settings the nozzle releases "
+        f"sealant in the solid, such as a dam at an open end, or nearer to it than {surface.clearance / CM:.2f} mm, "
         f"first at s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Give {trim}path.nozzle_height_mm of at "
         f"least {height_mm:g}, or a smaller nozzle.diameter_mm."
     )
 
 
 def _calibrated_mm(fluid: Fluid) -> float | None:
-    """Return the radius at which a fluid's material was calibrated; None if none is known."""
+    """Return the radius at which the fluid's material was calibrated. Returns None if it is not known."""
     return fluid.material.radius_mm if isinstance(fluid.material, Material) else None

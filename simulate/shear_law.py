@@ -1,9 +1,9 @@
-"""The laws of shear flow on the host: the viscosity at a shear rate, and the flow between two plates.
+"""Laws of shear flow on the host: the viscosity at a shear rate, and the flow between two plates.
 
-A law is a member of ``Law``, with its viscosity and its power at rest here, and ``apparent_weight`` in
-``kernels.viscosity``, which is its viscosity on the device. ``settings.LAWS`` has the setting that gives it, which
-everything reads that replaces, draws or calibrates a law. The fast model has the laws of ``FLOW_BETWEEN_PLATES`` and
-refuses others; its settings are in ``slot.run.READ``. ``material_file.KEY_OF_LAW`` has the laws of a measured paste.
+A law is a member of ``Law``. Its viscosity and its power at rest are in this module, and its viscosity on the device is
+``apparent_weight`` in ``kernels.viscosity``. ``settings.LAWS`` has the setting that selects a law. All code that
+replaces, draws or calibrates a law reads it. The fast model has the laws in ``FLOW_BETWEEN_PLATES`` and refuses others;
+its settings are in ``slot.run.READ``. ``material_file.KEY_OF_LAW`` has the laws of a measured paste.
 """
 
 from dataclasses import dataclass
@@ -15,20 +15,21 @@ from sealtwin.core.records import Floats
 
 
 class Law(IntEnum):
-    """Stress over the shear rate gamma. The numbers are those of the device code."""
+    """Laws that give the stress as a function of the shear rate gamma. The device code uses the same numbers."""
 
     BINGHAM = 0
-    """tau + mu gamma"""
+    """Bingham: stress tau + mu gamma, with yield stress tau and plastic viscosity mu."""
     HERSCHEL_BULKLEY = 1
-    """tau + K gamma^n"""
+    """Herschel-Bulkley: stress tau + K gamma^n, with yield stress tau, consistency K and flow index n."""
 
 
 def apparent_viscosity(
     law: Law, viscosity: Floats | float, stress: Floats | float, shear_per_s: float, flow_index: float
 ) -> Floats | float:
-    """Return stress over shear rate. ``viscosity`` is that at a shear rate of 1/s without ``stress``, the yield stress.
+    """Return the apparent viscosity, stress divided by shear rate.
 
-    Units are Pa s and Pa, or those of both divided by the density.
+    ``viscosity`` is the viscosity (Bingham) or the consistency at a shear rate of 1/s, and ``stress`` is the yield
+    stress. Units are Pa s and Pa, or both divided by the density.
     """
     match law:
         case Law.BINGHAM:
@@ -38,7 +39,7 @@ def apparent_viscosity(
 
 
 def power_at_rest(law: Law, flow_index: float) -> float:
-    """Return the power of the shear rate in the stress above the yield stress as the flow comes to rest."""
+    """Return the power of the shear rate in the stress above the yield stress, as the flow comes to rest."""
     match law:
         case Law.BINGHAM:
             return 1.0
@@ -48,20 +49,20 @@ def power_at_rest(law: Law, flow_index: float) -> float:
 
 @dataclass(frozen=True)
 class PlaneFlow:
-    """Flow of Bingham or Herschel-Bulkley paste between plates for a push in Pa/mm, (k,).
+    """Flow of Bingham or Herschel-Bulkley paste between plates, for pushes in Pa/mm, (k,).
 
-    It is that of Bird, Armstrong and Hassager 1987, table 4.2-1, with a plug.
+    The paste in the middle moves as a plug. The equations are those of Bird, Armstrong and Hassager 1987, table 4.2-1.
     """
 
     threshold: Floats
     """Push above which the paste flows, in Pa/mm."""
     rate: Floats
-    """Flow without a yield stress, divided by the push to the power 1/n."""
+    """Flow without a yield stress, divided by the push to the power 1/n. n is the flow index."""
     power: float
-    """1/n"""
+    """The power 1/n, where n is the flow index."""
 
     def flow_mm3_s(self, push: Floats) -> tuple[Floats, Floats]:
-        """Return the flow for each push, of either sign, and its derivative.
+        """Return the flow in mm3/s for each push, of either sign, and its derivative with respect to the push.
 
         The derivative is continuous and at least 0.
         """
@@ -88,10 +89,11 @@ def flow_between_plates(
     flow_index: float,
     area_mm2: Floats | float = 1.0,
 ) -> PlaneFlow:
-    """Return the flow through an area above a threshold in Pa/mm. With an area of 1 mm2 it is the mean speed.
+    """Return the flow through an area above a threshold in Pa/mm. With an area of 1 mm2, the flow is the mean speed.
 
-    ``viscosity`` is that of ``apparent_viscosity``. The threshold includes the particles' friction, which is right only
-    for a law that adds its yield stress to its viscous stress. Raises KeyError for a law without such a flow.
+    ``viscosity`` is defined as in ``apparent_viscosity``. The threshold includes the particles' friction, which is
+    right only for a law that adds its yield stress to its viscous stress. Raises KeyError for a law without such a
+    flow.
     """
     m = 1 / flow_index
     return FLOW_BETWEEN_PLATES[law](threshold, area_mm2 * (half_gap_mm ** (m + 1) / (m + 2) / viscosity**m), m)

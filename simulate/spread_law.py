@@ -1,10 +1,11 @@
-"""The yield stress of a heap of paste at rest on a plate, in closed form.
+"""Yield stress of a heap of paste at rest on a plate, in closed form.
 
-In a heap at rest on a rough plate the yield stress at the plate balances rho g h dh/dr; in a flat heap that alone
+In a heap at rest on a rough plate, the yield stress at the plate balances rho g h dh/dr. In a flat heap this alone
 determines the radius (Roussel and Coussot 2005). A higher heap was also stretched in all directions as it spread, and
-its yield stress resists that too: the thrust rho g h^2 / 2 of a section is less by sqrt(3) pi / 4 tau h (the plane
-problem's pi / 2 of Nye 1951 and Dubash et al. 2009, for equal stretching along and around). The heap is higher for it,
-and the flat formula overestimates its yield stress: by a fifth if the height is a 13th of the width.
+its yield stress resists stretching too: the thrust rho g h^2 / 2 of a section is less by sqrt(3) pi / 4 tau h. In the
+plane problem the factor is pi / 2 (Nye 1951, Dubash et al. 2009). The factor sqrt(3) pi / 4 is for equal stretching
+along and around the heap. The heap is therefore higher, and the flat formula overestimates the yield stress: by a fifth
+if the height is a 13th of the width.
 """
 
 import math
@@ -15,29 +16,35 @@ from sealtwin.core.records import Floats
 from sealtwin.core.regime import GRAVITY_M_S2
 
 STRETCH = math.sqrt(3) * math.pi / 4
-"""Reduction of a section's thrust by stretching, divided by tau h. It is sqrt(3) tau, the von Mises limit without
-shear, averaged over a depth in which the shear stress grows evenly to tau."""
+"""Reduction of a section's thrust by stretching, divided by tau h. Stretching adds sqrt(3) tau, the von Mises limit
+without shear, averaged over a depth in which the shear stress grows evenly to tau."""
 HIGHEST = 0.43
-"""Largest height over radius of a heap for which the closed form is used. Up to there it was compared with slumps in
-particles: its stress is 10 % too high at 0.09 and 23 % too low at 0.42."""
+"""Largest ratio of a heap's height to its radius for which the closed form is used. Up to this ratio it was compared
+with simulated slumps: its stress is 10 % too high at 0.09 and 23 % too low at 0.42."""
 
 
 def flat_stress_pa(volume_mm3: Floats | float, radius_mm: Floats | float, density_kg_m3: Floats | float) -> Floats:
-    """Return 225 rho g V^2 / (128 pi^2 R^5), the yield stress of a heap that is flat (Roussel and Coussot 2005)."""
+    """Return the yield stress of a flat heap: 225 rho g V^2 / (128 pi^2 R^5) (Roussel and Coussot 2005).
+
+    V is the volume and R the radius of the heap.
+    """
     volume_m3, radius_m = np.asarray(volume_mm3) * 1e-9, np.asarray(radius_mm) * 1e-3
     return 225 * np.asarray(density_kg_m3) * GRAVITY_M_S2 * volume_m3**2 / (128 * np.pi**2 * radius_m**5)
 
 
 def heap_height_mm(stress_pa: Floats, radius_mm: Floats | float, density_kg_m3: Floats | float) -> Floats:
-    """Return the height of a flat heap in its middle, sqrt(2 tau R / (rho g))."""
+    """Return the height of a flat heap in its middle, sqrt(2 tau R / (rho g)), in mm.
+
+    tau is the yield stress and R the radius.
+    """
     return np.sqrt(2e3 * stress_pa * np.asarray(radius_mm) / (np.asarray(density_kg_m3) * GRAVITY_M_S2))
 
 
 def stretched_stress_pa(volume_mm3: Floats | float, radius_mm: Floats | float, density_kg_m3: Floats | float) -> Floats:
-    """Return the yield stress of a heap with stretching, to the first order in its height over its radius.
+    """Return the yield stress of a heap with stretching, to first order in its height divided by its radius.
 
-    With w = rho g and c = STRETCH tau / w, w h^2 / 2 - STRETCH tau h = tau (R - r) gives the heap
-    h = c + sqrt(c^2 + 2 tau (R - r) / w). For c = 0 it is the flat heap.
+    With w = rho g and c = STRETCH tau / w, the balance w h^2 / 2 - STRETCH tau h = tau (R - r) gives the height of the
+    heap, h = c + sqrt(c^2 + 2 tau (R - r) / w). For c = 0 it is the flat heap.
     """
     flat = np.atleast_1d(flat_stress_pa(volume_mm3, radius_mm, density_kg_m3)).astype(float)
     volume, radius, density = np.broadcast_arrays(volume_mm3, radius_mm, density_kg_m3)
@@ -49,7 +56,10 @@ def stretched_stress_pa(volume_mm3: Floats | float, radius_mm: Floats | float, d
 
 
 def _heap_mm3(stress_pa: Floats | float, radius_mm: Floats | float, density_kg_m3: Floats | float) -> Floats:
-    """Return the volume of a heap: 2 pi times the integral of r h, with u = R - r, in closed form."""
+    """Return the volume of a heap: 2 pi times the integral of r h, with u = R - r, in closed form.
+
+    h is the height at the distance r from the middle, and R is the radius.
+    """
     per_mm = np.atleast_1d(np.asarray(stress_pa) / (np.asarray(density_kg_m3) * GRAVITY_M_S2)) * 1e3
     radius, edge = np.asarray(radius_mm), STRETCH * per_mm
     # With q = edge^2 + 2 per_mm u as the variable, the integral is of powers of its root.

@@ -1,4 +1,4 @@
-"""The volume of a bed between its solid's walls and its surface, summed over vertical lines in square cells."""
+"""Volume of settled sealant between its solid's walls and its surface, summed over vertical lines in square cells."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -14,12 +14,12 @@ from simulate.kernels.status import Span
 
 TURN = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
 """Cosine and sine of the angle by which the solid is turned about the z axis."""
-LEVELS = 200  # Levels between which the volume of a liquid is linear
-ROUNDED = 1e-6  # Tolerance of a cell's middle, in cells
+LEVELS = 200  # Number of levels between which the volume of a liquid is linear
+ROUNDED = 1e-6  # Tolerance for the middle of a cell, in cells
 
 
 class Vessel:
-    """The solid as vertical lines through the middles of square cells, along which a bed is measured."""
+    """The solid as vertical lines through the middles of square cells, along which sealant is measured."""
 
     def __init__(self, solid: Solid, cell_mm: float) -> None:
         # Turned by 18 degrees, so that walls along an axis, or at 30, 45 or 60 degrees to one, do not run along the
@@ -43,10 +43,11 @@ class Vessel:
         self.cell_mm2 = solid.cavity_volume_mm3 / lines_mm if has_cavity else cell_mm**2
 
     def volume_mm3(self, position_mm: Floats, half_mm: float) -> float:
-        """Return the volume below the surface of particles, (n, 3), that end ``half_mm`` above their centres.
+        """Return the volume below the surface of particles, (n, 3), whose liquid ends ``half_mm`` above their centres.
 
-        It is summed over the cells and over the free stretches of each cell's vertical line. A stretch begins at an
-        upward facet and ends at the next downward one, if any; liquid fills it from its foot to its highest particle.
+        It is summed over the cells, and over the free stretches of each cell's vertical line. A stretch begins at an
+        upward facet and ends at the next downward facet, if there is one. Liquid fills it from its foot to its highest
+        particle.
         """
         liquid = Liquid()
         liquid.top_mm = wp.full(len(self._z_mm), -np.inf, wp.float64, "cpu")
@@ -60,7 +61,10 @@ class Vessel:
         return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self.cell_mm2
 
     def flat_mm(self, volume_mm3: float) -> float | None:
-        """Return the level below the face at which a liquid of this volume lies flat; None if it is more than fits."""
+        """Return the level below the face of a flat liquid of this volume.
+
+        Returns None if the cavity cannot contain it.
+        """
         foot_mm, ceiling_mm = self._z_mm[self._upward], self._ceiling_mm[self._upward]
         level_mm = np.linspace(foot_mm.min(), 0.0, LEVELS)
         held_mm = [(np.clip(level, foot_mm, ceiling_mm) - foot_mm).sum() for level in level_mm]
@@ -68,7 +72,7 @@ class Vessel:
         return float(np.interp(height_mm, held_mm, level_mm)) if height_mm < held_mm[-1] else None
 
     def lines_on(self, device: str) -> Any:
-        """Return the lines on a device."""
+        """Return the vertical lines as arrays on a device."""
         cell_mm, low, shape = self._grid
         lines = Lines()
         lines.cell_mm, lines.low, lines.shape = cell_mm, wp.vec2i(*map(int, low)), wp.vec2i(*map(int, shape))
@@ -82,7 +86,7 @@ class Vessel:
 
 @lru_cache(maxsize=2)
 def vessel_of(solid: Solid, cell_mm: float) -> Vessel:
-    """Return the vessel of a solid. The last two are cached: each run of a study needs the same two."""
+    """Return the vessel of a solid. The last two are cached, because each run of a study needs the same two."""
     return Vessel(solid, cell_mm)
 
 
@@ -124,9 +128,9 @@ def _stretch(triangle_mm: Floats, x_mm: Floats) -> tuple[Floats, Floats]:
 
 
 def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, count: int) -> tuple[Integers, Integers]:
-    """Return the first and last cell, from cell ``low`` on, with its middle on each stretch along an axis.
+    """Return the first and last cell, counted from cell ``low``, whose middle is on each stretch along an axis.
 
-    Middles at the ends of a stretch, to rounding, are included: the facet's edges decide.
+    Middles at the ends of a stretch, to rounding, are included, because the facet's edges decide about them.
     """
     first = np.ceil(low_mm / cell_mm - 0.5 - ROUNDED).astype(int) - low
     last = np.floor(high_mm / cell_mm - 0.5 + ROUNDED).astype(int) - low
@@ -134,14 +138,17 @@ def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, co
 
 
 def whole_numbers(first: Integers, last: Integers) -> tuple[Integers, Integers]:
-    """Return the whole numbers of all ranges, one range after the other, and each number's range."""
+    """Return the whole numbers of all ranges, one range after the other, and the range of each number."""
     count = np.maximum(last - first + 1, 0)
     index = np.repeat(np.arange(len(count)), count)
     return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count), index
 
 
 def in_triangle(corners: Sequence[Floats] | Floats, point: NDArray[np.floating]) -> Booleans:
-    """Return the mask of points in a triangle of the plane, edges included, (n,); empty for one without area."""
+    """Return the mask of points inside or on the edge of a triangle in the plane, (n,).
+
+    A triangle without area has none.
+    """
     a, b, c = corners
     sign = np.sign(cross(b - a, c - a))
     beside = [sign * cross(n - m, point - m) >= 0 for m, n in ((a, b), (b, c), (c, a))]

@@ -1,9 +1,9 @@
-"""Keeps a bed's volume at the dispensed one: each run adjusts the weight of its particles in the density sum.
+"""Keep the volume of the sealant at the dispensed volume: each run adjusts its particles' weight in the density sum.
 
-One constant cannot do this. A column is compressed by its weight; at a free surface half of the kernel is empty, so
-that layers there are closer; paste with a yield stress comes to rest before it is densely packed; new sealant presses
-into frozen sealant. The volume of the run's own bed, between the walls and its surface, is therefore measured, and
-particles that still flow make up for the difference.
+A constant weight cannot do this, for four reasons. A column is compressed by its own weight. At a free surface half of
+the kernel is empty, so that layers there are closer. Paste with a yield stress comes to rest before it is densely
+packed. New sealant presses into frozen sealant. The volume between the walls and the surface is therefore measured in
+each run, and particles that still flow make up for the difference.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -24,41 +24,41 @@ from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from simulate.vessel import TURN, vessel_of
 
-PERIOD_S = 0.1  # Time between two measurements: a third of the time in which paste comes to rest
+PERIOD_S = 0.1  # Time in s between two measurements, a third of the time in which paste comes to rest
 MEMORY_S = 0.4
-"""Time in which a lack of volume is made up for. With 0.7, stiff paste falls asleep before that."""
-FLOWS_MM_S = 1.0  # Speed from which paste with a yield stress counts as flowing; slower paste responds late, in jumps
+"""Time in s in which missing volume is made up for. With 0.7, stiff paste falls asleep before that."""
+FLOWS_MM_S = 1.0  # Speed from which on paste with a yield stress counts as flowing. Slower paste responds late.
 LEAST_FLOWING = 0.3
-"""Smallest share of the bed that is assumed to flow. The less flows, the more each particle must make up for. With 0.1,
-and a memory of 0.25 s, few particles make up for too much, overshoot, and wake the sleeping bed."""
+"""Smallest fraction of the sealant that is assumed to flow. The less flows, the more each particle must make up for.
+With 0.1 and a memory of 0.25 s, few particles make up for too much, overshoot, and wake the sleeping sealant."""
 STILL_SHARE = 0.05
-"""If at most this share of the bed flows, the factor is not raised: the yield stress would resist until the paste gives
-way at once.
-"""
+"""Fraction of the sealant that must flow for the factor to be raised. If less flows, the yield stress would resist
+until the paste gives way suddenly."""
 LEAST_SETTLED = 0.05
-"""Volume of the smallest bed that is measured, divided by the dispensed volume. A smaller bed is mostly surface."""
+"""Smallest volume of settled sealant that is measured, divided by the dispensed volume. Less sealant is mostly
+surface."""
 CELL = 0.5
-"""Width of the measured columns, divided by R. With 4/3, beds with hollows are up to 1 % wrong."""
+"""Width of the measured columns, divided by R. With 4/3, the volume of sealant with hollows is up to 1 % wrong."""
 LEAST_FACTOR, MOST_FACTOR = 0.95, 1.2
-"""Bounds of the volume factor. Hollows under stiff paste and films on the face must not change its density further."""
+"""Bounds of the volume factor. Hollows under stiff paste and films on the face must not change the density further."""
 MOST_TOPS = 4_000_000
-"""Largest number of tops of liquid in memory, 32 MB. As many runs as fit are measured at once, but at least one. The
-paper's sample has 145,510 tops per run in columns of 0.3 mm, so that 27 runs are measured at once."""
+"""Largest number of liquid tops in memory, which take 32 MB. As many runs as fit, but at least one, are measured
+together. The paper's sample has 145,510 tops per run in columns of 0.3 mm, so 27 runs are measured together."""
 
 
 class BedFigures(NamedTuple):
-    """Numbers of particles of a run, and the volume of its bed."""
+    """Numbers of particles of a run in several states, and the volume of its settled sealant."""
 
     lying: int
     moving: int
     moving_and_lying: int
     flowing_and_lying: int
-    """The part of ``moving_and_lying`` that counts as flowing."""
+    """Number of particles in ``moving_and_lying`` that count as flowing."""
     volume_mm3: float
 
 
 class VolumeControl:
-    """Measures each run's bed on the device, and changes that run's ``State.swelling``."""
+    """Control that measures the settled volume of each run on the device, and changes the run's ``State.swelling``."""
 
     def __init__(
         self,
@@ -70,13 +70,13 @@ class VolumeControl:
         pastes: Sequence[Rheology],
         down: Sequence[float] = LEVEL.down,
     ) -> None:
-        """``pastes`` are those of the runs; ``down`` is the direction of gravity."""
+        """Bind the kernels. ``pastes`` has the paste of each run, and ``down`` is the direction of gravity."""
         radius_mm = solver.size_mm
         self._schedule, self._state, self._factor = schedule, state, solver.scheme.volume_factor
         self._yields = [paste.yields for paste in pastes]
         self._vessel = vessel = vessel_of(solid, CELL * radius_mm)
         self.every = max(1, round(PERIOD_S / schedule.frame_s))
-        """Frames from one measurement to the next."""
+        """Number of frames from one measurement to the next."""
         self._gain = self.every * schedule.frame_s / MEMORY_S
         self._particle_volume_mm3 = schedule.dispensed_mm3 / schedule.particles
         half_mm = half_side_mm(radius_mm, self._particle_volume_mm3)
@@ -115,7 +115,7 @@ class VolumeControl:
             self._batches.append((raise_surfaces, by_block(device_code.sum_lines, batch * parts, lines, first, beds)))
 
     def after_frame(self, done: int) -> None:
-        """Adjust each run's particles, once in a period. ``done`` is the number of finished frames."""
+        """Adjust the particles' weight in each run, once per period. ``done`` is the number of finished frames."""
         if done % self.every:
             return
         swelling = self._state.swelling.numpy().copy()
@@ -133,7 +133,7 @@ class VolumeControl:
         return min(MOST_FACTOR / self._factor, max(LEAST_FACTOR / self._factor, changed))
 
     def figures(self) -> Iterator[BedFigures]:
-        """Yield the figures of each run's bed, as its particles are now."""
+        """Yield the figures of each run's settled sealant for the present state of its particles."""
         self._launcher.walk(self._count, self._state.count)
         for batch in self._batches:
             self._beds.liquid.top_mm.fill_(-np.inf)

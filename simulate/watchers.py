@@ -1,4 +1,4 @@
-"""Watchers of a run of particles: they write files while it computes. The files are complete at any moment."""
+"""Watchers of a run of particles, which write files during the run. The files are complete at any moment."""
 
 import io
 import itertools
@@ -25,12 +25,12 @@ from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write
 from simulate.injection import SUBSTEP_FACTORS, Injection, Watcher
 from simulate.setup.release_schedule import ROUNDING
 
-EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
+EVERY_S = 10.0  # Wall time in s between checkpoints. Writing one takes 10 ms for 15,000 particles.
 LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Largest checkpoint that is read: 4 kB for each of a million particles
 UNREADABLE = (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile)
-"""Errors of a damaged checkpoint, or of one by another version."""
+"""Errors that reading a damaged checkpoint, or one of another version, raises."""
 PAST_THE_END = 1.02
-"""A moment up to this factor times a run's duration means the end of the run. The paper shows 15 s, and the nozzle of
+"""Largest moment that means the end of the run, divided by the run's duration. The paper shows 15 s, but the nozzle of
 the reconstructed trial stops after 14.8 s."""
 FRAME = re.compile(r"\d{4,}\.\d{3}s\.vtp")
 COLUMNS = (
@@ -45,24 +45,26 @@ COLUMNS = (
     "viscosity_iterations",
     "ms_a_frame",
 )
-"""``particles`` counts those that have left the nozzle. Density errors are compressions of moving particles over the
-rest density. Iterations per substep and ms are means since the previous row. Errors and iterations are empty if nothing
-moved.
-"""
-ROWS_EVERY = 10  # Number of frames to a row
-PROGRESS_EVERY_S = 1.0  # Wall time between two writings of the progress
+"""Columns of a HealthLog. ``particles`` counts particles that have left the nozzle. Density errors are compressions of
+moving particles, divided by the rest density. Iterations per substep, and ms, are means since the row before. Errors
+and iterations are empty if nothing moved."""
+ROWS_EVERY = 10  # Number of frames per row
+PROGRESS_EVERY_S = 1.0  # Wall time in s after which the progress is written again
 
 
 class Checkpoint(Watcher):
-    """A watcher that saves a run's state at ``path``, and restores it in a run of the same ``key``."""
+    """Watcher that saves a run's state at ``path``, and restores it in a run with the same ``key``."""
 
     def __init__(self, path: Path, key: str, note: Callable[[str], None]) -> None:
-        """``key`` identifies all inputs of the run; ``note`` receives sentences on what happened to checkpoints."""
+        """Prepare the watcher.
+
+        ``key`` identifies all inputs of the run. ``note`` prints sentences about checkpoints.
+        """
         self._path, self._key, self._note = path, key, note
 
     @property
     def finer(self) -> int:
-        """``Injection.finer`` of the checkpoint. It is 1 without one, and for one that ``begin`` rejects."""
+        """``Injection.finer`` of the checkpoint. It is 1 without a checkpoint, and for one that ``begin`` rejects."""
         try:
             content = self._content()
             return _finer(content) if str(content["key"]) == self._key else 1
@@ -83,7 +85,7 @@ class Checkpoint(Watcher):
             self._kept = time.monotonic()
 
     def keep(self, injection: Injection) -> None:
-        """Write the checkpoint. An incomplete file never has its name."""
+        """Write the checkpoint. An incomplete file never gets the checkpoint's name."""
         with files.replacing(self._path) as temporary:
             np.savez(
                 temporary,
@@ -98,7 +100,7 @@ class Checkpoint(Watcher):
         self._path.unlink(missing_ok=True)
 
     def _resume(self, injection: Injection) -> str:
-        """Restore the checkpoint if it belongs to this run; return a sentence on the outcome."""
+        """Restore the checkpoint if it belongs to this run, and return a sentence on the outcome."""
         again = "the fluid run starts again at its first frame."
         try:
             content = self._content()
@@ -110,13 +112,13 @@ class Checkpoint(Watcher):
         return f"the run continues after frame {injection.done} of {injection.frames}, t = {injection.t_s:.2f} s."
 
     def _content(self) -> dict[str, NDArray[Any]]:
-        """Read all arrays before anything is changed, since reading detects damage."""
+        """Read all arrays before anything is changed, because reading detects damage."""
         with opened(self._path, LARGEST_CHECKPOINT_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
             return {name: arrays[name] for name in arrays.files}
 
 
 def _finer(content: Mapping[str, Any]) -> int:
-    """Return ``Injection.finer`` of a checkpoint. Raises KeyError or ValueError if it is not one of a run."""
+    """Return ``Injection.finer`` of a checkpoint. Raises KeyError or ValueError if it is missing or invalid."""
     finer = content["finer"]
     if finer.ndim or finer not in SUBSTEP_FACTORS:
         raise ValueError(f"finer is {finer}")
@@ -124,7 +126,7 @@ def _finer(content: Mapping[str, Any]) -> int:
 
 
 def take_frame(injection: Injection) -> Frame:
-    """Return all particles of the first run that have left the nozzle, as they are now."""
+    """Return the present state of all particles of the first run that have left the nozzle."""
     injection.wait()
     state, out = injection.engine.state, injection.out
     return Frame(
@@ -139,14 +141,17 @@ def take_frame(injection: Injection) -> Frame:
 
 
 class Moments(Watcher):
-    """A watcher that calls ``take`` with a frame at each of some moments."""
+    """Watcher that calls ``take`` with a frame at each of several moments."""
 
     def __init__(self, times_s: Iterable[float], take: Callable[[float, Frame], None]) -> None:
-        """``times_s`` increase and may be endless; ``take`` receives the moment, and the frame at or just after it."""
+        """Prepare the watcher. ``times_s`` increase and may be endless.
+
+        ``take`` gets the moment, and the frame at the moment or just after it.
+        """
         self._all_s, self._take = iter(times_s), take
 
     def begin(self, injection: Injection) -> None:
-        """Skip the moments before the present frame of a resumed run. The moment of that frame is not skipped."""
+        """Skip the moments before the present frame of a resumed run, but not the moment of that frame."""
         # A run that is computed anew takes all moments again.
         self._all_s, self._times_s = itertools.tee(self._all_s)
         self._next_s = next(self._times_s, math.inf)
@@ -163,7 +168,7 @@ class Moments(Watcher):
             self._next_s = next(self._times_s, math.inf)
 
     def _due(self, injection: Injection) -> float:
-        """Number of frames at which the next moment is due, at least one."""
+        """Return the number of frames at which the next moment is due, at least one."""
         if math.isinf(self._next_s):
             return math.inf
         number = max(1, math.ceil(self._next_s / injection.schedule.frame_s - ROUNDING))
@@ -171,14 +176,14 @@ class Moments(Watcher):
 
 
 class FrameFiles(Moments):
-    """Watcher that writes frames of a run, and a collection of them that is complete at any moment."""
+    """Watcher that writes frames of a run, and a collection of these frames that is complete at any moment."""
 
     def __init__(self, collection: Path, times_s: Iterable[float]) -> None:
         super().__init__(times_s, self._write)
         self._collection, self._folder = collection, collection.parent
 
     def begin(self, injection: Injection) -> None:
-        """Remove the frames of an earlier run; keep those up to a resumed run's frame, and the user's files."""
+        """Remove the frames of an earlier run. Keep the frames up to a resumed run's frame, and the user's files."""
         paths = sorted(self._folder.glob("*"))
         frames = read_collection(self._collection) if self._collection.is_file() else []
         self._frames = {path.name: t_s for t_s, path in frames if t_s <= injection.t_s and path in paths}
@@ -203,7 +208,7 @@ class FrameFiles(Moments):
 
 
 class StillThere(Watcher):
-    """Watcher that ends a run whose folder was removed, before other watchers write into a new one."""
+    """Watcher that ends a run whose folder was removed, before other watchers write into a new folder."""
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._manifest = folder, folder / MANIFEST
@@ -211,16 +216,16 @@ class StillThere(Watcher):
     def after_frame(self, injection: Injection) -> None:
         if not self._manifest.is_file():
             raise InputError(
-                f"{self._folder}: was removed during its fluid run, so the run has stopped. Run the trial again."
+                f"{self._folder}: the folder was removed during the fluid run, so the run stopped. Run the trial again."
             )
 
     begin = after_frame
 
 
 class ProgressFile(Watcher):
-    """Watcher that writes the progress of a run into a small JSON, at most once a second, for other programs.
+    """Watcher that writes the progress of a run into a small JSON file for other programs, at most once a second.
 
-    As a context around the run it also writes how the run ended.
+    Used as a context around the run, it also writes how the run ended.
     """
 
     def __init__(self, path: Path) -> None:
@@ -270,7 +275,7 @@ class ProgressFile(Watcher):
 
 
 class HealthLog(Watcher):
-    """A watcher that appends rows of a run's health to a CSV file, which is complete if the process is killed."""
+    """Watcher that appends rows of a run's health to a CSV file. The file is complete even if the process is killed."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -313,21 +318,21 @@ class HealthLog(Watcher):
         return ",".join(map(str, values))
 
     def _look_back(self, injection: Injection) -> None:
-        """Begin the means of the next row."""
+        """Start the means of the next row."""
         self._solves, self._frames_s = len(injection.statistics.solves), injection.statistics.frames_s
         self._frame = injection.done
 
 
 def read_health(path: Path) -> dict[str, Floats]:
-    """Read the columns of a HealthLog; empty fields are NaN."""
+    """Read the columns of a HealthLog. Empty fields become NaN."""
     return dict(zip(COLUMNS, files.read_table(path, COLUMNS).T, strict=True))
 
 
-GRAIN_MM = 0.01  # Positions are rounded to it: a tenth of a pixel of a picture, and half the bytes
+GRAIN_MM = 0.01  # Step to which positions are rounded: a tenth of a picture's pixel, and half the bytes
 
 
 class KeptFill(Watcher):
-    """A watcher that keeps a frame at each of some moments and at the end, and the computing times of frames."""
+    """Watcher that keeps the frames at several moments and at the end, and the computing times of frames."""
 
     def __init__(self, snapshots_s: Iterable[float]) -> None:
         self._wanted_s = sorted(set(snapshots_s))
@@ -349,7 +354,7 @@ class KeptFill(Watcher):
             self._frames.append(take_frame(injection))
 
     def content(self) -> bytes:
-        """Return the content of the file fill.npz: for 4,000 particles 0.1 MB."""
+        """Return the content of the file fill.npz. It takes 0.1 MB for 4,000 particles."""
         place_mm = np.concatenate([frame.position_mm for frame in self._frames])
         moving, so_far_s = np.array(self._pace).reshape(-1, 2).T
         target = io.BytesIO()

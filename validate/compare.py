@@ -1,4 +1,4 @@
-"""Comparison of a simulated with a measured level: errors, intervals, baselines and the verdict."""
+"""Compare a simulated level with a measured one: errors, intervals, baselines and the verdict."""
 
 from collections.abc import Sequence
 
@@ -28,8 +28,8 @@ from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE
 
-AT_A_STATION_MM = 0.05  # Distance up to which an error is at a station; s is printed to 0.1 mm
-AREAS_AGREE = 1e-9  # Largest relative difference of the two computations of the area, by rounding
+AT_A_STATION_MM = 0.05  # Distance up to which an error counts as at a station, since s is printed to 0.1 mm
+AREAS_AGREE = 1e-9  # Largest relative difference that rounding may cause between the two computations of the area
 
 
 def compare(
@@ -48,18 +48,18 @@ def compare(
     screening: bool = False,
     unseen: Sequence[Baseline] = (),
 ) -> Comparison:
-    """Compare two levels over their common stretch of s and judge the error.
+    """Compare two levels over the stretch of s that both cover, and judge the error.
 
     A positive error means that the simulated level is too high. Both levels are straight between stations, so the
     integrals are exact. If a particle escaped, the level never passes. Without ``uncertainty`` the verdict has no
-    interval. A level from a model for ``screening`` gets no verdict. The headline mentions the settings ``fitted`` to
-    the readings, and the ``unseen`` baselines, which were made without the readings. Raises InputError if the two
-    curves do not overlap.
+    interval. ``screening`` marks a level from a screening model, which gets no verdict. The headline mentions the
+    settings ``fitted`` to the readings, and the ``unseen`` baselines, which were made without the readings. Raises
+    InputError if the two curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
     if abs(area_mm2 - area_library_mm2) > AREAS_AGREE * max(1.0, area_mm2):
-        raise RuntimeError(f"The two area computations disagree: {area_mm2!r} and {area_library_mm2!r} mm².")
+        raise RuntimeError(f"The two computations of the area differ: {area_mm2!r} and {area_library_mm2!r} mm².")
     from_mm, to_mm = float(error.x[0]), float(error.x[-1])
     stretch = outline, solid, from_mm, to_mm
     count = None if fitted is None else len(fitted)
@@ -103,7 +103,7 @@ def assess(
     spread: Spread | None,
     gate: Gate | None = None,
 ) -> Comparison:
-    """Compare the level of a trial with its readings, with intervals, baselines and the mass balance, and judge it.
+    """Compare the level of a trial with its readings and judge it, with intervals, baselines and the mass balance.
 
     A comparison in ``evidence`` is ignored. ``spread`` has the results of extra runs, if there are any.
     """
@@ -167,9 +167,9 @@ def error_uncertainty(
     spread: Spread | None = None,
     volume_level_mm: float | None = None,
 ) -> ErrorUncertainty:
-    """Return the intervals of the error that are due to the readings, the numerics and the declared inputs.
+    """Return the intervals of the error that result from the readings, the numerics and the declared inputs.
 
-    ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown.
+    ``volume_level_mm`` is the change of level due to volume that the numerics gained. None if it is unknown.
     """
     of_readings = budget_of(measured, settings, declared, mouth)
     error = level_difference(simulated, measured)
@@ -223,7 +223,10 @@ def error_uncertainty(
 
 
 def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationError | None:
-    """Return the largest error at a station, or None if the largest error of all is at a station or there are none."""
+    """Return the largest error at a station.
+
+    Returns None if there are no stations or the overall largest error is at one.
+    """
     if not len(stations.s_mm) or np.abs(stations.s_mm - worst_at_mm).min() < AT_A_STATION_MM:
         return None
     worst = int(np.argmax(np.abs(stations.error_mm)))
@@ -249,7 +252,10 @@ def _station_errors(simulated: Profile, measured: Profile, budget: Budget) -> St
 
 
 def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
-    """Return mean level and mean error over the covered stretch at each particle size, or None without runs."""
+    """Return the mean level and mean error over the covered stretch at each particle size.
+
+    Returns None without runs.
+    """
     replicates = spread.at(x)
     if spread.sizes is None or replicates is None:
         return None

@@ -1,4 +1,4 @@
-"""A simulated level compared with a measured one: errors, coverage, volumes, baselines, intervals and the verdict.
+"""Results of comparing a simulated level with a measured one: errors, coverage, volumes, baselines and the verdict.
 
 The docstring of a figure is its description in the published schema of report.json.
 """
@@ -20,11 +20,10 @@ from validate.settings import Gate, Role
 Outcome = Literal["passed", "failed", "undecided", "open"]
 """The result of a comparison.
 
-passed: the gate is kept and is outside the interval of the mean error;
-failed: the gate is missed and is outside the interval, or a particle escaped;
-undecided: the gate is inside that interval, there are too few readings, or files were edited by hand;
-open: no gate was declared.
-"""
+passed: the mean error keeps the gate, and its interval does not contain the gate;
+failed: the mean error misses the gate, and its interval does not contain the gate, or a particle escaped;
+undecided: the interval contains the gate, there are too few readings, or files were edited by hand;
+open: no gate was declared."""
 
 
 @with_config(PART)
@@ -41,9 +40,9 @@ class ErrorFigures:
     worst_at_mm: float
     """Position of the largest error along the crack."""
     share_under_1_mm: float
-    """Share of the covered length with an error below 1 mm."""
+    """Fraction of the covered length with an error below 1 mm."""
     flat_level_mm: float
-    """Constant level with the smallest mean error against the readings: a baseline."""
+    """Constant level with the smallest mean error against the readings, as a baseline."""
     flat_level_error_mm: float
     """Mean error of the constant level ``flat_level_mm`` against the readings."""
 
@@ -60,7 +59,7 @@ class ErrorBin:
     covered_mm: float
     """Length of the part of the stretch that both curves cover."""
     mean_error_mm: float | None
-    """Mean absolute error over the covered length; None if nothing is covered."""
+    """Mean absolute error over the covered length. None if nothing is covered."""
 
 
 class CurveDistances(JsonRecord):
@@ -97,7 +96,7 @@ class ComparedStations(JsonRecord):
 
 
 class Basis(JsonRecord):
-    """Stretch that is compared, and numbers of stations."""
+    """Stretch that is compared, and the numbers of stations on it."""
 
     covered_from_mm: float
     """Position along the crack at which the comparison begins."""
@@ -108,17 +107,18 @@ class Basis(JsonRecord):
     length_mm: float
     """Length of the crack along its centreline."""
     coverage: float = in_unit("1")
-    """Compared share of the crack's length."""
+    """Fraction of the crack's length that is compared."""
     stations_compared: int
     """Number of stations on the stretch that both curves cover."""
     stations_beyond_mm: Numbers
     """Positions of the stations outside the stretch that both curves cover."""
     stations_used: int
-    """Number of stations that define the measured line on the compared stretch, with the next one beyond each end."""
+    """Number of stations that define the measured line on the compared stretch: those on the stretch, and the next one
+    beyond each end."""
     widest_gap_mm: float
     """Largest distance from one station to the next."""
     enough_readings: bool
-    """True if the readings allow a verdict: enough stations, close enough, over enough of the crack."""
+    """True if the readings allow a verdict: enough stations, close enough together, over enough of the crack."""
 
 
 class ReadingsScatter(JsonRecord):
@@ -129,20 +129,20 @@ class ReadingsScatter(JsonRecord):
     readings: int
     """Number of single readings."""
     degrees_of_freedom: int
-    """Number of single readings minus number of stations."""
+    """Number of single readings minus the number of stations."""
     repeatability_sd_mm: float | None
-    """Standard deviation of a single reading; None if no station was read repeatedly."""
+    """Standard deviation of a single reading. None if no station was read more than once."""
 
 
 @with_config(PART)
 @dataclass(frozen=True)
 class Baseline:
-    """A simpler level, compared with the same readings over the same stretch."""
+    """A simpler level that is compared with the same readings over the same stretch."""
 
     name: str
     """Name of the level, in words."""
     numbers: int
-    """Number of coefficients that were fitted to these readings; 0 for a level made without them."""
+    """Number of coefficients that were fitted to these readings. It is 0 for a level that was made without them."""
     mean_error_mm: float
     """Mean error of the level against the readings."""
 
@@ -155,9 +155,9 @@ class FilledVolumes(JsonRecord):
     overfill_mm3: float
     """Volume above the mouth and below the level."""
     sealant_mm3: float
-    """Sealant under the level."""
+    """Volume of sealant below the level."""
     fill_ratio: float
-    """Share of the cavity that is below the level."""
+    """Fraction of the cavity that is below the level."""
 
 
 class MassBalance(JsonRecord):
@@ -170,37 +170,38 @@ class MassBalance(JsonRecord):
     above_mm3: float
     """Volume of the settled particles whose centres are above the plane of the face."""
     spilled_mm3: float
-    """Dispensed sealant that ran over the sample's edge."""
+    """Volume of dispensed sealant that ran over the sample's edge."""
     lost_mm3: float
-    """Dispensed minus settled minus spilled volume: the volume that the numerics lost. Negative if they gained
+    """Volume that the numerics lost: dispensed minus settled minus spilled volume. It is negative if they gained
     volume."""
     footprint_mm2: float
     """Area of the face outside the mouth that sealant covers."""
     readings_mm3: float
-    """Sealant below the measured level, over the covered length."""
+    """Volume of sealant below the measured level, over the covered length."""
     readings_state: Literal["wet", "cured"] | None
-    """Declared state of the sealant at the reading; None if not declared."""
+    """Declared state of the sealant at the time of the reading. None if it was not declared."""
     shrinkage_percent: float | None = in_unit("%")
-    """Declared shrinkage before the reading; None if not declared."""
+    """Declared shrinkage before the reading. None if it was not declared."""
     readings_when_dispensed_mm3: float
-    """Volume before shrinkage of the sealant below the measured level; ``readings_mm3`` if no shrinkage is declared."""
+    """Volume, before shrinkage, of the sealant below the measured level. It equals ``readings_mm3`` if no shrinkage is
+    declared."""
 
 
 class VolumeComparison(JsonRecord):
-    """Level that the dispensed volume predicts without a simulation, and the balance of volumes of run and readings."""
+    """Level that the dispensed volume predicts without a simulation, and the volume balance of run and readings."""
 
     volume_balance_level_mm: float
-    """Flat level of the dispensed volume in the whole crack: a baseline that needs no readings."""
+    """Flat level of the dispensed volume in the whole crack, as a baseline that needs no readings."""
     volume_balance_error_mm: float
     """Mean error of this flat level against the readings."""
     beats_volume_balance: bool
-    """True if the mean error is smaller than that of the flat level."""
+    """True if the mean error is smaller than the mean error of the flat level."""
     mass_balance: MassBalance
     """Volumes of the settled sealant, and the volume below the measured level."""
 
 
 class Comparison(JsonRecord):
-    """A simulated level compared with a measured one over the stretch that both cover, and the verdict."""
+    """Comparison of a simulated with a measured level, over the stretch that both cover, and the verdict."""
 
     model_config = ConfigDict(allow_inf_nan=False)
 
@@ -209,7 +210,7 @@ class Comparison(JsonRecord):
     distances: CurveDistances
     """Further measures of the distance between the two levels."""
     basis: Basis
-    """Stretch that is compared, and numbers of stations."""
+    """Stretch that is compared, and the numbers of stations on it."""
     stations: ComparedStations
     """Stations on the compared stretch, with both levels."""
     simulated_volumes: FilledVolumes
@@ -217,56 +218,58 @@ class Comparison(JsonRecord):
     measured_volumes: FilledVolumes
     """Volumes below and above the measured level, over the covered length."""
     baselines: tuple[Baseline, ...] = ()
-    """Simpler levels: best curves through calibration readings; and, made without these readings, the dispensed volume
-    lying flat and, after extra runs of particles, the fast model."""
+    """Simpler levels for comparison: best curves through calibration readings and, made without these readings, the
+    flat level of the dispensed volume and, after extra runs of particles, the fast model."""
     beats_baseline: bool | None = None
     """True if the mean error is smaller than the mean error of every baseline that has at most as many coefficients as
-    settings were fitted; None if there is no such baseline."""
+    settings were fitted. None if there is no such baseline."""
     scatter: ReadingsScatter
     """Scatter of the repeated readings."""
     role: Role
-    """Use of the readings: calibration of the fluid, or held out."""
+    """Use of the readings: for calibrating the fluid, or held out."""
     fitted: tuple[str, ...] | None = None
-    """Dotted names of the settings that were fitted to these readings; empty if none was fitted, None if undeclared."""
+    """Dotted names of the settings that were fitted to these readings. Empty if none was fitted, None if it was not
+    declared."""
     readings_data: DataKind
-    """Origin of the readings; only measured data can validate."""
+    """Origin of the readings. Only measured data can validate."""
     readings_dialect: str
-    """A sentence on how the sheet of readings was interpreted."""
+    """Sentence that describes how the sheet of readings was interpreted."""
     means: Mapping[str, QuantityMean] = Field(default_factory=dict, exclude_if=lambda means: not means)
-    """Means of the other quantities in the sheet, such as the temperature, by quantity; left out if it has none."""
+    """Means of the other quantities in the sheet, such as the temperature, by quantity. Left out if the sheet has
+    none."""
     photo_data: DataKind
     """Origin of the photo or the mesh."""
     escaped_particles: int
     """Number of particles that passed through a wall. If it is not 0, the figures are invalid."""
     headline: Facts = ()
-    """Findings on the gate, the baselines and the earlier use of the readings."""
+    """Findings about the gate, the baselines and the earlier use of the readings."""
     outcome: Outcome = "open"
-    """passed, failed, undecided or open, according to the gate, the mean error and its 95 % interval."""
+    """Result of the comparison, from the gate, the mean error and its 95 % interval."""
     passed: bool | None = None
-    """True if the mean error keeps the gate; None without a gate, False if a particle escaped."""
+    """True if the mean error keeps the gate. False if it does not, or if a particle escaped. None without a gate."""
     gate: Gate | None = None
-    """Limit declared before the run; None if none was declared."""
+    """Limit that was declared before the run. None if none was declared."""
     findings: Facts = ()
-    """Conclusions that ASME V&V 20 allows, or why it is not assessed. Without a verdict, only declared errors that are
-    not used."""
+    """Conclusions that ASME V&V 20 allows, or the reason why it was not assessed. Without a verdict, only the declared
+    errors that are not used."""
     volumes: VolumeComparison | None = None
-    """Volumes of the run and of the readings; None if no run was assessed."""
+    """Volumes of the run and of the readings. None if no run was assessed."""
     uncertainty: ErrorUncertainty | None = None
-    """Intervals and their parts; None if the comparison was not assessed."""
+    """Intervals of the error, and the parts that cause them. None if the comparison was not assessed."""
 
     @property
     def verdict(self) -> str:
-        """The headline as one text."""
+        """The headline as a single text."""
         return " ".join(texts(self.headline))
 
     @property
     def interval_95_mm(self) -> tuple[float, float] | None:
-        """Ends of the mean error's 95 % interval, which is due to the readings, in mm; None if it was not assessed."""
+        """Ends of the mean error's 95 % interval due to the readings, in mm. None if it was not assessed."""
         return None if self.uncertainty is None else self.uncertainty.mean_error_interval_mm
 
     @property
     def worst_at_a_station(self) -> StationError | None:
-        """Worst error at a station; None if the worst error overall is at a station, or was not assessed."""
+        """Largest error at a station. None if the overall largest error is at a station, or was not assessed."""
         return None if self.uncertainty is None else self.uncertainty.worst_at_a_station
 
     @property
@@ -291,5 +294,5 @@ class Comparison(JsonRecord):
 
     @property
     def beats_flat_level(self) -> bool:
-        """True if the mean error is smaller than that of the best constant level."""
+        """True if the mean error is smaller than the mean error of the best constant level."""
         return self.errors.mean_error_mm < self.errors.flat_level_error_mm

@@ -17,7 +17,7 @@ PART = ConfigDict(extra="forbid")
 
 
 def in_unit(unit: str) -> Any:
-    """Return a field with a unit for the published schema. Use it for a field whose name does not end with a unit."""
+    """Return a field with a unit for the published schema. Use it if the field's name does not end with a unit."""
     return Field(json_schema_extra={"unit": unit})
 
 
@@ -27,7 +27,7 @@ class StationBands(JsonRecord):
     s_mm: Numbers
     """Positions of the stations along the crack."""
     band_95_mm: Numbers
-    """Half-width of the band of a single station; by chance, one station in twenty is outside its band."""
+    """Half-width of the 95 % band of a single station. By chance, one station in twenty is outside its band."""
     profile_band_95_mm: Numbers
     """Half-width of the band that contains all stations at once in 95 % of cases."""
 
@@ -35,70 +35,70 @@ class StationBands(JsonRecord):
 @with_config(PART)
 @dataclass(frozen=True)
 class BudgetPart:
-    """One error of the budget and its standard uncertainties: half the half-width of their 95 % intervals.
+    """One error of the budget and its standard uncertainties, which are half the half-width of the 95 % intervals.
 
-    For an undeclared error, which no interval includes, they are computed for a size of 0.2 mm, or for a meniscus of
-    water.
+    The intervals do not include an undeclared error. Its uncertainties are computed for a size of 0.2 mm, or for a
+    meniscus of water.
     """
 
     name: str
-    """Name of the error, in words."""
+    """Name of the error in words."""
     setting: str
-    """Key of the trial file that declares the error; empty if there is no such key."""
+    """Key of the trial file that declares the error. Empty if there is no such key."""
     source: str
     """Origin of the error's size: repeats, detected, declared, allowed for, assumed or computed."""
     kind: str
     """Kind of the error: readings, numerics, inputs or model."""
     mean_level_mm: float
-    """Standard uncertainty of the mean level, which is also that of the bias."""
+    """Standard uncertainty of the mean level. The bias has the same uncertainty."""
     mean_error_mm: float | None
-    """Standard uncertainty of the mean error, provided that the level's error has the same sign with and without it.
-    None for a predicted level."""
+    """Standard uncertainty of the mean error, for the case that this error does not change the sign of the level's
+    error. None for a predicted level."""
     station_mm: float
-    """Standard uncertainty of the level at a station, or at a place of a predicted level: the root mean square over
-    all."""
+    """Standard uncertainty of the level at a station, or at a position of a predicted level: the root mean square over
+    all of them."""
 
 
 class BudgetSummary(JsonRecord):
     """All errors of a comparison, part by part."""
 
     parts: tuple[BudgetPart, ...]
-    """Errors included in the intervals, one by one."""
+    """Errors that the intervals include, one by one."""
     missing: tuple[BudgetPart, ...]
-    """Undeclared errors that the data cannot show, each with the effect that a size of 0.2 mm, or a meniscus of water,
-    would have."""
+    """Undeclared errors that the data cannot show. Each has the effect of an assumed size of 0.2 mm, or of a meniscus
+    of water."""
     scatter_known: bool
-    """True if stations were read repeatedly, or the repeatability is declared."""
+    """True if stations were read repeatedly, or if the repeatability is declared."""
     notes: Facts
-    """Findings on outliers, rounding to one side, few stations, and stations that the probe cannot read."""
+    """Findings about outliers, rounding to one side, few stations, and stations that the probe cannot read."""
 
 
 class MeanLevelBudget(JsonRecord):
-    """Error of the mean level and its standard uncertainties, after ASME V&V 20."""
+    """Error of the mean level and its standard uncertainties, as defined by ASME V&V 20."""
 
     error_mm: float
     """E: simulated minus measured mean level."""
     volume_level_mm: float | None
-    """Change of level due to volume that the numerics gained: this volume divided by the area of the fluid's surface,
-    negative if volume was lost. E includes it. None if there are no particles."""
+    """Change of level due to volume that the numerics gained, which E includes: this volume divided by the area of the
+    fluid's surface. It is negative if volume was lost. None if there are no particles."""
     data_mm: float
     """Standard uncertainty due to the readings."""
     numerics_mm: float | None
-    """Standard uncertainty due to particle size, scatter of runs and changes of volume; None without runs at three
+    """Standard uncertainty due to particle size, scatter of runs and changes of volume. None without runs at three
     particle sizes."""
     inputs_mm: float | None
-    """Standard uncertainty due to the declared inputs; None if no input was varied."""
+    """Standard uncertainty due to the declared inputs. None if no input was varied."""
     validation_mm: float
-    """Combined standard uncertainty of the available parts; equals u_val if numerics and inputs are included."""
+    """Combined standard uncertainty of the available parts. It equals u_val if numerics and inputs are included."""
     resolved: bool | None
-    """True if |E| exceeds twice u_val, False if the two are consistent; None until numerics and all declared inputs are
-    evaluated."""
+    """True if |E| exceeds twice u_val, and False if it does not. None until the numerics and all declared inputs have
+    been evaluated."""
     inputs_waiting: bool
-    """True if a declared input has not been varied by any run yet."""
+    """True if a declared input has not been varied in any run yet."""
 
 
 class StationErrors(JsonRecord):
-    """Error of the level at each station and its standard uncertainties, (n,) each."""
+    """Error of the level at each station, and its standard uncertainties, (n,) each."""
 
     s_mm: Numbers
     """Positions of the stations along the crack."""
@@ -107,9 +107,9 @@ class StationErrors(JsonRecord):
     data_mm: Numbers
     """Standard uncertainty due to the readings."""
     numerics_mm: Numbers | None
-    """Standard uncertainty due to the numerics; None if it was not computed."""
+    """Standard uncertainty due to the numerics. None if it was not computed."""
     inputs_mm: Numbers | None
-    """Standard uncertainty due to the declared inputs; None if no input was varied."""
+    """Standard uncertainty due to the declared inputs. None if no input was varied."""
     validation_mm: Numbers
     """Combined standard uncertainty of the available parts."""
     profile_mm: Numbers
@@ -119,22 +119,22 @@ class StationErrors(JsonRecord):
 
     @property
     def above(self) -> Booleans:
-        """True at stations where |E| exceeds the station's own 95 % band."""
+        """True at stations at which |E| exceeds the 95 % band of the single station."""
         return np.abs(self.error_mm) > 2 * self.validation_mm
 
     @property
     def off(self) -> Booleans:
-        """True at stations where |E| exceeds the 95 % band of all stations together."""
+        """True at stations at which |E| exceeds the 95 % band of all stations together."""
         return np.abs(self.error_mm) > self.profile_mm
 
 
 @with_config(PART)
 @dataclass(frozen=True)
 class StationError:
-    """The error at one station."""
+    """The error at a single station."""
 
     error_mm: float
-    """Absolute error."""
+    """Absolute error at the station."""
     s_mm: float
     """Position of the station along the crack."""
 
@@ -142,7 +142,7 @@ class StationError:
 @with_config(PART)
 @dataclass(frozen=True)
 class ShiftedError:
-    """The comparison with the readings shifted along the crack."""
+    """Result of the comparison if the readings are shifted along the crack."""
 
     shift_mm: float
     """Shift of the readings along the crack."""
@@ -153,25 +153,25 @@ class ShiftedError:
 
 
 class Alignment(JsonRecord):
-    """Convention for s = 0, and the errors that other conventions would give."""
+    """Convention for s = 0, and the errors with other conventions."""
 
     choice: str
-    """Convention for s = 0, in a sentence."""
+    """Sentence that states the convention for s = 0."""
     shifts: tuple[ShiftedError, ...]
-    """Errors with the readings shifted along the crack, since s = 0 is a convention."""
+    """Errors with the readings shifted along the crack, because s = 0 is a convention."""
 
 
 class SizeSeries(JsonRecord):
-    """One figure, computed at three particle sizes."""
+    """A figure that was computed at three particle sizes."""
 
     values: tuple[float, ...] = in_unit("mm")
-    """Mean over the runs of each size."""
+    """Mean over the runs at each size."""
     runs: tuple[int, ...]
     """Number of runs at each size, with different seeds."""
     scatter: float = in_unit("mm")
     """Standard deviation of a single run."""
     order_95: Span
-    """Ends of the 95 % range of the order of convergence, within 0.5 to 2."""
+    """Ends of the 95 % range of the order of convergence, which is within 0.5 to 2."""
     band: float = in_unit("mm")
     """Half-width of the 95 % interval of the discretisation error at the middle size. It does not include the scatter
     of single runs."""
@@ -183,7 +183,7 @@ class SizeStudy:
     """Mean level and mean error at three particle sizes, from the finest to the coarsest."""
 
     radii_mm: tuple[float, ...]
-    """Radii of the particles; the trial's own is in the middle."""
+    """Radii of the particles. The trial's radius is in the middle."""
     mean_level_mm: SizeSeries
     """Mean of the simulated level over the covered length."""
     mean_error_mm: SizeSeries
@@ -191,102 +191,103 @@ class SizeStudy:
 
 
 class InputEffect(JsonRecord):
-    """Change of the simulated level if an input is larger by its standard uncertainty."""
+    """Change of the simulated level when an input is increased by its standard uncertainty."""
 
     name: str
     """Key of the input in the table [uncertainty]."""
     standard: float = in_unit("that of the name")
-    """Declared standard uncertainty, in the unit that the name ends with."""
+    """Declared standard uncertainty, in the unit at the end of the name."""
     mean_level_mm: float
     """Change of the mean simulated level."""
     largest_mm: float
     """Largest absolute change of the simulated level along the crack."""
     share: float
-    """First-order index: share of the mean level's variance, due to all inputs, that this input causes by itself."""
+    """First-order index: fraction of the mean level's variance due to all inputs that this input causes by itself."""
     model: str
     """Model that computed the effect: particles, or slot for the fast model."""
 
 
 class InputDrawsRecord(JsonRecord):
-    """Runs of the fast model with all inputs drawn at once."""
+    """Runs of the fast model in which all inputs vary at random together."""
 
     runs: int
-    """Number of runs, not counting the one with unchanged inputs."""
+    """Number of runs, without the run with unchanged inputs."""
     together: float
-    """Share of the mean level's variance that is due to interactions of the inputs."""
+    """Fraction of the mean level's variance that is due to interactions between inputs."""
     unfit: Facts
-    """Reasons why the case is outside the fast model's domain."""
+    """Reasons why the fast model is not valid for this case."""
 
 
 class ErrorUncertainty(JsonRecord):
-    """Intervals of the error, and their parts."""
+    """Intervals of the error, and the parts that cause them."""
 
     mean_error_interval_mm: Span
-    """Ends of the 95 % interval of the mean error that is due to the readings."""
+    """Ends of the 95 % interval of the mean error due to the readings."""
     bias_interval_mm: Span
-    """Ends of the 95 % interval of the bias that is due to the readings."""
+    """Ends of the 95 % interval of the bias due to the readings."""
     bias_systematic_mm: float
-    """Systematic standard uncertainty of the bias: more stations would not reduce it."""
+    """Systematic standard uncertainty of the bias, which more stations would not reduce."""
     levels: StationBands
     budget: BudgetSummary
     mean_level: MeanLevelBudget
     stations: StationErrors
     worst_at_a_station: StationError | None
-    """Worst error at a station; None if the worst error overall is at a station."""
+    """Largest error at a station. None if the overall largest error is at a station."""
     findings: Facts
-    """Findings: the conclusions that ASME V&V 20 allows, or on why it is not assessed, and on errors that no
+    """Conclusions that ASME V&V 20 allows, or the reason why it was not assessed, and findings about errors that no
     interval includes."""
     unused: Facts = ()
-    """Findings on declared errors that the readings contradict. The intervals do not include these errors."""
+    """Findings about declared errors that the readings contradict. The intervals do not include these errors."""
     alignment: Alignment
     numerics: SizeStudy | None
-    """Mean level and mean error at three particle sizes; None if only one size was run."""
+    """Mean level and mean error at three particle sizes. None if there are runs at only one size."""
     inputs: tuple[InputEffect, ...]
     """Effects of the inputs that were varied."""
     input_draws: InputDrawsRecord | None
-    """Runs of the fast model with all inputs drawn at once; None if the inputs were varied with particles, or not at
-    all."""
+    """Runs of the fast model in which all inputs vary at random together. None if the inputs were varied with
+    particles, or not at all."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
     effect_scatter_mm: float | None
-    """Standard deviation of an effect due to the scatter of single runs; None if it was not computed."""
+    """Standard deviation of an effect due to the scatter of single runs. None if it was not computed."""
     design_radius_mm: float | None
-    """Particle radius of the runs that computed the effects of the inputs; None if there are no such runs."""
+    """Particle radius in the runs that computed the effects of the inputs. None if there are no such runs."""
 
 
 class PredictedLevel(JsonRecord):
-    """Level of a run without readings, with its band, which is due to the numerics and the declared inputs."""
+    """Level of a run without readings, and its band due to the numerics and the declared inputs."""
 
     s_mm: Numbers
     """Positions along the crack at which level, bands and uncertainties are given."""
     level_mm: Numbers
     """Predicted level, measured from the face."""
     band_95_mm: Numbers
-    """Half-width of the 95 % band of a single place."""
+    """Half-width of the 95 % band at a single position."""
     profile_band_95_mm: Numbers
     """Half-width of the band that contains the whole level in 95 % of cases."""
     numerics_mm: Numbers | None
-    """Standard uncertainty due to the numerics; None if it was not computed."""
+    """Standard uncertainty due to the numerics. None if it was not computed."""
     inputs_mm: Numbers | None
-    """Standard uncertainty due to the inputs; None if no input is declared."""
+    """Standard uncertainty due to the inputs. None if no input is declared."""
     model_mm: Numbers | None = None
-    """Standard uncertainty due to the model: at the ends of the path, for a fluid with a yield stress; by the meniscus,
-    for a declared surface tension; and half of the difference of particles and fast model. None without all three."""
+    """Standard uncertainty due to the model. It has up to three parts. For a fluid with a yield stress, one is at the
+    ends of the path. For a declared surface tension, one is the meniscus. The third is half of the difference between
+    particles and fast model. None if all three are missing."""
     fast_level_mm: Numbers | None = None
-    """Level by the fast model; None if it is unfit, or computed ``level_mm``."""
+    """Level computed by the fast model. None if that model is not valid here, or if it computed ``level_mm``."""
     flat_level_mm: Numbers | None = None
-    """Level of the dispensed volume lying flat in the crack."""
+    """Flat level of the dispensed volume in the crack."""
     mean_level_mm: float
-    """Mean level along the crack."""
+    """Mean of the predicted level along the crack."""
     mean_level_95_mm: Span
     """Ends of the mean level's 95 % interval."""
     parts: tuple[BudgetPart, ...]
-    """All errors included in the band, one by one."""
+    """Errors that the band includes, one by one."""
     missing: tuple[BudgetPart, ...] = ()
     """Undeclared errors of the model, which the band does not include."""
     inputs: tuple[InputEffect, ...]
-    """Effects of the varied inputs."""
+    """Effects of the inputs that were varied."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
     unfit: Facts
-    """Reasons why the case is outside the domain of the fast model."""
+    """Reasons why the fast model is not valid for this case."""

@@ -1,4 +1,4 @@
-"""Facts about a fluid run: cautions on its method and its figures; and facts that several runs share."""
+"""Facts about a fluid run: cautions about its method and its figures, and facts that several runs share."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,23 +12,26 @@ from validate.result import SeedRuns
 from validate.sentences import doubted, sentence, stated
 
 FEW_ACROSS = 3.0
-"""Least number of particles from wall to wall; the paper has four. Runs with two particles gained 11 to 17 % in volume,
-runs with four gained none."""
-LEAST_BOND = 1.0  # Least Bond number, by water's surface tension, within the model's range: about 2 mm of cement paste
+"""Smallest number of particles from wall to wall without a caution. The paper has four. Runs with two particles gained
+11 to 17 % in volume, and runs with four gained none."""
+LEAST_BOND = 1.0  # Smallest Bond number, with water's surface tension, in the model's range: 2 mm of cement paste
 MOST_COMPRESSED = 0.10
-"""Largest sound compression of the particles, at their 95th percentile; benchmarks/paper_run.py has the same limit."""
-AT_REST = 0.5  # Largest distance from rest of a level at rest, in radii of the particles
+"""Largest sound compression of the particles, at the 95th percentile."""
+AT_REST = 0.5  # Largest distance from rest, in particle radii, at which a level counts as at rest
 MUCH_SPILLED = 0.05
-"""Spilled share above which the spill is always reported. A smaller one is reported if it makes the ratio unsound."""
+"""Spilled fraction above which a spill is always reported. A smaller spill is reported if it makes the volume ratio
+unsound."""
 DRAFTED_MM = 1.1
-"""A draft's level is this near to the mean of accurate runs at nine of ten places (benchmarks/drafts.py)."""
+"""Largest difference in mm between the level of a draft and the mean of accurate runs at nine of ten positions
+(benchmarks/drafts.py)."""
 
 
 def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> Facts:
     """Return a caution for each figure of a run that shows a fault. A sound run has none.
 
-    ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. A volume lost over the
-    sample's edge has its own sentence, since the fluid did not lose it. Faults of the other runs of ``seeds`` follow.
+    ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. Volume that ran over the
+    sample's edge has its own sentence, because the fluid did not lose it. Faults of the other runs in ``seeds`` come
+    last.
     """
     facts = []
     if run.fast_fill is not None:
@@ -44,7 +47,7 @@ def is_draft(run: Run | Simulation) -> bool:
 
 
 def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> Facts:
-    """Return the cautions of ``run_warnings`` without those on a draft or on the fast model."""
+    """Return the cautions of ``run_warnings`` without those about a draft or the fast model."""
     facts, solver, health = [*run.remarks], run.settings.get("solver", {}), run.health
     if run.escaped_particles:
         facts.append(stated("fluid.escaped", run.escaped_particles, level="fault"))
@@ -73,10 +76,10 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> Facts:
 
 
 def facts_of_runs(by_run: Mapping[int, Sequence[Fact]], total: int) -> list[Fact]:
-    """Return a fact for each key that runs have, with the number of runs of ``total`` that have it.
+    """Return one fact for each key that runs have, with the number of runs of ``total`` that have it.
 
-    ``by_run`` has the facts of a run by its number. If sentences of a key differ, that of the first of these runs is
-    returned, and the run is named.
+    ``by_run`` has the facts of each run by its number. If the sentences of a key differ, the sentence of the first of
+    these runs is returned, and the run is named.
     """
     by_key: dict[str, dict[int, Fact]] = {}
     for number, facts in by_run.items():
@@ -91,7 +94,7 @@ def facts_of_runs(by_run: Mapping[int, Sequence[Fact]], total: int) -> list[Fact
 
 
 def names_of(seeds: SeedRuns) -> str:
-    """Return the seeds in words."""
+    """Return the seeds as words, for example "1 to 5"."""
     first, *_, last = seeds.seeds
     if last - first == len(seeds.seeds) - 1 > 1:
         return f"{first} to {last}"
@@ -99,17 +102,17 @@ def names_of(seeds: SeedRuns) -> str:
 
 
 def levels_in_words(seeds: SeedRuns | None, noun: str) -> str:
-    """Return the plural of ``noun``, a simulated level, of which several may be averaged."""
+    """Return the plural of ``noun``, a simulated level. If levels are means of several runs, the words say so."""
     return f"{noun}s" if seeds is None else f"means of {len(seeds.seeds)} {noun}s"
 
 
 def mean_sentence(seeds: SeedRuns | None) -> str:
-    """Return the sentence on the mean of several runs and its band; empty for a single run."""
+    """Return the sentence about the mean of several runs and its band. Returns "" for a single run."""
     return "" if seeds is None else sentence("seeds.mean", seeds=seeds, names=names_of(seeds))
 
 
 def seed_facts(seeds: SeedRuns | None, *, draft: bool) -> Facts:
-    """Return the facts on the mean, on what the first run alone shows, and on drafts; none for a single run."""
+    """Return facts about the mean, about what only the first run shows, and about drafts. A single run has none."""
     if seeds is None:
         return ()
     mean = stated("seeds.mean", len(seeds.seeds), seeds=seeds, names=names_of(seeds))

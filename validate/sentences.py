@@ -1,6 +1,6 @@
 """Sentences and tables of the report: blocks of templates/report_words.j2, filled with facts.
 
-The block of a fact has the fact's key as its name, with underscores for dots and hyphens.
+The block of a fact has the fact's key as its name, with underscores instead of dots and hyphens.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,7 +17,7 @@ Value = float | int | str | None
 
 
 def sentence(key: str, **parts: Any) -> str:
-    """Return the text of a block on one line. ``parts`` are the names that it uses."""
+    """Return the text of a block on one line. ``parts`` has the values that the block uses, by name."""
     return _rendered(key, parts)[0]
 
 
@@ -29,23 +29,23 @@ def stated(
 
 
 def doubted(key: str, value: Value = None, unit: str = "", **parts: Any) -> Fact:
-    """Return a doubt, to be read before the result."""
+    """Return a doubt, which should be read before the result."""
     return stated(key, value, unit, "doubt", "caution", **parts)
 
 
 def assumed(key: str, value: Value = None, unit: str = "", **parts: Any) -> Fact:
-    """Return something that was taken for granted or left out."""
+    """Return an assumption, or something that was left out."""
     return stated(key, value, unit, "assumption", **parts)
 
 
 def table(key: str, **parts: Any) -> PageTable:
-    """Return the table of a block, which calls ``title`` once and ``row`` for each row."""
+    """Return the table of a block that calls ``title`` once, and ``row`` for each row."""
     _, (title, *_), rows = _rendered(key, parts)
     return PageTable(title, tuple((label, text) for label, text in rows))
 
 
 def tile(key: str, **parts: Any) -> tuple[str, str, str]:
-    """Return title, figure and text of a block, which calls ``tile`` once."""
+    """Return the title, figure and text of a block that calls ``tile`` once."""
     ((title, figure, text),) = _rendered(key, parts)[2]
     return title, figure, text
 
@@ -73,7 +73,7 @@ def _on_one_line(text: str) -> str:
 
 
 def template_cache() -> jinja2.BytecodeCache:
-    """Return the user's cache of compiled templates, in matplotlib's folder: compiling them takes 0.3 s."""
+    """Return the user's cache of compiled templates, in matplotlib's folder. Compiling them takes 0.3 s."""
     return jinja2.FileSystemBytecodeCache(get_cachedir())
 
 

@@ -1,4 +1,4 @@
-"""Text of numbers and of names in the code, each with its unit."""
+"""Numbers and names in the code as text, each with its unit."""
 
 import tomllib
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ NOT_RECORDED = "not recorded"
 @with_config(ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
 class PageTable:
-    """A table of the page. Each number is text with its unit."""
+    """A table of the page. Each number is a text with its unit."""
 
     title: str
-    """Title as on the page."""
+    """Title, as shown on the page."""
     rows: tuple[tuple[str, str], ...]
     """Label and value of each row."""
 
@@ -36,7 +36,7 @@ MODELS: dict[str, str] = LABELS["models"]
 
 
 def counted(number: int, thing: str) -> str:
-    """Return a number and its noun, in the plural for any number but 1."""
+    """Return a number and its noun. The noun is in the plural unless the number is 1."""
     return f"{number:,} {thing}{'' if number == 1 else 's'}"
 
 
@@ -46,7 +46,7 @@ def signed(number: float, decimals: int) -> str:
 
 
 def span(values: Floats, decimals: int) -> str:
-    """Return one number if all are equal at the written digits, else the smallest and the largest."""
+    """Return the smallest and largest value as text, or one number if both are equal at the written digits."""
     least, most = (f"{value:.{decimals}f}" for value in (values.min(), values.max()))
     return least if least == most else f"{least} to {most}"
 
@@ -56,29 +56,29 @@ def percent(share: float, decimals: int = 1) -> str:
 
 
 def name_and_unit(key: str) -> tuple[str, str]:
-    """Return a name in the code as words, and its unit: "frame_s" is "frame" and "s". A pure number has no unit."""
+    """Return a name in the code as words, and its unit: "frame_s" gives "frame" and "s". A pure number has no unit."""
     ending = next((ending for ending in UNITS if key.endswith(ending)), "")
     return key.removesuffix(ending).replace("_", " "), UNITS.get(ending, "")
 
 
 def words(key: str) -> str:
-    """Return a name in the code as words, its unit in brackets: "frame_s" is "frame (s)"."""
+    """Return a name in the code as words, with its unit in brackets: "frame_s" gives "frame (s)"."""
     name, unit = name_and_unit(key)
     return f"{name} ({unit})" if unit else name
 
 
 def setting_name(setting: str) -> str:
-    """Return a setting of a trial, given by dotted name, in words without a unit: "yield stress"."""
+    """Return the dotted name of a trial's setting in words without a unit, for example "yield stress"."""
     labels: dict[str, str] = LABELS["settings"]
     return labels.get(setting) or name_and_unit(setting.rpartition(".")[2])[0]
 
 
 LONGEST_VALUE = 120
-"""Largest number of characters of a setting that are shown; a board of markers has a thousand."""
+"""Largest number of characters of a setting that are shown. A board of markers has a thousand."""
 
 
 def setting_words(value: Any) -> str:
-    """Return a setting's value as text; "-" if it is not set."""
+    """Return the value of a setting as text. Returns "-" if it is not set."""
     match value:
         case None:
             text = "-"
@@ -98,5 +98,5 @@ def setting_words(value: Any) -> str:
 
 
 def unit_of(key: str) -> str:
-    """Return the unit that a name in the code ends with; "1" for a pure number."""
+    """Return the unit that a name in the code ends with. Returns "1" for a pure number."""
     return name_and_unit(key)[1] or "1"

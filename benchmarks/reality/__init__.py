@@ -1,12 +1,5 @@
 """A second reality: a continuum pour of a Bingham or Herschel-Bulkley paste between two walls.
 
-    from benchmarks.reality.inputs import Cavity, Paste, Pour
-    from benchmarks.reality.pour import poured
-    from benchmarks.reality.worlds import WORLDS
-
-    bed = poured(cavity, paste, pour, WORLDS["W4 pump 0.4 s late"])
-    bed.at(stations_mm)        # what a probe in the middle of the crack reads
-
 It shares no code and no numerics with sealtwin's particles or its slot model, and its author had read neither: so a
 prediction that was told before can be judged by it. The section of the slot is solved by finite elements, once, and
 kept as tables (``law``); along the slot volumes are conserved (``along``); the surface across is in ``surface``.

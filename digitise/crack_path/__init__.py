@@ -1,1 +1,1 @@
-"""The path along a crack: search between clicked points, painted masks, and the automatic search."""
+"""Find the path along a crack: between clicked points, in a painted mask, or automatically."""

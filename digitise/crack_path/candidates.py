@@ -1,4 +1,4 @@
-"""Lines of a line map that may be cracks: dark, long, and no joints."""
+"""Find lines of a line map that may be cracks: dark and long lines that are not joints."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,61 +18,64 @@ from digitise.image.raster import lightness, widened
 from digitise.photo import Photo
 from sealtwin.core.records import Booleans, Floats, Integers
 
-# Limits of a line. Lengths are cells of the line map.
+# Limits of a line. Lengths are in cells of the line map.
 #
-# Chosen on 127 real photos with masks: in 85 the first line is a crack, in 91 one of three. Lower limits of clearness
-# link cracks with grain and joints.
-LIKELY, SURE = 3.0, 5.0  # Clearness that continues a line, and that starts it
-CREST, NEARBY = 0.3, 11  # Share of the clearest cell within these cells that is the middle of a line
-LEAST_BONE = 25  # Least length of a piece that starts a line
-LEAST_LENGTH = 0.12  # Share of the photo's diagonal between a line's ends; shorter lines are pores and scratches
-JOINTS = (0.4, 0.25)  # Least lengths of joints over the diagonal: surely joints, and perhaps
-COVERED = 0.8  # Least share of a joint that is dark
-LARGEST_GAP = 0.05  # Longest interruption of a joint, as by a chip, over the diagonal
-BESIDE_JOINT = 16.0  # Distance from a joint that belongs to it: its two rims are up to 14 cells apart
-LONGEST_BRIDGE = 20.0  # Cells that a line may run over ground: a gap at a coarse grain or a stain
-FADING = 0.5  # Share of a line's median worth; ends below it have left the crack
-SAME_CELLS, SAME = 5.0, 0.5  # Distance within which two lines are one, and least share of such places
+# Chosen on 127 real photos with masks: in 85 the first line is a crack, and in 91 one of the first three is.
+# Lower limits of clearness link cracks with grain and joints.
+LIKELY, SURE = 3.0, 5.0  # Least clearness of a cell that continues a line, and of one that starts it
+# A line's middle has at least this share of the largest clearness in a window of this many cells
+CREST, NEARBY = 0.3, 11
+LEAST_BONE = 25  # Least length of a skeleton piece that starts a line
+LEAST_LENGTH = 0.12  # Least distance of a line's ends over the photo's diagonal; shorter lines are pores and scratches
+JOINTS = (0.4, 0.25)  # Least length over the diagonal of a line that surely is a joint, and of one that may be
+COVERED = 0.8  # Least share of a joint's length that must be dark
+LARGEST_GAP = 0.05  # Longest interruption of a joint over the diagonal, for example by a chip
+BESIDE_JOINT = 16.0  # Cells within this distance of a joint belong to it: its two rims are up to 14 cells apart
+LONGEST_BRIDGE = 20.0  # Longest gap that a line may bridge, for example at a coarse grain or a stain
+FADING = 0.5  # Share of a line's median worth; an end below it is cut off, because it has left the crack
+SAME_CELLS, SAME = 5.0, 0.5  # Two lines are the same if they are this close over at least this share
 
-# A line that is surely a crack, on the same photos: 48 lines are taken alone, and each is one.
-STRAIGHT, LEAST_LEG = 1.5, 24.0  # Distance of a straight leg from its chord, and its least length
-LEG_WIDTHS = 4.0  # The same length in widths of the line
-MOST_STRAIGHT = 0.3, 0.8, 0.25  # Largest share of its line in one straight leg, in all, and in those with a corner
-STEP_LEG = 16.0  # Least length of a leg that meets another one at a corner
-CORNER_DEG, CORNER = 50.0, 12.0  # Least turn at a corner, and its largest length
-MOST_COUNTED = 9.0  # Difference of both sides over the step above which a line's score falls no more
-MOST_UNLIKE = 0.3  # Largest difference of both sides over the step to the darker one
-LEAST_CLEAR, LEAST_WORST = 4.5, 2.6  # Least clearness: median of the line, and mean of its faintest stretch
-SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, plus px, from the line between which its sides are
+# Limits of a line that surely is a crack, on the same photos: 48 lines pass them, and each is a crack.
+STRAIGHT, LEAST_LEG = 1.5, 24.0  # Largest distance of a straight leg from its chord, and its least length
+LEG_WIDTHS = 4.0  # Least length of a straight leg in widths of the line
+# Largest share of a line in its longest straight leg, in all straight legs, and in legs that meet at a corner
+MOST_STRAIGHT = 0.3, 0.8, 0.25
+STEP_LEG = 16.0  # Least length of a leg that meets another leg at a corner
+CORNER_DEG, CORNER = 50.0, 12.0  # Least change of direction at a corner, and largest length of the corner
+MOST_COUNTED = 9.0  # A line's score falls no further if the difference of its sides over the step is larger than this
+MOST_UNLIKE = 0.3  # Largest difference between the two sides, over the step from the line to the darker side
+# Least median clearness of a line, and least mean clearness of its faintest stretch
+LEAST_CLEAR, LEAST_WORST = 4.5, 2.6
+SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # The sides of a line are between these two distances from it: widths, plus px
 
 
 @dataclass(frozen=True)
 class FoundCrack:
     """A line that may be a crack."""
 
-    line_px: Floats  # (n, 2), in the photo, from left to right
-    width_px: float  # Typical width along it
-    score: float  # Clearness times contrast, summed along the line, less for straight lines and unlike sides
-    unlike: float  # Difference between the two sides over the step from the line to the darker side; inf without a step
-    doubt: str  # Clause on why this may be no crack; empty if it surely is one
+    line_px: Floats  # (n, 2), px in the photo, from left to right
+    width_px: float  # Typical width along the line
+    score: float  # Sum of clearness times contrast along the line, reduced for straight legs and for sides that differ
+    unlike: float  # Difference between both sides over the step from the line to the darker side; inf without a step
+    doubt: str  # Reason why this may not be a crack, as a clause. Empty if it surely is a crack
 
     @property
     def middle_px(self) -> Floats:
-        """Middle point of the line."""
+        """Middle point of the line in px, (2,)."""
         return self.line_px[len(self.line_px) // 2]
 
     @property
     def outline_px(self) -> Floats:
-        """Ring around the line at its typical width, (m, 2)."""
+        """Ring in px around the line, as wide as its typical width, (m, 2)."""
         aside_px = max(self.width_px, 2.0) / 2 * left_normals(self.line_px)
         return np.concatenate([self.line_px + aside_px, (self.line_px - aside_px)[::-1]])
 
 
 def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Floats]]:
-    """Return the lines of a map, best first, and the ends of straight lines that were left out, (2, 2) each.
+    """Return the lines that may be cracks, best first, and the ends of straight lines that were left out, (2, 2).
 
-    Joints hide fainter cracks: they are most of what differs from plain ground. Lines beside them are left out if
-    there are others.
+    Lines beside a joint are left out if there are others. A joint is so much darker than plain ground that it hides
+    fainter cracks.
     """
     bones = _bones(field, field.allowed)
     surely, perhaps = (_straight_lines(bones, least) for least in JOINTS)
@@ -93,7 +96,7 @@ def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Flo
 
 
 def _bones(field: LineMap, allowed: Booleans) -> Booleans:
-    """Return the skeleton of the clear cells without short pieces."""
+    """Return the skeleton of the clear cells, without its short pieces."""
     clear = np.where(allowed, field.clear, 0).astype(np.float32)
     likely = apply_hysteresis_threshold(clear, LIKELY, SURE)
     crest = clear >= CREST * cv2.dilate(clear, np.ones((NEARBY, NEARBY), np.uint8))
@@ -101,7 +104,7 @@ def _bones(field: LineMap, allowed: Booleans) -> Booleans:
 
 
 def _ways(field: LineMap, allowed: Booleans) -> list[Integers]:
-    """Return the lines through the allowed cells that are worth most, as rows and columns."""
+    """Return the strongest line of each skeleton piece in the allowed cells, (n, 2) as row and column."""
     lines = _linked(_bones(field, allowed))
     worth, ways = _worth(field), []
     label, area = medial_axis.pieces(lines)
@@ -116,9 +119,9 @@ def _ways(field: LineMap, allowed: Booleans) -> list[Integers]:
 
 
 def _extended(way: Integers, field: LineMap, allowed: Booleans) -> Integers:
-    """Return a line that goes straight on at both ends, by at most its width, as far as it is as clear there.
+    """Return a line extended straight on at both ends, as far as the cells ahead are clear.
 
-    A skeleton ends half a width before the end of a blunt line.
+    The extension is at most one width long. It is needed because a skeleton ends half a width before a blunt end.
     """
     steps = np.arange(1, int(np.median(field.width[tuple(way.T)])) + 1)[:, None]
     least = max(LIKELY, FADING * float(np.median(field.clear[tuple(way.T)])))
@@ -137,7 +140,7 @@ def _worth(field: LineMap) -> Floats:
 
 
 def _linked(bones: Booleans) -> Booleans:
-    """Return a skeleton with straight bridges between near ends of its pieces: over a coarse grain or a stain."""
+    """Return a skeleton with straight bridges between close ends, for example on both sides of a coarse grain."""
     around = cv2.filter2D(bones.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
     ends = np.argwhere(bones & (around == 2))
     linked = bones.astype(np.uint8)
@@ -147,9 +150,9 @@ def _linked(bones: Booleans) -> Booleans:
 
 
 def _straight_lines(bones: Booleans, least: float) -> list[Floats]:
-    """Return each straight line in a skeleton as its two ends, (2, 2), column and row.
+    """Return the two ends of each straight line in a skeleton, (2, 2), as column and row.
 
-    ``least`` is its least length over the map's diagonal.
+    ``least`` is the least length of a line over the map's diagonal.
     """
     diagonal, near = float(np.hypot(*bones.shape)), widened(bones, 1)
     segments = cv2.HoughLinesP(
@@ -171,7 +174,7 @@ def _share_near(near: Booleans, line: Floats) -> float:
 
 
 def _beside(shape: tuple[int, ...], lines: Sequence[Floats]) -> Booleans:
-    """Return the cells beside straight lines, each extended across the whole map as a joint is."""
+    """Return a mask of the cells beside straight lines. Each line is extended across the whole map, as a joint is."""
     mask, reach = np.zeros(shape, np.uint8), sum(shape)
     for line in lines:
         start, end = np.rint(line + reach * unit(line[1] - line[0]) * np.array([[-1], [1]])).astype(int).tolist()
@@ -193,26 +196,26 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     usual, worst = np.median(clear), np.convolve(clear, np.ones(stretch) / stretch, mode="valid").min()
     doubt = ""
     if not unlike <= MOST_UNLIKE:
-        doubt = "its two sides differ in brightness, as at the edge of a marking, a patch or a joint"
+        doubt = "its two sides differ in brightness, as they do at the edge of a marking, a patch or a joint"
     elif np.any(np.greater(shares, MOST_STRAIGHT)):
         doubt = f"{max(shares):.0%} of it runs in straight legs, as a joint between bricks, tiles or slabs does"
     elif usual < LEAST_CLEAR or worst < LEAST_WORST:
         doubt = (
-            f"it is {usual:.1f} times as dark as the ground's grain (at least {LEAST_CLEAR:g}), and its faintest part "
-            f"{worst:.1f} times (at least {LEAST_WORST:g})"
+            f"it is {usual:.1f} times as dark as the ground's grain (at least {LEAST_CLEAR:g} is needed), and its "
+            f"faintest part {worst:.1f} times (at least {LEAST_WORST:g})"
         )
     score = _worth(field)[along].sum() * (1.05 - legs) / (1 + min(unlike, MOST_COUNTED)) / field.scale
     return FoundCrack(line_px, width_px, score, unlike, doubt)
 
 
 def straight_legs(cells: Floats | Integers, width: float) -> tuple[Floats, float]:
-    """Return the corners between the straight legs of a line, (n, 2), and the least length of a leg that counts."""
+    """Return the corners between a line's straight legs, (n, 2), and the length from which a leg counts as straight."""
     corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
     return np.asarray(corners, float), max(LEAST_LEG, LEG_WIDTHS * width)
 
 
 def _stepped(turns: Floats, lengths: Floats) -> float:
-    """Return the share of a polyline in long legs that meet at a corner. ``turns``, (n, 2), are its legs."""
+    """Return the share of a polyline's length in long legs that meet at a corner. ``turns``, (n, 2), are its legs."""
     begins, cornered = np.append(0, np.cumsum(lengths)), np.zeros(len(lengths), bool)
     for first, second in pairwise(np.flatnonzero(lengths >= STEP_LEG)):
         turned = turns[first] @ turns[second] < np.cos(np.radians(CORNER_DEG)) * lengths[first] * lengths[second]
@@ -222,7 +225,10 @@ def _stepped(turns: Floats, lengths: Floats) -> float:
 
 
 def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:
-    """Return the difference of both sides' lightness over the step from the line to the darker side."""
+    """Return how much a line's two sides differ.
+
+    The number is the difference of their lightness, divided by the step from the line to the darker side.
+    """
     near_px, far_px = (widths * width_px + px for widths, px in zip(SIDES, SIDES_PX, strict=True))
     profiles = profiles_across(photo, line_px, width_px, far_px)
     light, away_px = lightness(profiles.light).astype(float), np.abs(profiles.offset_px)

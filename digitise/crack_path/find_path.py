@@ -1,4 +1,4 @@
-"""Find the crack in a photo: the painted one, the darkest path between given points, or one of the likeliest lines."""
+"""Find the crack in a photo: in a painted mask, along the darkest path between clicked points, or automatically."""
 
 from collections.abc import Sequence
 from copy import copy
@@ -27,21 +27,22 @@ from sealtwin.core.records import Floats, Integers
 
 EDGES_FOUND = doubt(
     "path.inside-edges",
-    "the photo shows the edges of the sample, and the crack was searched for only inside them; if the crack is open "
+    "the photo shows the edges of the sample, and the crack was searched for only inside them. If the crack is open "
     "at an edge, give face_mm, the size of the face",
 )
-FOLLOWS_CELLS, MOST_ASTRAY = 5.0, 0.2  # Least distance and largest share of a path off the line that was chosen
-RUNNER_UP = 0.5  # A second line with more than this share of the first one's score makes the choice the user's
-ON_CRACK = 3.0  # Clearness of a place on a crack: the darkest ways through bare ground have 2 on average
-SHARE_ON_CRACK = 0.5  # The same as a share of the path's own clearness
-PATH_CELLS = 1.5  # Distance in cells within which two paths are the same
-SEARCH_WIDTHS = 1.0  # Widths to each side of a path within which the middle of its crack is searched for
-LEAST_BESIDE = 3.0  # The same in cells
-CLEAREST = 90  # Percentile of the clearness there that is the middle's
+# A path strays from the chosen line if it is more than this many cells away over more than this share of its length
+FOLLOWS_CELLS, MOST_ASTRAY = 5.0, 0.2
+RUNNER_UP = 0.5  # The user must choose if a second line has more than this share of the first line's score
+ON_CRACK = 3.0  # Clearness of a cell on a crack: the darkest paths through bare ground have 2 on average
+SHARE_ON_CRACK = 0.5  # The same limit as a share of the path's own clearness
+PATH_CELLS = 1.5  # Paths closer than this, in cells, are the same
+SEARCH_WIDTHS = 1.0  # The crack's middle is searched for within this many widths to each side of the path
+LEAST_BESIDE = 3.0  # The same distance in cells, at least
+CLEAREST = 90  # Percentile of the clearness near the path that is taken for the clearness of the crack's middle
 
 
 class RivalCracksError(InputError):
-    """Several cracks compete, so the user must choose one."""
+    """Raised if several cracks compete, so that the user must choose one. ``cracks`` lists them, best first."""
 
     def __init__(self, message: str, cracks: Sequence[FoundCrack] = ()) -> None:
         super().__init__(message)
@@ -55,11 +56,12 @@ def find_path(
     roi_px: tuple[Pixel, ...] | None = None,
     crack: int | None = None,
 ) -> CrackPath:
-    """Find the path between the ends, past the via points in order, inside ``roi_px``.
+    """Return the path between the ends, past the via points in their order, inside ``roi_px``.
 
-    In a painted photo it runs along the middle of the paint. Without ends it runs from left to right along the found
-    crack with the number ``crack``, or along the first if that is surely a crack. Raises InputError if a point is
-    outside the photo or off any crack, or no crack is found; RivalCracksError if several compete.
+    In a painted photo the path is the middle of the paint. Without ends it runs from left to right along the found
+    crack with the number ``crack``. Without a number it follows the first found line, if that line surely is a crack.
+    Raises InputError if a point is outside the photo or off any crack, or if no crack is found. Raises RivalCracksError
+    if several cracks compete.
     """
     if photo.drawn is not None:
         return painted_path(photo, ends_px)
@@ -70,7 +72,7 @@ def find_path(
 
 @dataclass(frozen=True)
 class CrackSearch:
-    """The lines that are most likely to be the crack, at most ``MOST_RANKED``. The likeliest is first."""
+    """The lines that are most likely to be the crack, likeliest first, and at most ``MOST_RANKED`` of them."""
 
     photo: Photo
     wire: "LiveWire"
@@ -79,7 +81,7 @@ class CrackSearch:
 
     @classmethod
     def of(cls, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> "CrackSearch":
-        """Search the photo within ``roi_px``; raise InputError if that is not a region."""
+        """Search the photo within ``roi_px``. Raises InputError if ``roi_px`` is not a region."""
         face_px = see_face(photo.brightness) if photo.face_px is None else None
         wire = LiveWire(photo, roi_px, face_px)
         cracks, straight_px = candidates(photo, wire.field)
@@ -89,15 +91,15 @@ class CrackSearch:
         return cls(photo, wire, tuple(cracks[:MOST_RANKED]), warnings)
 
     def path(self, number: int | None = None) -> CrackPath:
-        """Return the path along the crack with a number, from 1, or along the likeliest crack, from left to right.
+        """Return the path along the crack with this number, or along the likeliest crack, from left to right.
 
-        Raises InputError if there is no such crack, and RivalCracksError if none is surely a crack, several are about
-        equally likely, or a gate doubts the path.
+        Numbers count from 1. Raises InputError if there is no such crack. Without a number, raises RivalCracksError if
+        the first line may not be a crack, if several are about equally likely, or if a gate doubts the path.
         """
         photo, ranked = self.photo, self.cracks
         if not ranked:
             raise InputError(
-                f"{photo.file}: no crack found: nothing dark, thin and long stands out; "
+                f"{photo.file}: no crack found: nothing in the photo is dark, thin and long; "
                 f"{'; '.join(('give ends_px', *texts(self.warnings)))}."
             )
         if number is not None and number > len(ranked):
@@ -115,7 +117,7 @@ class CrackSearch:
             # The user has not given these ends, so a message about them would not help.
             raise InputError(
                 f"{photo.file}: no crack found: line {number or 1}, from {listed(chosen.line_px[[0, -1]])} px, is not "
-                "a crack over its whole length; give ends_px."
+                "a crack over its whole length. Give ends_px."
             ) from None
         if number is None and path.warnings:
             self._require_sure(path.warnings[0].text)
@@ -125,14 +127,18 @@ class CrackSearch:
     def _require_sure(self, doubt: str) -> None:
         if doubt:
             raise RivalCracksError(
-                f"{self.photo.file}: no line stands out as the crack: of the first, {doubt}. The lines (best first, "
-                f"with the score as a share of the highest) are {self._listed()}; choose one by its number, such as "
-                "photo.crack = 2 (in a batch or a lab a 2 in the column crack), or give ends_px.",
+                f"{self.photo.file}: no line stands out as the crack. The best line is uncertain: {doubt}. Lines that "
+                f"may be the crack (best first, with the score as a share of the best): {self._listed()}. Choose one "
+                "by its number, for example photo.crack = 2 (in a batch or lab table: 2 in the column crack), or "
+                "give ends_px.",
                 self.cracks,
             )
 
     def _along(self, crack: FoundCrack) -> CrackPath:
-        """Return the path between the ends of a line, past points of the line if it takes another way without them."""
+        """Return the path between the ends of a line.
+
+        Points of the line are added if the path would leave it otherwise.
+        """
         line_px = crack.line_px
         path = self.wire.between(line_px[[0, -1]])
         near_px = max(crack.width_px, FOLLOWS_CELLS / self.wire.field.scale)
@@ -149,18 +155,18 @@ class CrackSearch:
 
 
 class LiveWire:
-    """Paths along a photo's crack between clicked points, on one map. Several threads may use it."""
+    """Find paths along a photo's crack between clicked points, on one line map. Several threads may use it."""
 
     def __init__(
         self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None, found_face_px: Floats | None = None
     ) -> None:
-        """Map the photo within ``roi_px`` and ``found_face_px``; raise InputError if ``roi_px`` is not a region."""
+        """Map the photo within ``roi_px`` and ``found_face_px``. Raises InputError if ``roi_px`` is not a region."""
         self._photo, self._snap_px = photo, snap_px(photo)
         self._limits = None if roi_px is None else region_px(photo, roi_px), found_face_px
         self.field: LineMap = map_lines(photo, *self._limits)
 
     def path(self, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> CrackPath:
-        """Find the path past all clicked points in order.
+        """Return the path past all clicked points in their order.
 
         Raises InputError for a point off any crack, or if a gate refuses the path.
         """
@@ -169,9 +175,9 @@ class LiveWire:
         return self._believing(points_px).between(points_px, "via" if via_px else "ends")
 
     def between(self, points_px: Floats, source: Literal["ends", "via"] | None = None) -> CrackPath:
-        """Find the path past all points, (n, 2), inside the photo.
+        """Return the path past all points, (n, 2) in px, inside the photo.
 
-        Without a ``source`` nobody clicked the points: they are places on a line that a search found.
+        ``source`` is None if nobody clicked the points, because they are on a line that a search found.
         """
         route = self.route(points_px, clicked=source is not None)
         gates = [gate for gate in GATES if source is not None or gate is not moved_click]
@@ -182,7 +188,7 @@ class LiveWire:
         return CrackPath(route.points_px, route.width_px, source or "automatic", tuple(findings))
 
     def route(self, points_px: Floats, clicked: bool) -> Route:
-        """Return the cheapest way past the points, from the first place on the crack to the last.
+        """Return the cheapest route past the points, from the first cell on the crack to the last.
 
         Raises InputError if a clicked point is off any line.
         """
@@ -204,7 +210,10 @@ class LiveWire:
         return Route(self._photo, field, cells, line_px, width_px, points_px)
 
     def _believing(self, points_px: Floats) -> "LiveWire":
-        """Return a wire for which a dark border region with a clicked point deep inside is crack, not surroundings."""
+        """Return a wire that searches a dark border region if a click is deep inside it.
+
+        Without such a click the region counts as the surroundings of the sample.
+        """
         if not self.field.around.any():
             return self
         depth_px = distance_outside(~self.field.around) / self.field.scale
@@ -217,15 +226,15 @@ class LiveWire:
         return wire
 
     def _nearest_cells(self, points_px: Floats) -> Integers:
-        """Return row and column of each point, (n, 2), those outside the map moved to its rim."""
+        """Return the row and column of each point, (n, 2). A point outside the map is moved to the map's rim."""
         cells = np.rint(self.field.to_cells(points_px)[:, ::-1]).astype(int)
         return np.clip(cells, 0, np.array(self.field.clear.shape) - 1)
 
     def _on_map(self, points_px: Floats) -> Integers:
-        """Return row and column of each point, moved to the nearest cell that is searched."""
+        """Return the row and column of each point, moved to the nearest cell that is searched."""
         allowed = np.argwhere(self.field.allowed)
         if len(allowed) == 0:
-            raise InputError(f"{self._photo.file}: no part of the sample is near the ends; check ends_px and roi_px.")
+            raise InputError(f"{self._photo.file}: no part of the sample is near the ends. Check ends_px and roi_px.")
         cells, searched = np.rint(self.field.to_cells(points_px)[:, ::-1]), self._nearest_cells(points_px)
         for number in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
             searched[number] = allowed[nearest_cell(allowed, cells[number])]
@@ -233,21 +242,21 @@ class LiveWire:
         farthest = moved_px.argmax()
         if moved_px[farthest] > self._snap_px:
             raise InputError(
-                f"{self._photo.file}: the point {listed(points_px[[farthest]])} is {moved_px[farthest]:.0f} px outside "
-                "the searched area: the face of the sample inside roi_px, without markers and without a dark region at "
-                "the photo's border; check ends_px, via_px and roi_px."
+                f"{self._photo.file}: the point {listed(points_px[[farthest]])} is {moved_px[farthest]:.0f} px "
+                "outside the searched area. That area is the face of the sample inside roi_px, without markers and "
+                "without a dark region at the photo's border. Check ends_px, via_px and roi_px."
             )
         return searched
 
     def _snapped(self, stop: Integers, point_px: Floats, cost: Floats) -> Integers:
-        """Return a via point moved to the cheapest place of a line near it."""
+        """Return the cell of a via point, moved to the cheapest cell of a nearby line."""
         clear = np.argwhere((self.field.clear >= ON_CRACK) & self.field.allowed)
         away_px = np.hypot(*(clear - stop).T) / self.field.scale
         near = away_px <= self._snap_px
         if not near.any():
             nearest = f": the nearest one is {too_far(away_px.min(), self._snap_px)}" if len(clear) else ""
             raise InputError(
-                f"{self._photo.file}: the via point {listed(point_px[None])} is not on a crack{nearest}; give a point "
+                f"{self._photo.file}: the via point {listed(point_px[None])} is not on a crack{nearest}. Give a point "
                 "inside the crack."
             )
         # Cost grows with distance, so that the point stays on its crack if a darker one is near.
@@ -255,9 +264,9 @@ class LiveWire:
         return clear[near][np.argmin(price)]
 
     def _joined(self, cost: Floats, stops: Integers, points_px: Floats) -> Integers:
-        """Return the cheapest legs between the stops, joined to one path without double parts.
+        """Return the cheapest legs between the stops as one path, without parts that are passed twice.
 
-        A leg may run back along the one before it, but only by as much as a click may be off.
+        A leg may run back along the leg before it only as far as a click may be off.
         """
         cells, *legs = cheapest_legs(cost, stops, self.field.scale)
         for number, leg in enumerate(legs, 1):
@@ -268,14 +277,17 @@ class LiveWire:
             if spur_px > self._snap_px:
                 raise InputError(
                     f"{self._photo.file}: after the via point {listed(points_px[[number]])} the path runs back "
-                    f"{spur_px:.0f} px along itself: the point is not on the way to the next one. Give via_px in order "
-                    "along the crack, and give no point on a branch."
+                    f"{spur_px:.0f} px along itself, so the point is not on the way to the next one. Give via_px in "
+                    "order along the crack, and give no point on a branch."
                 )
             cells = np.concatenate([cells[: back + 1], leg[forth + 1 :]])
         return cells
 
     def _on_crack(self, cells: Integers, points_px: Floats, width: float, limit_px: float) -> Integers:
-        """Return the path from its first place on the crack to its last: a clear one that is darker than the ground."""
+        """Return the part of a path that is on the crack.
+
+        It is the part from the first to the last cell that is clear and darker than the ground.
+        """
         clear = maximum_filter1d(self.field.clear_along(cells), 3)
         around = resized(blurred_copy(self.field.shown, SIGMA + 2 * width), self.field.shown.shape)
         light = minimum_filter1d((self.field.shown / np.maximum(around, 1e-3))[tuple(cells.T)], 3)
@@ -289,7 +301,7 @@ class LiveWire:
             if moved_px > limit_px:
                 raise InputError(
                     f"{self._photo.file}: the end {listed(points_px[[end]])} is not on a crack: the nearest one is "
-                    f"{too_far(moved_px, limit_px)}; give a point inside the crack; {IF_LIGHTER}."
+                    f"{too_far(moved_px, limit_px)}. Give a point inside the crack; {IF_LIGHTER}."
                 )
             ends.append(int(np.argmin(np.abs(away_px - moved_px))))
         return cells[ends[0] : ends[1] + 1]

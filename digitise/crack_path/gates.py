@@ -1,7 +1,7 @@
-"""Gates: what a path between clicks must not be. Each takes a route and returns a finding with its place, or None.
+"""Gates that a path between clicks must pass. A gate takes a route and returns a finding with its position, or None.
 
-A gate refuses a path that cannot be along a crack, by a fault, and doubts one that may be along something else. Its
-sentence has no full stop.
+A gate refuses a path that cannot follow a crack (level "fault"), and doubts a path that may follow something else. The
+text of a finding has no full stop.
 """
 
 from collections.abc import Callable
@@ -24,38 +24,41 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Integers
 
-# Limits, in units of clearness, on 115 right paths of real photos and on 300 ways between places of bare ground.
-LEAST_CLEAR = 3.0  # Least median along a path: the ways over ground have 2.85 at most, 2 % of the right paths less
-STRETCH, STRETCH_WIDTHS = 24.0, 2.0  # Length of a stretch in cells and in widths of the crack, the longer of both
-NEAR_GROUND = 2.6  # Least mean of a stretch without a doubt
-LONG = 2.0  # Such lengths over which the mean is taken for a refusal
-AS_GROUND = 2.1  # Least mean over them that is not refused
+# Limits in units of clearness, from 115 right paths on real photos and 300 paths through bare ground.
+# Least median along a path: paths through ground reach 2.85 at most, and 2 % of the right paths are below 3
+LEAST_CLEAR = 3.0
+STRETCH, STRETCH_WIDTHS = 24.0, 2.0  # Length of a stretch: cells, or widths of the crack if that is longer
+NEAR_GROUND = 2.6  # A stretch with a lower mean is doubted
+LONG = 2.0  # Multiple of that length over which the mean is taken before a path is refused
+AS_GROUND = 2.1  # A path with a lower mean over that length is refused
 
-LIGHT_PX = 12.0  # Distance from the wall up to which a light line is searched for
-LIGHT = 0.5  # Step from ground to the light line over that from path to ground: 12 % of the right paths have more
-NOT_DARK, BRIGHT = 0.9, 1.25  # Light of the path and of the light line over the ground's, above which it is refused
+LIGHT_PX = 12.0  # Largest distance from the wall at which a light line is searched for
+LIGHT = 0.5  # Step from ground to the light line, over the step from path to ground; 12 % of the right paths have more
+# A path is refused if its light and that of the light line, over the ground's, are above these values
+NOT_DARK, BRIGHT = 0.9, 1.25
 
-LEG_SHARE = 0.15  # Least length of a leg along a joint over the path's
+LEG_SHARE = 0.15  # Least length of a leg along a joint, over the path's length
 SMOOTHED = 2.0  # Cells over which the steps of the path are smoothed
-ONWARD = 28.0  # Cells beyond the corner, plus two widths, at which the joint goes on
-LEAST_APART, APART = 5.0, 1.5  # Distance from the path at which a place is not the path: cells, and widths
-LEAST_ONWARD = 8  # Least such places
-GOES_ON = 4.0  # Least mean clearness there
+ONWARD = 28.0  # The joint must go on this many cells, plus two widths, beyond the corner
+LEAST_APART, APART = 5.0, 1.5  # A cell is off the path if it is farther from it than this: cells, and widths
+LEAST_ONWARD = 8  # Least number of such cells ahead
+GOES_ON = 4.0  # Least mean clearness of those cells
 
-BESIDE_PX = 7.0  # Distance from the middle of a crack at which a click is still on it, if the crack is as wide
+BESIDE_PX = 7.0  # A click this far from the middle of a crack is still on it, if the crack is as wide
 
-BESIDE_AROUND = 6.0  # Cells from the surroundings within which a path runs along them
-AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0  # Length over which it may: widths, and least cells
+BESIDE_AROUND = 6.0  # A path within this many cells of the surroundings runs along them
+# Longest allowed run along the surroundings: widths of the crack, and at least this many cells
+AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0
 
 
 @dataclass(frozen=True)
 class Route:
-    """A path on the line map, from the first place on its crack to the last."""
+    """A path on the line map, from the first cell on its crack to the last."""
 
     photo: Photo
     field: LineMap
-    cells: Integers  # Rows and columns, (n, 2)
-    points_px: Floats  # The same in the photo, x and y
+    cells: Integers  # Row and column, (n, 2)
+    points_px: Floats  # The same points in the photo, x and y in px, (n, 2)
     width_px: float
     clicks_px: Floats
 
@@ -73,16 +76,17 @@ def dark_enough(route: Route) -> Fact | None:
     if clear >= LEAST_CLEAR:
         return None
     fault = (
-        f"no crack between the ends: the darkest way there is {clear:.1f} times as dark as the ground's grain (at "
-        f"least {LEAST_CLEAR:g} times along a crack); check ends_px; {IF_LIGHTER}"
+        f"no crack between the ends: the darkest path there is {clear:.1f} times as dark as the ground's grain (a "
+        f"crack is at least {LEAST_CLEAR:g} times as dark). Check ends_px; {IF_LIGHTER}"
     )
     return doubt("path.not-dark", fault, clear, level="fault")
 
 
 def bare_stretch(route: Route) -> Fact | None:
-    """Find the longest stretch that is as bright as the ground. Clicks at both of its ends confirm it.
+    """Find the longest stretch of the path that is as bright as the ground.
 
-    A click that was moved to the beginning of such a stretch is beside the crack.
+    Clicks at both ends of the stretch confirm that the crack runs there. If the stretch begins or ends the path and a
+    click was moved, the click is beside the crack.
     """
     count = int(max(STRETCH, STRETCH_WIDTHS * route.width_px * route.field.scale))
     mean = _means(route.clear, count)
@@ -93,29 +97,32 @@ def bare_stretch(route: Route) -> Fact | None:
     ends = [first, min(last + count - 1, len(route.clear) - 1)]
     where = f"{route.s_px[ends[1]] - route.s_px[ends[0]]:.0f} px from {listed(route.points_px[ends])} px"
     if (first == 0 or last == len(mean)) and moved_click(route):
-        text = f"an end is not on a crack: beside it are {where} of plain ground; check ends_px"
+        text = f"an end is not on a crack: beside it, {where} are plain ground. Check ends_px"
         return doubt("path.end-beside", text, level="fault")
     clicked_px = np.linalg.norm(route.points_px[ends][:, None] - route.clicks_px, axis=2).min(axis=1)
     if _means(route.clear, int(LONG * count)).min() < AS_GROUND and clicked_px.max() > snap_px(route.photo):
         crosses = (
             f"the path crosses plain ground: {where} are as bright as the ground. Give a point of the crack between "
-            "the ends in photo.via_px. If the crack runs there, give both of these places"
+            "the ends in photo.via_px. If the crack does run there, give both of these points"
         )
         return doubt("path.bare-stretch", crosses, level="fault")
     return doubt(
         "path.bare-stretch",
-        f"part of the path shows hardly any crack and may cross plain ground: {where}. Look there, and give a point of "
-        "the crack between the ends in photo.via_px",
+        f"part of the path shows hardly any crack and may cross plain ground: {where}. Check that part of the photo, "
+        "and give a point of the crack between the ends in photo.via_px",
     )
 
 
 def _means(values: Floats, count: int) -> Floats:
-    """Return the mean of every ``count`` values that follow each other, or of all if there are fewer."""
+    """Return the mean of every ``count`` consecutive values, or of all values if there are fewer."""
     return np.convolve(values, np.ones(min(count, len(values))) / min(count, len(values)), mode="valid")
 
 
 def lighter_line(route: Route) -> Fact | None:
-    """Find a line beside the path that is much lighter than the ground: the path may be the shade of a light crack."""
+    """Find a line beside the path that is much lighter than the ground.
+
+    The path may then be the shade of a light crack.
+    """
     half_px = max(route.width_px, 2.0) / 2
     profiles = profiles_across(route.photo, route.points_px, route.width_px, half_px + 2 * LIGHT_PX)
     light, away_px = profiles.mean(), np.abs(profiles.offset_px)
@@ -130,14 +137,14 @@ def lighter_line(route: Route) -> Fact | None:
     darkness = finite_median(dark / np.fmax(ground, 1e-6))
     text = (
         f"a line {times:.1f} times as bright as the ground runs within {half_px + LIGHT_PX:.0f} px of the path, from "
-        f"{listed(route.points_px[[0, -1]])} px: {IF_LIGHTER}"
+        f"{listed(route.points_px[[0, -1]])} px; {IF_LIGHTER}"
     )
     refused = darkness > NOT_DARK and times > BRIGHT
     return doubt("path.lighter-line", text, times, level="fault" if refused else "caution")
 
 
 def along_joint(route: Route) -> Fact | None:
-    """Find a straight leg of the path that goes on straight where the path turns off it, as a joint does."""
+    """Find a straight leg of the path along a line that goes straight on where the path turns off, as a joint does."""
     cells = smoothed(route.cells[:, ::-1].astype(float), SMOOTHED)
     width = max(route.width_px * route.field.scale, 1.0)
     corners, least = straight_legs(cells, width)
@@ -162,15 +169,15 @@ def along_joint(route: Route) -> Fact | None:
     joint_px = length / route.field.scale
     return doubt(
         "path.along-joint",
-        f"{joint_px:.0f} px of the path, from {listed(route.points_px[[first, last]])} px, run along a line as "
-        "straight as a joint. If the crack is elsewhere, give points of it between the ends in photo.via_px",
+        f"{joint_px:.0f} px of the path, from {listed(route.points_px[[first, last]])} px, follow a line as straight "
+        "as a joint. If the crack is elsewhere, give points of the crack between the ends in photo.via_px",
         joint_px,
         "px",
     )
 
 
 def moved_click(route: Route) -> Fact | None:
-    """Find a clicked end or point that is farther beside the path than the crack is wide, or outside a wide crack."""
+    """Find a click that is farther from the path than the crack is wide, or outside a wide crack."""
     # A crack fades at its tip: there a click may be ahead of the path.
     ahead_px = snap_px(route.photo)
     line_px = extended(route.points_px, ahead_px, ahead_px, 2 * route.width_px, 1.0)
@@ -185,7 +192,7 @@ def moved_click(route: Route) -> Fact | None:
 
 
 def along_surroundings(route: Route) -> Fact | None:
-    """Find a long part of the path beside dark surroundings, which may be a wide crack taken for them."""
+    """Find a long part of the path beside dark surroundings. The surroundings may in truth be a wide crack."""
     if not route.field.around.any():
         return None
     near = distance_outside(route.field.around)[tuple(route.cells.T)] <= BESIDE_AROUND
@@ -194,9 +201,10 @@ def along_surroundings(route: Route) -> Fact | None:
         return None
     return doubt(
         "path.along-surroundings",
-        f"{beside_px:.0f} px of the path, from {listed(route.points_px[near][[0, -1]])} px, run along a dark region at "
-        "the photo's border, which was taken for the surroundings of the sample. If it is the crack, paint it in "
-        "photo.mask, or give photo.roi_px: a region whose border crosses the dark area and does not run along it",
+        f"{beside_px:.0f} px of the path, from {listed(route.points_px[near][[0, -1]])} px, run along a dark region "
+        "at the photo's border, which was taken for the surroundings of the sample. If that region is the crack, "
+        "paint it in photo.mask, or give photo.roi_px as a region whose border crosses the dark area and does not "
+        "run along it",
         beside_px,
         "px",
     )

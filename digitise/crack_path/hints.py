@@ -1,4 +1,4 @@
-"""Check ends, via points and regions, and describe them in messages."""
+"""Check clicked ends, via points and regions, and describe them in messages."""
 
 from dataclasses import dataclass, replace
 
@@ -11,21 +11,22 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, PathSource
 
-SNAP_PX, SNAP_SHARE = 15.0, 0.015  # Largest distance of a given point from its crack: px, and share of the photo
-LEAST_REGION_PX = 32.0  # Least side of a region of interest
+# Largest distance of a clicked point from its crack: px, and share of the photo's longer side
+SNAP_PX, SNAP_SHARE = 15.0, 0.015
+LEAST_REGION_PX = 32.0  # Least side length of a region of interest
 
 
 @dataclass(frozen=True)
 class CrackPath:
-    """A rough path along the crack, inside it."""
+    """A rough path that runs along the crack, inside it."""
 
-    points_px: Floats  # (n, 2), from the first end
-    width_px: float  # Typical width of the crack along it
+    points_px: Floats  # (n, 2), x and y in px, from the first end
+    width_px: float  # Typical width of the crack along the path
     source: PathSource
     warnings: Facts = ()
 
     def in_copy(self, factor: int) -> "CrackPath":
-        """Return the path in the pixels of ``photo.smaller``."""
+        """Return the path in pixels of ``photo.smaller``, which is ``factor`` times smaller."""
         return replace(self, points_px=in_copy(self.points_px, factor), width_px=self.width_px / factor)
 
 
@@ -36,38 +37,38 @@ IF_LIGHTER = (
 
 
 def listed(points_px: Floats) -> str:
-    """Return points as text: "(10, 20) to (30, 40)"."""
+    """Return points as text, for example "(10, 20) to (30, 40)"."""
     return " to ".join(f"({x:.0f}, {y:.0f})" for x, y in points_px)
 
 
 def snap_px(photo: Photo) -> float:
-    """Return the largest allowed distance of a given point from its crack, in px.
+    """Return the largest allowed distance of a clicked point from its crack, in px.
 
-    It is always the same on a screen that shows the whole photo.
+    It is the same distance on the screen for every photo that is shown whole.
     """
     return max(SNAP_PX, SNAP_SHARE * max(photo.size_px))
 
 
 def too_far(away_px: float, most_px: float) -> str:
-    """Return a distance above a limit as text, rounded so that it does not read as within the limit."""
+    """Return a distance above a limit as text. It is rounded up so that it does not look allowed."""
     return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
 
 
 def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> None:
-    """Raise InputError if a point is outside the photo or the face, or the ends are too close together."""
+    """Raise InputError if a point is outside the photo or the face, or if the ends are too close together."""
     points_px, names = np.array([*ends_px, *via_px], float), ["end", "end", *("via point" for _ in via_px)]
     width, height = photo.size_px
     for name, point_px in zip(names, points_px, strict=True):
         if depth_inside(point_px, (0, 0, width - 1, height - 1)) < 0:
             raise InputError(
-                f"{photo.file}: the {name} {listed(point_px[None])} is outside the photo of {width} x {height} px; x "
+                f"{photo.file}: the {name} {listed(point_px[None])} is outside the photo of {width} x {height} px. x "
                 "counts from the left and y from the top."
             )
     apart_px, most_px = float(np.linalg.norm(np.subtract(*ends_px))), snap_px(photo)
     if apart_px < most_px:
         raise InputError(
-            f"{photo.file}: the two ends {listed(np.array(ends_px))} px are only {apart_px:.2g} px apart; an end may "
-            f"be clicked {most_px:.0f} px beside its crack, so the ends must be farther apart than that. Check ends_px."
+            f"{photo.file}: the two ends {listed(np.array(ends_px))} px are only {apart_px:.2g} px apart. A click may "
+            f"be up to {most_px:.0f} px off its crack, so the ends must be at least that far apart. Check ends_px."
         )
     if photo.face_mm is None:
         return
@@ -75,9 +76,9 @@ def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()
         outside_mm = -float(depth_inside(photo.to_mm(point_px[None]), photo.face_mm)[0])
         if outside_mm > most_px * photo.mm_per_px:
             raise InputError(
-                f"{photo.file}: the {name} {listed(point_px[None])} is {outside_mm:.1f} mm outside the face; give the "
-                "place where the crack meets the face's edge, and check that width and height of face_mm, and x and y "
-                "of the point, are not exchanged."
+                f"{photo.file}: the {name} {listed(point_px[None])} is {outside_mm:.1f} mm outside the face. Give the "
+                "point where the crack meets the face's edge. Check that width and height of face_mm, and x and y of "
+                "the point, are not exchanged."
             )
 
 
@@ -90,7 +91,7 @@ def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
     if crossed := crossings(corners, closed=True):
         sides = [listed(corners[[side, (side + 1) % len(corners)]]) for side in crossed[0]]
         raise InputError(
-            f"{photo.file}: roi_px crosses itself: the side {sides[0]} px crosses the side {sides[1]} px. Give its "
+            f"{photo.file}: roi_px crosses itself: the side {sides[0]} px crosses the side {sides[1]} px. Give the "
             "corners in order around the region."
         )
     low = np.maximum(corners.min(axis=0), 0)
@@ -99,7 +100,7 @@ def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
         width, height = photo.size_px
         raise InputError(
             f"{photo.file}: roi_px covers {max(high[0] - low[0], 0):.0f} x {max(high[1] - low[1], 0):.0f} px of the "
-            f"photo of {width} x {height} px; each side needs {LEAST_REGION_PX:g} px. Give two opposite corners of a "
-            "box, or the corners of a polygon, in px."
+            f"photo of {width} x {height} px. Each side needs at least {LEAST_REGION_PX:g} px. Give two opposite "
+            "corners of a box, or the corners of a polygon, in px."
         )
     return corners

@@ -1,8 +1,8 @@
-"""Map how much each place of a photo looks like part of a dark line, of any width and direction.
+"""Map how much each point of a photo looks like part of a dark line, of any width and direction.
 
 The map is a small copy of the photo. At each of its cells a bar-shaped filter compares a dark middle with both of its
-sides, in eight directions and on copies that are halved again and again, so that the widest bar is a tenth of the
-photo.
+sides, in eight directions. The filter runs on copies that are halved again and again, so that the widest bar is a tenth
+of the photo.
 """
 
 from dataclasses import dataclass
@@ -31,76 +31,80 @@ from digitise.image.raster import (
 from digitise.photo import Photo
 from sealtwin.core.records import Booleans, Floats, Integers
 
-WORK_PX = 1000  # Longer side of the copy: a path needs no more, the walls are refined on the photo itself
-RIM = 3  # Cells at the map's border that are like those inside them
-LEAST_LIGHT = 0.05  # Least displayed brightness to divide by, or the noise of a black board would be lines
-CONTINUED = 20.0  # Sigma in cells by which light is continued beyond the searched area
+WORK_PX = 1000  # Longer side of the copy. More is not needed for a path, because walls are refined on the photo itself
+RIM = 3  # Cells at the map's border that are replaced by the cells next to them
+# Least displayed brightness to divide by; with less, the noise of a black board would look like lines
+LEAST_LIGHT = 0.05
+CONTINUED = 20.0  # Sigma in cells by which brightness is continued beyond the searched area
 
-# Constants of the filter. Lengths are cells of the copy that is filtered.
+# Constants of the filter. Lengths are in cells of the copy that is filtered.
 #
 # Chosen on drawn roads, on 74 real photos and on pieces of bare ground: along 98 % of the real cracks the median
 # clearness is over 3.1, along the darkest ways through bare ground it is under 2.7. A longer bar loses cracks that
 # wander, a shorter one finds grains.
-SIGMAS = ((0.7,), (0.7, 1.4), (1.4,), (1.4,), (1.4,), (1.4,))  # Of the bar, on each halved copy
+SIGMAS = ((0.7,), (0.7, 1.4), (1.4,), (1.4,), (1.4,), (1.4,))  # Sigmas of the bar on each halved copy
 LEAST_SIDE = 20  # Least side of a halved copy
-DIRECTIONS = 8  # Over half a turn
+DIRECTIONS = 8  # Number of directions in half a turn
 ELONGATION = 2.5  # Length of the bar over its width
-MIDDLE, SIDE = 0.7, 2.2  # Width of the bar, and distance of its sides, in sigmas
-ONE_SIDED = 0.5  # Share of the sides' difference that is subtracted: an edge is dark against one side only
-SIGMA, LEAST_SIGMA = 20.0, 12.0  # Sigma of the mean by which brightness is divided: on the first copy, and at least
-NOISE, LEAST_NOISE = 40.0, 5.0  # Sigma over which noise is averaged: on the first copy, and at least
-NOISE_RESPONSES = 4.0  # Most typical responses that one response adds to the noise, so that a crack is not noise
-MEAN_SIZE = 1.25  # Standard deviation of a normal distribution over its mean absolute value
-QUIET, QUIET_WIDE = 2e-3, 0.06  # Least noise of brightness: rounding of 8 bits; on wide bars, soft shadows
-WIDE_FROM = 3  # First halved copy with wide bars
-WIDTH = 2.4  # Width of the line that a bar fits best, in sigmas
+MIDDLE, SIDE = 0.7, 2.2  # Width of the bar, and distance of its sides from its middle, in sigmas
+ONE_SIDED = 0.5  # Share of the sides' difference that is subtracted, because an edge is dark against one side only
+# Brightness is divided by its mean over this sigma: on the first copy, and at least on smaller copies
+SIGMA, LEAST_SIGMA = 20.0, 12.0
+NOISE, LEAST_NOISE = 40.0, 5.0  # Noise is averaged over this sigma: on the first copy, and at least on smaller copies
+# A response counts as at most this many typical responses in the noise, so that a crack is not noise
+NOISE_RESPONSES = 4.0
+MEAN_SIZE = 1.25  # Standard deviation of a normal distribution, over its mean absolute value
+# Least noise of brightness, from rounding to 8 bits; least noise for wide bars, from soft shadows
+QUIET, QUIET_WIDE = 2e-3, 0.06
+WIDE_FROM = 3  # Index of the first halved copy with wide bars
+WIDTH = 2.4  # Width of the line that fits a bar best, in sigmas of the bar
 
-CLEARNESS_LIMIT = 8.0  # Clearness above which a clearer line is not cheaper: a strong grain must not pay for a detour
-BY_CLEARNESS = 0.7  # Share of a line's worth that is its clearness; the rest is its contrast
+CLEARNESS_LIMIT = 8.0  # A line clearer than this costs no less, so that a strong grain does not pay for a detour
+BY_CLEARNESS = 0.7  # Share of clearness in a line's worth; the rest is contrast
 NOTHING = 0.04  # Worth of a step off any line: a gap costs as much as a line 25 times as long
-LEAST_CONTRAST = 0.1  # Least contrast of the clearest lines of a photo, of which a line's contrast is a share
-ROOM, LEAST_ROOM_PX = 0.5, 100.0  # Room around the box of two points: share of their distance, and least px
+LEAST_CONTRAST = 0.1  # Least value of a photo's largest contrast, by which the contrast of its lines is divided
+ROOM, LEAST_ROOM_PX = 0.5, 100.0  # Margin around the box of two points: share of their distance, and least px
 
 
-# Constants of dark surroundings.
-NARROW = 81  # Cells of the median that removes narrow cracks before surroundings are searched for
-DARK = 0.3  # Share of the usual displayed brightness. A hard shadow leaves 0.4 or more of it, black cloth 0.2 at most
-SAMPLE_PERCENTILE = 60  # Percentile of brightness taken for the sample's: most of the searched area shows it
-BORDER = 0.5  # Least share of a region's extent on the border: a crack that leaves the photo has at most a quarter
+# Constants of the search for dark surroundings.
+NARROW = 81  # Size in cells of the median that removes narrow cracks before the search
+DARK = 0.3  # Share of the usual displayed brightness. A hard shadow keeps 0.4 or more of it, black cloth 0.2 at most
+SAMPLE_PERCENTILE = 60  # Percentile of brightness that is taken for the sample's, which fills most of the searched area
+BORDER = 0.5  # Least share of a region's extent along the border: a crack that leaves the photo has at most a quarter
 LEAST_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
 
 
 @dataclass(frozen=True)
 class LineMap:
-    """A small copy of a photo or of a region in it."""
+    """A small copy of a photo, or of a region of it, with the filter's results. All maps have the copy's shape."""
 
-    offset_px: tuple[float, float]  # The copy's left upper corner in the photo: x, y
+    offset_px: tuple[float, float]  # x and y of the copy's upper left corner in the photo
     scale: float  # Cells per pixel of the photo
     shown: Map  # Displayed brightness
-    clear: Map  # Response of the filter in units of the noise around
-    contrast: Map  # The same in displayed brightness over its local mean
+    clear: Map  # Response of the filter, in units of the noise around the cell
+    contrast: Map  # Response of the filter, as displayed brightness over its local mean
     width: Map  # Width in cells of the line that fits best
-    allowed: Booleans  # Cells on the face and on no marker
-    around: Booleans  # Cells in dark regions at the photo's border that were taken for the surroundings
+    allowed: Booleans  # True for cells on the face that no marker covers
+    around: Booleans  # True for cells in dark border regions that were taken for the surroundings
 
     def to_cells(self, points_px: Floats) -> Floats:
-        """Return the places in the map, as column and row."""
+        """Convert points in the photo, (n, 2) as x and y in px, to positions in the map, as column and row."""
         return (np.asarray(points_px, float) - self.offset_px + 0.5) * self.scale - 0.5
 
     def to_photo(self, places: Floats | Integers) -> Floats:
         return (np.asarray(places, float) + 0.5) / self.scale - 0.5 + self.offset_px
 
     def clear_along(self, cells: Integers) -> Floats:
-        """Return the clearness of cells, (n, 2) as rows and columns, at most ``CLEARNESS_LIMIT``.
+        """Return the clearness of cells, at most ``CLEARNESS_LIMIT``. ``cells`` are rows and columns, (n, 2).
 
-        Strong contrast is clear in any grain: a contrast of ``LEAST_CONTRAST`` counts as 1.
+        Strong contrast is clear in any grain: a contrast of ``LEAST_CONTRAST`` counts as a clearness of 1.
         """
         along = tuple(cells.T)
         clear = np.maximum(self.clear[along], self.contrast[along] / np.float32(LEAST_CONTRAST))
         return np.minimum(clear, CLEARNESS_LIMIT).astype(float)
 
     def cost(self, clear: float = CLEARNESS_LIMIT) -> Floats:
-        """Return the cost of a step through each cell. A line clearer than ``clear`` is no cheaper."""
+        """Return the cost of a step through each cell. A clearness above ``clear`` does not lower it further."""
         usual = np.percentile(self.contrast[self.allowed], 99) if self.allowed.any() else 0.0
         share = np.clip(self.contrast / max(usual, LEAST_CONTRAST), 0, 1)
         worth = BY_CLEARNESS * np.clip(self.clear, 0, clear) / clear + (1 - BY_CLEARNESS) * share
@@ -113,10 +117,10 @@ def map_lines(
     found_face_px: Floats | None = None,
     crack_px: Floats | None = None,
 ) -> LineMap:
-    """Map the lines of the photo, or of a polygon in it.
+    """Map the lines of the photo, or of a polygon in it, ``region_px``.
 
-    ``found_face_px`` is the outline of a face whose size is unknown. The search is then limited to this face. A dark
-    region at the border that has a place of ``crack_px``, (n, 2), is crack and not surroundings.
+    ``found_face_px`` is the outline of a face of unknown size, to which the search is limited. A dark region at the
+    border counts as surroundings, unless it contains a point of ``crack_px``, (n, 2).
     """
     corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
     low, window = window_around(corners_px, 0.0, photo.size_px)
@@ -142,9 +146,9 @@ def map_lines(
 
 
 def surroundings(shown: Map, crack: Floats | None = None) -> Booleans:
-    """Return large dark regions along the border of the displayed brightness.
+    """Return the large dark regions along the border. ``shown`` is displayed brightness.
 
-    A region with a place of ``crack``, (n, 2) as column and row, is not among them.
+    A region that contains a point of ``crack``, (n, 2) as column and row, is not among them.
     """
     # OpenCV has large medians of whole numbers only.
     size = min(NARROW, 2 * (min(shown.shape) // 4) + 1)
@@ -164,7 +168,7 @@ def surroundings(shown: Map, crack: Floats | None = None) -> Booleans:
 
 
 def _filtered(shown: Map, allowed: Booleans) -> tuple[Map, Map, Map]:
-    """Return clearness, contrast and width of the best line at each cell."""
+    """Return three maps: clearness, contrast and width of the best line at each cell."""
     clear, contrast, width = (np.zeros_like(shown) for _ in range(3))
     for octave, sigmas in enumerate(SIGMAS):
         size = (shown.shape[1] >> octave, shown.shape[0] >> octave)
@@ -187,12 +191,12 @@ def _filtered(shown: Map, allowed: Booleans) -> tuple[Map, Map, Map]:
 
 
 def _to_border(picture: Map) -> Map:
-    """Return the map with its rim replaced by the cells inside it: at the rim a line has ground on one side only."""
+    """Return the map with its rim replaced by the cells next to it. At the rim a line has ground on one side only."""
     return np.pad(picture[RIM:-RIM, RIM:-RIM], RIM, mode="edge")
 
 
 def _response(even: Map, sigma: float, direction: int) -> Map:
-    """Return how much brighter both sides are than the middle, less half of the sides' difference."""
+    """Return how much brighter the two sides are than the middle, less half of the sides' difference."""
     middle = np.asarray(cv2.filter2D(even, cv2.CV_32F, _bar(sigma, direction)), np.float32)
     angle = np.pi * direction / DIRECTIONS + np.pi / 2
     left, right = (_moved(middle, side * SIDE * sigma, angle) for side in (1, -1))
@@ -200,7 +204,7 @@ def _response(even: Map, sigma: float, direction: int) -> Map:
 
 
 def _bar(sigma: float, direction: int) -> Map:
-    """Return the weights of a Gaussian mean along a direction. Angles count from x to y."""
+    """Return the weights of a Gaussian mean along a direction. The angle counts from x to y."""
     reach = int(np.ceil(3 * ELONGATION * sigma))
     y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     angle = np.pi * direction / DIRECTIONS
@@ -210,7 +214,7 @@ def _bar(sigma: float, direction: int) -> Map:
 
 
 def _moved(picture: Map, distance: float, angle: float) -> Map:
-    """Return at each cell the value that is ``distance`` away in the direction ``angle``."""
+    """Return a picture whose cells have the value that is ``distance`` away in the direction ``angle``."""
     motion = np.array([[1, 0, -distance * np.cos(angle)], [0, 1, -distance * np.sin(angle)]])
     size, mirrored = picture.shape[::-1], cv2.BORDER_REFLECT
     return np.asarray(cv2.warpAffine(picture, motion, size, flags=cv2.INTER_LINEAR, borderMode=mirrored), np.float32)
@@ -226,9 +230,9 @@ def _noise(responses: NDArray[np.float32], usable: Booleans, sigma: float) -> Ma
 
 
 def cheapest_legs(cost: Floats, stops: Integers, scale: float) -> list[Integers]:
-    """Return the cheapest way between each two stops, as rows and columns, (n, 2). It stays near the box around both.
+    """Return the cheapest path between consecutive stops, as rows and columns, (n, 2) each.
 
-    ``scale`` is the number of cells per pixel of the photo.
+    Each path stays near the bounding box of its two stops. ``scale`` is the number of cells per pixel of the photo.
     """
     legs = []
     for start, end in pairwise(stops):

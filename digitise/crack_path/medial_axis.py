@@ -1,4 +1,4 @@
-"""Find lines in the middle of a region: its skeleton, the longest path along it, and the side lines of a path."""
+"""Find lines in the middle of a region: its skeleton, the longest path along the skeleton, and side lines of a path."""
 
 import cv2
 import numpy as np
@@ -12,15 +12,16 @@ from skimage.morphology import skeletonize
 from digitise.image.raster import Map
 from sealtwin.core.records import Booleans, Floats, Integers
 
-LEAST_BRANCH = 0.7  # Least reach of a side crack from the wall in widths; less is roughness of the wall
-LEAST_BRANCH_PX = 8.0  # The same in pixels: shorter ones are pores or slips of a brush
-AT_RIM = 1.5  # Cells from the rim within which a line ends on it: a little more than one step across a corner
+LEAST_BRANCH = 0.7  # Least distance in widths that a side crack reaches from the wall; less is roughness of the wall
+LEAST_BRANCH_PX = 8.0  # The same in pixels: shorter side cracks are pores or slips of a brush
+# A line that ends within this many cells of the rim ends on it; this is a little more than a diagonal step
+AT_RIM = 1.5
 
 
 def pieces(mask: Booleans, connectivity: int = 8) -> tuple[NDArray[np.int32], Integers]:
-    """Return the number of each cell's piece, 0 outside the mask, and the area of each piece.
+    """Return the piece number of each cell, 0 outside the mask, and the area of each piece in cells.
 
-    With a ``connectivity`` of 8 corners connect cells, with 4 they do not.
+    With ``connectivity`` 8, cells that touch at a corner are connected; with 4 they are not.
     """
     _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=connectivity)
     area = stats[:, cv2.CC_STAT_AREA].astype(np.int64)
@@ -29,7 +30,10 @@ def pieces(mask: Booleans, connectivity: int = 8) -> tuple[NDArray[np.int32], In
 
 
 def holding(mask: Booleans, places: Floats, connectivity: int = 4) -> Booleans:
-    """Return the piece of a mask with most of ``places``, (n, 2) as column and row; empty if none is in the mask."""
+    """Return the piece of a mask that contains most of ``places``, (n, 2) as column and row.
+
+    Returns an empty mask if no place is in the mask.
+    """
     label, _ = pieces(mask, connectivity)
     column, row = np.clip(np.rint(places).astype(np.int64), 0, np.array(mask.shape[::-1]) - 1).T
     count = np.bincount(label[row, column], minlength=2)
@@ -38,13 +42,13 @@ def holding(mask: Booleans, places: Floats, connectivity: int = 4) -> Booleans:
 
 
 def larger_pieces(mask: Booleans, least: float, connectivity: int = 8) -> Booleans:
-    """Return the mask without its pieces of fewer than ``least`` cells."""
+    """Return the mask without pieces of fewer than ``least`` cells."""
     label, area = pieces(mask, connectivity)
     return mask & (area >= least)[label]
 
 
 def distance_outside(mask: Booleans) -> Map:
-    """Return the distance of each cell from the nearest cell of the mask, 0 inside it."""
+    """Return the distance of each cell from the nearest cell of the mask. It is 0 inside the mask."""
     away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     # OpenCV's last bit depends on the memory address of a small array; squared distances are whole numbers.
     return np.sqrt(np.rint(np.square(np.asarray(away, np.float32))))
@@ -57,7 +61,7 @@ def radius(region: Booleans) -> Floats:
 
 
 def longest_line(region: Booleans) -> Integers:
-    """Return the longest path through the region's skeleton, (n, 2), as row and column; empty without a skeleton."""
+    """Return the longest path through the region's skeleton, (n, 2), as row and column. It may be empty."""
     cells = np.argwhere(skeletonize(region))
     if len(cells) < 2:
         return cells
@@ -68,12 +72,12 @@ def longest_line(region: Booleans) -> Integers:
 
 
 def nearest_cell(cells: Integers, position: Floats | Integers) -> int:
-    """Return the index of the cell, (n, 2) as row and column, that is nearest to a place."""
+    """Return the index of the cell that is nearest to a position. ``cells`` are rows and columns, (n, 2)."""
     return int(np.argmin(np.sum((cells - position) ** 2, axis=1)))
 
 
 def along_middle(region: Booleans, ends: Floats) -> Integers:
-    """Return the cells along the middle of a region, (n, 2).
+    """Return the cells along the middle of a region, (n, 2) as row and column.
 
     They lead from the cell nearest to the first of ``ends`` to the cell nearest to the second. Each end is a column and
     a row.
@@ -87,14 +91,14 @@ def along_middle(region: Booleans, ends: Floats) -> Integers:
 
 
 def rightward(way: Integers) -> Integers:
-    """Return a path, (n, 2) as row and column, from its left end to its right one."""
+    """Return a path, (n, 2) as row and column, that runs from its left end to its right end."""
     return way if way[0, 1] <= way[-1, 1] else way[::-1]
 
 
 def without_hooks(way: Integers, to_rim: Floats) -> Integers:
     """Return the path shortened by half the crack's width at each end.
 
-    At a blunt end a skeleton bends into a corner.
+    This removes the hook of a skeleton, which bends into a corner at a blunt end.
     """
     back = round(float(np.median(to_rim[tuple(way.T)])))
     return way[back:-back] if 0 < 2 * back < len(way) - 1 else way
@@ -103,8 +107,8 @@ def without_hooks(way: Integers, to_rim: Floats) -> Integers:
 def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
     """Return the graph of neighbouring cells.
 
-    The weight of a link is its length. If ``worth`` is given, the length is multiplied by the mean worth of its two
-    cells.
+    The weight of a link is its length. If ``worth`` is given, the length is multiplied by the mean worth of the link's
+    two cells.
     """
     first, second = KDTree(cells).query_pairs(1.5, output_type="ndarray").T
     length = np.linalg.norm(cells[first] - cells[second], axis=1)
@@ -116,7 +120,7 @@ def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
 
 
 def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
-    """Return the spanning tree of the graph that omits the link of least worth in each loop."""
+    """Return the graph's spanning tree, which omits the link of least worth in each loop."""
     links = coo_array(graph)
     weakness = 1 / (worth[links.row] + worth[links.col])
     tree = coo_array(minimum_spanning_tree(csr_array((weakness, (links.row, links.col)), shape=graph.shape)))
@@ -126,17 +130,17 @@ def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
 def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
     """Return the longest of the shortest paths in the piece of ``start``, as indices, and its length.
 
-    In a tree the result is exact.
+    The result is exact if the piece is a tree.
     """
     return _walk(graph, int(_walk(graph, start)[0][-1]))
 
 
 def side_lines(region: Booleans, way: Integers, least: float) -> list[tuple[Integers, bool]]:
-    """Return the side lines of a path: skeleton lines that go beyond the crack around the path, longest first.
+    """Return the side lines of a path, longest first: skeleton lines that leave the crack around the path.
 
-    A side line reaches at least ``least`` beyond the rim of that crack. Each is given as rows and columns, (n, 2), from
-    that rim outward, with a flag: True if the line ends on the rim again. Lines past an end of the path are not side
-    lines.
+    A side line reaches at least ``least`` cells beyond that crack's rim. It is given as rows and columns, (n, 2), from
+    the rim outward, with a flag that is True if the line ends on the rim again. Lines past an end of the path are not
+    side lines.
     """
     cells = np.argwhere(skeletonize(region))
     trunk = _beside(cells, way) if len(cells) > 1 else cells
@@ -176,7 +180,10 @@ def _beside(cells: Integers, way: Integers) -> Integers:
 
 
 def _walk(graph: csr_array, start: int, end: int | None = None) -> tuple[Integers, float]:
-    """Return the shortest path from start to end, as indices, and its length. Without an end it is the farthest one."""
+    """Return the shortest path from start to end, as indices, and its length.
+
+    Without an end, go to the farthest cell.
+    """
     away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
     walk = [int(np.argmax(np.where(np.isfinite(away), away, -1))) if end is None else end]
     while walk[-1] != start:

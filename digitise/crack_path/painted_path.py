@@ -1,6 +1,6 @@
 """Find the path along a crack that a user has painted, and compare the paint with the photo.
 
-A painted line a few pixels wide, or one wrong stretch, may not be noticed.
+The comparison may miss a painted line that is a few pixels wide, or a single wrong stretch.
 """
 
 import cv2
@@ -18,29 +18,32 @@ from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats
 
 WORK_PX = 2000  # Longer side of the copy on which the middle of the paint is searched for
-LEAST_COVERED = 0.25  # Least painted share of a painted cell of that copy, so that a line of one pixel stays whole
-PINHOLE = 0.5  # Diameter in crack widths up to which a place without paint is a slip of the brush
+LEAST_COVERED = 0.25  # A cell of that copy is painted from this share on, so that a line of one pixel stays whole
+PINHOLE = 0.5  # An unpainted spot up to this diameter, in crack widths, is a slip of the brush
 
 # Limits on how a mask may differ from its photo. Widths are in units of the paint's width.
 #
 # Set on 64 real masks and on 258 that were turned, mirrored, shifted or of another photo. Higher values of
 # ``SHARE_REFUSED`` and ``SHARE_DOUBTED`` refuse and doubt more masks, including right ones.
-OWN, BESIDE = 1.2, 2.0  # Widths from the middle that are this crack's, and up to which light is compared
-LEAST_BESIDE_PX = 12.0  # Distance that is added to these widths
+OWN, BESIDE = 1.2, 2.0  # Widths from the middle that belong to this crack, and up to which light is compared
+LEAST_BESIDE_PX = 12.0  # Distance added to these widths
 RIM_PX = 2  # Distance over which blur mixes paint and ground
-DARKER = 0.97  # Light in the paint over the light next to it, below which a stretch is darker
-SHARE_REFUSED, SHARE_DOUBTED = 0.65, 0.75  # Share of darker stretches below which a mask is refused, and doubted
-NOT_DARKER = 0.88  # Median of that light ratio above which a mask with few darker stretches is refused
-ASIDE, LEAST_ASIDE_PX = 0.35, 3.0  # Widths and px by which paint may be off the darkest band as wide as it
-THIRDS_OF = 9  # Least number of stretches for a check of each third
-MUCH_DARKER = 0.08  # Least difference of light between the paint and a darker band
-WIDTH_RATIO, WIDER_PX = 2.0, 6.0  # Ratio and difference above which paint and dark band have different widths
+DARKER = 0.97  # A stretch is darker if its light over the light next to it is below this
+# A mask is refused, or doubted, if a smaller share of its stretches is darker
+SHARE_REFUSED, SHARE_DOUBTED = 0.65, 0.75
+NOT_DARKER = 0.88  # A mask with few darker stretches is refused only if the median of that light ratio is above this
+ASIDE, LEAST_ASIDE_PX = 0.35, 3.0  # The paint may be this far off the darkest band of its width: widths, and px
+THIRDS_OF = 9  # Each third of a line is checked if it has at least this many stretches
+MUCH_DARKER = 0.08  # A band away from the paint counts only if it is darker than the paint by this
+# Paint and dark band have different widths if their ratio and their difference are above these
+WIDTH_RATIO, WIDER_PX = 2.0, 6.0
 
 
 def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
-    """Return the middle of the painted crack, between the ends or along the largest piece from left to right.
+    """Return the middle of the painted crack.
 
-    Raises InputError if an end is not on the paint, the two are on different pieces, or the photo shows no crack there.
+    It runs between the ends, or from left to right along the largest piece of paint. Raises InputError if an end is not
+    on the paint, if the two ends are on different pieces, or if the photo shows no crack there.
     """
     paint = present(photo.drawn, "the paint")
     label, area = medial_axis.pieces(paint)
@@ -63,7 +66,7 @@ def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
     doubts = _judged(photo, paint, line_px, width_px, confirmed=ends_px is not None)
     if count > 1:
         used = (
-            f"the mask has {count} pieces; the piece from {listed(line_px[[0, -1]])} px, which has "
+            f"the mask has {count} pieces. Only the piece from {listed(line_px[[0, -1]])} px, with "
             f"{area[chosen] / area.sum():.0%} of the paint, is used"
         )
         doubts = (doubt("path.mask-in-pieces", used, count), *doubts)
@@ -71,7 +74,7 @@ def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
 
 
 def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
-    """Return the number of the piece that both ends are on."""
+    """Return the number of the piece that contains both ends. Raises InputError if there is none."""
     numbers, most_px = [], snap_px(photo)
     for x, y in ends_px:
         left, top = max(int(x - most_px), 0), max(int(y - most_px), 0)
@@ -80,30 +83,30 @@ def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
         away_px = np.hypot(columns + left - x, rows + top - y)
         if away_px.min(initial=np.inf) > most_px:
             raise InputError(
-                f"{photo.file}: the end ({x:g}, {y:g}) is not on the crack that the mask paints (at most "
-                f"{most_px:.0f} px beside it); give a point inside the paint, or paint the crack up to that point."
+                f"{photo.file}: the end ({x:g}, {y:g}) is more than {most_px:.0f} px beside the painted crack. Give a "
+                "point inside the paint, or paint the crack up to that point."
             )
         nearest = int(np.argmin(away_px))
         numbers.append(int(near[rows[nearest], columns[nearest]]))
     if numbers[0] != numbers[1]:
         raise InputError(
-            f"{photo.file}: the two ends are on different pieces of the mask; paint the gap between them, or give ends "
-            "on one piece."
+            f"{photo.file}: the two ends are on different pieces of the mask. Paint the gap between them, or give "
+            "both ends on one piece."
         )
     return numbers[0]
 
 
 def _without_pinholes(region: Booleans) -> Booleans:
-    """Return the region with its small holes filled."""
     # In a strip the median distance from the rim is a quarter of the width.
     hole = PINHOLE * 4 * np.median(medial_axis.radius(region)[region])
     return ~medial_axis.larger_pieces(~region, np.pi / 4 * hole**2, connectivity=4)
 
 
 def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, confirmed: bool) -> Facts:
-    """Return a warning if the paint is hardly darker than the ground around; raise InputError if it is not darker.
+    """Return a warning if the paint is hardly darker than the ground around it.
 
-    A mask is ``confirmed`` if the user gave both ends on it: it is never refused.
+    Raises InputError if it is not darker at all, unless the mask is ``confirmed`` because the user gave both ends on
+    it.
     """
     width_px = max(width_px, 2.0)
     profiles = profiles_across(photo, line_px, width_px, BESIDE * width_px + LEAST_BESIDE_PX)
@@ -120,9 +123,9 @@ def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, con
         return _off_the_band(photo, profiles, width_px)
     fault = (
         f"photo.mask: the painted area from {listed(profiles.line_px[[0, -1]])} px is darker than the photo beside it "
-        f"along only {darker:.0%} of its length; its median brightness is {usual:.2f} times that of the photo beside "
-        "it. Is the mask of another photo, mirrored, shifted, or turned because a program ignored the EXIF "
-        "orientation, or only an outline? Paint the whole crack over the photo as it is shown upright"
+        f"along only {darker:.0%} of its length. Its median brightness is {usual:.2f} times that of the photo beside "
+        "it. Does the mask belong to another photo? Is it mirrored, shifted, only an outline, or rotated because a "
+        "program ignored the EXIF orientation? Paint the whole crack over the upright photo"
     )
     if confirmed or not (darker < SHARE_REFUSED and usual > NOT_DARKER):
         return (doubt("path.mask-not-dark", fault, darker),)
@@ -133,7 +136,7 @@ def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, con
 
 
 def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
-    """Return a warning if the dark band along the paint is beside it, or far wider or narrower."""
+    """Return a warning if the dark band along the paint is beside the paint, or far wider or narrower."""
     light = profiles.mean()
     shares = light / np.maximum(row_medians(light), 1e-6)[:, None]
     # Paint that crosses the band is on both sides of it: its thirds show that.
@@ -142,7 +145,7 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
     if aside_px:
         text = (
             f"photo.mask: along a part of it, the darkest band as wide as the paint ({width_px:.0f} px) is {aside_px} "
-            "px away from the paint. Is the mask shifted or turned relative to the photo?"
+            "px away from the paint. Is the mask shifted or rotated against the photo?"
         )
         return (doubt("path.mask-aside", text, aside_px, "px"),)
     profile, beside = row_medians(shares.T), np.abs(profiles.offset_px) > width_px / 2 + RIM_PX
@@ -151,15 +154,18 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
     if wide_px <= WIDTH_RATIO * narrow_px or wide_px - narrow_px <= WIDER_PX:
         return ()
     text = (
-        f"photo.mask: the width of the paint is {photo.length(width_px)}, but that of the dark band along it is "
-        f"{photo.length(dark_px)}. The width is that of the paint. "
-        "Paint from wall to wall, or leave the mask out and give ends_px"
+        f"photo.mask: the paint is {photo.length(width_px)} wide, but the dark band along it is "
+        f"{photo.length(dark_px)} wide. The width of the paint is used. Paint from wall to wall, or leave the mask "
+        "out and give ends_px"
     )
     return (doubt("path.mask-other-width", text, width_px, "px"),)
 
 
 def _aside_px(shares: Floats, offset_px: Floats, width_px: float) -> int:
-    """Return the distance of the darkest band as wide as the paint; 0 if it is near the paint or hardly darker."""
+    """Return how far the darkest band of the paint's width is from the paint, in px.
+
+    Returns 0 if it is near the paint or hardly darker.
+    """
     profile, reach = row_medians(shares.T), int(width_px + LEAST_BESIDE_PX / 2)
     asides_px = np.arange(-reach, reach + 1)
     light = np.array([profile[np.abs(offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])

@@ -1,4 +1,4 @@
-"""Read the light across a line: its mean along the line, the width of the dark band, and how its sides differ."""
+"""Read the light across a line: its mean along the line, the width of the dark band, and how the two sides differ."""
 
 from dataclasses import dataclass
 
@@ -11,30 +11,35 @@ from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
 from sealtwin.core.records import Booleans, Floats, Integers
 
-BLUR_PX = 0.8  # Gaussian sigma that quiets noise and leaves an edge in its place
-LEAST_WIDTH_PX = 2.0  # Least sigma by which a line is smoothed: the steps of a path are whole pixels
-LEAST_LENGTH_PX, WIDTHS_LONG = 16.0, 2.0  # Least length of a stretch: many grains, and two widths
-MOST_STATIONS = 4000  # Most stations of a line; more add nothing
+BLUR_PX = 0.8  # Sigma of a Gaussian blur that reduces noise and does not move an edge
+LEAST_WIDTH_PX = 2.0  # Least sigma for smoothing a line, because the steps of a path are whole pixels
+# Least length of a stretch: this many px, for many grains, and two widths of the crack
+LEAST_LENGTH_PX, WIDTHS_LONG = 16.0, 2.0
+MOST_STATIONS = 4000  # Largest number of stations of a line; more add nothing
 
-STATIONS = 400  # Most stations at which a width is measured
-STEP_PX = 0.5  # Spacing of samples across
-REACHES = (4.0, 1.5)  # Widths in view to either side: first far, since the rough width may be a third; then near
-LEAST_REACH_PX = 8.0  # Least reach, for a path off a thin crack
-LEAST_FOUND = 0.3  # Least share of stations with both walls; below it the rough width is returned
+STATIONS = 400  # Largest number of stations at which a width is measured
+STEP_PX = 0.5  # Spacing of samples across the line
+# Widths in view to either side: far in the first pass, since the rough width may be a third; then near
+REACHES = (4.0, 1.5)
+LEAST_REACH_PX = 8.0  # Least reach, for a path that is off a thin crack
+LEAST_FOUND = 0.3  # The rough width is returned if a smaller share of stations shows both walls
 
 
 @dataclass(frozen=True)
 class Profiles:
-    """Light on the normals at a line's stations, which are grouped in stretches."""
+    """Light on the normals at a line's stations. Stations are grouped in stretches."""
 
     line_px: Floats  # (stations, 2)
-    offset_px: Floats  # Distances along the left normals, (m,)
+    offset_px: Floats  # Distances from the line to its left, (m,)
     place_px: Floats  # (stations, m, 2)
-    light: Floats  # (stations, m); NaN outside the photo
+    light: Floats  # Linear light, (stations, m). NaN outside the photo
     cuts: Integers  # First station of each stretch, and one past the last
 
     def mean(self, where: Booleans | None = None) -> Floats:
-        """Mean light of each stretch at each distance, (stretches, m), or mean of samples ``where``, (stretches,)."""
+        """Mean light of each stretch at each distance, (stretches, m).
+
+        With ``where``, the mean of each stretch over these samples, (stretches,).
+        """
         weight = np.isfinite(self.light) if where is None else np.isfinite(self.light) & where
         light = np.where(weight, self.light, 0)
         if where is not None:
@@ -45,7 +50,7 @@ class Profiles:
 
 
 def profiles_across(photo: Photo, line_px: Floats, width_px: float, reach_px: float) -> Profiles:
-    """Read the light up to ``reach_px`` to either side of a line along a crack about ``width_px`` wide."""
+    """Read the light up to ``reach_px`` to either side of a line that follows a crack about ``width_px`` wide."""
     width_px = max(width_px, LEAST_WIDTH_PX)
     line_px = smoothed(resampled(line_px, 1.0), width_px)
     normal = left_normals(line_px)
@@ -61,7 +66,7 @@ def profiles_across(photo: Photo, line_px: Floats, width_px: float, reach_px: fl
 
 
 def _softly(photo: Photo, place_px: Floats) -> Map:
-    """Return the brightness at places, (n, m, 2), blurred by ``BLUR_PX``."""
+    """Return the brightness at points, (n, m, 2), after a blur by ``BLUR_PX``."""
     low = np.maximum(np.floor(place_px.min(axis=(0, 1))).astype(int) - 4, 0)
     high = np.maximum(np.ceil(place_px.max(axis=(0, 1))).astype(int) + 5, low + 1)
     soft = blurred(photo.brightness[low[1] : high[1], low[0] : high[0]], BLUR_PX)
@@ -69,18 +74,21 @@ def _softly(photo: Photo, place_px: Floats) -> Map:
 
 
 def finite_median(values: Floats) -> float:
-    """Median of the finite values; NaN if there are none."""
+    """Median of the finite values. NaN if there are none."""
     finite = values[np.isfinite(values)]
     return float(np.median(finite)) if len(finite) else float("nan")
 
 
 def row_medians(values: Floats) -> Floats:
-    """Median of the finite values in each row, (n,). NaN for a row that has none."""
+    """Median of the finite values in each row, (n,). NaN for a row without any."""
     return np.array([finite_median(row) for row in values])
 
 
 def width_along(photo: Photo, points_px: Floats, rough_px: float) -> float:
-    """Return the median width in px, at half contrast, of the dark band along a path; ``rough_px`` if few are found."""
+    """Return the median width in px of the dark band along a path, at half contrast.
+
+    Returns ``rough_px`` if too few stations show both walls.
+    """
     width_px = rough_px
     for reach in REACHES:
         light = _across(photo, points_px, width_px, max(reach * width_px, LEAST_REACH_PX))
@@ -104,7 +112,10 @@ def _across(photo: Photo, points_px: Floats, width_px: float, reach_px: float) -
 
 
 def _between_crossings(light: Map, beside_px: float) -> Floats:
-    """Widths in px at half contrast around the darkest place within ``beside_px``, of rows that show both walls."""
+    """Return the widths in px at half contrast, for the rows of ``light`` that show both walls.
+
+    A width is measured around the darkest sample within ``beside_px`` of the path.
+    """
     station, column = np.arange(len(light)), np.arange(light.shape[1])
     near = np.abs(column - len(column) // 2) * STEP_PX <= beside_px
     start = np.argmin(np.where(near, light, np.inf), axis=1)
@@ -120,18 +131,21 @@ def _between_crossings(light: Map, beside_px: float) -> Floats:
     return STEP_PX * width
 
 
-NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beyond half a width that belong to the path; reach: widths, plus px
-FAR_DARKER = 0.5  # The same ratio, below which a path between unlike sides is a crack: at one wall of a gap it is 1
-BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach of the view of a dark band: widths, plus px; least px by which it is wider
-BAND_RATIO = 2.0  # Least width of such a band over the fitted one; blur widens a band by less
-SIDE_WIDTHS = (1.0, 1.5, 2.0)  # Distances from the line in crack widths at which its two sides are compared
-SIDE_RATIO = 1.8  # Ratio of brightness of both sides that shows a sample's edge; grain makes less over a few widths
-STEADY = 17  # Samples, two crack widths, over which the ratio is a median, so that no pore or grain decides
-GROUND = 75  # Percentile of the light across a stretch taken for the ground's
+NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beyond half a width that belong to the path; reach of the view: widths, plus px
+# A path between unlike sides is a crack if its light over its darker side's is below this; at one wall of a gap it is 1
+FAR_DARKER = 0.5
+# Reach of the view of a dark band: widths, plus px; the band must be wider than the crack by at least these px
+BAND, BAND_PX = (6.0, 20.0), 6.0
+BAND_RATIO = 2.0  # A dark band is too wide from this multiple of the fitted width on; blur widens a band by less
+SIDE_WIDTHS = (1.0, 1.5, 2.0)  # Distances from the line, in crack widths, at which its two sides are compared
+# A larger brightness ratio of the two sides shows a sample's edge; over a few widths, grain makes less
+SIDE_RATIO = 1.8
+STEADY = 17  # The ratio is a median over this many samples, two crack widths, so that no pore or grain decides
+GROUND = 75  # Percentile of the light across a stretch that is taken for the ground's light
 
 
 def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
-    """Return True if a path is far darker than its darker side, as a crack between unlike materials is."""
+    """Return True if a path is far darker than its darker side, as a crack between two materials is."""
     profiles = profiles_across(photo, path.points_px, path.width_px, FAR[0] * path.width_px + FAR[1])
     light, away_px = profiles.mean(), np.abs(profiles.offset_px)
     dark = light[:, away_px <= path.width_px / 2 + NEAR_PX].min(axis=1)
@@ -141,7 +155,7 @@ def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
 
 
 def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
-    """Length of the longest stretch of a line on which both sides differ in brightness by more than ``SIDE_RATIO``."""
+    """Return the length of a line's longest stretch whose sides differ in brightness by over ``SIDE_RATIO``."""
     step_px = max(1.0, width_px / 8)
     line = smoothed(resampled(points_px, step_px), 8.0)
     soft = blurred(photo.brightness, width_px / 4)
@@ -154,7 +168,7 @@ def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
 
 
 def band_px(photo: Photo, line_px: Floats, width_px: float) -> float:
-    """Width in px of the dark band around a line, at half of its contrast to the ground far from it."""
+    """Return the width in px of the dark band around a line, at half of its contrast to the ground far from it."""
     profiles = profiles_across(photo, line_px, width_px, BAND[0] * width_px + BAND[1])
     light = np.nan_to_num(profiles.mean(), nan=np.nanmedian(profiles.light))
     profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)
@@ -162,9 +176,9 @@ def band_px(photo: Photo, line_px: Floats, width_px: float) -> float:
 
 
 def dark_width_px(profile: Floats, offset_px: Floats, near_px: float, ground: float) -> float:
-    """Width, at half contrast to the ``ground``, of the dark band around the darkest place within ``near_px``.
+    """Return the width of the dark band around the darkest sample within ``near_px``, at half contrast to ``ground``.
 
-    Both arrays are (n,). The offsets are 1 px apart.
+    ``profile`` is the light at the offsets. Both arrays are (n,), and offsets are 1 px apart.
     """
     middle = int(np.argmin(np.where(np.abs(offset_px) <= near_px, profile, np.inf)))
     bright = np.flatnonzero(profile >= (profile[middle] + ground) / 2)

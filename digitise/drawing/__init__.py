@@ -1,1 +1,1 @@
-"""Exchange of drawings with CAD: read the lines of a DXF file, and write a traced crack as one."""
+"""Exchange drawings with CAD: read the lines of a DXF file, and write a traced crack as DXF."""

@@ -1,4 +1,4 @@
-"""Cracks that are given in mm or drawn in CAD, in place of a photo: what is required of their numbers."""
+"""Settings of cracks that are given in mm or drawn in CAD, instead of traced in a photo."""
 
 from typing import Annotated, Any, Literal, Self
 
@@ -8,37 +8,39 @@ from digitise.settings import Depth, FaceSide, OneOrSeveral, OnFace, Width, Widt
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Settings
 
-MOST_POINTS = 5000  # Points of a line in mm, ten times those of a traced one
+MOST_POINTS = 5000  # Largest number of points of a line in mm, ten times that of a traced line
 Line = Annotated[tuple[tuple[OnFace, OnFace], ...], Field(min_length=2, max_length=MOST_POINTS)]
 Layer = Annotated[str, Field(min_length=1, max_length=255)]  # Name of a layer of a drawing
 
 
 class GivenCrack(Settings):
-    """Facts that make lines in mm a crack, in place of a photo."""
+    """Settings needed to use lines in mm as a crack, instead of a photo."""
 
     face_mm: tuple[FaceSide, FaceSide] | None = None
-    """Width and height of the sample's face; its lower left corner is the origin. A crack that reaches its edge is open
-    there. Default: the crack is closed at both ends, and the solid has a margin around it."""
+    """Width and height of the sample's face. The origin is its lower left corner. A crack that reaches the face's edge
+    is open there. Default: the crack is closed at both ends, and the solid has a margin around it."""
     data: DataKind = "undeclared"
-    """Origin of the numbers. Reports state it unless it is "measured"; only then can a comparison be a validation."""
+    """Origin of the numbers. Reports state it unless it is "measured". Only measured numbers allow a comparison to be a
+    validation."""
 
     @property
     def box_mm(self) -> tuple[float, float, float, float] | None:
-        """x_min, y_min, x_max, y_max of the face."""
+        """x_min, y_min, x_max, y_max of the face in mm. None without a face."""
         return None if self.face_mm is None else (0.0, 0.0, *self.face_mm)
 
 
 class GivenLine(GivenCrack):
-    """A crack given by its centreline."""
+    """A crack given by its centreline and its width."""
 
     points_mm: Line
-    """Points of the centreline; s is 0 at the first one."""
+    """Points of the centreline. s is 0 at the first point."""
     width_mm: OneOrSeveral[Width, WidthTable]
-    """Width of the crack: one number, or a table of [s, width], linear between rows and constant beyond."""
+    """Width of the crack: one number, or a table of [s, width] rows. The width is linear between rows and constant
+    beyond them."""
 
     @property
     def widths_mm(self) -> Floats:
-        """Arc lengths and widths, (k, 2)."""
+        """Arc lengths and widths in mm, (k, 2)."""
         return by_station(self.width_mm)
 
     @model_validator(mode="after")
@@ -48,42 +50,42 @@ class GivenLine(GivenCrack):
 
 
 class GivenWalls(GivenCrack):
-    """A crack given by its walls."""
+    """A crack given by its two walls."""
 
     left_mm: Line
-    """Points of the wall on the left, seen along the crack; s is 0 at its first point."""
+    """Points of the left wall, as seen along the crack. s is 0 at the first point."""
     right_mm: Line
-    """Points of the wall on the right, in either direction."""
+    """Points of the right wall, in either direction."""
 
 
 class GivenDrawing(Settings):
-    """A crack drawn in CAD, as an outline, as two walls, or as a line with a width."""
+    """A crack drawn in CAD as an outline, as two walls, or as a line with a width."""
 
     depth_mm: Depth
     """Depth of the crack."""
     outline: Layer | None = None
     """Layer with the crack's edge as a closed line. Default: OUTLINE, with stones on ISLANDS."""
     walls: tuple[Layer, Layer] | None = None
-    """Two layers with a wall each, as an open line."""
+    """Two layers. Each has one wall as an open line."""
     line: Layer | None = None
-    """Layer with the crack's middle as an open line; needs width_mm."""
+    """Layer with the crack's middle as an open line. It requires width_mm."""
     width_mm: Width | None = None
-    """Width of the crack along line."""
+    """Width of the crack whose middle is ``line``."""
     units: Literal["mm", "cm", "m", "inch", "foot"] | None = None
-    """Unit of the drawing, which replaces the file's own. Required if the file has none."""
+    """Unit of the drawing. It replaces the unit stated in the file and is required if the file states none."""
     data: DataKind = "undeclared"
     """Origin of the drawing. Reports state it unless it is "measured"."""
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
         if (self.line is None) != (self.width_mm is None):
-            raise ValueError("give both line and width_mm or neither: a line has no width of its own")
+            raise ValueError("give both line and width_mm, or neither: a line alone has no width")
         if sum(value is not None for value in (self.outline, self.walls, self.line)) > 1:
             raise ValueError("give only one of outline, walls and line")
         return self
 
     @property
     def layers(self) -> dict[str, Any]:
-        """Arguments of ``drawn_crack``: the layers of the outline, of the walls, or of the line with its width."""
+        """Keyword arguments of ``drawn_crack``: the layers of outline, walls, or line with its width."""
         along = None if self.line is None else (self.line, self.width_mm)
         return {"outline": self.outline, "walls": self.walls, "line": along}

@@ -1,7 +1,7 @@
-"""The outline of a crack that is given in mm: a line with a width, two walls, or an edge. Nothing is traced.
+"""Make the outline of a crack that is given in mm as a line with a width, two walls, or an edge. Nothing is traced.
 
-A line with a width is the crack whose walls are half of the width to either side of it. It begins and ends with the
-line, square to it; at the edge of the face it ends in that edge.
+The walls of a line with a width are half of the width to either side of it. The crack's ends are square to the line,
+except at the edge of the face, where the crack ends in that edge.
 """
 
 from dataclasses import replace
@@ -31,29 +31,31 @@ from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 
 # Limits that decide which lines bound a crack.
-SLENDERNESS = 3.0  # Least length over mean width, as of a crack in a mesh
-ON_EDGE_MM = 0.01  # Distance from the edge of the face within which an end is on it
-MOST_TRIMMED = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
-PART_WIDTHS, STEPS = 2.0, 16  # Widths along a line between places that are two parts of the crack; steps in a width
+SLENDERNESS = 3.0  # Least ratio of length to mean width, as for a crack in a mesh
+ON_EDGE_MM = 0.01  # An end is on the edge of the face if it is closer to it than this
+MOST_TRIMMED = 0.02  # Largest share of the area that may be cut off where walls cross, as for a traced crack
+# Two points farther apart along a line than this many widths are in different parts of the crack; steps in a width
+PART_WIDTHS, STEPS = 2.0, 16
 NO_FACE_MM = (-np.inf, -np.inf, np.inf, np.inf)
 
 
-Given = tuple[Outline, Photo]  # An outline, and the picture in which it is shown
+Given = tuple[Outline, Photo]  # An outline, and the picture that shows it
 
 
 def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, name: str) -> Given:
-    """Return the outline of a crack along a line, (n, 2), with widths at arc lengths, (k, 2), linear between them.
+    """Return the outline of a crack along a line, (n, 2). ``width_mm`` has arc lengths and widths, (k, 2).
 
-    An end on the edge of the face or beyond it is open; any other end is cut. Raises InputError that begins with
-    ``name`` if the line is too short for its width, turns back on itself, or is outside the face.
+    Between these arc lengths, widths are linear. An end on or beyond the edge of the face is open, any other end is
+    cut. Raises InputError, with ``name`` first, if the line is too short for its width, turns back on itself, or is
+    outside the face.
     """
     points_mm = without_repeats(points_mm, ON_EDGE_MM)
     s_mm = arc_length(points_mm)
     mean_mm = np.trapezoid(np.interp(s_mm, *width_mm.T), s_mm) / max(s_mm[-1], np.finfo(float).tiny)
     if len(points_mm) < 2 or s_mm[-1] < SLENDERNESS * mean_mm:
         raise InputError(
-            f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack is {mean_mm:.3g} mm wide on average; give a "
-            f"line, in mm, at least {SLENDERNESS:g} times as long as the crack is wide."
+            f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack is {mean_mm:.3g} mm wide on average. Give a "
+            f"line, in mm, that is at least {SLENDERNESS:g} times as long as the crack is wide."
         )
     step_mm, box_mm = mean_mm / ACROSS_PX, face_mm or NO_FACE_MM
     at_edge = depth_inside(points_mm[[0, -1]], box_mm) < ON_EDGE_MM
@@ -62,8 +64,8 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
     crossed = edge_crossings(line_mm, box_mm)
     if at_edge.tolist() != [crossing is not None for crossing in crossed]:
         raise InputError(
-            f"{name}: the line is outside the face, {box_mm[2] - box_mm[0]:g} x {box_mm[3] - box_mm[1]:g} mm, or "
-            "crosses its edge twice."
+            f"{name}: the line is outside the face of {box_mm[2] - box_mm[0]:g} x {box_mm[3] - box_mm[1]:g} mm, or "
+            "crosses the face's edge twice. Check the line's points and face_mm."
         )
     # The resampled line is shorter: it cuts the corners.
     s_mm = arc_length(line_mm)
@@ -84,10 +86,10 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
 
 
 def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> Given:
-    """Return the outline of a crack between two walls, (n, 2) and (m, 2), whose ends are joined by straight lines.
+    """Return the outline of a crack between two walls, (n, 2) and (m, 2). Straight lines join the walls' ends.
 
-    Seen along the left wall, the crack is on its right. The second wall may run the other way. An end on the edge of
-    the face or beyond it is open. Raises InputError that begins with ``name`` if the walls cross or have changed sides.
+    Seen along the left wall, the crack is on its right. The second wall may run in either direction. An end on or
+    beyond the edge of the face is open. Raises InputError, with ``name`` first, if the walls cross or are exchanged.
     """
     mouth = _between(left_mm, same_way(left_mm, right_mm), face_mm, name)
     try:
@@ -97,13 +99,14 @@ def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name
 
 
 def outline_within(mouth: CrossSection, face_mm: Box | None, name: str, begin_mm: Floats | None = None) -> Given:
-    """Return the outline of a crack that fills a region, with s = 0 at the end that is nearest to ``begin_mm``.
+    """Return the outline of a crack that fills a region, with s = 0 at the end nearest to ``begin_mm``.
 
-    Raises ShapeError if the region is no crack with two ends.
+    Raises InputError, with ``name`` first, if the region is not one piece on the face, and ShapeError if it is not a
+    crack with two ends.
     """
     parts = pieces(mouth if face_mm is None else mouth ^ box_region(face_mm))
     if len(parts) != 1:
-        raise InputError(f"{name}: {len(parts)} pieces of the crack are on the face of the sample; draw it with one.")
+        raise InputError(f"{name}: the crack has {len(parts)} pieces on the face of the sample. Draw it as one piece.")
     (mouth,) = parts
     line = line_of_mouth(mouth, face_mm or NO_FACE_MM)
     first_mm, last_mm = line.centreline_mm[[0, -1]]
@@ -119,24 +122,26 @@ def outline_within(mouth: CrossSection, face_mm: Box | None, name: str, begin_mm
 
 
 def same_way(wall_mm: Floats, other_mm: Floats) -> Floats:
-    """Return the other wall of a crack, turned round if it runs the other way."""
+    """Return the second wall of a crack, reversed if it runs against the first."""
     first_mm, last_mm = np.linalg.norm(other_mm[[0, -1]] - wall_mm[-1], axis=1)
     return other_mm[:: 1 if last_mm <= first_mm else -1]
 
 
 def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> CrossSection:
-    """Return the crack between two walls on the face."""
+    """Return the region between two walls on the face. Raises InputError if the walls cross or are exchanged."""
     ring_mm = np.concatenate([right_mm, left_mm[::-1]])
     region, area_mm2 = CrossSection([ring_mm], FillRule.Positive), signed_area(ring_mm)
     if area_mm2 <= 0:
-        raise InputError(f"{name}: the left wall is on the right of the right wall; exchange them.")
+        raise InputError(f"{name}: the left wall is to the right of the right wall. Exchange the two walls.")
     if region.area() < (1 - MOST_TRIMMED) * area_mm2 or region.num_contour() > 1:
-        raise InputError(f"{name}: the walls cross: the crack crosses itself, or a bend is too tight for its width.")
+        raise InputError(
+            f"{name}: the walls cross: the crack crosses itself, or a bend is too tight for the crack's width."
+        )
     return region if face_mm is None else region ^ box_region(face_mm)
 
 
 def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
-    """Raise InputError if two parts of a crack along a line would overlap; it has these widths at the line's points."""
+    """Raise InputError if two parts of a crack along a line overlap. ``width_mm`` has a width for each point, (n,)."""
     s_mm, most_mm = arc_length(line_mm), width_mm.max()
     stations_mm = np.arange(0.0, s_mm[-1], most_mm / STEPS)
     places_mm = at_arc_length(np.column_stack([line_mm, s_mm, width_mm + ON_EDGE_MM]), s_mm, stations_mm)
@@ -148,13 +153,13 @@ def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
         first_mm, last_mm = np.sort(pairs[nearest, :, 2])
         raise InputError(
             f"{name}: the line comes within {away_mm[nearest]:.2g} mm of itself, at s = {first_mm:.1f} and "
-            f"{last_mm:.1f} mm along it: the crack, {pairs[nearest, 0, 3]:.2g} mm wide, overlaps itself there. Draw "
+            f"{last_mm:.1f} mm. The crack is {pairs[nearest, 0, 3]:.2g} mm wide there, so it overlaps itself. Draw "
             "its parts farther apart."
         )
 
 
 def _drawn(mouth: CrossSection, line: MouthLine, face_mm: Box | None, name: str) -> Given:
-    """Return the outline of a mouth, and a picture of it."""
+    """Return the outline of a crack's mouth, and a picture of it."""
     width_mm = mouth.area() / arc_length(line.centreline_mm)[-1]
     photo = top_view(mouth, width_mm, face_mm, Path(name), "given: lines in mm")
     return outline_of(line, mouth, photo, "drawn"), photo

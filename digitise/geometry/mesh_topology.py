@@ -1,4 +1,4 @@
-"""Check that a mesh's triangles bound a solid: closed, facing outward, and crossing nowhere."""
+"""Check that a mesh's triangles bound a solid: the surface is closed, faces outward, and does not cross itself."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,37 +8,37 @@ import trimesh
 
 from sealtwin.core.records import Floats, Integers
 
-CONTACT_MM = 1e-5  # Overlap that is rounding, not crossing: a float32 file moves a vertex at 100 mm by as much
-MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds its vertices
-GROUP = 128  # Faces that are not halved, and that are compared with all others in reach at a time, for little memory
-WORTH = 0.75  # Largest number of pairs in both halves, over that in the whole, for which faces are halved
+CONTACT_MM = 1e-5  # An overlap up to this is rounding: a float32 file moves a vertex at 100 mm by as much
+MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds the vertices
+GROUP = 128  # A group of this many faces is not halved; faces are compared in such groups to save memory
+WORTH = 0.75  # Faces are halved if both halves together have less than this share of the pairs of the whole
 
 
 def directed_edges(faces: Integers) -> Integers:
-    """Return the three edges of each face, from start to end, (3f, 2)."""
+    """Return the three edges of each face as pairs of vertices, from start to end, (3f, 2)."""
     return faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
 
 
 def open_edges(faces: Integers) -> Integers:
-    """Return the directed edges that belong to one face only, (n, 2)."""
+    """Return the directed edges that belong to only one face, (n, 2)."""
     edges = directed_edges(faces)
     return edges[trimesh.grouping.group_rows(np.sort(edges, axis=1), require_count=1)]
 
 
 def normals(corners: Floats) -> Floats:
-    """Return the normal of each triangle (f, 3, 3), as long as twice its area, (f, 3)."""
+    """Return the normal of each triangle, (f, 3). Its length is twice the triangle's area. ``corners`` is (f, 3, 3)."""
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def mesh_volume_mm3(vertices_mm: Floats, faces: Integers) -> float:
-    """Return the signed volume of a closed mesh, positive if its faces point outward."""
+    """Return the signed volume of a closed mesh in mm³. It is positive if the faces point outward."""
     # Coordinates are relative to a vertex; far from the origin the sum would lose digits.
     corners = vertices_mm[faces] - vertices_mm[faces[0, 0]]
     return float(np.linalg.det(corners).sum()) / 6
 
 
 def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
-    """Return pairs of faces that cross along a segment, (n, 2). Coplanar overlap is not searched for."""
+    """Return the pairs of faces that cross along a segment, (n, 2). Coplanar overlaps are not found."""
     corners = vertices_mm[faces]
     normal = normals(corners)
     area = np.linalg.norm(normal, axis=1)
@@ -53,10 +53,10 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
 
 
 def _close_pairs(low: Floats, high: Floats, some: Integers) -> Iterator[Integers]:
-    """Yield pairs of faces whose boxes overlap, (n, 2). A pair may come twice.
+    """Yield pairs of faces whose bounding boxes overlap, (n, 2). A pair may come twice.
 
-    The faces are halved at a plane as long as few are on both sides of it. Boxes that only touch are not yielded: their
-    faces are on two sides of a plane, or both in it.
+    The faces are halved by a plane as long as few faces are on both sides of it. Boxes that only touch are left out,
+    because their faces are on opposite sides of a plane or both in it.
     """
     middle = (low[some] + high[some]).mean(axis=0) / 2
     below, above = low[some] <= middle, high[some] > middle
@@ -74,7 +74,7 @@ def _close_pairs(low: Floats, high: Floats, some: Integers) -> Iterator[Integers
 
 
 def _piercing(corners: Floats, normal: Floats, face: Integers, other_face: Integers) -> Integers:
-    """Return the indices of the pairs in which an edge of ``face`` pierces ``other_face`` by more than a contact."""
+    """Return the indices of pairs in which an edge of ``face`` pierces ``other_face`` deeper than ``CONTACT_MM``."""
     height = np.einsum("nij,nj->ni", corners[face] - corners[other_face, :1], normal[other_face])
     end_height = np.roll(height, -1, axis=1)
     # An edge that shares a vertex with the triangle has a height of 0 there.
@@ -91,10 +91,10 @@ def _piercing(corners: Floats, normal: Floats, face: Integers, other_face: Integ
 
 @dataclass(frozen=True)
 class MeshFigures:
-    """Figures of a closed mesh, as in solid.json."""
+    """Figures of a closed mesh, as stored in solid.json."""
 
     triangles: int
-    euler: int  # Vertices less edges plus faces
+    euler: int  # Number of vertices, less edges, plus faces
     min_edge_mm: float
     self_intersections: int
 
@@ -104,7 +104,7 @@ def examine_mesh(
 ) -> tuple[list[str], MeshFigures | None]:
     """Return the faults of a mesh, and its figures. The figures are None if the mesh is not closed.
 
-    ``expected_euler`` is 2 for a ball, 0 for a ring.
+    ``expected_euler`` is the Euler number that the mesh must have: 2 for a ball, 0 for a ring.
     """
     if fault := edge_fault(vertices_mm, faces):
         return [fault], None
@@ -120,30 +120,34 @@ def examine_mesh(
     faults = []
     if figures.min_edge_mm < MIN_EDGE_MM:
         faults.append(
-            f"Mesh has an edge of {figures.min_edge_mm:.2g} mm; rounding in a file removes edges shorter than "
+            f"Mesh has an edge of {figures.min_edge_mm:.2g} mm. Rounding in a file removes edges shorter than "
             f"{MIN_EDGE_MM} mm."
         )
     if together := len(used) - len(np.unique(vertices_mm[used].astype(np.float32), axis=0)):
-        faults.append(f"Mesh has {together} vertices that coincide in a float32 file.")
+        faults.append(f"Mesh has {together} vertices that coincide after rounding to float32.")
     if expected_euler is not None and figures.euler != expected_euler:
         faults.append(
-            f"Mesh has Euler number {figures.euler}, not {expected_euler}: it has a hole through it, or loose pieces."
+            f"Mesh has Euler number {figures.euler} instead of {expected_euler}: it has a hole through it, or "
+            "loose pieces."
         )
     if len(crossing):
         first = near(vertices_mm[faces[crossing[0, 0]]].mean(axis=0))
-        faults.append(f"Mesh crosses itself in {len(crossing)} pairs of faces, first {first}.")
+        faults.append(f"Mesh crosses itself in {len(crossing)} pairs of faces, the first {first}.")
     return faults, figures
 
 
 def edge_fault(vertices_mm: Floats, faces: Integers) -> str:
-    """Return how a mesh is not closed, and where; an empty text if each edge belongs to one face in each direction."""
+    """Return a text that says how and where a mesh is not closed.
+
+    Returns an empty text if each edge belongs to one face in each direction.
+    """
     edges = directed_edges(faces)
     _, group = trimesh.grouping.unique_rows(np.sort(edges, axis=1))
     faces_at, upward = np.bincount(group), np.bincount(group, edges[:, 0] < edges[:, 1])
     for wrong, fault in (
-        (faces_at == 1, "Mesh is not watertight; open edges"),
-        (faces_at > 2, "Mesh is more than one surface; edges with three or more faces"),
-        (upward != 1, "Mesh has no inside; edges with two faces that point to opposite sides"),
+        (faces_at == 1, "Mesh is not watertight. Number of open edges"),
+        (faces_at > 2, "Mesh is more than one surface. Number of edges with three or more faces"),
+        (upward != 1, "Mesh has no inside. Number of edges whose two faces point to opposite sides"),
     ):
         if count := int(wrong.sum()):
             position = near(vertices_mm[edges[wrong[group]][0]].mean(axis=0))
@@ -152,5 +156,5 @@ def edge_fault(vertices_mm: Floats, faces: Integers) -> str:
 
 
 def near(place_mm: Floats) -> str:
-    """Return a place as text for a fault: "near (1.00, 2.00, 3.00) mm"."""
+    """Return a point as text, for example "near (1.00, 2.00, 3.00) mm"."""
     return "near ({:.2f}, {:.2f}, {:.2f}) mm".format(*place_mm)

@@ -1,4 +1,4 @@
-"""Geometry of open polylines and rings in the plane: (n, 2) arrays in one unit, y up."""
+"""Geometry of open polylines and rings in the plane. Both are (n, 2) arrays in one unit, and y points up."""
 
 import numpy as np
 from manifold3d import CrossSection, FillRule
@@ -10,24 +10,27 @@ from sealtwin.core.arrays import counted_up
 from sealtwin.core.records import Booleans, Floats, Integers
 
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
-ROWS_PER_PX = 8  # Sub-rows of a cell; with 8, edges are right to better than 0.01 of a cell
-AT_ONCE = 64  # Segments that are compared with all others at once: all pairs of 100,000 do not fit in memory
+ROWS_PER_PX = 8  # Sub-rows of a cell. With 8, the covered share of a cell at an edge is right to 0.01
+AT_ONCE = 64  # Number of segments compared with all others at a time: all pairs of 100,000 do not fit in memory
 
 
 def resampled(points: Floats, spacing: float) -> Floats:
-    """Return points at equal steps of arc length, as close to ``spacing`` as possible. Both ends stay."""
+    """Return points at equal steps of arc length, as close to ``spacing`` as possible. Both ends are kept."""
     s = arc_length(points)
     stations = np.linspace(0, s[-1], max(2, 1 + round(s[-1] / spacing)))
     return at_arc_length(points, s, stations)
 
 
 def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
-    """Interpolate each column of ``values``, given at ``s``, linearly at ``stations``."""
+    """Interpolate each column of ``values`` linearly at ``stations``. The values are given at arc lengths ``s``."""
     return np.column_stack([np.interp(stations, s, column) for column in values.T])
 
 
 def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
-    """Smooth along the first axis, ``sigma`` in samples, and add the smoothed residual ``returns`` times (Tukey)."""
+    """Smooth values along the first axis by a Gaussian with ``sigma`` in samples.
+
+    The smoothed residual is added ``returns`` times, which keeps more of the shape (Tukey's twicing).
+    """
     if len(values) < 3 or sigma <= 0:
         return values
     pad = min(len(values) - 1, int(4 * sigma) + 1)
@@ -43,23 +46,29 @@ def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
 
 
 def tangents(points: Floats) -> Floats:
-    """Return unit vectors along the polyline."""
+    """Return the unit vector along the polyline at each point, (n, 2)."""
     along = np.gradient(points, axis=0)
     return along / np.linalg.norm(along, axis=1, keepdims=True)
 
 
 def left_normals(points: Floats) -> Floats:
-    """Return unit vectors to the left of travel."""
+    """Return the unit vector to the left of the polyline at each point, (n, 2)."""
     return to_left(tangents(points))
 
 
 def places_beside(points: Floats, offset: Floats, normal: Floats | None = None) -> Floats:
-    """Return the places at each offset to the left of each point, (points, offsets, 2). ``normal`` may be smoother."""
+    """Return the point at each offset to the left of each point, (points, offsets, 2).
+
+    ``normal`` may give smoother normals, (points, 2).
+    """
     return points[:, None] + offset[:, None] * (left_normals(points) if normal is None else normal)[:, None]
 
 
 def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
-    """Return the polyline with a straight piece added at each end, in the mean direction of its last ``over``."""
+    """Return the polyline with a straight piece added at each end.
+
+    The pieces have the lengths ``before`` and ``after``. Each has the mean direction of the polyline's last ``over``.
+    """
     s = arc_length(points)
     # A last piece longer than ``over`` gives its own direction.
     near, far = points[: max(2, int((s <= over).sum()))], points[-max(2, int((s >= s[-1] - over).sum())) :]
@@ -69,7 +78,10 @@ def extended(points: Floats, before: float, after: float, over: float, spacing: 
 
 
 def without_loops(points: Floats) -> Floats:
-    """Return the polyline with each loop's points moved to its crossing. Offsets beyond a bend's radius make loops."""
+    """Return the polyline without loops: points of a loop are moved to its crossing.
+
+    Offset lines have loops at bends with a radius below the offset.
+    """
     tight = points.copy()
     for first, second in crossings(points):
         step = np.diff(tight, axis=0)
@@ -78,7 +90,7 @@ def without_loops(points: Floats) -> Floats:
 
 
 def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
-    """Return pairs of crossing segments. A segment is given by the index of its first point.
+    """Return pairs of crossing segments, each given by the index of its first point.
 
     Of nested loops only the outermost is returned. Segments that share a point do not cross.
     """
@@ -87,7 +99,7 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
     low, high, number = np.minimum(start, end), np.maximum(start, end), np.arange(len(start))
 
     def apart(first: Integers, other: Integers) -> Booleans:
-        """Return True if the ends of one segment are on two sides of the line along another."""
+        """Return True if the ends of the first segment are on opposite sides of the line along the other."""
         step = end[first] - start[first]
         return cross(step, start[other] - start[first]) * cross(step, end[other] - start[first]) < 0
 
@@ -108,7 +120,10 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
 
 
 def uncrossed(ring: Floats) -> Floats:
-    """Return the area that a counter-clockwise ring encloses once, as a simple ring. Of several areas, the largest."""
+    """Return the area that a counter-clockwise ring encloses once, as a simple ring.
+
+    Returns the largest of several such areas.
+    """
     return _largest(CrossSection([ring], FillRule.Positive)) if crossings(ring, closed=True) else ring
 
 
@@ -118,20 +133,20 @@ def _largest(region: CrossSection) -> Floats:
 
 
 def meeting(first: tuple[Floats, Floats] | Floats, second: tuple[Floats, Floats] | Floats) -> Floats:
-    """Return the intersection of two lines. A line is a point and a direction."""
+    """Return the intersection of two lines, (2,). A line is a point and a direction."""
     (p, u), (q, v) = first, second
     return p + np.linalg.solve(np.column_stack([u, -v]), q - p)[0] * u
 
 
 def depth_inside(points: Floats, box: Box) -> Floats:
-    """Return the distance of each point (..., 2) from a rectangle's boundary, negative outside."""
+    """Return the distance of each point, (..., 2), from a rectangle's boundary. It is negative outside."""
     beside = np.maximum(box[:2] - points, points - box[2:])
     around = np.hypot(*np.moveaxis(np.maximum(beside, 0), -1, 0))
     return np.where(around > 0, -around, -beside.max(axis=-1))
 
 
 def nearest_side(point: Floats, box: Box) -> int:
-    """Return the index into the box of the side closest to the point."""
+    """Return the index of the side closest to the point, as an index into the box."""
     return int(np.argmin([abs(point[side % 2] - box[side]) for side in range(4)]))
 
 
@@ -143,40 +158,40 @@ def on_side(point: Floats, box: Box) -> Floats:
 
 
 def rectangle(box: Box) -> Floats:
-    """Return the corners of a box: lower left, lower right, upper right, upper left."""
+    """Return the corners of a box, (4, 2): lower left, lower right, upper right, upper left."""
     x_min, y_min, x_max, y_max = box
     return np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]], float)
 
 
 def project(homography: Floats, points: Floats) -> Floats:
-    """Map points through a (3, 3) homography."""
+    """Map points, (n, 2), through a (3, 3) homography."""
     lifted = np.column_stack([points, np.ones(len(points))]) @ homography.T
     return lifted[:, :2] / lifted[:, 2:]
 
 
 def clipped_to_box(ring: Floats, box: Box) -> Floats:
-    """Return the largest part of a counter-clockwise ring inside a rectangle, which may be empty."""
+    """Return the largest part of a counter-clockwise ring inside a rectangle. It may be empty."""
     return _largest(CrossSection([ring]) ^ CrossSection([rectangle(box)]))
 
 
 def without_repeats(ring: Floats, closer_than: float) -> Floats:
-    """Return a ring without the points that coincide with their predecessor."""
+    """Return a ring without points that are closer than ``closer_than`` to the point before them."""
     step = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
     return ring[step > closer_than]
 
 
 def signed_area(ring: Floats) -> float:
-    """Return the area of a ring, positive if it runs counter-clockwise."""
+    """Return the area of a ring. It is positive if the ring runs counter-clockwise."""
     return float(cross(ring, np.roll(ring, -1, axis=0)).sum() / 2)
 
 
 def cross(first: Floats, second: Floats) -> Floats:
-    """Return the cross products of plane vectors (..., 2), positive if the second one is to the left of the first."""
+    """Return the cross products of plane vectors, (...). Positive if the second vector is to the left of the first."""
     return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
 
 
 def to_left(vector: Floats) -> Floats:
-    """Return plane vectors (..., 2) turned by 90 degrees to the left."""
+    """Return plane vectors, (..., 2), rotated by 90 degrees to the left."""
     return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
 
 
@@ -186,7 +201,7 @@ def unit(vector: Floats) -> Floats:
 
 
 def runs(where: Booleans) -> Integers:
-    """Return the first index of each run of True and one past its last, (runs, 2)."""
+    """Return the first index of each run of True values, and the index after its last, (runs, 2)."""
     return np.flatnonzero(np.diff(np.concatenate([[0], where.astype(int), [0]]))).reshape(-1, 2)
 
 

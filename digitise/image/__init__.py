@@ -1,1 +1,1 @@
-"""Decoding of photos, and the picture operations that several parts share."""
+"""Decode photos and masks, and provide the picture operations that several packages share."""

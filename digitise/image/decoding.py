@@ -27,44 +27,46 @@ PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".h
 """File endings of photos in a folder. Photos that cannot be read are reported."""
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 READABLE = "JPEG, PNG, WEBP, TIFF, BMP or HEIC, with 8 bits per channel"
-MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera; it takes 350 MB of memory
-TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed; save it smaller."
+MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera. It takes 350 MB of memory
+TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed. Save it smaller."
 MIN_SIDE_PX = 64
-HEIC_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"mif1")  # ISO 23008-12: pictures; others are videos
+# Brands of pictures in ISO 23008-12; other brands are videos
+HEIC_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"mif1")
 RAW_ENDINGS = (".arw", ".cr2", ".cr3", ".dng", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".sr2")
 RAW = "a camera's raw file must be developed: save it as JPEG at full size."
-UNREADABLE = f"save it as {READABLE}. AVIF and videos are not read, and {RAW}"
-BLACK, BRIGHT_PART = 15, 99.5  # Least usable brightness, of 255, at a percentile of a photo's pixels
-FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers focal lengths (CIPA DCG-001)
+UNREADABLE = f"save it as {READABLE}. AVIF files and videos are not accepted, and {RAW}"
+BLACK, BRIGHT_PART = 15, 99.5  # A photo is too dark if this percentile of its pixels is below this brightness (of 255)
+# Diagonal of 35 mm film, to which EXIF refers focal lengths (CIPA DCG-001)
+FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))
 RESOLUTIONS = ("dpi", "resolution", "aspect", "jfif_density")  # Pillow's names for dots per length, across and down
-SQUARE = 0.01  # Largest relative difference of a square pixel's sides, and of shapes: programs round
+SQUARE = 0.01  # Largest relative difference between the sides of a square pixel, and between two shapes: programs round
 
 
 @dataclass(frozen=True, kw_only=True)
 class Decoded:
-    """Content of a photo's file."""
+    """Content of a photo file."""
 
     image: NDArray[np.uint8]  # (height, width, 3), RGB, as the camera stored it
-    focal_px: float | None = None  # Focal length in pixels, if the camera recorded it and the photo is not cropped
+    focal_px: float | None = None  # Focal length in px. None if the camera did not record it or the photo is cropped
     warnings: Facts = ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pixels(Decoded):
-    """A photo before its scale is known."""
+    """A photo whose scale is not known yet."""
 
     file: Path
-    brightness: Map  # Linear light, 0 to 1
+    brightness: Map  # Linear light, 0 to 1, (height, width)
     drawn: Booleans | None = None  # Mask of the crack that the user painted, (height, width)
 
     @property
     def size_px(self) -> tuple[int, int]:
-        """Width, height."""
+        """Width and height in px."""
         return self.brightness.shape[1], self.brightness.shape[0]
 
 
 def read_photo(path: Path, key: str = "photo.file") -> Decoded:
-    """Read a single 8-bit photo and turn it upright; ``key`` is the setting that an InputError names."""
+    """Read a single 8-bit photo and turn it upright. Errors name the setting ``key``."""
     with opened(path, key) as photo:
         _require_square(path, photo)
         _require_usual_tone(path, photo)
@@ -73,19 +75,19 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
         ImageOps.exif_transpose(photo, in_place=True)
         alpha = photo.convert("RGBA").getchannel("A") if photo.has_transparency_data else 255
         clear = float(np.mean(np.asarray(alpha) < 255))
-        text = f"{clear:.2%} of the photo is transparent; its hidden colours were used"
+        text = f"{clear:.2%} of the photo is transparent. The colours under the transparent part were used"
         doubts = (doubt("photo.transparent", text, clear),) if clear else ()
         pixels = np.asarray(photo if photo.mode == "RGB" else photo.convert("RGB"))
         return Decoded(image=pixels, focal_px=focal_px, warnings=doubts)
 
 
 def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
-    """Check pixels in memory, uint8, (height, width) or (height, width, 3) RGB; an InputError names them ``name``."""
+    """Check a photo in memory: uint8, (height, width) or (height, width, 3) RGB. An InputError names it ``name``."""
     image = np.asarray(image)
     if image.dtype != np.uint8 or image.ndim < 2 or image.shape[2:] not in ((), (3,)):
         raise InputError(
-            f"{name}: an array of shape {image.shape} and type {image.dtype}; give (height, width) or "
-            "(height, width, 3) RGB of type uint8."
+            f"{name}: the array has shape {image.shape} and type {image.dtype}. Give (height, width) or (height, "
+            "width, 3) RGB of type uint8."
         )
     _check_size(name, image.shape[1], image.shape[0])
     rgb = image if image.ndim == 3 else np.repeat(image[..., None], 3, axis=2)
@@ -99,13 +101,15 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
     ``key`` is the setting that names the file.
     """
     if not path.is_file():
-        raise InputError(f"{path}: not found, or no file; {key} is relative to the folder of its trial file.")
+        raise InputError(
+            f"{path}: file not found, or not a regular file. {key} is relative to the folder of its trial file."
+        )
     size = path.stat().st_size
     if not 0 < size <= LARGEST_FILE_BYTES:
         # Some decoders read the whole file into memory first.
         raise InputError(
-            f"{path}: {size / 1e6:.0f} MB; a picture is not empty and has at most {LARGEST_FILE_BYTES / 1e6:.0f} MB. "
-            "Copy it again, or save it as PNG."
+            f"{path}: the file has {size / 1e6:.0f} MB. A picture must not be empty, and may have at most "
+            f"{LARGEST_FILE_BYTES / 1e6:.0f} MB. Copy it again, or save it as PNG."
         )
     with path.open("rb") as file:
         start = file.read(12)
@@ -115,7 +119,7 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
         from pi_heif import register_heif_opener
 
         register_heif_opener(thumbnails=False, depth_images=False, aux_images=False)
-    damaged = f"{path}: the picture is damaged or cut short; copy or export it again."
+    damaged = f"{path}: the picture is damaged or cut short. Copy or export it again."
     try:
         # Warnings are about metadata, and about sizes that are checked here. Pillow gets a file without a name: it maps
         # a named one into memory, and reads a turned TIFF there by rows as long as those of the upright picture.
@@ -147,20 +151,24 @@ def _check_header(path: Path, photo: Image.Image) -> None:
     # Pillow opens 16-bit colours as 8 bits: how they are stored is in the arguments of its decoder.
     stored_as = str(getattr(photo, "tile", ""))
     if photo.mode.startswith(("I", "F")) or ";16" in stored_as or photo.info.get("bit_depth", 8) > 8:
-        raise InputError(f"{path}: more than 8 bits per channel; save it with 8, for example as PNG.")
+        raise InputError(
+            f"{path}: the picture has more than 8 bits per channel. Save it with 8 bits, for example as PNG."
+        )
     if photo.mode == "CMYK":
-        raise InputError(f"{path}: its colours are inks (CMYK); save it as RGB.")
+        raise InputError(f"{path}: the picture's colours are inks (CMYK). Save it as RGB.")
     pages = getattr(photo, "n_frames", 1)
     # A second picture in a phone's JPEG, by Pillow's name MPO, is a preview.
     if photo.format != "MPO" and pages > 1:
-        raise InputError(f"{path}: {pages} pages or frames in one file; save only the one with the crack.")
+        raise InputError(f"{path}: the file has {pages} pages or frames. Save only the one that shows the crack.")
 
 
 def _check_size(name: Path | str, width: int, height: int) -> None:
     if width * height > MAX_PIXELS:
-        raise InputError(f"{name}: {width} x {height} pixels, {TOO_LARGE}")
+        raise InputError(f"{name}: the picture has {width} x {height} pixels, {TOO_LARGE}")
     if min(width, height) < MIN_SIDE_PX:
-        raise InputError(f"{name}: {width} x {height} pixels; each side must have at least {MIN_SIDE_PX}.")
+        raise InputError(
+            f"{name}: the picture has {width} x {height} pixels. Each side must have at least {MIN_SIDE_PX}."
+        )
 
 
 def _require_square(path: Path, photo: Image.Image) -> None:
@@ -177,7 +185,10 @@ def _require_square(path: Path, photo: Image.Image) -> None:
 
 
 def _focal_px(photo: Image.Image) -> float | None:
-    """Return the focal length in pixels from the EXIF of a photo before it is turned upright; None if unknown."""
+    """Return the focal length in px from the EXIF of a photo. None if it is unknown.
+
+    The photo must not have been turned upright yet.
+    """
     exif = photo.getexif().get_ifd(IFD.Exif)
     film_mm = exif.get(Base.FocalLengthIn35mmFilm)
     if not isinstance(film_mm, int) or film_mm <= 0:
@@ -190,15 +201,17 @@ def _focal_px(photo: Image.Image) -> float | None:
     return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM
 
 
-EXPONENT_TOLERANCE = 0.2  # Largest difference of a camera's exponent (sRGB: 2.1 to 2.25); a width changes by under 1 %
-MIDDLE = 128  # Stored value from which a curve's exponent is taken
-MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is checked
+# Largest difference from a camera's exponent (sRGB: 2.1 to 2.25). It changes a width by less than 1 %
+EXPONENT_TOLERANCE = 0.2
+MIDDLE = 128  # Stored value at which the exponent of a curve is taken
+MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Pillow mode for each colour space of the profiles that are checked
 
 
 def _require_usual_tone(path: Path, photo: Image.Image) -> None:
-    """Raise InputError if the file states another tone curve than a camera's: widths would be off by several percent.
+    """Raise InputError if the file states a tone curve unlike a camera's.
 
-    Nothing is converted, so that photos with the curve of sRGB in other colours, as phones save them, stay as they are.
+    With such a curve, widths would be off by several percent. The pixels are not converted. Photos in other colour
+    spaces with the curve of sRGB, as phones save them, stay as they are.
     """
     for source, stated in _stated(photo).items():
         try:
@@ -208,13 +221,13 @@ def _require_usual_tone(path: Path, photo: Image.Image) -> None:
         if not abs(gamma - DISPLAY_GAMMA) <= EXPONENT_TOLERANCE:
             curve = f"an unreadable {source}" if math.isnan(gamma) else f"gamma {gamma:.2g} ({source})"
             raise InputError(
-                f"{path}: the file states a tone curve of {curve}, not a camera's usual {DISPLAY_GAMMA:g}. Save it as "
-                "sRGB."
+                f"{path}: the file states a tone curve of {curve} instead of a camera's usual {DISPLAY_GAMMA:g}. Save "
+                "it as sRGB."
             )
 
 
 def _stated(photo: Image.Image) -> dict[str, Any]:
-    """Return the exponents from stored value to light that the file states, by their source. NaN if it is not read."""
+    """Return the exponents from stored value to light that the file states, by source. NaN if unreadable."""
     exif, png = photo.getexif(), photo.info.get("gamma")
     return {
         "PNG gAMA": 1 / png if png and "srgb" not in photo.info else None,
@@ -225,9 +238,10 @@ def _stated(photo: Image.Image) -> dict[str, Any]:
 
 
 def _of_profile(content: bytes | None) -> float | None:
-    """Return the exponent of an ICC profile. NaN if it cannot be read, None if it is not for red, green, blue or grey.
+    """Return the exponent of an ICC profile. NaN if it cannot be read.
 
-    A grey is converted to sRGB, whose exponent is ``DISPLAY_GAMMA``.
+    Returns None if the profile is not for red, green and blue, or for grey. The exponent comes from the conversion of a
+    middle grey to sRGB, whose exponent is ``DISPLAY_GAMMA``.
     """
     if not content:
         return None
@@ -246,9 +260,10 @@ def _of_profile(content: bytes | None) -> float | None:
         return math.nan
 
 
-PAINTED = 128  # Least brightness, or opacity, of 255 of a painted pixel
-MOST_PAINTED = 0.5  # Largest painted share of a mask; above it, black and white are exchanged
-PLAIN, OF_PAINT = (16, 240), 0.2  # Values between are neither black nor white; largest share of paint with one of them
+PAINTED = 128  # Least brightness or opacity, of 255, of a painted pixel
+MOST_PAINTED = 0.5  # Largest painted share of a mask; more means that black and white are exchanged
+# Values between these are neither black nor white; largest number of pixels with one of them, over the painted ones
+PLAIN, OF_PAINT = (16, 240), 0.2
 REMEDY = (
     "Does it contain object or class numbers from a labelling program? Paint the crack white on black, or opaque on "
     "transparent."
@@ -256,28 +271,32 @@ REMEDY = (
 
 
 def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> Booleans:
-    """Check a mask in memory, (height, width); ``size_px`` is the photo's. Pixels that are not 0 are painted."""
+    """Check a mask in memory, (height, width). Pixels that are not 0 are painted.
+
+    ``size_px`` is the photo's width and height. Raises InputError, with ``name`` first, for a wrong shape or painted
+    share.
+    """
     painted = np.asarray(painted)
     if painted.shape != size_px[::-1]:
         raise InputError(
-            f"{name}: an array of shape {painted.shape}; the photo is {size_px[0]} x {size_px[1]} px, so give an "
+            f"{name}: the array has shape {painted.shape}. The photo is {size_px[0]} x {size_px[1]} px, so give an "
             f"array of shape {size_px[::-1]}."
         )
     return _soundly_painted(painted.astype(bool), name, "pixels that are not 0 are painted")
 
 
 def read_mask(path: Path, size_px: tuple[int, int]) -> Booleans:
-    """Read a painted mask, (height, width): the opaque pixels if opacity varies, else the bright ones.
+    """Read a painted mask, (height, width). Opaque pixels are painted, or bright ones if the opacity is constant.
 
-    Raises InputError if the size is not ``size_px``, the photo's width and height, if there are more than two values,
-    or if the mask paints no crack.
+    Raises InputError if the size differs from ``size_px``, the photo's width and height, if the mask has more than two
+    values, or if it paints no crack.
     """
     with opened(path, "photo.mask") as picture:
         ImageOps.exif_transpose(picture, in_place=True)
         if picture.size != size_px:
             raise InputError(
-                f"{path}: the mask is {picture.width} x {picture.height} px, the photo {size_px[0]} x {size_px[1]}; "
-                "paint it over the photo itself, upright and at full size."
+                f"{path}: the mask is {picture.width} x {picture.height} px, but the photo is {size_px[0]} x "
+                f"{size_px[1]} px. Paint the mask over the photo itself, upright and at full size."
             )
         opacity = picture.convert("RGBA").getchannel("A") if picture.has_transparency_data else None
         # Editors add an opaque alpha channel to any picture.
@@ -286,8 +305,8 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> Booleans:
     kind = "opacity" if by_opacity else "brightness"
     if shown.max() < PAINTED:
         raise InputError(
-            f"{path}: the mask paints nothing: its largest {kind} is {shown.max()} of 255, but paint needs at least "
-            f"{PAINTED}. {REMEDY}"
+            f"{path}: the mask paints nothing: its largest {kind} is {shown.max()} of 255, and painted pixels need at "
+            f"least {PAINTED}. {REMEDY}"
         )
     painted = _soundly_painted(shown >= PAINTED, path, f"pixels with a {kind} of {PAINTED} to 255 are painted")
     count = np.bincount(shown.ravel(), minlength=256)
@@ -304,7 +323,7 @@ def _soundly_painted(painted: Booleans, name: Path | str, rule: str) -> Booleans
     share = float(np.mean(painted))
     if not 0 < share <= MOST_PAINTED:
         raise InputError(
-            f"{name}: the mask paints {share:.0%} of the photo; a crack is more than nothing and at most "
+            f"{name}: the mask paints {share:.0%} of the photo. It must paint something, and at most "
             f"{MOST_PAINTED:.0%} ({rule}). Are black and white exchanged? {REMEDY}"
         )
     return painted

@@ -9,9 +9,9 @@ from sealtwin.core.records import Booleans, Floats
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
 Mask = NDArray[np.uint8]  # 255 on the pixels of a region, 0 elsewhere, (height, width)
 Window = tuple[slice, slice]  # Rows and columns of a part of a picture
-DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
-MEDIAN_WEIGHT = 1e-3  # Weight of the median, which counts at places without known pixels nearby
-MOST_ROWS = 16384  # Most rows that OpenCV samples at once, a power of two below its 32,767
+DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, close to a camera's: half contrast is half the light
+MEDIAN_WEIGHT = 1e-3  # Weight of the median, which counts only far from valid pixels
+MOST_ROWS = 16384  # Most rows that OpenCV may sample at once: a power of two below its limit of 32,767
 
 
 def blurred(picture: Map | Floats, sigma_px: float) -> Map:
@@ -20,14 +20,14 @@ def blurred(picture: Map | Floats, sigma_px: float) -> Map:
 
 
 def blurred_copy(picture: Map, sigma_px: float) -> Map:
-    """Return a blurred copy, smaller for a wide blur to save time."""
+    """Return a blurred copy. For a wide blur the copy is smaller, to save time."""
     times = max(1, int(sigma_px / 5))
     small = max(1, picture.shape[1] // times), max(1, picture.shape[0] // times)
     return blurred(shrunk(picture, small), sigma_px / times)
 
 
 def continued(picture: Map, valid: Booleans, sigma_px: float) -> Map:
-    """Return the Gaussian mean of the valid pixels around each pixel. Far from all valid pixels, it is their median."""
+    """Return the Gaussian mean of the valid pixels around each pixel. Far from valid pixels, it is their median."""
     weight = valid.astype(np.float32)
     usual = float(np.median(picture[valid])) if valid.any() else 0.0
     mean = (blurred(picture * weight, sigma_px) + MEDIAN_WEIGHT * usual) / (blurred(weight, sigma_px) + MEDIAN_WEIGHT)
@@ -35,12 +35,12 @@ def continued(picture: Map, valid: Booleans, sigma_px: float) -> Map:
 
 
 def shrunk(picture: Map | Mask, size_px: tuple[int, int]) -> Map:
-    """Scale down to a width and height; each new pixel is the mean of the pixels that it covers."""
+    """Scale down to a width and height in px. Each new pixel is the mean of the pixels that it covers."""
     return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def scaled_down(picture: Map | Mask, scale: float) -> Map:
-    """Scale down by a factor; each side keeps at least one pixel."""
+    """Scale down by a factor. Each side keeps at least one pixel."""
     height, width = (max(1, round(side * scale)) for side in picture.shape)
     return shrunk(picture, (width, height))
 
@@ -48,7 +48,10 @@ def scaled_down(picture: Map | Mask, scale: float) -> Map:
 def sampled(
     picture: NDArray, places_px: Floats, method: int = cv2.INTER_LINEAR, beyond: int = cv2.BORDER_REPLICATE
 ) -> NDArray:
-    """Interpolate the picture at places (..., 2). ``method`` is OpenCV's interpolation, ``beyond`` its border mode."""
+    """Interpolate the picture at points, (..., 2), x and y in px.
+
+    ``method`` is OpenCV's interpolation, ``beyond`` its border mode.
+    """
     x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
     if x.size == 0:
         return np.zeros(x.shape, picture.dtype)
@@ -59,22 +62,25 @@ def sampled(
 
 
 def resized(picture: Map, shape: tuple[int, ...]) -> Map:
-    """Scale to a height and width, linearly between the pixels."""
+    """Scale to a height and width in px, linearly between the pixels."""
     return np.asarray(cv2.resize(picture, shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
 
 
 def widened(mask: NDArray[np.generic], reach_px: int) -> Booleans:
-    """Return the mask grown by ``reach_px`` rows and columns to each side."""
+    """Return the mask, grown by ``reach_px`` rows and columns to each side."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach_px + 1,) * 2, np.uint8)) > 0
 
 
 def lightness(light: Map | Floats) -> Map:
-    """Return the CIE 1976 lightness, 0 to 100, of linear light, without its straight piece near black."""
+    """Return the CIE 1976 lightness, 0 to 100, of linear light. The formula's linear part near black is left out."""
     return np.asarray(116 * np.cbrt(np.maximum(light, 3e-3)) - 16, np.float32)
 
 
 def window_around(points_px: Floats, reach_px: float, size_px: tuple[int, int]) -> tuple[Floats, Window]:
-    """Return the first pixel, x and y, of the box around some points, ``reach_px`` larger, and its rows and columns."""
+    """Return the first pixel, (x, y), of the box around some points, and the box's rows and columns.
+
+    The box is ``reach_px`` larger on each side, and limited to the picture.
+    """
     low = np.maximum(np.floor(points_px.min(axis=0) - reach_px), 0)
     high = np.minimum(np.ceil(points_px.max(axis=0) + reach_px) + 1, size_px)
     columns, rows = (slice(int(first), int(past)) for first, past in zip(low, high, strict=True))
@@ -82,12 +88,12 @@ def window_around(points_px: Floats, reach_px: float, size_px: tuple[int, int]) 
 
 
 def draw_line(picture: Mask, points: Floats, value: int = 255, width: float = 1.0) -> None:
-    """Set the pixels of a line, (n, 2) as column and row, at least a pixel wide."""
+    """Set the pixels of a line, (n, 2) as column and row. The line is at least a pixel wide."""
     cv2.polylines(picture, [np.rint(points).astype(np.int32)], False, value, max(1, round(width)))
 
 
 def filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> Mask:
-    """Return a mask with 255 inside a polygon, else 0."""
+    """Return a mask with 255 inside a polygon and 0 elsewhere."""
     mask = np.zeros(shape, np.uint8)
     cv2.fillPoly(mask, [np.rint(corners_px * 16).astype(np.int32)], [255], shift=4)
     return mask

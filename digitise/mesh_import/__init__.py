@@ -1,1 +1,1 @@
-"""Import of a user's own mesh: its frame, its repair, and the crack in it."""
+"""Import a user's own mesh: place it in its frame, repair it, and find the crack in it."""

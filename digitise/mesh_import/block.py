@@ -1,4 +1,7 @@
-"""One closed body of a mesh, its face, and the rectangular block below it; or a refusal with the place of the fault."""
+"""Find the closed body of a mesh, its face, and the rectangular block below the face.
+
+A refusal says where the fault is.
+"""
 
 from dataclasses import dataclass
 from itertools import product
@@ -16,43 +19,47 @@ from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Integers
 
-# Limits of the search for a sample's face and sides.
+# Limits of the search for a sample's face and sides. Each line says why the limit has its value.
 #
-# Each line states what its value rests on. Most only accept or refuse a mesh: stricter ones refuse rougher samples,
-# looser ones take another part of the mesh for the block.
-SAMPLES = 20_000  # Random points on the upward surface
-TRIES = 300  # Planes through three of them: all miss a face once in 10^17 meshes
-STEEPEST = np.cos(np.radians(45.0))  # Largest slope of a face or a floor: steeper is a wall, or another axis points up
+# Most limits only accept or refuse a mesh. Stricter values refuse rougher samples, and looser values take another
+# part of the mesh for the block.
+SAMPLES = 20_000  # Number of random points on the upward surface
+TRIES = 300  # Number of planes through three of them: all planes miss a face once in 10^17 meshes
+# Cosine of the largest slope of a face or floor: a steeper surface is a wall, or another axis points up
+STEEPEST = np.cos(np.radians(45.0))
 ROUGHEST_MM = 1.0  # Largest distance of grain and warp from the face's plane: coarse asphalt has 1 mm
-REFINEMENTS = 2  # Least-squares fits of the plane: a third turns a rough scan's by under 0.0001 degrees
-LEAST_SHARE = 0.5  # Least share of the upward surface in one plane that makes it a face
-LEVEL_RAD = 1e-6  # Slope of a level face, 0.2 µm over 160 mm: turning it would only cost exact coordinates
-BELOW_MM = 0.05  # Depth of the mouth under the face: walls at 11 degrees move by 0.01 mm over it
-BELOW_ROUGHNESS = 4.0  # The same in RMS of a rough face: all but 60 in a million of its points are higher
-LEVELS = 8  # Sections, from the face to the underside, in which a side must be in material
-LINES = 400  # Lines across each section, one for every 0.4 mm of the paper's sample
-ROUGH = 5.0  # Distance behind the median that is a side's roughness, in median deviations
-ROUNDING_MM = 1e-6  # Distance behind the median that is rounding of a plane side
+# Number of least-squares fits of the plane: a third fit rotates that of a rough scan by under 0.0001 degrees
+REFINEMENTS = 2
+LEAST_SHARE = 0.5  # Share of the upward surface in one plane from which it is a face
+LEVEL_RAD = 1e-6  # Largest slope of a level face, 0.2 µm over 160 mm: levelling it would only cost exact coordinates
+BELOW_MM = 0.05  # Depth under the face at which the mouth is cut: walls at 11 degrees move by 0.01 mm over it
+# The same depth in multiples of a rough face's RMS: all but 60 in a million of its points are higher
+BELOW_ROUGHNESS = 4.0
+LEVELS = 8  # Number of sections, from the face to the underside, in which a side must be in material
+LINES = 400  # Number of lines across each section, one for every 0.4 mm of the paper's sample
+ROUGH = 5.0  # Distance behind the median, in median deviations, up to which it is roughness of a side
+ROUNDING_MM = 1e-6  # Distance behind the median up to which it is rounding of a plane side
 MOST_OPENING = 0.5  # Largest share of a side's lines that may meet a crack
-MOST_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers, rough sides are less
-TRIM_MM = 0.01  # Depth cut off a side that is not plane, so that the cut is in material without slivers
-EQUAL_DIGITS = 8  # Decimals of mm to which vertices are one: a text format may round its last digit
-CRUMB_SHARE = 0.01  # Share of the sample's volume below which another closed surface is a crumb or a pore
-LOST = 1e-7  # Largest share of a body's volume that reading or cutting it may lose
+MOST_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers and rough sides take less
+TRIM_MM = 0.01  # Depth cut off a side that is not plane, so that the cut is in material and leaves no slivers
+# Vertices are equal if they agree to this many decimals of a mm: a text format may round its last digit
+EQUAL_DIGITS = 8
+CRUMB_SHARE = 0.01  # A closed surface with less than this share of the sample's volume is a crumb or a pore
+LOST = 1e-7  # Largest share of a body's volume that may be lost when it is read or cut
 MEND = "Repair it in a mesh program (close holes, remove doubled parts, unite bodies), and export it again."
 
 
 @dataclass(frozen=True)
 class FacePlane:
-    """Plane of the face, and its flatness."""
+    """Plane of the face, and the face's roughness."""
 
-    normal: Floats  # Unit vector out of the face
+    normal: Floats  # Unit vector that points out of the face, (3,)
     place_mm: Floats  # Point on the plane, (3,)
     roughness_mm: float  # RMS distance of the face from its plane
 
     @property
     def tilt_deg(self) -> float:
-        """Angle of the plane from level."""
+        """Angle between the plane and the horizontal."""
         return float(np.degrees(np.arccos(min(1.0, self.normal[2]))))
 
     @property
@@ -61,12 +68,12 @@ class FacePlane:
         return max(BELOW_MM, BELOW_ROUGHNESS * self.roughness_mm)
 
     def height_mm(self, points_mm: Floats) -> Floats:
-        """Return the height of the plane at each x and y, (n,)."""
+        """Return the height of the plane at points with x and y, (n,). ``points_mm`` is (n, 2)."""
         return self.place_mm[2] - (points_mm - self.place_mm[:2]) @ self.normal[:2] / self.normal[2]
 
     @property
     def to_level(self) -> Floats:
-        """Transform (4, 4) that turns the plane level by the smallest rotation, and moves it to z = 0."""
+        """Transform, (4, 4), that makes the plane level by the smallest rotation, and moves it to z = 0."""
         placed = np.eye(4)
         if np.hypot(*self.normal[:2]) > LEVEL_RAD:
             placed[:3, :3] = Rotation.align_vectors([0, 0, 1], self.normal)[0].as_matrix()
@@ -75,7 +82,11 @@ class FacePlane:
 
 
 def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
-    """Find the plane of most of the upward surface by random samples (Fischler and Bolles 1981) and least squares."""
+    """Return the plane that contains most of the upward surface.
+
+    It is found by random samples (Fischler and Bolles 1981) and refined by least squares. Raises ShapeError if no plane
+    contains enough of the surface.
+    """
     corners_mm, rng, share = vertices_mm[faces], np.random.default_rng(0), 0.0
     across = normals(corners_mm)
     area = np.linalg.norm(across, axis=1)
@@ -106,8 +117,8 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
         if share >= LEAST_SHARE and up[2] > STEEPEST:
             return FacePlane(up, place_mm, float(np.sqrt(np.mean(away_mm**2))))
     raise ShapeError(
-        f"Mesh has no plane face on its upper side: {share:.0%} of the upward surface is in one plane; at least "
-        f"{LEAST_SHARE:.0%} is needed.",
+        f"Mesh has no plane face on its upper side: only {share:.0%} of the upward surface is in one plane, and at "
+        f"least {LEAST_SHARE:.0%} is needed.",
         "Check mesh.up, the axis that points out of the cracked face, and crop the mesh to the sample.",
         "face",
     )
@@ -115,13 +126,13 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
 
 @dataclass(frozen=True)
 class Block:
-    """A sample as one block: its face at z = 0 has one corner at the origin, and its sides are along x and y."""
+    """A sample as one block. Its face is at z = 0 with a corner at the origin, and its sides are along x and y."""
 
-    body: Manifold  # All of the sample inside the block's sides
+    body: Manifold  # Part of the sample inside the block's sides
     size_mm: tuple[float, float]  # Size of the face along x and y
-    placed: Floats  # Transform (4, 4) from the level body to the block's frame
-    yaw_deg: float  # Angle of its sides from x and y in the level body
-    trimmed_mm: float  # Most material cut off at one of its sides
+    placed: Floats  # Transform, (4, 4), from the level body to the block's frame
+    yaw_deg: float  # Angle of the block's sides from x and y in the level body
+    trimmed_mm: float  # Largest thickness of material cut off at one of its sides
 
     @property
     def face_mm(self) -> Box:
@@ -131,7 +142,8 @@ class Block:
 def cut_block(body: Manifold, below_mm: float) -> Block:
     """Cut the largest block out of a body with a level face at z = 0.
 
-    The sides of the block must be upright from ``below_mm`` below its face downwards.
+    The sides of the block must be upright from ``below_mm`` below its face downwards. Raises ShapeError if the body has
+    no four upright sides.
     """
     directions_deg = [0.0]
     if rings := body.slice(-below_mm).to_polygons():
@@ -177,7 +189,10 @@ def _block_at(body: Manifold, yaw_deg: float, below_mm: float) -> Block | None:
 
 
 def _sides(body: Manifold, below_mm: float, axis: int) -> tuple[float, float, float]:
-    """Return the coordinates of both sides along an axis, and the largest excess beyond, infinite unless both exist."""
+    """Return the coordinates of the two sides along an axis, and the largest extent of the body beyond them.
+
+    The extent is infinite if there are not two sides.
+    """
     low_mm, high_mm = np.reshape(body.bounding_box(), (2, 3))
     levels_mm = np.linspace(-below_mm, 0.9 * low_mm[2], LEVELS)
     lines_mm = np.linspace(low_mm[1 - axis], high_mm[1 - axis], LINES + 2)[1:-1]
@@ -193,10 +208,11 @@ def _sides(body: Manifold, below_mm: float, axis: int) -> tuple[float, float, fl
 
 
 def _side(met_mm: Floats) -> float:
-    """Return the coordinate beyond which all lines on every level have met material, except those into a crack.
+    """Return the coordinate of a side, beyond which all lines on every level have met material.
 
-    ``met_mm``, (levels, lines), is where each line meets it. A line into a crack meets it beyond the side's roughness.
-    The coordinate is infinite if most lines of a level meet a crack or nothing.
+    ``met_mm``, (levels, lines), is the coordinate at which each line meets material. Lines that enter a crack are
+    ignored: they meet material behind the side's roughness. The result is infinite if most lines of a level meet a
+    crack or nothing.
     """
     if np.isfinite(usual_mm := float(np.median(met_mm))):
         off_mm = met_mm - usual_mm
@@ -208,22 +224,22 @@ def _side(met_mm: Floats) -> float:
 
 
 def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers, Facts]:
-    """Join equal vertices, drop doubled and degenerate faces, and turn a mesh that is inside out.
+    """Join equal vertices, drop doubled and degenerate faces, and reverse the faces of a mesh that is inside out.
 
     Returns vertices, faces and notes. Raises ShapeError if no face is left.
     """
     vertices_mm, faces, alike = welded(vertices_mm, faces, EQUAL_DIGITS)
     if not len(faces):
-        raise ShapeError("Mesh has no face with three corners apart from each other.", "Check its units.", "closed")
+        raise ShapeError("Mesh has no triangle with three distinct corners.", "Check its units.", "closed")
     faces = faces[np.sort(np.unique(alike, return_index=True)[1])]
     if mesh_volume_mm3(vertices_mm, faces) >= 0:
         return vertices_mm, faces, ()
-    turned = doubt("mesh.inside-out", "the mesh was inside out: all its faces were turned")
+    turned = doubt("mesh.inside-out", "the mesh was inside out, so all its faces were reversed")
     return vertices_mm, faces[:, ::-1], (turned,)
 
 
 def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, Facts]:
-    """Return the enclosed body without crumbs and pores, and a note about those.
+    """Return the enclosed body without crumbs and pores, and a note if there were any.
 
     Raises ShapeError if the mesh is not closed, has no inside, or encloses several bodies.
     """
@@ -245,7 +261,10 @@ def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, Facts]:
 
 
 def require_whole(parts_mm3: float, whole_mm3: float) -> None:
-    """Raise ShapeError if volumes differ: Manifold may move triangles if others are lower than its rounding."""
+    """Raise ShapeError if the parts' volume differs from the whole.
+
+    Manifold may move triangles whose height is below its rounding, and so lose volume.
+    """
     if abs(parts_mm3 - whole_mm3) > LOST * abs(whole_mm3):
         wrong = "Mesh cannot be cut without loss: it crosses itself, or has triangles without height."
         raise ShapeError(wrong, MEND, "cut")

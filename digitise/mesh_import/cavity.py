@@ -1,8 +1,8 @@
-"""The crack in a block: cavity, mouth, picture for reports, a given path, and the sections along the crack.
+"""Find the crack in a block: its cavity, its mouth, a picture for reports, a path from a file, and sections along it.
 
-The walls may have any shape. The cavity is cut level by level. Each cell of a cut belongs to the place along the crack
-whose line from wall to wall is nearest. So the sections add up to the cavity, also at oblique ends and in sharp bends.
-Planes square to the centreline would miss some of it there, or meet other parts of the crack.
+The walls may have any shape. The cavity is cut level by level. Each cell of a cut is assigned to the position along the
+crack whose line from wall to wall is nearest. The sections therefore add up to the cavity, even at oblique ends and in
+sharp bends. There, planes square to the centreline would miss some of it or meet other parts of the crack.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,44 +28,45 @@ from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Booleans, Floats, Outline, Sections
 
-# Limits of the choice of an opening, sizes of the picture, and limits of a given path.
+# Limits of the choice of an opening, sizes of the picture, and limits of a path from a file.
 #
-# Each line states what its value rests on. Areas and shares accept or refuse a mesh or a path. Sizes of the picture
-# change its look, and how precisely a given path enters the mouth.
-RIVAL = 0.5  # Share of the largest opening's area from which a second one makes the choice ambiguous
-PIT_MM2 = 1.0  # Area of another opening that gives a warning; smaller ones are pores
-SLICE_MM = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
-UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through it
-LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would part a thin mouth
-ROUND_MM = 15.0  # Width shown around the crack, with space for the overlay's legend
+# Each line says why its value was chosen. Areas and shares accept or refuse a mesh or a path. Sizes of the picture
+# change its look, and how precisely a path from a file enters the mouth.
+RIVAL = 0.5  # The choice is ambiguous if a second opening has more than this share of the largest opening's area
+PIT_MM2 = 1.0  # Another opening of at least this area gives a warning; smaller ones are pores
+SLICE_MM = 1e-3  # Depth below the flat top of a piece of the cavity at which the piece is sliced
+UNDER_MM = 1.0  # Depth below the underside in which a crack through it is searched for
+LEAST_ACROSS_PX = 10  # Least number of pixels over the crack's width: fewer would divide a thin mouth
+ROUND_MM = 15.0  # Width of the margin around the crack, with space for the overlay's legend
 FACE_GREY = 205.0  # Grey of the face
 MOUTH_GREY = 40.0  # Grey of the crack's mouth
-MOST_POINTS, FARTHEST_MM = 20_000, 1e6  # Limits of a path file
-MOST_BESIDE = 0.05  # Largest share of a given line, between entry and exit, that may be beside the crack
-WHOLE = 0.9  # Least share of the mouth that a line along the whole crack covers: oblique ends take some
-SPACING_MM = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
-# Of the sections along the crack, and of the picture.
-STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints
-MOST_STATIONS = 400  # Most sections: more would take minutes on a long crack
-FROM_END = 0.01  # Distance of the first and last cut of the floor from the crack's ends, in spacings of sections
-LEVELS = 48  # Layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is placed within 0.2 mm
-CELLS_ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
-ACROSS_PX = 40  # Pixels over a crack's width: a given path enters the mouth within a fortieth of it
-LARGEST_PX = 12_000_000  # Largest picture, that of a phone
-MOST_LINES = 4000  # Most lines from wall to wall
+MOST_POINTS, FARTHEST_MM = 20_000, 1e6  # Largest number of points of a path file, and its largest coordinate
+MOST_BESIDE = 0.05  # Largest share of a path, between entry and exit, that may be beside the crack
+WHOLE = 0.9  # A path along the whole crack covers at least this share of the mouth; oblique ends take the rest
+SPACING_MM = 0.25  # Spacing of points on a path from a file, as for a centreline at 0.1 mm/px
+# Constants of the sections along the crack, and of the picture.
+STATION_MM = 1.0  # Spacing of sections, equal to that of the nozzle's waypoints
+MOST_STATIONS = 400  # Largest number of sections: more would take minutes on a long crack
+FROM_END = 0.01  # Distance of the floor's first and last cut from the crack's ends, over the spacing of sections
+# Number of layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is right to 0.2 mm
+LEVELS = 48
+CELLS_ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and largest number of cells
+ACROSS_PX = 40  # Pixels over a crack's width: a path enters the mouth within a fortieth of the width
+LARGEST_PX = 12_000_000  # Largest number of pixels of the picture, that of a phone's photo
+MOST_LINES = 4000  # Largest number of lines from wall to wall
 SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
-PART_WIDTHS = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
+PART_WIDTHS = 0.12  # A cell this many widths from every line from wall to wall belongs to another part of the crack
 
 
-AS_READ = "It is read as x and y in mm, in the mesh's own axes turned upright."
+AS_READ = "The file is read as x and y in mm, in the mesh's own axes after the face was turned upward."
 
 
 @dataclass(frozen=True)
 class Cavity:
     """The space that sealant can fill."""
 
-    body: Manifold  # Cavity from the face down, and up to the block's sides if the crack is open
-    mouth: CrossSection  # Section of the cavity ``below_mm`` under the face
+    body: Manifold  # From the face down, and up to the block's sides if the crack is open there
+    mouth: CrossSection  # Section of the cavity at ``below_mm`` under the face
     below_mm: float
     warnings: Facts
 
@@ -79,9 +80,10 @@ class Cavity:
 
 
 def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cavity:
-    """Return the cavity below the opening with most points of the path, or below the largest opening without a path.
+    """Return the cavity below the opening that contains most points of the path.
 
-    Openings are searched for ``below_mm`` under the face.
+    Without a path, the largest opening is used. Openings are searched for ``below_mm`` under the face. Raises
+    ShapeError if there is no cavity, if two openings may be the crack, or if the crack passes through the underside.
     """
     face = box_region(block.face_mm)
     openings = (face - block.body.slice(-below_mm)).decompose()
@@ -95,7 +97,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     if below.bounding_box()[2] < bottom_mm:
         raise ShapeError(
             "The crack passes through the underside of the mesh, so sealant would run out.",
-            "Close the crack below, or check mesh.up, the axis that points out of the cracked face.",
+            "Close the crack at the underside, or check mesh.up, the axis that points out of the cracked face.",
             "through",
         )
     # Walls that open upward reach beyond the mouth, up to 63 degrees from upright; flatter ones are a face.
@@ -124,26 +126,26 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
     pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= PIT_MM2]
     largest_mm2 = max(pits, default=0.0)
     text = (
-        f"{len(pits)} other openings of up to {largest_mm2:.1f} mm² in the face are not part of the crack: sealant may "
-        "run into them."
+        f"{len(pits)} other openings of up to {largest_mm2:.1f} mm² in the face are not part of the crack, and "
+        "sealant may run into them."
     )
     return openings[chosen], (doubt("mesh.other-openings", text, largest_mm2, "mm²"),) if pits else ()
 
 
 def _inside(region: CrossSection, points_mm: Floats) -> Booleans:
-    """Return True for each point inside a region: inside an odd number of its rings, (n,)."""
+    """Return True for each point that is inside a region, (n,). Such points are inside an odd number of its rings."""
     return np.logical_xor.reduce([points_in_poly(points_mm, ring) for ring in region.to_polygons()])
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
-    """Draw the mouth of a modelled crack. Raises ShapeError if it is too narrow for its length."""
+    """Draw the mouth of a modelled crack as a photo. Raises ShapeError if the crack is too narrow for its length."""
     width_mm, source = strip_width_mm(cavity.mouth), f"mesh in {units}: {file.name}"
     photo = top_view(cavity.mouth, width_mm, block.face_mm, file, source, cavity.warnings)
     if width_mm < LEAST_ACROSS_PX * photo.mm_per_px:
         x, y = np.ptp(np.reshape(cavity.mouth.bounds(), (2, 2)), axis=0)
         raise ShapeError(
             f"The crack is {width_mm:.3f} mm wide and extends over {x:.0f} x {y:.0f} mm: it is too narrow to be "
-            "followed.",
+            "followed over this length.",
             "Crop the mesh to a shorter piece.",
             "narrow",
         )
@@ -158,7 +160,7 @@ def top_view(
     source: str,
     warnings: Facts = (),
 ) -> Photo:
-    """Draw a crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers."""
+    """Draw a crack's mouth dark on a bright face. A pixel is darker the more of it the mouth covers."""
     low, high = np.reshape(mouth.bounds(), (2, 2)) + np.array([[-ROUND_MM], [ROUND_MM]])
     view, mm_per_px, crack = seen_from_above(mouth, width_mm, low, high)
     grey = FACE_GREY + crack * (MOUTH_GREY - FACE_GREY)
@@ -181,24 +183,27 @@ def read_path(path: Path) -> Floats:
     columns = read_columns(path, bounds, ("x_mm", "y_mm"), (2, MOST_POINTS))
     points_mm = np.column_stack([columns["x_mm"], columns["y_mm"]])
     if not np.ptp(points_mm, axis=0).any():
-        raise InputError(f"{path}: 1 different point; a path needs two or more.")
+        raise InputError(f"{path}: all points are the same. A path needs at least two different points.")
     return points_mm
 
 
 def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
-    """Return the line between its first and last place in the crack's mouth, evenly spaced."""
+    """Return the part of a line between its first and last point in the crack's mouth, evenly spaced.
+
+    Raises ShapeError if too much of it is outside the mouth.
+    """
     even_mm = resampled(line_mm, SPACING_MM)
     inside = _inside(mouth, even_mm)
     first, last = np.flatnonzero(inside)[[0, -1]] if inside.any() else (0, 0)
     beside = 1 - inside[first : last + 1].mean()
     if first == last or beside > MOST_BESIDE:
-        wrong = f"The given path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%})."
+        wrong = f"The path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%} is allowed)."
         raise ShapeError(wrong, AS_READ, "path")
     return even_mm[first : last + 1]
 
 
 def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
-    """Return the outline with the given line as its centreline."""
+    """Return the outline with ``line_mm`` as its centreline."""
     middle_s_mm = np.maximum.accumulate(arc_length_at(line_mm, outline.centreline_mm).clip(0, outline.length_mm))
     left_mm, right_mm = _walls_at(outline, middle_s_mm)
     outline = replace(
@@ -209,9 +214,9 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
     followed = outline.mean_width_mm * outline.length_mm / ((photo.brightness < 0.5).sum() * photo.mm_per_px**2)
     if followed < WHOLE:
         text = (
-            f"the given path, {outline.length_mm:.1f} mm long, follows {100 * followed:.0f} % of the crack's mouth: "
-            'volume_ml = "cavity" would put the sealant for the whole crack on this part. Set volume_ml to a number, '
-            "or give a path along the whole crack"
+            f"the path from the file is {outline.length_mm:.1f} mm long and follows only {100 * followed:.0f} % of "
+            'the crack\'s mouth. volume_ml = "cavity" would put the sealant for the whole crack on this part. Set '
+            "volume_ml to a number, or give a path along the whole crack"
         )
         outline = replace(outline, warnings=(*outline.warnings, doubt("mesh.path-short", text, followed)))
     return outline
@@ -251,7 +256,10 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
 
 
 def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: tuple[int, int]) -> Floats:
-    """Return the share of each cell that a region covers, (rows, columns). ``to_cells`` maps to (column, row)."""
+    """Return the share of each cell that a region covers, (rows, columns).
+
+    ``to_cells`` maps points in mm to (column, row), and ``shape`` is (columns, rows).
+    """
     share = np.zeros(shape[::-1])
     for ring in map(np.asarray, region.to_polygons()):
         # Islands run clockwise.
@@ -260,7 +268,7 @@ def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: t
 
 
 def strip_width_mm(region: CrossSection) -> float:
-    """Return the width of a long strip: twice its area over its rim."""
+    """Return the width of a region as if it were a long strip: twice its area, divided by the length of its rim."""
     rings = (np.asarray(ring, dtype=float) for ring in region.to_polygons())
     return 2 * region.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
 
@@ -274,9 +282,9 @@ def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Flo
 
 
 def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, Booleans]:
-    """Return the arc length of each cell, (n,), and True for cells of the main crack.
+    """Return the arc length of each cell, (n,), and a mask that is True for cells of the main crack.
 
-    A cell beside the mouth, below an undercut wall, belongs to the nearest cell in the mouth.
+    A cell outside the mouth, below an undercut wall, gets the values of the nearest cell in the mouth.
     """
     fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
     left_mm, right_mm = _walls_at(outline, fine_mm)
@@ -313,7 +321,10 @@ def _depths_mm(cavity: Manifold, outline: Outline, s_mm: Floats) -> Floats:
 
 
 def _depth_mm(cavity: Manifold, left_mm: Floats, right_mm: Floats) -> float:
-    """Return the depth of the cavity below a line from wall to wall, without other parts of the crack in its plane."""
+    """Return the depth of the cavity below a line from wall to wall.
+
+    Other parts of the crack in the same plane are ignored.
+    """
     x, y = left_mm - right_mm
     moved = cavity.translate((*-right_mm, 0.0)).rotate((0.0, 0.0, -np.degrees(np.arctan2(y, x))))
     # A tip that the plane only touches leaves a piece without bounds.

@@ -1,4 +1,4 @@
-"""Import of a modelled or scanned sample, with the same records as from a photo."""
+"""Import a modelled or scanned sample. The result has the same records as a sample from a photo."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,7 +33,7 @@ from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
 
 MM: dict[MeshUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-# Rotations about x and then y that turn the axis out of the face to z
+# Rotations about x and then y that turn the axis out of the face to z.
 UPRIGHT_DEG = {
     "z": (0, 0),
     "-z": (180, 0),
@@ -42,26 +42,26 @@ UPRIGHT_DEG = {
     "x": (-90, -90),
     "-x": (0, 90),
 }
-LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
-LEAST_TURN_DEG = 0.005  # Least turn of a block that a note names
-MOST_STEP_MM = 0.01  # Largest step of a file's numbers: a tenth of a fine photo's pixel
+LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit must be wrong
+LEAST_TURN_DEG = 0.005  # A note mentions a rotation of the block from this angle on
+MOST_STEP_MM = 0.01  # Largest step between the numbers of a file: a tenth of a fine photo's pixel
 
 
 @dataclass(frozen=True)
 class ImportedSample:
-    """The outline, solid and top view of a mesh."""
+    """Outline, solid and top view of a sample from a mesh."""
 
     outline: Outline
     solid: Solid
     photo: Photo  # Top view of the mesh
-    notes: Facts  # On how the mesh was placed and cut
+    notes: Facts  # Notes on how the mesh was placed and cut
 
 
 def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     """Read and level the mesh, find the crack in its face, and trace it in a top view.
 
-    Coordinates are mm. z = 0 is the face, and the origin is its lower left corner. Raises InputError if the file cannot
-    be read, is not a solid block, or does not show exactly one crack.
+    Coordinates are in mm. z = 0 is the face, and the origin is the face's lower left corner. Raises InputError if the
+    file cannot be read, is not a solid block, or does not show exactly one crack.
     """
     path = folder / settings.file
     try:
@@ -74,8 +74,8 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
     mesh = read_mesh(path)
     if mesh.unit_mm not in (None, MM[settings.units]):
         stated = next((unit for unit in MM if MM[unit] == mesh.unit_mm), f"{mesh.unit_mm:g} mm")
-        wrong = f"Its unit is {stated}, but units is {settings.units}."
-        raise ShapeError(wrong, "Set units to it, or save the mesh in mm.", "size")
+        wrong = f"Its unit is {stated}, but units = {settings.units}."
+        raise ShapeError(wrong, "Set units to the file's unit, or save the mesh in mm.", "size")
     triangles = len(mesh.faces)
     vertices_mm, faces, repairs = one_surface(upright_mm(mesh, settings), mesh.faces)
     # Each step takes hundreds of megabytes for two million triangles.
@@ -107,7 +107,7 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
 
 
 def upright(settings: MeshInput) -> Floats:
-    """Return the transform (4, 4) from the file's numbers to mm with the face's normal upward."""
+    """Return the transform, (4, 4), from the file's numbers to mm with the face upward."""
     placed = np.eye(4)
     turn = Rotation.from_euler("xy", UPRIGHT_DEG[settings.up], degrees=True).as_matrix()
     placed[:3, :3] = MM[settings.units] * np.rint(turn)
@@ -115,7 +115,7 @@ def upright(settings: MeshInput) -> Floats:
 
 
 def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
-    """Return the vertices (v, 3) in mm. Raises ShapeError if their extent or their steps are implausible."""
+    """Return the vertices in mm, (v, 3). Raises ShapeError if their extent or their rounding is implausible."""
     mm, single = MM[settings.units], read.vertices.astype(np.float32)
     places_mm = trimesh.transform_points(read.vertices, upright(settings))
     size_mm = np.ptp(places_mm, axis=0)
@@ -124,8 +124,8 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
         x, y, z = size_mm
         raise ShapeError(
             f"Bounding box {x:.4g} x {y:.4g} x {z:.4g} mm, with units = {settings.units}, is implausible for a sample "
-            f"(expected {LEAST_MM:g} to {MOST_MM:g}).",
-            f"The file is probably in {' or '.join(fitting)}: set units."
+            f"(the longest side should be {LEAST_MM:g} to {MOST_MM:g} mm).",
+            f"The unit of the file is probably {' or '.join(fitting)}: set units."
             if fitting
             else "Crop the mesh to the sample.",
             "size",
@@ -147,7 +147,7 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> Facts:
         f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees"
     )
     block_text = (
-        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; it was {turned}moved by ({x:.2f}, {y:.2f}, "
+        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm. It was {turned}moved by ({x:.2f}, {y:.2f}, "
         f"{z:.2f}) mm"
     )
     notes = [Fact("mesh.face", plane_text, plane.roughness_mm, "mm"), Fact("mesh.moved", block_text)]
@@ -155,8 +155,8 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> Facts:
     height_mm = top_mm - bottom_mm
     if height_mm > min(block.size_mm):
         text = (
-            f"one side of the block, {max(block.size_mm):.0f} x {height_mm:.0f} mm, is larger than its face: if the "
-            "crack opens there, check mesh.up, the axis that points out of the cracked face"
+            f"one side of the block, {max(block.size_mm):.0f} x {height_mm:.0f} mm, is larger than its face. If the "
+            "crack opens on that side, check mesh.up, the axis that points out of the cracked face"
         )
         notes.append(doubt("mesh.larger-side", text, height_mm, "mm"))
     if block.trimmed_mm > 0:
@@ -171,7 +171,10 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> Facts:
 def _solid(
     block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin, repairs: Facts
 ) -> Solid:
-    """Return the block with a dam where the crack opens through a side; dams end ``dam_height_mm`` above the face."""
+    """Return the solid: the block, with a dam wherever the crack opens through a side.
+
+    Dams end ``dam_height_mm`` above the face. Raises ShapeError if the solid is not closed or crosses itself.
+    """
     plates, body = _plates(block, cavity), block.body
     bottom_mm = float(body.bounding_box()[2])
     for plate in plates:
@@ -179,7 +182,7 @@ def _solid(
     vertices_mm, faces = tidy(body)
     faults, figures = examine_mesh(vertices_mm, faces)
     if figures is None or figures.self_intersections:
-        raise ShapeError(f"{faults[-1]} Places are in mm from the face's lower left corner.", MEND, "closed")
+        raise ShapeError(f"{faults[-1]} Positions are in mm from the face's lower left corner.", MEND, "closed")
     return Solid(
         vertices_mm=vertices_mm,
         faces=faces,
@@ -202,10 +205,10 @@ def _solid(
 
 
 def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm: float) -> Integers:
-    """Return a ``FaceLabel`` for each face of the mesh, (f,), by the planes of the block's sides and of its face.
+    """Return a ``FaceLabel`` for each face of the mesh, (f,), from the planes of the block's sides and its face.
 
-    The remaining faces form patches. The lowest patch is the underside, and patches within ``below_mm`` of the block's
-    face are its grain.
+    The other faces form connected patches. The lowest patch is the underside, and patches within ``below_mm`` of the
+    block's face belong to the face's grain.
     """
     corners = vertices_mm[faces]
     normal = normals(corners)

@@ -1,12 +1,12 @@
 """Find the line along a crack's mouth, half way between its walls, from the mouth's polygon.
 
-The two ends of the crack part the mouth's rim into two walls. The centreline passes half way between places on both
+The two ends of the crack divide the mouth's rim into two walls. The centreline is half way between points of the two
 walls that face each other (``facing``). In a slot of constant width it is the line along which the slot was drawn, also
-in bends with mitred corners: round an inner corner the pairs turn, and the middle advances at half the pace of the
-outer wall. The same happens before an oblique end.
+in bends with mitred corners. Around an inner corner the point on the inner wall stays, and the middle advances at half
+the pace of the outer wall. The same happens before an oblique end.
 
-The rim is a ring of corners, counter-clockwise. A place on it is a number: the index of an edge's first corner, plus
-the share of the edge up to the place.
+The rim is a counter-clockwise ring of corners. A position on it is a number: the index of an edge's first corner, plus
+the share of the edge up to the position.
 """
 
 from collections.abc import Sequence
@@ -42,52 +42,55 @@ from sealtwin.core.solid_figures import EndKind
 
 # Limits of the line along a mouth. Lengths without a unit are in widths of the crack.
 #
-# Steps and smoothing set how closely the line follows the walls. The other values decide what is an end or a side arm,
-# and which mouths are refused.
-MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
-RING_SHARE = 0.5  # Least share of the crack in the area inside its outer rim; below, it is a ring
-SMOOTH = 0.0025  # Tolerance of the simplified rim: scans have corners without number
-COVERED = 0.01  # Least share of a pixel in the crack, so that no neck parts it
-STEPS_ACROSS, MOST_STEPS = 20, 2000  # Steps along a wall in the length of one width, and most in all
-STATIONS = 16  # Stations of the outline in the length of one width
-SMOOTHING, RETURNS = 0.25, 4  # Sigma of the centreline, and corrections: bends over 1.5 widths stay
-OPENS_OVER, OPENS = 0.25, 0.15  # Distance, and growth of fitting circles over it, beyond which a path is in a corner
-END_WIDTHS = 2.0  # Widths ahead of a given path within which the crack ends; with more crack ahead it is cut there
-ON_SIDE_MM = 1e-3  # Distance from the edge of the face within which the rim is an opening
-ARM_GAP = 0.1  # Gap between a side arm and circles in the main crack
-DEEP, DEEP_AT_BEND = 0.75, 2.0  # Depth of a side arm over the width of its mouth; outer corners are shallower
-UNSWEPT = 0.1  # Largest share of the area between both walls that is passed twice or not at all
+# Steps and smoothing decide how closely the line follows the walls. The other values decide what is an end or a side
+# arm, and which mouths are refused.
+MIN_SLENDERNESS = 3.0  # Least ratio of length to width; a shorter mouth has no direction to follow
+RING_SHARE = 0.5  # A crack that fills less of the area inside its outer rim than this share is a ring
+SMOOTH = 0.0025  # Tolerance of the simplified rim: scans have very many corners
+COVERED = 0.01  # A pixel belongs to the crack from this covered share on, so that no neck divides the crack
+STEPS_ACROSS, MOST_STEPS = 20, 2000  # Steps along a wall per width, and largest number of steps
+STATIONS = 16  # Stations of the outline per width
+# Sigma of the centreline's smoothing, and number of corrections, which keep bends over 1.5 widths
+SMOOTHING, RETURNS = 0.25, 4
+# Distance over which the growth of fitting circles is measured, and largest growth per distance outside a corner
+OPENS_OVER, OPENS = 0.25, 0.15
+END_WIDTHS = 2.0  # A crack that ends within this many widths beyond a path from a file ends there; a longer one is cut
+ON_SIDE_MM = 1e-3  # The rim is an opening within this distance of the face's edge
+ARM_GAP = 0.1  # Gap between a side arm and the circles in the main crack
+# Least depth of a side arm, over the width of its mouth; at a bend, outer corners are shallower than the second
+DEEP, DEEP_AT_BEND = 0.75, 2.0
+UNSWEPT = 0.1  # Largest share of the area between the walls that may be passed twice or not at all
 
 
 @dataclass(frozen=True)
 class MouthLine:
-    """Centreline and both walls at stations along the crack, (n, 2) each."""
+    """Centreline and walls of a mouth at stations along the crack, (n, 2) each."""
 
     centreline_mm: Floats
     left_mm: Floats
     right_mm: Floats
     ends: tuple[EndKind, EndKind]
-    side_lines_mm: tuple[Floats, ...]  # From the centreline to the tip of each side arm
+    side_lines_mm: tuple[Floats, ...]  # Line from the centreline to the tip of each side arm
     warnings: Facts
 
 
 @dataclass(frozen=True)
 class _End:
-    """Places where the rim, followed counter-clockwise, enters and leaves an end of the crack."""
+    """An end of the crack: positions at which the rim, followed counter-clockwise, enters and leaves it."""
 
     kind: EndKind
     arrives: float
     leaves: float
-    tip: tuple[float, ...] = ()  # Place of the middle of a closed end's front
+    tip: tuple[float, ...] = ()  # Position of the middle of a closed end's front
 
 
 def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None = None) -> MouthLine:
-    """Return the line along the longest way through the mouth, or on the way between two places, (2, 2).
+    """Return the line along the longest way through the mouth, or along the way between two points, (2, 2).
 
-    An open end is on the edge of the face, half way between the walls; a closed one is where the middle between the
-    walls, continued straight, meets the crack's front. A crack that continues past the given places is cut there,
-    square to the line. Islands count as crack, side arms do not. Raises ShapeError if the mouth is a ring or too short,
-    or if its walls do not face each other along one line.
+    An open end is on the edge of the face, half way between the walls. A closed end is where the straight continuation
+    of the middle meets the crack's front. A crack that continues past the points ``between_mm`` is cut there, square to
+    the line. Islands count as crack, and side arms do not. Raises ShapeError if the mouth is a ring or too short, or if
+    its walls do not face each other along one line.
     """
     rings_mm = [np.asarray(ring, dtype=float) for ring in mouth.to_polygons()]
     outer = CrossSection([max(rings_mm, key=signed_area)])
@@ -95,7 +98,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
         x, y = min(rings_mm, key=signed_area).mean(axis=0)
         raise ShapeError(
             f"The crack is a ring around ({x:.1f}, {y:.1f}) mm, so it has no two ends.",
-            "Close it at one place.",
+            "Close it at one point.",
             "walls",
         )
     path_mm, width_mm = _rough_path(outer, between_mm)
@@ -108,7 +111,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
         x, y = np.ptp(ring_mm, axis=0)
         raise ShapeError(
             f"The opening in the face, {x:.1f} x {y:.1f} mm, is not a crack: its middle line is {length_mm:.1f} mm "
-            f"long, and it is {width_mm:.1f} mm wide; a crack is at least {MIN_SLENDERNESS:g} times as long as wide."
+            f"long, and it is {width_mm:.1f} mm wide. A crack is at least {MIN_SLENDERNESS:g} times as long as wide."
         )
     ring_mm, arms = _without_arms(ring_mm, path_mm, width_mm)
     first, last = (
@@ -124,7 +127,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
 
 
 def outline_of(line: MouthLine, mouth: CrossSection, photo: Photo, source: PathSource) -> Outline:
-    """Return the outline of the crack along a line through its mouth; its ring is the rim of the mouth."""
+    """Return the outline of the crack along a line through its mouth. The outline's ring is the rim of the mouth."""
     ring_mm, *islands_mm = sorted(map(np.asarray, mouth.to_polygons()), key=signed_area, reverse=True)
     return Outline(
         **photo.in_both_units(
@@ -141,23 +144,25 @@ def outline_of(line: MouthLine, mouth: CrossSection, photo: Photo, source: PathS
 
 
 def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Floats, ...], Facts]:
-    """Return lines to the tips of side arms, which the solid includes and the path does not pass; and a warning."""
+    """Return a line to the tip of each side arm, and a warning if there are any.
+
+    The solid includes side arms, but the nozzle path does not follow them.
+    """
     if not arms_mm:
         return (), ()
     away_mm, feet = map(np.asarray, KDTree(centre_mm).query([lips_mm for lips_mm, _ in arms_mm]))
     reach_mm = away_mm + np.linalg.norm(np.diff(arms_mm, axis=1)[:, 0], axis=1)
     warning = (
-        f"side arms ({len(feet)}) of up to {reach_mm.max():.0f} mm are not on the path, the longest at s = "
-        f"{arc_length(centre_mm)[feet[reach_mm.argmax()]]:.0f} mm; the cavity includes such arms, and the sealant for "
-        "them is given along the path. Set path.volume_ml to give another volume, or give mesh.path to follow another "
-        "arm"
+        f"the path does not follow the side arms ({len(feet)}, up to {reach_mm.max():.0f} mm long; the longest at s = "
+        f"{arc_length(centre_mm)[feet[reach_mm.argmax()]]:.0f} mm). The cavity includes them, and their sealant is "
+        "given along the path. Set path.volume_ml to give another volume, or give mesh.path to follow another arm"
     )
     lines_mm = tuple(np.vstack([centre_mm[foot], arm_mm]) for foot, arm_mm in zip(feet, arms_mm, strict=True))
     return lines_mm, (doubt("mesh.side-arms", warning, float(reach_mm.max()), "mm"),)
 
 
 def _require_swept(lines_mm: Floats) -> None:
-    """Raise ShapeError if the lines from wall to wall, on their way along the crack, omit or repeat part of it."""
+    """Raise ShapeError if the lines from wall to wall, from end to end, omit or repeat part of the crack."""
     centre_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
     between_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
     ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
@@ -191,10 +196,10 @@ def _rough_path(outer: CrossSection, between_mm: Floats | None) -> tuple[Floats,
 
 
 def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Floats, list[Floats]]:
-    """Return the rim in fine steps, straight across the mouths of side arms; and middle of mouth and tip of each arm.
+    """Return the rim in fine steps without side arms. Also return the middle of mouth and the tip of each arm, (2, 2).
 
-    Circles along the path, each as large as fits into the mouth, cover the main crack. Stretches of the rim outside
-    them that are deeper than wide surround an arm.
+    The rim goes straight across an arm's mouth. Circles along the path, as large as the mouth allows, cover the main
+    crack. A stretch of the rim outside them surrounds an arm if it is deeper than wide.
     """
     around_mm = np.vstack([ring_mm, ring_mm[:1]])
     s_mm = arc_length(around_mm)
@@ -250,14 +255,14 @@ def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box,
 
 
 def _corner(ring_mm: Floats, begin: float, end: float) -> float:
-    """Return the place on the ring, between two others, that is farthest from the straight line between them."""
+    """Return the position on the ring, between two others, that is farthest from the straight line between them."""
     points_mm = _stretch(ring_mm, begin, end) - _ring_points(ring_mm, [begin])
     corner = int(np.abs(cross(points_mm, points_mm[-1])).argmax())
     return (int(begin) + corner) % len(ring_mm) if corner else begin
 
 
 def _exit(ring_mm: Floats, place_mm: Floats, ahead: Floats) -> tuple[float, float]:
-    """Return the distance at which a ray from inside the ring meets it first, and the place on the ring."""
+    """Return the distance at which a ray from inside the ring first meets it, and that position on the ring."""
     step, gap = np.roll(ring_mm, -1, axis=0) - ring_mm, ring_mm - place_mm
     turn = cross(ahead, step)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -268,13 +273,16 @@ def _exit(ring_mm: Floats, place_mm: Floats, ahead: Floats) -> tuple[float, floa
 
 
 def _ring_points(ring_mm: Floats, places: Sequence[float] | Floats) -> Floats:
-    """Return places on the ring in mm. A number beyond its last corner continues on the next round."""
+    """Return positions on the ring as points in mm, (n, 2).
+
+    A number beyond the last corner continues on the next round.
+    """
     twice_mm = np.vstack([ring_mm, ring_mm, ring_mm[:1]])
     return at_arc_length(twice_mm, np.arange(len(twice_mm), dtype=float), np.asarray(places, dtype=float))
 
 
 def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:
-    """Return the stretch of the ring from one place on it, counter-clockwise, to another."""
+    """Return the stretch of the ring, counter-clockwise, from one position on it to another."""
     end += len(ring_mm) * (end <= begin)
     return _ring_points(ring_mm, np.concatenate([[begin], np.arange(np.floor(begin) + 1, np.ceil(end)), [end]]))
 
@@ -300,10 +308,10 @@ def _even(lines_mm: Floats, width_mm: float) -> Floats:
 
 
 def facing(left_mm: Floats, right_mm: Floats) -> Integers:
-    """Pair the points of two walls in order, (k, 2). The first pair is both first points, the last both last points.
+    """Pair the points of two walls in order, (k, 2). The first pair is the first points, the last pair the last points.
 
-    A pairing is a way through the plane of both arc lengths, in which the walls have even steps. The way minimises the
-    integral of the squared distance between the walls along it.
+    Walls have points at even steps. A pairing is a path through the plane of the two arc lengths. The chosen path
+    minimises the integral of the squared distance between the walls.
     """
     across_mm2 = cdist(left_mm, right_mm, "sqeuclidean")
     way, _ = route_through_array(across_mm2, (0, 0), (len(left_mm) - 1, len(right_mm) - 1))

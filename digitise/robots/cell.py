@@ -1,6 +1,6 @@
-"""Cell file of a robot, in TOML: its limits, its languages, the sample's frame by taught points, and its weighed pump.
+"""Read a robot's cell file, in TOML: limits, languages, the sample's frame from taught points, and a weighed pump.
 
-A weighed pump gives the request at which it gives a path's flow.
+From the weighings of a pump follows the request at which it delivers the flow of a path.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
 LANGUAGES = {language.name: language for language in (TXT, CSV, SPEL, GCODE, URSCRIPT)}
-"""Every language. Cell files, --format, plans and reports read this table."""
+"""All languages by name. Cell files, --format, plans and reports read this table."""
 if TYPE_CHECKING:
     Format = str
     AnyFormat = str
@@ -35,8 +35,9 @@ else:
         **{name: (language.settings | None, None) for name, language in LANGUAGES.items() if language.settings},
     )
 Table = TypeVar("Table", bound=LanguageSettings)
-THINNEST_MM = 5.0  # Least RMS spread of taught points off their line: below it, an error of 0.2 mm tips the face by 2°
-# Of the weighings of a pump.
+# Least RMS distance of taught points from their line: below it, an error of 0.2 mm tilts the face by 2°
+THINNEST_MM = 5.0
+# Limits of the weighings of a pump.
 BOUNDS = {
     "asked_mm3_s": (1e-3, 1e6),
     "weighed_g": (1e-4, 1e5),
@@ -45,28 +46,28 @@ BOUNDS = {
 }
 NEEDED = ("asked_mm3_s", "weighed_g", "time_s")
 ROWS = (4, 500)
-MISTYPED = 5.0  # Ratio of given to requested flow, or its inverse, that means a wrong unit
-DOUBTFUL = 0.1  # Relative half-width of a flow's interval that gives a warning, as for all that is measured
-ROUNDING = 1e-9  # Relative scatter of equal weighings
-TOLERANCE = 1e-6  # Relative difference of two numbers that are meant as equal
+MISTYPED = 5.0  # A delivered flow this many times the requested flow, or the inverse, means a wrong unit
+DOUBTFUL = 0.1  # Relative half-width of a flow's interval above which there is a warning, as for all measured values
+ROUNDING = 1e-9  # Largest relative scatter of weighings that are equal
+TOLERANCE = 1e-6  # Largest relative difference of two numbers that count as equal
 NO_SCATTER = (
-    "weighings of one flow agree to the last digit and show no scatter, so the uncertainty of the path's flow is "
-    "unknown: weigh for longer or on a finer scale"
+    "weighings of the same flow agree to the last digit and show no scatter, so the uncertainty of the path's flow "
+    "is unknown. Weigh for longer or on a finer scale"
 )
 SCATTERS = (
-    "weighings of one flow scatter by {:.0%} (standard deviation), so that the path's flow is known to {:.0%} (95 %): "
-    "weigh more often or for longer"
+    "weighings of the same flow scatter by {:.0%} (standard deviation), so the path's flow is known only to {:.0%} "
+    "(95 %). Weigh more often or for longer"
 )
 
 
 class Taught(Settings):
-    """One point on the face, in the sample's frame and in the robot's."""
+    """A point on the face, in the sample's frame and in the robot's frame."""
 
     sample_mm: tuple[OnFace, OnFace]
-    """x and y as in outline.json: x right and y up in the photo. If face_mm is given, the face's lower left corner is
-    [0, 0]."""
+    """x and y as in outline.json: x to the right and y up in the photo. If face_mm is given, the face's lower left
+    corner is [0, 0]."""
     robot_mm: tuple[InCell, InCell, InCell]
-    """Coordinates that the pendant shows if the nozzle's tip is on that point."""
+    """Coordinates that the pendant shows while the nozzle's tip is on that point."""
 
 
 class Reach(Settings):
@@ -87,21 +88,21 @@ class Motion(Settings):
     """Acceleration of the tip in programs, and the limit for ramps and bends of the path."""
     approach_speed_mm_s: float = Field(default=20.0, gt=0.1, le=250)
     """Speed to the path and away from it. At 20 mm/s the nozzle needs 2.5 s for 50 mm, long enough to press the stop.
-    250 is the limit of manual operation in ISO 10218-1."""
+    The maximum of 250 is the limit of manual operation in ISO 10218-1."""
     safe_height_mm: float = Field(default=50.0, gt=1, le=1000)
-    """Height of the tip above the face before and after the path. The default is five times that of the dams at open
-    ends."""
+    """Height of the tip above the face before and after the path. The default is five times the height of the dams at
+    open ends."""
     largest_tilt_deg: float = Field(default=5.0, gt=0, le=30)
     """Largest angle between the nozzle and the face's normal. At 5 degrees, from 3 mm above the face, the jet meets the
     face 0.26 mm off the path."""
 
 
 class Plunger(Settings):
-    """Syringe whose plunger the robot itself drives, by one of its axes or as an extruder."""
+    """A syringe whose plunger the robot drives, by one of its axes or as an extruder."""
 
     diameter_mm: float = Field(gt=0.5, le=300)
-    """Inner diameter of the syringe. If the plunger is geared, the diameter of a syringe that gives as much for each
-    millimetre of the axis: weigh the sealant of 10 mm to find it."""
+    """Inner diameter of the syringe. For a geared plunger, the diameter of a syringe that gives as much sealant for
+    each millimetre of the axis. To find it, weigh the sealant given over 10 mm."""
     travel_mm: float = Field(gt=0.1, le=1000)
     """Remaining travel of the plunger. A path that needs more is refused."""
     largest_speed_mm_s: float = Field(gt=0.001, le=500)
@@ -114,64 +115,64 @@ class Plunger(Settings):
 
 
 class Pump(Settings):
-    """Weighings of a pump, and the sealant that was weighed."""
+    """Weighings of a pump, and the density of the weighed sealant."""
 
     file: Path
-    """CSV with the columns asked_mm3_s, weighed_g, time_s and, if it was timed, delay_s. Its path is absolute or
-    relative to the cell file. asked_mm3_s is the requested flow, weighed_g is the mass that a cup caught of steady flow
-    during time_s, and delay_s is the time from the request to the first sealant. Give two or more weighings of each of
-    two or more flows."""
+    """CSV with the columns asked_mm3_s, weighed_g, time_s and, if it was timed, delay_s. The path is absolute or
+    relative to the cell file. asked_mm3_s is the requested flow. weighed_g is the mass of sealant, in steady flow, that
+    a cup caught during time_s. delay_s is the time from the request to the first sealant. Give two or more weighings of
+    each of two or more flows."""
     density_kg_m3: float = Field(ge=100, le=2e4)
     """Density of the sealant."""
     density_error_kg_m3: float = Field(default=0.0, ge=0, le=2e4)
-    """Standard uncertainty of the density, common to all flows."""
+    """Standard uncertainty of the density, which affects all flows alike."""
 
 
 class RobotCell(LanguageTables):
-    """Content of a cell file."""
+    """Content of a robot's cell file: limits of the cell, taught points, pump, and a table for each language."""
 
     name: Annotated[str, Field(min_length=1, max_length=80)]
-    """Name of the cell, written at the head of its programs."""
+    """Name of the cell. It is written at the head of the cell's programs."""
     formats: tuple[Format, ...] = Field(min_length=1)
-    """Formats that are written unless --format names others."""
+    """Formats to write if --format names no others."""
     frame_limit_mm: float = Field(default=0.5, gt=0, le=10)
-    """Largest residual that a taught point may have. The default is a sixth of the width of the paper's 3.1 mm wide
-    crack, and more than the error of touching a mark by hand."""
+    """Largest residual that a taught point may have. The default is a sixth of the paper's crack, which is 3.1 mm wide,
+    and more than the error of touching a mark by hand."""
     taught: tuple[Taught, ...] = Field(min_length=3, max_length=100)
-    """Three or more points on the face, not all on one line. A fourth reveals errors that three cannot."""
+    """Three or more points on the face, not all on one line. A fourth point reveals errors that three cannot."""
     reach: Reach
     motion: Motion
     plunger: Plunger | None = None
     pump: Pump | None = None
-    """Weighings of the pump. With them, programs request the flow at which the pump gives what the path needs. Default:
-    the pump gives what is requested."""
+    """Weighings of the pump. With them, programs request the flow at which the pump delivers what the path needs.
+    Default: the pump delivers what is requested."""
 
     @property
     def languages(self) -> dict[str, LanguageSettings]:
-        """Tables of languages that the cell has, by the language's name."""
+        """Tables of the languages for which the cell has settings, by the language's name."""
         return {name: table for name in LANGUAGES if (table := getattr(self, name, None)) is not None}
 
     def table(self, kind: type[Table]) -> Table:
-        """Return the table of a language by its class. Raises ValueError if the cell has none."""
+        """Return the settings of a language by their class. Raises ValueError if the cell has none."""
         return present(
             next((table for table in self.languages.values() if isinstance(table, kind)), None), kind.__name__
         )
 
     @property
     def steady_settings(self) -> list[str]:
-        """Settings, as written in the file, that keep a program at one speed or one flow."""
+        """Settings, as written in the file, that allow only one speed or one flow in a program."""
         tables = {name: table for name, table in self.languages.items() if name in self.formats}
         return [f"{name}.{setting}" for name, table in tables.items() for setting in table.steady]
 
     @property
     def flow_limits_mm3_s(self) -> list[float]:
-        """Largest flows of the plunger, and of the languages that have one."""
+        """Largest flows that the plunger and the languages allow. Those without a limit are left out."""
         flows = [table.largest_flow_mm3_s for table in self.languages.values()]
         flows += [] if self.plunger is None else [self.plunger.area_mm2 * self.plunger.largest_speed_mm_s]
         return [flow for flow in flows if flow is not None]
 
     def missing_for(self, kind: Format) -> str | None:
-        """Return the table that a format needs and the cell does not have; None if no table is missing."""
+        """Return the name of the table that a format needs and the cell lacks. None if no table is missing."""
         table = self.languages.get(kind)
         if table is None:
             return kind if LANGUAGES[kind].settings else None
@@ -181,28 +182,30 @@ class RobotCell(LanguageTables):
     def _tables_for_formats(self) -> Self:
         for kind in self.formats:
             if (table := self.missing_for(kind)) is not None:
-                raise ValueError(f'formats has "{kind}", but there is no [{table}] table: add it, or remove "{kind}"')
+                raise ValueError(
+                    f'formats has "{kind}", but there is no [{table}] table. Add that table, or remove "{kind}"'
+                )
         return self
 
 
 class ProgramOptions(Settings):
-    """Choice of the programs to write: options of 'sealtwin robot', keywords of ``write_robot_program``."""
+    """Choice of programs to write: options of 'sealtwin robot', and keywords of ``write_robot_program``."""
 
     formats: tuple[AnyFormat, ...] = ()
-    """Formats to write; all: each format that has a table in the cell. Default: the cell's formats."""
+    """Formats to write. "all" writes each format for which the cell has a table. Default: the cell's formats."""
     allow_automatic: bool = False
-    """Accept a crack that was found automatically; check it first."""
+    """Accept a crack that was found automatically. Check the crack before you set this."""
 
 
 @dataclass(frozen=True)
 class RobotFrame:
-    """Rigid transform from the sample's millimetres to the robot's, between right-handed frames."""
+    """Rigid transform from the sample's frame to the robot's, in mm. Both frames are right-handed."""
 
-    rotation: Floats  # (3, 3): its columns are the sample's axes in the robot's frame
-    origin_mm: Floats  # (3,): the sample's origin in the robot's frame
-    taught_mm: Floats  # (n, 2): the fitted points on the face
-    residual_mm: Floats  # (n,): distance of the robot's points from the fitted ones
-    scale: float  # Ratio of the robot's distances to the sample's: 1 without touch errors
+    rotation: Floats  # (3, 3). The columns are the sample's axes in the robot's frame
+    origin_mm: Floats  # (3,). The sample's origin in the robot's frame
+    taught_mm: Floats  # (n, 2). The taught points on the face, in the sample's frame
+    residual_mm: Floats  # (n,). Distance of each taught robot position from the fitted one
+    scale: float  # Distances of the robot's points, over those of the sample's; 1 without touch errors
 
     @property
     def normal(self) -> Floats:
@@ -210,19 +213,23 @@ class RobotFrame:
         return self.rotation[:, 2]
 
     def to_robot_mm(self, sample_mm: Floats) -> Floats:
-        """Map points (n, 3) of the sample's frame to the robot's."""
+        """Map points, (n, 3), from the sample's frame to the robot's."""
         return sample_mm @ self.rotation.T + self.origin_mm
 
     def error_growth(self, sample_mm: Floats) -> float:
-        """Return the factor by which a touch error grows at the worst point, (n, 2 or 3), sqrt(1 / n + x' S^-1 x)."""
+        """Return the factor by which a touch error grows at the worst point, sqrt(1 / n + x' S^-1 x).
+
+        ``sample_mm`` is (m, 2 or 3). n is the number of taught points, x the worst point's position from their mean,
+        and S the sum of x x' over the taught points.
+        """
         planes = [np.column_stack([np.ones(len(at_mm)), at_mm[:, :2]]) for at_mm in (self.taught_mm, sample_mm)]
         return float(np.linalg.norm(planes[1] @ np.linalg.pinv(planes[0]), axis=1).max())
 
 
 def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, where: str) -> RobotFrame:
-    """Fit rotation and shift of points on the face, (n, 2), to the same points as taught, (n, 3) (Kabsch 1976).
+    """Fit a rotation and a shift of points on the face, (n, 2), to the same points as taught, (n, 3) (Kabsch 1976).
 
-    Raises InputError, which names ``where``, if the points are in line, mirrored or of another scale, or do not fit
+    Raises InputError, with ``where`` first, if the points are on a line, mirrored or of another scale, or do not fit
     within ``limit_mm``.
     """
     taught = np.column_stack([sample_mm, np.zeros(len(sample_mm))])
@@ -231,9 +238,9 @@ def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, where: st
     thin_mm = np.linalg.svd(spread, compute_uv=False)[1] / np.sqrt(len(spread))
     if thin_mm < THINNEST_MM:
         raise InputError(
-            f"{where}: the taught points are within {thin_mm:.2g} mm of a line, so the face's tilt about it is "
-            f"unknown; they must deviate from the line by at least {THINNEST_MM:g} mm (RMS). Teach a point far from "
-            "the others, such as a corner of the face."
+            f"{where}: the taught points are within {thin_mm:.2g} mm (RMS) of a line, so the face's tilt about that "
+            f"line is unknown. They must deviate from the line by at least {THINNEST_MM:g} mm (RMS). Teach a point "
+            "far from the others, such as a corner of the face."
         )
     rotation = Rotation.align_vectors(robot_spread, spread)[0].as_matrix()
     scale = float(np.sum(robot_spread * (spread @ rotation.T)) / np.sum(spread**2))
@@ -243,34 +250,34 @@ def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, where: st
         worst = int(residual_mm.argmax())
         x, y = sample_mm[worst]
         raise InputError(
-            f"{where}: the taught points do not fit a sample that is only turned and shifted: point {worst + 1}, "
-            f"sample_mm = [{x:g}, {y:g}], is {residual_mm[worst]:.2f} mm off; {limit_mm:g} mm are allowed "
+            f"{where}: the taught points do not fit a sample that is only rotated and shifted: point {worst + 1}, "
+            f"sample_mm = [{x:g}, {y:g}], is {residual_mm[worst]:.2f} mm off, and at most {limit_mm:g} mm is allowed "
             f"(frame_limit_mm). The robot's points are {scale:.4g} times as far apart as the sample's; both are in "
-            "millimetres. Teach them again, or check their order, their numbers and the photo's scale."
+            "millimetres. Teach the points again, or check their order, their numbers and the photo's scale."
         )
     if rotation[2, 2] <= 0:
         raise InputError(
-            f"{where}: the taught points are mirrored: they put the sample's face downward. Perhaps two of them are "
-            "exchanged, or their y counts downward; y must count upward as in outline.json. For an arm that hangs, "
-            "teach them in a frame of the controller whose z points up."
+            f"{where}: the taught points are mirrored: they make the sample's face point downward. Perhaps two of "
+            "them are exchanged, or their y counts downward; y must count upward as in outline.json. For a hanging "
+            "arm, teach them in a frame of the controller whose z points up."
         )
     return RobotFrame(rotation, origin_mm, sample_mm, residual_mm, scale)
 
 
 @dataclass(frozen=True)
 class PumpTable:
-    """Flow that a pump gives as a function of the requested flow, interpolated linearly between weighings."""
+    """Flow that a pump delivers as a function of the requested flow, interpolated linearly between weighings."""
 
-    name: str  # Of the file, for refusals
-    asked_mm3_s: Floats  # (n,), increasing
-    given_mm3_s: Floats  # (n,), increasing
-    delay_s: Floats  # (n,): from the request to the first sealant
+    name: str  # Name of the file, for messages
+    asked_mm3_s: Floats  # (n,), increasing requested flows
+    given_mm3_s: Floats  # (n,), increasing delivered flows
+    delay_s: Floats  # (n,), time from the request to the first sealant
     error_95: float | None  # Relative half-width of a flow's 95 % interval; None if equal weighings show no scatter
     warnings: tuple[str, ...] = ()
 
     @property
     def range_mm3_s(self) -> tuple[float, float]:
-        """Smallest and largest flow that was weighed."""
+        """Smallest and largest weighed flow."""
         return float(self.given_mm3_s[0]), float(self.given_mm3_s[-1])
 
     def asked_for(self, wanted_mm3_s: Floats) -> Floats:
@@ -281,14 +288,14 @@ class PumpTable:
             wrong_mm3_s = wanted_mm3_s[~inside].max()
             raise InputError(
                 f"{self.name}: the path needs {wrong_mm3_s:.4g} mm³/s, but the pump is calibrated only from {low:.4g} "
-                f"to {high:.4g}. Calibrate it at that flow too, or digitise with another path.speed_mm_s or "
+                f"to {high:.4g} mm³/s. Calibrate it at that flow too, or digitise with another path.speed_mm_s or "
                 "path.volume_ml."
             )
         return np.interp(wanted_mm3_s, self.given_mm3_s, self.asked_mm3_s) * inside
 
 
 def read_pump(pump: Pump, folder: Path) -> PumpTable:
-    """Read the weighings; their path is relative to ``folder`` or absolute.
+    """Read the weighings of a pump. Their path is relative to ``folder`` or absolute.
 
     Raises InputError with file and row, or if the weighings do not determine the flow.
     """
@@ -303,22 +310,22 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     freedom = len(asked) - len(flows)
     if len(flows) < 2 or freedom < 2:
         raise InputError(
-            f"{path}: {len(asked)} weighings of {len(flows)} flows; at least 2 flows are needed, and 2 weighings that "
-            "repeat an earlier flow, since a single weighing shows no scatter."
+            f"{path}: the file has {len(asked)} weighings of {len(flows)} flows. At least 2 flows are needed, and at "
+            "least 2 weighings that repeat an earlier flow, since a single weighing shows no scatter."
         )
     times = np.median(outflow / flows)
     if not 1 / MISTYPED < times < MISTYPED:
         raise InputError(
-            f"{path}: according to its weighings the pump gives {times:.3g} times the requested flow, and no pump is "
-            f"off by a factor of {MISTYPED:g}. Check the units: asked_mm3_s in mm³/s, weighed_g in g, time_s in "
-            "seconds and not minutes, density_kg_m3 of the cell's pump in kg/m³."
+            f"{path}: according to its weighings the pump delivers {times:.3g} times the requested flow, but no pump "
+            f"is off by a factor of {MISTYPED:g}. Check the units: asked_mm3_s in mm³/s, weighed_g in g, time_s in "
+            "seconds and not minutes, and the pump's density_kg_m3 in kg/m³."
         )
     if (falls := np.diff(outflow) <= 0).any():
         after = int(falls.argmax()) + 1
         raise InputError(
-            f"{path}: at a request of {flows[after]:g} mm³/s the pump gave {outflow[after]:.4g}, no more than the "
-            f"{outflow[after - 1]:.4g} at {flows[after - 1]:g}: no flow between them can be requested. Weigh again, or "
-            "omit the request that the pump does not follow."
+            f"{path}: at a request of {flows[after]:g} mm³/s the pump delivered {outflow[after]:.4g}, no more than "
+            f"the {outflow[after - 1]:.4g} at {flows[after - 1]:g}, so no flow between them can be requested. Weigh "
+            "again, or omit the request that the pump does not follow."
         )
     scatter = np.sqrt(((flow / outflow[group] - 1) ** 2).sum() / freedom)
     # A curve between two flows is off the line by about a quarter of a flow's distance from its neighbours' line.

@@ -1,7 +1,8 @@
-"""Robot files of a path: tables of points, and programs in G-code and URScript from templates.
+"""Write robot files of a path: tables of points, and programs in G-code and URScript from templates.
 
-G-code has the words of NIST RS274/NGC (Kramer, Proctor, Messina 2000) and of Marlin, in mm and mm/min. URScript has the
-functions of The URScript Programming Language, in m and rad; a call after a blended move runs when the blend begins.
+G-code uses the words of NIST RS274/NGC (Kramer, Proctor, Messina 2000) and of Marlin, in mm and mm/min. URScript uses
+the functions of The URScript Programming Language, in m and rad. A call after a blended move runs when the blend
+begins.
 """
 
 import io
@@ -23,32 +24,33 @@ from sealtwin.core.settings import Settings
 if TYPE_CHECKING:
     from digitise.robots.robot_path import RobotPath
 
-EVEN_RANGE = 1e-4  # Relative range of a speed or flow that counts as one, since trajectory.csv is rounded
-NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")  # Signs with a meaning to some controller: GRBL executes ?, ! and ~
+EVEN_RANGE = 1e-4  # Relative range within which a speed or flow counts as constant, since trajectory.csv is rounded
+# Characters with a meaning to some controller: GRBL executes ?, ! and ~
+NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")
 LONGEST = 120
-E_DECIMALS = 5  # Of a plunger's way in mm
+E_DECIMALS = 5  # Decimals of the plunger's travel in mm
 WAY = "the way to the path or from it"
-InCell = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate in mm of the robot: no arm reaches ten metres
+InCell = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate of a robot in mm: no arm reaches ten metres
 Angle = Annotated[float, Field(ge=-360, le=360)]
 
 
 class LanguageSettings(Settings):
-    """Table of a language in a cell file. A language overrides what is different of its programs."""
+    """Settings of a language in a cell file. A language overrides the properties in which its programs differ."""
 
     @property
     def presses_plunger(self) -> bool:
-        """True if a program moves the plunger itself."""
+        """True if the program itself moves the plunger."""
         return False
 
     @property
     def waits_for_pump(self) -> bool:
-        """True if a program can wait until a weighed pump gives its first sealant."""
+        """True if the program can wait until a weighed pump delivers its first sealant."""
         return True
 
     @property
     @abstractmethod
     def steady(self) -> tuple[str, ...]:
-        """Settings, as written in the file, that keep a program at one speed or one flow."""
+        """Settings, as written in the file, that allow only one speed or one flow in a program."""
 
     @property
     def largest_flow_mm3_s(self) -> float | None:
@@ -56,22 +58,22 @@ class LanguageSettings(Settings):
 
 
 class Language(NamedTuple):
-    """A language of robots, or a table of points."""
+    """A robot language, or a format for a table of points."""
 
-    name: str  # In the cell's formats, and that of its table in the cell file
+    name: str  # Name in the cell's formats, and of the language's table in the cell file
     file: str
     text: Callable[["RobotPath"], str]
-    """Return the content of the file. Raises InputError if the path exceeds a limit of the cell or of the language."""
+    """Function that returns the file's content. It raises InputError if the path exceeds a limit."""
     settings: type[LanguageSettings] | None = None
     title: str = ""
-    units: str = ""  # Unless mm, s and degrees
+    units: str = ""  # Units of the program, unless mm, s and degrees
 
 
 class Gcode(LanguageSettings):
-    """Settings of a gantry with an extruder."""
+    """Settings of a gantry with an extruder, programmed in G-code."""
 
     cold_extrusion: bool = False
-    """Write M302 P1, without which Marlin silently moves no extruder below 170 degrees."""
+    """True to write M302 P1. Without it, Marlin silently does not move the extruder below 170 degrees."""
 
     @property
     def presses_plunger(self) -> bool:
@@ -83,27 +85,28 @@ class Gcode(LanguageSettings):
 
 
 class Urscript(LanguageSettings):
-    """Settings of an arm of Universal Robots."""
+    """Settings of an arm of Universal Robots, programmed in URScript."""
 
     blend_mm: float = Field(default=0.4, gt=0.01, le=20)
-    """Radius of the blend at each waypoint. It must be less than half the spacing, which is 1 mm by default. Without a
-    blend the arm would stop at each waypoint."""
+    """Radius of the blend at each waypoint. It must be less than half the spacing of waypoints, which is 1 mm by
+    default. Without a blend the arm would stop at each waypoint."""
     dispenser: Literal["analog", "digital"]
-    """analog: a standard analog output, proportional to the flow. digital: a standard output that is on or off."""
+    """Kind of output that drives the dispenser. analog: a standard analog output, proportional to the flow. digital: a
+    standard output that is on or off."""
     port: int = Field(ge=0, le=7)
-    """Number of the output: analog 0 or 1, digital 0 to 7."""
+    """Number of the output: 0 or 1 for analog, 0 to 7 for digital."""
     full_flow_mm3_s: float | None = Field(default=None, gt=1e-3, le=1e6)
     """Flow at the output's full level, for dispenser = "analog"."""
     tool_turn_deg: Angle = 0.0
-    """Angle of the tool about the nozzle, measured from the robot's x axis. It keeps a camera or a cable at the tool's
-    side clear."""
+    """Angle of the tool about the nozzle, measured from the robot's x axis. Set it to keep a camera or a cable at the
+    tool's side clear."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if (self.dispenser == "analog") != (self.full_flow_mm3_s is not None):
-            raise ValueError('full_flow_mm3_s and dispenser = "analog" go together: give both or neither')
+            raise ValueError('full_flow_mm3_s and dispenser = "analog" belong together: give both or neither')
         if self.dispenser == "analog" and self.port > 1:
-            raise ValueError(f"port is {self.port}: give 0 or 1, the standard analog outputs")
+            raise ValueError(f"port is {self.port}, but the standard analog outputs are 0 and 1: give one of these")
         return self
 
     @property
@@ -175,19 +178,19 @@ ENVIRONMENT.filters["fixed"] = lambda value, decimals: f"{value:z.{decimals}f}"
 
 
 def comments(mark: str, lines: Sequence[str]) -> list[str]:
-    """Return each line as a comment of letters, digits and signs without meaning to any controller."""
+    """Return each line as a comment that contains only letters, digits and characters harmless to any controller."""
     return [f"{mark} {NOT_PLAIN.sub('_', line)[:LONGEST]}".rstrip() for line in lines]
 
 
 def filled(template: str, mark: str, path: "RobotPath", **values: Any) -> str:
-    """Return a program below the comments of its head."""
+    """Return a program: the comments of its head, then the filled template."""
     head = "".join(f"{line}\n" for line in comments(mark, path.head))
     common = {"begins": path.trajectory.giving.start, "motion": path.cell.motion, "it": path.trajectory, "path": path}
     return head + ENVIRONMENT.from_string(template).render(common | values)
 
 
 def gcode_text(path: "RobotPath") -> str:
-    """Return G-code. Raises InputError if the plunger, the tilt of the face or the reach does not allow it."""
+    """Return a G-code program. Raises InputError if it exceeds a limit of the plunger, the tilt or the reach."""
     trajectory, plunger = path.trajectory, present(path.cell.plunger, "[plunger]")
     path.require(path.tilt_limit, path.reach_limit(WAY, path.over_mm))
     e_mm = np.round(path.plunger_mm(path.held_mm3), E_DECIMALS)
@@ -200,7 +203,7 @@ def gcode_text(path: "RobotPath") -> str:
 
 
 def urscript_text(path: "RobotPath") -> str:
-    """Return URScript, with movep. Raises InputError if a limit is exceeded, or if blends would overlap."""
+    """Return a URScript program with movep. Raises InputError if a limit is exceeded, or if blends would overlap."""
     trajectory, settings = path.trajectory, path.cell.table(Urscript)
     flow_mm3_s, full_mm3_s = trajectory.flow_mm3_s[:-1], settings.full_flow_mm3_s
     largest_mm3_s, closest_mm = flow_mm3_s.max(), np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1).min()
@@ -211,14 +214,14 @@ def urscript_text(path: "RobotPath") -> str:
     else:
         limit = (
             largest_mm3_s > full_mm3_s,
-            f"the path's flow rises to {largest_mm3_s:.4g} mm³/s, but at its full level the dispenser gives only "
+            f"the path's flow rises to {largest_mm3_s:.4g} mm³/s, but at its full level the dispenser delivers only "
             f"urscript.full_flow_mm3_s = {full_mm3_s:g}. Digitise with a lower path.speed_mm_s.",
         )
         levels = [f"{flow / full_mm3_s:.5f}" for flow in (0.0, *flow_mm3_s)]
     path.require(
         (
             settings.blend_mm >= closest_mm / 2,
-            f"urscript.blend_mm is {settings.blend_mm:g}: it must be below half the smallest distance between "
+            f"urscript.blend_mm is {settings.blend_mm:g}, but it must be below half the smallest distance between "
             f"waypoints ({closest_mm:.4g} mm), or the arm skips waypoints. Give less than {closest_mm / 2:.3g}, or "
             "digitise with a larger path.spacing_mm.",
         ),
@@ -235,12 +238,12 @@ def urscript_text(path: "RobotPath") -> str:
 
 
 def points_text(path: "RobotPath") -> str:
-    """Return one line for each waypoint, x y z in mm of the robot, without a header."""
+    """Return a line "x y z" for each waypoint, in mm in the robot's frame, without a header."""
     return _rows(path.trajectory.position_mm, 4, " ")
 
 
 def table_text(path: "RobotPath") -> str:
-    """Return the columns of trajectory.csv with the robot's x, y and z. A row applies until the next one.
+    """Return the columns of trajectory.csv with the robot's x, y and z. A row applies until the next row.
 
     If a pump was weighed, the last column is the requested flow, ``asked_mm3_s``.
     """

@@ -1,4 +1,4 @@
-"""The nozzle's path in the robot's frame, checked against the limits of its cell; its tables, and text for programs."""
+"""Place the nozzle's path in the robot's frame, check it against the cell's limits, and prepare it for programs."""
 
 from dataclasses import dataclass, replace
 from operator import attrgetter
@@ -11,8 +11,9 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Trajectory
 
-ROUNDING = 1e-6  # Rounding of trajectory.csv, which has six decimals
-MUCH_GROWTH = 2.0  # Growth of a touch error that gives a warning: 0.2 mm, a good touch by hand, becomes more than 0.4
+ROUNDING = 1e-6  # Rounding error of trajectory.csv, which has six decimals
+# Growth of a touch error that gives a warning: 0.2 mm, a good touch by hand, becomes more than 0.4 mm
+MUCH_GROWTH = 2.0
 
 Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sentence for that case
 
@@ -21,81 +22,89 @@ Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sen
 class RobotPath:
     """The nozzle's path in the robot's frame, from which every format is written."""
 
-    trajectory: Trajectory  # Trajectory with the robot's positions, and the flow requested from the pump
+    trajectory: Trajectory  # Positions in the robot's frame, and the flow requested from the pump
     frame: RobotFrame
     cell: RobotCell
-    cell_file: str  # Name of the cell file, for refusals
+    cell_file: str  # Name of the cell file, for messages
     warnings: tuple[str, ...]
-    wanted_mm3: float  # Sealant that the path is to give
-    hold_s: float  # Time from the request to the pump to the nozzle's start along the crack
-    weighed: bool  # True if the trajectory has the request to a weighed pump, not the wanted flow
-    # Lines for a program's head; they contain a user's words and enter it by ``comments`` only.
+    wanted_mm3: float  # Volume of sealant that the path should deliver
+    hold_s: float  # Time that the nozzle waits, after the request to the pump, before it moves along the crack
+    weighed: bool  # True if the trajectory has the request to a weighed pump instead of the wanted flow
+    # Lines for the head of a program. They contain a user's words and must pass through ``comments``.
     head: tuple[str, ...] = ()
 
     @property
     def tilt_deg(self) -> float:
-        """Angle of the face from level."""
+        """Angle between the face and the horizontal."""
         return float(np.degrees(np.arccos(np.clip(self.frame.normal[2], -1, 1))))
 
     @property
     def flow_mm3_s(self) -> Floats:
-        """Flow over the crack, from the first sealant to the last."""
+        """Flow over the crack, from the first to the last sealant, (n,)."""
         return self.trajectory.flow_mm3_s[self.trajectory.giving][:-1]
 
     @property
     def held_mm3(self) -> float:
-        """Sealant requested while the nozzle waits for the first of it."""
+        """Volume of sealant requested while the nozzle waits for the first sealant."""
         return float(self.flow_mm3_s[0]) * self.hold_s
 
     @property
     def over_mm(self) -> Floats:
-        """Places over the first and the last waypoint at the safe height, (2, 3)."""
+        """Points above the first and the last waypoint, at the safe height, (2, 3)."""
         ends_mm = self.trajectory.position_mm[[0, -1]]
         height_mm = (ends_mm - self.frame.origin_mm) @ self.frame.normal
         return ends_mm + (self.cell.motion.safe_height_mm - height_mm)[:, None] * self.frame.normal
 
     def require(self, *limits: Limit) -> None:
-        """Raise InputError with the sentences of all limits that are exceeded, each after the cell file's name."""
+        """Raise InputError with the sentences of all exceeded limits, each after the cell file's name."""
         if faults := [f"{self.cell_file}: {fault}" for exceeded, fault in limits if exceeded]:
             raise InputError("\n".join(faults))
 
     def reach_limit(self, what: str, places_mm: Floats) -> Limit:
-        """Return the limit of the reach box for the places of ``what``, (n, 3) in the robot's frame."""
+        """Return the limit of the reach box for points, (n, 3), in the robot's frame.
+
+        ``what`` names them in the message.
+        """
         low_mm, high_mm = self.cell.reach.low_mm, self.cell.reach.high_mm
         outside_mm = np.maximum(np.array(low_mm) - places_mm, places_mm - high_mm).max(axis=1)
         x, y, z = places_mm[int(outside_mm.argmax())]
         return (
             bool(outside_mm.max() > ROUNDING),
             f"{what} leads {outside_mm.max():.1f} mm out of the reach box, to ({x:.1f}, {y:.1f}, {z:.1f}) mm in the "
-            f"robot's frame; the box extends from {list(low_mm)} to {list(high_mm)}. Move the sample and teach it "
+            f"robot's frame. The box extends from {list(low_mm)} to {list(high_mm)}. Move the sample and teach it "
             "again, or correct [reach].",
         )
 
     @property
     def tilt_limit(self) -> Limit:
-        """Limit of the face's tilt for an arm with a nozzle that is always vertical."""
-        fault = f"the face is tilted by {self.tilt_deg:.1f} degrees, but the nozzle stays vertical"
+        """Limit of the face's tilt, for an arm whose nozzle is always vertical."""
+        fault = f"the face is tilted by {self.tilt_deg:.1f} degrees and the nozzle stays vertical"
         return self.limit("motion.largest_tilt_deg", self.tilt_deg, fault, "Level the sample and teach it again.")
 
     def limit(self, key: str, value: float, fault: str, remedy: str, rounding: float = 0.0) -> Limit:
-        """Return the limit that the cell sets by ``key``, for a value that ``fault`` states."""
+        """Return the limit that the cell's setting ``key`` puts on ``value``.
+
+        The message is ``fault``, which states the value, then the limit and ``remedy``.
+        """
         allowed = attrgetter(key)(self.cell)
-        return value > allowed * (1 + rounding), f"{fault}; {key} allows {allowed:g}. {remedy}"
+        return value > allowed * (1 + rounding), f"{fault}, but {key} allows at most {allowed:g}. {remedy}"
 
     def even_limit(self, what: str, unit: str, values: Floats, remedy: str) -> Limit:
-        """Return the limit of a program in which ``what`` keeps one of the values over the crack."""
+        """Return the limit of a program that keeps one speed or flow over the crack.
+
+        The message begins with ``what``.
+        """
         return (
             values.max() > values.min() * (1 + EVEN_RANGE),
-            f"{what}, but that of the path over the crack ranges from {values.min():.4g} to {values.max():.4g} {unit}. "
-            f'{remedy}; or digitise with path.flow = "constant" and with leads as long as path.ramp_mm, or without '
-            "path.ramp_mm.",
+            f"{what}, but the path needs {values.min():.4g} to {values.max():.4g} {unit} over the crack. {remedy}; or "
+            'digitise with path.flow = "constant" and with leads as long as path.ramp_mm, or without path.ramp_mm.',
         )
 
     def plunger_mm(self, held_mm3: float = 0.0) -> Floats:
         """Return the plunger's travel at each waypoint, (n,).
 
-        It does not include the volume ``held_mm3``, which is given while the nozzle waits before the path. Raises
-        InputError if the plunger would move too far or too fast.
+        The travel does not include the volume ``held_mm3``, which is given while the nozzle waits before the path.
+        Raises InputError if the plunger would move too far or too fast.
         """
         plunger = present(self.cell.plunger, "[plunger]")
         way_mm = np.concatenate([[0.0], np.cumsum(self.trajectory.given_mm3)]) / plunger.area_mm2
@@ -105,13 +114,13 @@ class RobotPath:
             self.limit(
                 "plunger.travel_mm",
                 needed_mm,
-                f"the path needs {needed_mm:.1f} mm of the plunger",
+                f"the path needs {needed_mm:.1f} mm of the plunger's travel",
                 "Fill the syringe, or digitise with a smaller path.volume_ml or path.fill.",
             ),
             self.limit(
                 "plunger.largest_speed_mm_s",
                 speed_mm_s,
-                f"the path needs {speed_mm_s:.3g} mm/s of the plunger",
+                f"the path needs a plunger speed of {speed_mm_s:.3g} mm/s",
                 "Digitise with a lower path.speed_mm_s.",
                 ROUNDING,
             ),
@@ -122,7 +131,7 @@ class RobotPath:
 def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: PumpTable | None = None) -> RobotPath:
     """Transform a path from the sample's frame into the robot's. Raises InputError with all exceeded limits.
 
-    With a weighed ``pump``, the flow becomes the request to it.
+    With a weighed ``pump``, the flow becomes the request to the pump.
     """
     _check_rows(trajectory)
     sample_mm, robot_mm = (
@@ -135,7 +144,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
         hold_s = float(np.interp(trajectory.flow_mm3_s[trajectory.giving.start], pump.given_mm3_s, pump.delay_s))
         warnings += tuple(
             f"a {LANGUAGES[name].title} program whose axis presses the plunger cannot wait for the pump's delay of "
-            f"{hold_s:.2g} s; digitise with a path.lead_in_mm, and start the plunger by hand"
+            f"{hold_s:.2g} s. Digitise with a path.lead_in_mm, and start the plunger by hand"
             for name, table in cell.languages.items()
             if hold_s > 0 and not table.waits_for_pump
         )
@@ -147,7 +156,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
 
 
 def _check_rows(trajectory: Trajectory) -> None:
-    """Raise InputError unless trajectory.csv, which may have been edited, is a path."""
+    """Raise InputError if trajectory.csv, which may have been edited, is not a valid path."""
     t_s = trajectory.t_s
     numbers = np.column_stack([t_s, trajectory.position_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s])
     sound = (
@@ -156,8 +165,8 @@ def _check_rows(trajectory: Trajectory) -> None:
     way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
     if not sound or not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(t_s), rtol=1e-3, atol=1e-3):
         raise InputError(
-            "trajectory.csv: needs two or more rows of finite numbers, increasing t_s, flow_mm3_s of 0 or more, and "
-            "speed_mm_s as its places and times have it. Digitise again."
+            "trajectory.csv: it needs two or more rows of finite numbers, increasing t_s, flow_mm3_s of 0 or more, "
+            "and the speed_mm_s that follows from positions and times. Digitise again."
         )
     if not trajectory.dispensed_mm3 > 0:
         raise InputError(
@@ -167,7 +176,7 @@ def _check_rows(trajectory: Trajectory) -> None:
 
 
 def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
-    """Return the limits of the motion along a path. ``trajectory`` is the same path over the sample."""
+    """Return the limits of the motion along a path. ``trajectory`` is the same path in the sample's frame."""
     motion, limit = path.cell.motion, path.limit
     height_mm = trajectory.position_mm[:, 2].max()
     fastest_mm_s, approach_mm_s = trajectory.speed_mm_s.max(), motion.approach_speed_mm_s
@@ -204,7 +213,7 @@ def _warnings(trajectory: Trajectory, frame: RobotFrame, cell: RobotCell) -> tup
     if (growth := frame.error_growth(trajectory.position_mm)) > MUCH_GROWTH:
         warnings.append(
             "the path runs so far outside the taught points that an error of 0.1 mm at each becomes an error of "
-            f"{growth / 10:.2f} mm in the nozzle's height; teach points around the crack"
+            f"{growth / 10:.2f} mm in the nozzle's height. Teach points around the crack"
         )
     begins, way_mm = trajectory.giving.start, arc_length(trajectory.position_mm)
     speed_mm_s = trajectory.speed_mm_s[begins]
@@ -212,7 +221,7 @@ def _warnings(trajectory: Trajectory, frame: RobotFrame, cell: RobotCell) -> tup
     if needed_mm > way_mm[begins + 1]:
         warnings.append(
             f"the arm needs {needed_mm:.1f} mm to reach {speed_mm_s:.4g} mm/s, but has only {way_mm[begins]:.1f} mm "
-            "before the first sealant: a dispenser timed by a clock gives too much there; digitise with a "
+            "before the first sealant. A dispenser that is timed by a clock gives too much there. Digitise with a "
             f"path.lead_in_mm or path.ramp_mm of at least {needed_mm:.1f}"
         )
     return tuple(warnings)

@@ -1,9 +1,9 @@
-"""Programs in SPEL+ for Epson arms, from a template.
+"""Write programs in SPEL+ for Epson arms, from a template.
 
-SPEL+ has the statements of Epson RC+'s Language Reference: ``P1 = XY(x, y, z, u) :ST(s, t) /R`` assigns a point, ``Move
-P1 CP`` does not stop there, SpeedS is in mm/s, and ``Curve "name", O, 0, n, P(first:last)`` is an open spline in n
-coordinates through close to evenly spaced points, which ``CVMove "name"`` follows at one speed. A point file (.pts)
-needs a checksum that is not public, so points are assigned in the program.
+The statements are those of Epson RC+'s Language Reference. ``P1 = XY(x, y, z, u) :ST(s, t) /R`` assigns a point. ``Move
+P1 CP`` does not stop at the point. SpeedS is in mm/s. ``Curve "name", O, 0, n, P(first:last)`` is an open spline in n
+coordinates, which passes close to evenly spaced points. ``CVMove "name"`` follows the spline at one speed. A point file
+(.pts) needs a checksum that is not public, so points are assigned in the program.
 """
 
 from typing import TYPE_CHECKING, Literal, Self
@@ -17,7 +17,7 @@ from sealtwin.core.records import Floats
 if TYPE_CHECKING:
     from digitise.robots.robot_path import Limit, RobotPath
 
-POINTS = 1000  # Number of points in an Epson controller's point file, P0 to P999
+POINTS = 1000  # Number of points of an Epson controller, P0 to P999
 FEWEST_IN_CURVE, MOST_IN_CURVE = 3, 200
 SLOWEST_MM_S = 0.1  # Least value of SpeedS
 
@@ -26,39 +26,42 @@ class Spel(LanguageSettings):
     """Settings of an Epson arm and its SPEL+ program."""
 
     motion: Literal["curve", "move"] = "curve"
-    """curve: Curve and CVMove, one speed all along the crack; move: Move ... CP from point to point, each with its
-    speed, for paths whose speed or dose changes."""
+    """Statements that move the arm. curve: Curve and CVMove, with one speed all along the crack. move: Move ... CP from
+    point to point, each with its own speed, for paths whose speed or dose changes."""
     dispenser: Literal["output", "z", "s", "t"]
-    """output: a bit switches a dispenser of constant flow on and off. z, s or t: that axis presses the plunger. With z
-    the arm can no longer lift the nozzle, as in the paper. With s or t, the other one of these added axes is sent to 0.
-    """
+    """Drive of the dispenser. output: a bit switches a dispenser of constant flow on and off. z, s or t: that axis
+    presses the plunger. With z the arm can no longer lift the nozzle, as in the paper. With s or t, the other one of
+    these two added axes is sent to 0."""
     output_bit: int | None = Field(default=None, ge=0, le=8191)
-    """Number of the bit for dispenser = "output"."""
+    """Number of the output bit, for dispenser = "output"."""
     axis_start_mm: InCell | None = None
     """Coordinate of the axis z, s or t at which the plunger is ready to give sealant."""
     axis_gives: Literal["+", "-"] = "-"
-    """Direction of the axis, + or -, that presses the plunger. With the paper's z axis it is down."""
+    """Direction of the axis, + or -, that presses the plunger. The paper's z axis presses it downward."""
     hand: Literal["right", "left"] = "right"
     """Posture of the arm. The elbow of a SCARA is on the opposite side."""
     u_deg: Angle = 0.0
     """Angle of the tool about the vertical. It is constant along the path, because a nozzle is round."""
     vw_deg: tuple[Angle, Angle] | None = None
-    """Angles V and W of a six-axis arm with the nozzle down; omit them for a SCARA."""
+    """Angles V and W of a six-axis arm with the nozzle down. Omit them for a SCARA."""
     tool: int = Field(default=0, ge=0, le=15)
-    """Number of the tool whose tip is the nozzle's tip; 0 is the bare flange."""
+    """Number of the tool whose tip is the nozzle's tip. 0 is the bare flange."""
     local: int = Field(default=0, ge=0, le=15)
-    """Number of the local frame in which robot_mm was read; 0 is the robot's own frame."""
+    """Number of the local frame in which robot_mm was read. 0 is the robot's own frame."""
     first_point: int = Field(default=0, ge=0, lt=POINTS)
-    """Number of the first point that the program uses. Points of its robot from this number on are overwritten."""
+    """Number of the first point that the program uses. The robot's points from this number on are overwritten."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if len({self.dispenser == "output", self.output_bit is not None, self.axis_start_mm is None}) > 1:
-            raise ValueError('dispenser = "output" needs output_bit alone, and z, s or t need axis_start_mm alone')
+            raise ValueError(
+                'dispenser = "output" needs output_bit and no axis_start_mm; z, s or t needs axis_start_mm and no '
+                "output_bit"
+            )
         if self.motion == "curve" and self.dispenser in ("s", "t"):
             raise ValueError(
-                f'dispenser = "{self.dispenser}" cannot be combined with motion = "curve", since a Curve has no added '
-                'axis: give motion = "move"'
+                f'dispenser = "{self.dispenser}" cannot be combined with motion = "curve", since a Curve has no '
+                'added axis: give motion = "move"'
             )
         return self
 
@@ -173,21 +176,21 @@ def spel_text(path: "RobotPath") -> str:
 
 
 def _curve_limits(path: "RobotPath", points: int, speed_mm_s: Floats) -> "list[Limit]":
-    """Return the limits of a Curve: the number of its points, and one speed and dose all along."""
+    """Return the limits of a Curve: its number of points, and a constant speed and flow."""
     remedy = 'Set spel.motion = "move"'
     return [
         path.even_limit("CVMove keeps one speed", "mm/s", speed_mm_s, remedy),
         path.even_limit("CVMove keeps one flow", "mm³/s", path.flow_mm3_s, remedy),
         (
             not FEWEST_IN_CURVE <= points <= MOST_IN_CURVE,
-            f"the path has {points} points over the crack, but a Curve of SPEL+ takes {FEWEST_IN_CURVE} to "
+            f"the path has {points} points over the crack, but a Curve of SPEL+ accepts {FEWEST_IN_CURVE} to "
             f"{MOST_IN_CURVE}. {remedy}, or digitise with another path.spacing_mm.",
         ),
     ]
 
 
 def _spel_limits(path: "RobotPath", settings: Spel, places: Floats, speed_mm_s: Floats) -> "list[Limit]":
-    """Return the limits of all points of a program, (n, 4), and of the arm's speeds between those of the path."""
+    """Return the limits of all points of a program, (n, 4), and of the arm's speeds along the path."""
     last, fastest_mm_s = settings.first_point + len(places) - 1, speed_mm_s.max()
     reason = "an output that is on or off gives one flow or none"
     return [
@@ -195,13 +198,13 @@ def _spel_limits(path: "RobotPath", settings: Spel, places: Floats, speed_mm_s: 
         path.reach_limit("the SPEL+ program, on its way to the path, along it or from it,", places[:, :3]),
         (
             last >= POINTS,
-            f"the SPEL+ program needs {len(places)} points from P{settings.first_point} on, but P{POINTS - 1} is "
-            "the last one. Lower spel.first_point, or digitise with a larger path.spacing_mm.",
+            f"the SPEL+ program needs {len(places)} points from P{settings.first_point} on, but P{POINTS - 1} is the "
+            "last point. Lower spel.first_point, or digitise with a larger path.spacing_mm.",
         ),
         (
             speed_mm_s.min() < SLOWEST_MM_S,
-            f"SpeedS takes {SLOWEST_MM_S:g} mm/s or more, but the path has {speed_mm_s.min():.3g}. Digitise with a "
-            "higher path.speed_mm_s, or a coarser path.spacing_mm on a ramp.",
+            f"SpeedS must be at least {SLOWEST_MM_S:g} mm/s, but the path has {speed_mm_s.min():.3g} mm/s. Digitise "
+            "with a higher path.speed_mm_s, or a coarser path.spacing_mm on a ramp.",
         ),
         path.limit(
             "motion.largest_speed_mm_s",

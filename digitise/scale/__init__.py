@@ -1,1 +1,1 @@
-"""The scale of a photo: markers, the sample's face, a ruler, and the view of the camera."""
+"""The scale of a photo, from markers, the sample's face or a ruler, and the view of the camera."""

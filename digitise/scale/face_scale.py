@@ -1,8 +1,8 @@
-"""The scale from the size of the sample's face and its four corners, which are given or detected by its edges.
+"""Find the scale from the size of the sample's face and its four corners, which are given or detected.
 
-The corners of a quadrilateral are the places where lines through its edges meet, since blur rounds them off. On
-synthetic photos, these corners of markers are off by 0.04 px RMS, those of ``cv2.cornerSubPix`` by 0.08 px, and those
-of the refinements of ``cv2.aruco`` by 0.17 to 1 px.
+The corners of a quadrilateral are where lines through its edges meet, since blur rounds the corners off. On synthetic
+photos these corners are off by 0.04 px RMS for markers. Those of ``cv2.cornerSubPix`` are off by 0.08 px, and those of
+the refinements of ``cv2.aruco`` by 0.17 to 1 px.
 """
 
 import cv2
@@ -16,37 +16,44 @@ from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-WORK_PX = 800  # Longer side of the copy on which the face is searched; its edges are refined on the photo itself
-REACH = 0.012  # Range to either side of a rough edge in which it is refined, of the photo's longer side
+WORK_PX = 800  # Longer side of the copy in which the face is searched for; its edges are refined on the photo itself
+REACH = 0.012  # Distance to either side of a rough edge within which it is refined, over the photo's longer side
 MIN_AREA = 0.1  # Smallest area of a face, over the photo's
-LEAST_MARGIN = 0.02  # Margin around a detected face over the photo's shorter side: what reaches the border is a board
-LEAST_FILLED = 0.7  # Smallest share of its hull that a face fills, less its crack and pores
-MOST_SLENDER = 1.6  # Largest logarithm of the aspect of a face of unknown size; a straight crack is longer
-LEAST_PART = 0.3  # Smallest part of a face that a crack divides, over the largest; markers are a tenth of a face
-ASPECT_TOLERANCE = 0.2  # Largest logarithm of the face's aspect over face_mm's; perspective changes it by far less
-MOST_FORESHORTENED = 0.7  # The same for given corners, by a camera 60 degrees off; a wrong order gives more
-CLICKED_PX, FOUND_PX = 1.0, 0.5  # Standard deviation of a corner's coordinates, clicked or by edges with a soft shadow
-FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm, at two sigma
-# Of the straight edges of a quadrilateral, found to a few hundredths of a pixel.
-ROWS = 100  # Samples along each edge, some of which a crack, dirt or a shadow spoils; more do not move it
+# Least margin around a detected face, over the photo's shorter side: what reaches the border is a board
+LEAST_MARGIN = 0.02
+LEAST_FILLED = 0.7  # Smallest share of its convex hull that a face fills, without its crack and pores
+MOST_SLENDER = 1.6  # Largest logarithm of the aspect ratio of a face of unknown size; a straight crack is longer
+LEAST_PART = 0.3  # Smallest part of a face that a crack divides, over the largest part; markers are a tenth of a face
+# Largest logarithm of the ratio of a face's aspect to that of face_mm; perspective changes it far less
+ASPECT_TOLERANCE = 0.2
+MOST_FORESHORTENED = 0.7  # The same for corners from the user, for a camera 60 degrees off; a wrong order gives more
+# Standard deviation of a corner's coordinates: clicked, and found by edges with a soft shadow
+CLICKED_PX, FOUND_PX = 1.0, 0.5
+FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm at two sigma
+# Constants of the fit of a quadrilateral's straight edges, which are found to a few hundredths of a pixel.
+ROWS = 100  # Samples along each edge. A crack, dirt or a shadow spoils some; more samples do not change the result
 STEP_PX = 0.5  # Spacing of samples across an edge
-LEAST_REACH_PX = 3.0  # Least range across an edge, six samples to either side
-SMOOTH_PX = 1.0  # Standard deviation of the blur across an edge, without which grain decides where light is steepest
-STRAY_PX = 0.3  # Distance from the edge beyond which a sample may be an outlier
+LEAST_REACH_PX = 3.0  # Least range across an edge, which is six samples to either side
+# Standard deviation of the blur across an edge, without which grain decides where the light is steepest
+SMOOTH_PX = 1.0
+STRAY_PX = 0.3  # A sample this far from the edge may be an outlier
 STRAIGHT_PX = 2.0  # Largest RMS deviation of a sawn or cast edge from a line; hulls of other things exceed it
-GAP = 0.1  # Least depth of a dark gap beside an edge, over the darker side's light and a fifth of the brighter side's
+GAP = 0.1  # Least depth of a dark gap beside an edge, over the darker side's light plus a fifth of the brighter side's
 
 
 def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
-    """Fit the homography to four corners, given or detected; raise InputError if there is no such face."""
+    """Return the scale from a homography that is fitted to the face's four corners, given or detected.
+
+    Raises InputError if the photo shows no such face.
+    """
     width_mm, height_mm = face_mm[2:]
     corners_px, bend_px, noise_px = given_corners(pixels, settings), None, CLICKED_PX
     if corners_px is None:
         face, expected = _face(pixels.brightness), width_mm / height_mm
         if face is None or abs(np.log(_aspect(face[0]) / expected)) > ASPECT_TOLERANCE:
             raise InputError(
-                f"{pixels.file}: no face {expected:.2f} times as wide as high, as face_mm, stands out from its "
-                "surroundings: check face_mm (width, height in the photo), or give face_corners_px."
+                f"{pixels.file}: no face that is {expected:.2f} times as wide as high, like face_mm, stands out from "
+                "its surroundings. Check face_mm (width, height in the photo), or give face_corners_px."
             )
         (corners_px, bend_px), noise_px = face, FOUND_PX
     fit = fit_corners(corners_px, rectangle(face_mm), noise_px)
@@ -66,7 +73,10 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
 
 
 def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
-    """Return the user's corners of the face, (4, 2), or None; raise InputError if they cannot be a face's."""
+    """Return the four corners of the face that the user gave, (4, 2) in px, or None.
+
+    Raises InputError if they cannot be the corners of a face with the size ``face_mm``.
+    """
     if settings.face_corners_px is None or settings.face_mm is None:
         return None
     corners_px, size_px = np.array(settings.face_corners_px, dtype=float), pixels.size_px
@@ -78,19 +88,19 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
     expected = settings.face_mm[0] / settings.face_mm[1]
     if not (in_order and near and abs(np.log(_aspect(corners_px) / expected)) <= MOST_FORESHORTENED):
         raise InputError(
-            f"{pixels.file}: face_corners_px = {settings.face_corners_px} is no face of face_mm = {settings.face_mm}, "
-            f"{expected:.2f} times as wide as high, in a photo of {size_px[0]} x {size_px[1]} px: list lower left, "
-            "lower right, upper right, upper left (px, x from the left and y from the top), or correct face_mm (width, "
-            "height in the photo)."
+            f"{pixels.file}: face_corners_px = {settings.face_corners_px} cannot be a face of face_mm = "
+            f"{settings.face_mm}, {expected:.2f} times as wide as high, in a photo of {size_px[0]} x {size_px[1]} px. "
+            "List lower left, lower right, upper right, upper left (px, x from the left and y from the top), or "
+            "correct face_mm (width, height in the photo)."
         )
     return corners_px
 
 
 def see_face(brightness: Map) -> Floats | None:
-    """Find the corners in px of a face of unknown size, (4, 2). None if no filled region has straight sides.
+    """Return the corners of a face of unknown size, (4, 2) in px. None if no filled region has four straight sides.
 
-    Without them, the shadow of a face would be the longest dark line in the photo. All four edges must be inside the
-    photo.
+    Without these corners the shadow of a face would be the longest dark line in the photo. All four edges must be
+    inside the photo.
     """
     face = _face(brightness)
     if face is None:
@@ -102,13 +112,16 @@ def see_face(brightness: Map) -> Floats | None:
 
 
 def _face(brightness: Map) -> tuple[Floats, float] | None:
-    """Return the corners of the face and the RMS misfit of its edges in px, or None if there is none."""
+    """Return the corners of the face, and the RMS misfit of its edges in px. None if there is no face."""
     rough_px = _rough_corners(brightness)
     return None if rough_px is None else refined_corners(brightness, rough_px, REACH * max(brightness.shape))
 
 
 def _rough_corners(brightness: Map) -> Floats | None:
-    """Return the largest filled region unlike the photo's border, bright or dark, as a quadrilateral, (4, 2)."""
+    """Return the largest filled region that differs from the photo's border, as a quadrilateral, (4, 2) in px.
+
+    The region may be brighter or darker than the border. Returns None if there is none.
+    """
     scale = min(1.0, WORK_PX / max(brightness.shape))
     small = cv2.resize(brightness, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     small = np.sqrt(cv2.GaussianBlur(small, (0, 0), 2))
@@ -134,20 +147,20 @@ def _rough_corners(brightness: Map) -> Floats | None:
 
 
 def side_lengths(corners: Floats) -> Floats:
-    """Return the lengths of a ring's sides, (n,); side i begins at corner i."""
+    """Return the lengths of a ring's sides, (n,). Side i begins at corner i."""
     return np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
 
 
 def _aspect(corners_px: Floats) -> float:
-    """Return the mean width over the mean height of a quadrilateral whose corners are in order."""
+    """Return the ratio of mean width to mean height of a quadrilateral whose corners are in order."""
     lower, right, upper, left = side_lengths(corners_px)
     return float((lower + upper) / max(left + right, 1e-6))
 
 
 def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple[Floats, float] | None:
-    """Refine corners, (4, 2), by the edges within ``reach_px`` of the sides between them. None if an edge is hidden.
+    """Refine corners, (4, 2), from the edges within ``reach_px`` of the sides between them. None if an edge is hidden.
 
-    Also returns the RMS distance of the edges' points from straight lines, px. ``brightness`` is linear light.
+    Also returns the RMS distance of the edges' points from straight lines, in px. ``brightness`` is linear light.
     """
     reach_px = max(reach_px, LEAST_REACH_PX)
     lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
@@ -159,9 +172,10 @@ def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple
 
 
 def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tuple[Floats, Floats]:
-    """Fit a line through the steepest light along one side, inside any gap. Also return its points' distances, px.
+    """Fit a line through the steepest change of light along one side, inside any gap beside the side.
 
-    These are infinite if half of the side shows no steepest place.
+    Also returns the distances of the fitted points from the line, in px. The distance is infinite if half of the side
+    shows no edge.
     """
     start, end = corners_px[side], corners_px[(side + 1) % 4]
     outward = to_left(unit(end - start))
@@ -191,10 +205,10 @@ def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tu
 
 
 def edge_line(foot: Floats, outward: Floats, across_px: Floats) -> tuple[Floats, Floats]:
-    """Fit a line to most of the points ``across_px`` from ``foot``, which are in order along a straight side.
+    """Fit a line to most of the points at ``across_px`` from ``foot``, which are in order along a straight side.
 
-    Points off by three median distances and by ``STRAY_PX`` are left out. Returns a point and a direction, (2, 2), and
-    the distances of the other points.
+    Points that are off by more than three median distances and ``STRAY_PX`` are left out. Returns a point and a
+    direction, (2, 2), and the distances of the other points from the line.
     """
     along = np.linalg.norm(foot - foot[0], axis=1)
     slope, level = 0.0, np.median(across_px)

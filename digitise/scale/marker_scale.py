@@ -1,4 +1,4 @@
-"""Printed markers: the scale that they give in a photo, and a frame of them to print, with its table for a trial.
+"""Find the scale of a photo from printed markers, and print a frame of markers with its table for a trial.
 
 If the markers are above or below the face, the scale is off by that distance divided by the camera's distance.
 """
@@ -25,36 +25,38 @@ from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
 # Limits of the scale by markers, of the search for them, and of the check that they are level with the face. Each line
-# states what its value rests on. Standard uncertainties are part of the scale's uncertainty. The others accept or
-# refuse a photo: stricter ones refuse sound boards in coarse photos, looser ones accept a wrong table.
+# says what its value rests on. Standard uncertainties are part of the scale's uncertainty. The other limits accept or
+# refuse a photo: stricter ones refuse good boards in coarse photos, looser ones accept a wrong table.
 RESIDUAL_MM = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
-RESIDUAL_PX = 0.5  # Largest RMS misfit in coarse photos, whose corners are good to a fraction of a pixel
-BOARD_MM = 0.1  # Standard uncertainty of the frame's ruler or of the longest distance between its markers
+RESIDUAL_PX = 0.5  # Largest RMS misfit in coarse photos, whose corners are right to a fraction of a pixel
+BOARD_MM = 0.1  # Standard uncertainty of the frame's ruler, or of the longest distance between its markers
 PRINT = 0.02  # Standard uncertainty of a print that nothing checks: "fit to page" prints at 93 to 97 %
-REACH = 0.03  # Range around their place by the markers in which the face's edges are searched, of its length: no marker
-CELL_REACH = 0.7  # Such range for edges of markers, in cells: a rough detection is off by less
+REACH = 0.03  # Edges of the face are searched for within this share of the face's longest side, which excludes markers
+CELL_REACH = 0.7  # Edges of markers are searched for within this many cells: a rough detection is off by less
 BENT_MM = 0.5  # Largest deviation of the edges from a rectangle of the face's shape
 SIGMAS = 3.0  # Smallest difference in level that is reported, in standard deviations
-MOST_OFF = 0.05  # Largest offset over the camera's distance; more is a frame on the table beside a sample
-USUAL_MM = 250.0  # Distance of the camera in a message, if it is unknown
-MIN_MARKERS = 4  # Fewest markers for a scale
-SEARCH_PX = 1000  # Longer side of the first copy that is searched; each next one has twice that
-LEAST_APART = 0.05  # Distance of markers over a square's circumference; OpenCV's 0.125 loses 44 of 296
-GLANCE_PX = 2000  # Longer side of the copy that is searched for markers of which no table is given
-MOST_NAMED = 12  # Most missing markers that a message lists
-PRINTED_MM, RULER_MM = 16.0, 100.0  # Side of the markers that 'sealtwin markers' prints by default; its ruler's length
+# Largest offset from the face, over the camera's distance; more is a frame on the table beside a sample
+MOST_OFF = 0.05
+USUAL_MM = 250.0  # Distance of the camera in a message if the distance is unknown
+MIN_MARKERS = 4  # Smallest number of markers for a scale
+SEARCH_PX = 1000  # Longer side of the first copy that is searched; each further copy has twice that
+LEAST_APART = 0.05  # Least distance of markers over a square's circumference; OpenCV's 0.125 loses 44 of 296 markers
+GLANCE_PX = 2000  # Longer side of the copy that is searched for markers without a table
+MOST_NAMED = 12  # Largest number of missing markers that a message lists
+# Default side of the markers that 'sealtwin markers' prints, and length of its ruler
+PRINTED_MM, RULER_MM = 16.0, 100.0
 DICTIONARY = {
     "4x4_50": cv2.aruco.DICT_4X4_50,
     "5x5_100": cv2.aruco.DICT_5X5_100,
     "6x6_250": cv2.aruco.DICT_6X6_250,
     "apriltag_36h11": cv2.aruco.DICT_APRILTAG_36H11,
 }
-# Of the printed frame.
+# Constants of the printed frame.
 PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
-UNPRINTED_MM = 6.0  # Unprintable margin along the edge of the paper
-WHITE = 0.375  # White margin around a marker over its side: detection needs a sixth, the rest is for cutting by hand
-CUT_GREY, CUT_MM = 191, 0.1  # Line to cut along, too light to be found as the edge of the face
-RULER_THICK_MM, MARK_MM = 0.3, 4.0  # Of the ruler's lines, and of its marks every 10 mm
+UNPRINTED_MM = 6.0  # Margin along the edge of the paper that printers leave blank
+WHITE = 0.375  # White margin around a marker, over its side: detection needs a sixth, the rest is for cutting by hand
+CUT_GREY, CUT_MM = 191, 0.1  # Line to cut along, too light to be detected as the edge of the face
+RULER_THICK_MM, MARK_MM = 0.3, 4.0  # Thickness of the ruler's lines, and length of its marks, one every 10 mm
 LEAST_FACE_MM, MOST_FACE_MM = 5.0, 400.0  # Smallest and largest side of a frame's opening
 LINE_MM = 4.5  # Distance between lines of text
 CAPTION_MM = 12.0 + 5 * LINE_MM  # Height of the ruler and five lines of text below the frame
@@ -70,7 +72,10 @@ INSTRUCTIONS = (
 
 
 def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, face_mm: Box | None) -> Scale:
-    """Fit the scale to the detected markers. Raises InputError if they are too few, double, or misplaced."""
+    """Return the scale that fits the detected markers.
+
+    Raises InputError if there are too few markers, if one is seen twice, or if they do not fit their positions.
+    """
     size_px, file = pixels.size_px, pixels.file
     corners_px = find_markers(pixels, board.dictionary, {marker.id for marker in board.markers})
     markers = [marker for marker in board.markers if marker.id in corners_px]
@@ -87,14 +92,14 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     if residual_mm > max(RESIDUAL_MM, RESIDUAL_PX * mm_per_px):
         worst = markers[int(np.argmax(miss_mm)) // CORNERS].id
         raise InputError(
-            f"{file}: markers misfit by {residual_mm:.2f} mm; worst: marker {worst}. Check x_mm, y_mm and size_mm, "
-            "that the photo is in focus, and that all markers are flat and level with the face; if lens is none, set "
-            "it to auto."
+            f"{file}: the markers misfit by {residual_mm:.2f} mm (RMS), and marker {worst} misfits most. Check x_mm, "
+            "y_mm and size_mm, that the photo is in focus, and that all markers are flat and level with the face. If "
+            'lens is "none", set it to "auto".'
         )
     if depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
         raise InputError(
-            f"{file}: according to the markers, face_mm is outside the photo: check them, and that width and height of "
-            "face_mm are not exchanged."
+            f"{file}: according to the markers, face_mm is outside the photo. Check the markers, and that width and "
+            "height of face_mm are not exchanged."
         )
     distance_mm, tilt_deg = find_tilt(fit, places[MIDDLE], pixels.focal_px, settings.camera_distance_mm)
     given_px = given_corners(pixels, settings)
@@ -102,8 +107,9 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     printed = PRINT if excess is None and board.printed_ruler_mm is None else 0.0
     if printed:
         unchecked = (
-            f"the print of the markers was not checked, and {PRINT:.0%} is in the scale's standard uncertainty for it: "
-            "measure the frame's ruler, photo.markers.printed_ruler_mm, also if it is 100 mm"
+            f"the print of the markers was not checked, so the scale's standard uncertainty includes {PRINT:.0%} for "
+            "it. Measure the ruler on the frame and give its length as photo.markers.printed_ruler_mm, even if it is "
+            "100 mm"
         )
         doubts += (doubt("scale.print-unchecked", unchecked, PRINT),)
     if missing := [marker.id for marker in board.markers if marker not in markers]:
@@ -132,10 +138,10 @@ def check_level(
     distance_mm: float | None,
     file: Path,
 ) -> tuple[float | None, Facts]:
-    """Compare the face's edges, detected or given as corners, with their place according to the markers.
+    """Compare the face's edges, detected or given as corners, with their position according to the markers.
 
-    Returns by what share the face, measured in the markers' plane, is larger than face_mm, and warnings. The share is 0
-    if they agree, None if the edges are not visible. Raises InputError if the markers are too far from level.
+    Returns how much larger the face appears in the markers' plane than face_mm, as a share, and warnings. The share is
+    0 if both agree, and None if the edges are not visible. Raises InputError if the markers are too far from level.
     """
     away_mm, corners_px = distance_mm or USUAL_MM, given_px
     if face_mm is not None:
@@ -151,22 +157,26 @@ def check_level(
                 return _of_size(share - 1, least, face_mm, away_mm, file)
     why = "face_mm is not given" if face_mm is None else "no edges of the face stand out between them"
     text = (
-        f"the markers' level was not checked, since {why}: each mm above or below the measured face is an error of "
-        f"{1 / away_mm:.2%} of every length at {away_mm:.0f} mm from the camera"
+        f"it was not checked whether the markers are level with the face, since {why}. At {away_mm:.0f} mm from the "
+        f"camera, each mm above or below the face changes every length by {1 / away_mm:.2%}"
     )
     return None, (doubt("scale.level-unchecked", text),)
 
 
 def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Path) -> tuple[float, Facts]:
-    """Judge a face that the markers show larger by the share ``grown``; shares up to ``least`` are measuring errors."""
+    """Check a face that appears larger than face_mm by the share ``grown``. Up to ``least`` it is a measuring error.
+
+    Returns the share and warnings. Raises InputError if the share is too large.
+    """
     if abs(grown) <= least:
         return 0.0, ()
     width_mm, height_mm = face_mm[2:]
     comparison = (
         f"according to the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm, but "
-        f"face_mm is {width_mm:g} x {height_mm:g}, a difference of {abs(grown):.1%}: a print at {1 / (1 + grown):.1%} "
-        f"(measure the frame's ruler, photo.markers.printed_ruler_mm) or markers {abs(grown) * away_mm:.1f} mm "
-        f"{'below' if grown > 0 else 'above'} the face, {away_mm:.0f} mm from the camera, would cause this"
+        f"face_mm is {width_mm:g} x {height_mm:g}, a difference of {abs(grown):.1%}. Possible causes: a print at "
+        f"{1 / (1 + grown):.1%} (measure the frame's ruler, photo.markers.printed_ruler_mm), or markers "
+        f"{abs(grown) * away_mm:.1f} mm {'below' if grown > 0 else 'above'} the face, {away_mm:.0f} mm from the "
+        "camera"
     )
     if abs(grown) > MOST_OFF:
         raise InputError(f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face.")
@@ -174,7 +184,10 @@ def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Pat
 
 
 def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
-    """Find markers by id: corners in px, (4, 2), clockwise from the upper left. Raises InputError if under four."""
+    """Return the corners of each marker by its id, (4, 2) in px, clockwise from the upper left.
+
+    Raises InputError if fewer than four are found.
+    """
     clear = {
         number: edge[0]
         for number, quad in _search(pixels, dictionary, expected).items()
@@ -182,15 +195,18 @@ def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[in
     }
     if len(clear) < MIN_MARKERS:
         raise InputError(
-            f"{pixels.file}: found {len(clear)} of {len(expected)} markers of {dictionary}; {MIN_MARKERS} are needed "
-            f"(missing {sorted(expected - set(clear))[:MOST_NAMED]}). Take a sharp photo that shows them, with white "
-            "around each, and do not mirror it."
+            f"{pixels.file}: found {len(clear)} of {len(expected)} markers of {dictionary}, but at least "
+            f"{MIN_MARKERS} are needed (missing: {sorted(expected - set(clear))[:MOST_NAMED]}). Take a sharp photo "
+            "that shows the markers, each with white around it, and do not mirror the photo."
         )
     return clear
 
 
 def seen_markers(pixels: Pixels) -> tuple[str, dict[int, Floats]]:
-    """Return dictionary and corners, by id, of markers in a photo of which no table is given; none if under four."""
+    """Return the dictionary and the corners, by id, of the markers in a photo without a marker table.
+
+    Returns an empty text and dict if there are fewer than four.
+    """
     for dictionary in DICTIONARY:
         numbers = set(dict(_detected(pixels.image, GLANCE_PX, dictionary)))
         if len(numbers) >= MIN_MARKERS:
@@ -200,7 +216,10 @@ def seen_markers(pixels: Pixels) -> tuple[str, dict[int, Floats]]:
 
 
 def _detected(image: NDArray[np.uint8], side_px: int, dictionary: str) -> list[tuple[int, Floats]]:
-    """Return numbers and rough corners of markers by a copy of the photo whose longer side is at most ``side_px``."""
+    """Return the ids and rough corners of the markers in a copy of the photo.
+
+    The copy's longer side is at most ``side_px``.
+    """
     shrink = min(1.0, side_px / max(image.shape))
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     copy = cv2.resize(grey, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
@@ -214,7 +233,10 @@ def _detected(image: NDArray[np.uint8], side_px: int, dictionary: str) -> list[t
 
 
 def _search(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
-    """Find rough corners of the expected markers in ever larger copies of the photo, until all are found."""
+    """Return the rough corners of the expected markers.
+
+    Ever larger copies of the photo are searched until all are found.
+    """
     corners_px: dict[int, Floats] = {}
     for side_px in (SEARCH_PX * 2**step for step in range(10)):
         markers = [marker for marker in _detected(pixels.image, side_px, dictionary) if marker[0] in expected]
@@ -224,7 +246,7 @@ def _search(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Fl
         numbers = [number for number, _ in alike]
         if twice := {number for number in numbers if numbers.count(number) > 1}:
             raise InputError(
-                f"{pixels.file}: marker {min(twice)} is in the photo more than once; cover the copy, or remove that "
+                f"{pixels.file}: marker {min(twice)} is in the photo more than once. Cover the copy, or remove that "
                 "marker from [photo.markers]."
             )
         corners_px |= dict(alike)
@@ -234,13 +256,13 @@ def _search(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Fl
 
 
 def corners_mm(board: MarkerBoard, marker: Marker) -> Floats:
-    """Return the corners on the face, (4, 2): upper left, upper right, lower right, lower left."""
+    """Return a marker's corners on the face, (4, 2) in mm: upper left, upper right, lower right, lower left."""
     half = board.size_mm / 2
     return np.array([marker.x_mm, marker.y_mm]) + half * np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]])
 
 
 def black_modules(board: MarkerBoard, marker: Marker) -> tuple[Floats, list[Floats]]:
-    """Return rings in mm: the black square of a marker, and the white cells inside it."""
+    """Return the outline of a marker's black square, and of each white cell inside it, as rings in mm."""
     cells = _dictionary(board.dictionary).markerSize + 2
     bits = cv2.aruco.generateImageMarker(_dictionary(board.dictionary), marker.id, cells)
     outer = corners_mm(board, marker)
@@ -254,7 +276,7 @@ def _dictionary(name: str) -> cv2.aruco.Dictionary:
 
 
 def _module_px(quad: Floats, dictionary: str) -> float:
-    """Return the side of a cell of a marker; the border is a cell wide."""
+    """Return the side of one cell of a marker, in px. The marker's border is one cell wide."""
     return float(np.linalg.norm(quad[1] - quad[0])) / (_dictionary(dictionary).markerSize + 2)
 
 
@@ -263,24 +285,25 @@ if TYPE_CHECKING:
 
 
 class MarkerFrame(Settings):
-    """A frame of markers to print: options of 'sealtwin markers'."""
+    """A frame of markers to print. The fields are options of 'sealtwin markers'."""
 
     face_mm: tuple[FaceSide, FaceSide]
     """Size of the sample's face, which is the opening of the frame."""
     size_mm: float = Field(default=16.0, ge=5, le=200)
-    """Outer edge of a marker's black square."""
+    """Side of a marker's black square."""
     dictionary: Dictionary = "4x4_50"
     """Dictionary of the markers: cells across and number of markers, or an AprilTag family."""
     count: Literal["4", "8"] = "8"
-    """4: at the corners of the face; 8: also in the middle of its sides."""
+    """Number of markers. 4: at the corners of the face. 8: also in the middle of its sides."""
     paper: Literal["a4", "a3", "letter"] = "a4"
     """Size of the paper, portrait or landscape."""
 
 
 def frame_pdf(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> bytes:
-    """Draw the frame on a paper of ``PAPERS_MM``, either way up; raise InputError if it does not fit.
+    """Return the frame as a PDF on a paper of ``PAPERS_MM``, portrait or landscape.
 
-    The PDF is marked so that viewers print it unscaled (ISO 32000-1, 12.2: PrintScaling).
+    Raises InputError if the frame does not fit. The PDF is marked so that viewers print it unscaled (ISO 32000-1, 12.2:
+    PrintScaling).
     """
     from fpdf import FPDF, ViewerPreferences
 
@@ -291,9 +314,9 @@ def frame_pdf(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> b
     fitting_mm = [mm for mm in ((short_mm, long_mm), (long_mm, short_mm)) if np.all(needed_mm <= mm)]
     if not fitting_mm:
         raise InputError(
-            f"the frame needs {needed_mm[0]:.0f} x {needed_mm[1]:.0f} mm with its ruler, text and unprinted edge; "
-            f"{paper} has {short_mm:g} x {long_mm:g} mm, portrait or landscape. Give a larger "
-            "--paper or a smaller --size-mm."
+            f"the frame needs {needed_mm[0]:.0f} x {needed_mm[1]:.0f} mm with its ruler, text and unprinted edge, but "
+            f"{paper} has {short_mm:g} x {long_mm:g} mm, portrait or landscape. Give a larger --paper or a smaller "
+            "--size-mm."
         )
     page = FPDF(unit="mm", format=fitting_mm[0])
     # A frame drawn again is the same file.
@@ -337,7 +360,10 @@ def _draw_caption(page: "FPDF", top_mm: float, face_mm: tuple[float, float], boa
 def board_around(
     face_mm: tuple[float, float], size_mm: float, dictionary: Dictionary, count: int, ruler_mm: float | None = None
 ) -> MarkerBoard:
-    """Place markers at the face's corners and, if ``count`` is 8, sides; raise InputError if they would touch."""
+    """Return a board with markers around the face, at its corners and, if ``count`` is 8, also at its sides.
+
+    Raises InputError if the markers would touch, or for a face that is too small or too large.
+    """
     width, height = face_mm
     off, needed_mm = size_mm * (0.5 + WHITE), size_mm * (1 + WHITE)
     columns, rows = ((-off, side / 2, side + off)[:: 1 if count == 8 else 2] for side in face_mm)
@@ -345,8 +371,9 @@ def board_around(
     if apart_mm < needed_mm or not all(LEAST_FACE_MM <= side <= MOST_FACE_MM for side in face_mm):
         raise InputError(
             f"{count} markers of {size_mm:g} mm around a face of {width:g} x {height:g} mm would be {apart_mm:.1f} mm "
-            f"apart; they must be at least {needed_mm:.1f} mm apart, and sides of the face {LEAST_FACE_MM:g} to "
-            f"{MOST_FACE_MM:g} mm. Give --face-mm as width x height, a smaller --size-mm, or --count 4."
+            f"apart. They must be at least {needed_mm:.1f} mm apart, and the sides of the face must be "
+            f"{LEAST_FACE_MM:g} to {MOST_FACE_MM:g} mm. Give --face-mm as width x height, a smaller --size-mm, or "
+            "--count 4."
         )
     places = [(x, y) for y in rows for x in columns if (x, y) != (width / 2, height / 2)]
     markers = tuple(Marker(id=number, x_mm=x, y_mm=y) for number, (x, y) in enumerate(places))
@@ -354,7 +381,7 @@ def board_around(
 
 
 def board_toml(face_mm: tuple[float, float], board: MarkerBoard) -> str:
-    """Return the table for a trial file, with the size of the face in a comment."""
+    """Return the marker table for a trial file, with the size of the face in a comment."""
     rows = [f"  {{ id = {marker.id}, x_mm = {marker.x_mm}, y_mm = {marker.y_mm} }}," for marker in board.markers]
     head = f"# In [photo]: face_mm = {list(face_mm)}\n[photo.markers]"
     size = f'dictionary = "{board.dictionary}"\nsize_mm = {board.size_mm}\nmarkers = ['

@@ -1,4 +1,4 @@
-"""View of the face's plane by a camera: mapping between pixels and millimetres, its fit to points, its uncertainty."""
+"""A camera's view of the face's plane: its mapping between pixels and millimetres, fit to points, and uncertainty."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,18 +14,19 @@ from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
-MOST_SPREAD_DEG = 1.0  # Largest standard deviation of a reported tilt, that of a level on the phone
-LENS_SIGMAS = 3.0  # Smallest distortion of a lens that is fitted, in standard deviations
-CORNERS = 4  # Corners of a marker
-MOST_GROUPS = 16  # Most groups of markers that are left out in turn
+MOST_SPREAD_DEG = 1.0  # Largest standard deviation of a reported tilt, equal to that of a phone's level
+LENS_SIGMAS = 3.0  # A lens is fitted if its distortion is at least this many standard deviations
+CORNERS = 4  # Number of corners of a marker
+MOST_GROUPS = 16  # Largest number of groups of markers that are left out in turn
 
 
 @dataclass(frozen=True)
 class Lens:
-    """Radial distortion of a lens, which shifts each point along its ray from the photo's centre."""
+    """Radial distortion of a lens, which shifts each point along the ray from the photo's centre."""
 
     centre_px: Floats  # (2,)
-    bend_px2: float  # Distortion in px⁻²: k1 over the square of the focal length. Negative is the barrel of a wide lens
+    # Distortion in px⁻²: k1 over the square of the focal length; negative for the barrel distortion of a wide lens
+    bend_px2: float
 
     def bent(self, straight_px: Floats) -> Floats:
         """Map points of an undistorted picture to this lens's picture, (n, 2) to (n, 2)."""
@@ -33,7 +34,7 @@ class Lens:
         return self.centre_px + away_px * (1 + self.bend_px2 * (away_px**2).sum(axis=1, keepdims=True))
 
     def straightened(self, seen_px: Floats) -> Floats:
-        """Invert ``bent``, (n, 2) to (n, 2)."""
+        """Map points of this lens's picture to the undistorted picture, (n, 2) to (n, 2). It inverts ``bent``."""
         if len(seen_px) == 0:
             return seen_px
         camera = np.eye(3)
@@ -46,77 +47,81 @@ class Lens:
 
 @dataclass(frozen=True)
 class View:
-    """A homography and a lens."""
+    """Mapping between pixels and millimetres: a homography and, optionally, a lens."""
 
-    mm_from_px: Floats  # Homography from undistorted pixels, (3, 3)
+    mm_from_px: Floats  # Homography from undistorted pixels to mm, (3, 3)
     lens: Lens | None = None
 
     def to_mm(self, points_px: Floats) -> Floats:
-        """Map pixels to places on the face, (n, 2) to (n, 2)."""
+        """Map pixels, (n, 2), to points on the face in mm, (n, 2)."""
         return project(self.mm_from_px, points_px if self.lens is None else self.lens.straightened(points_px))
 
     def to_px(self, points_mm: Floats) -> Floats:
-        """Map places on the face to pixels, (n, 2) to (n, 2)."""
+        """Map points on the face in mm, (n, 2), to pixels, (n, 2)."""
         straight_px = project(self.px_from_mm, points_mm)
         return straight_px if self.lens is None else self.lens.bent(straight_px)
 
     def mm_per_px_at(self, points_px: Floats) -> Floats:
-        """Return the local scale at each point, the geometric mean of all directions, (n,); tilt and lens vary it."""
+        """Return the local scale in mm/px at each point, (n,), the geometric mean of all directions.
+
+        The scale varies with tilt and lens.
+        """
         half_px = 0.5 * np.eye(2)
         along_x, along_y = (self.to_mm(points_px + step) - self.to_mm(points_px - step) for step in half_px)
         return np.sqrt(np.abs(cross(along_x, along_y)))
 
     @cached_property
     def px_from_mm(self) -> Floats:
-        """Inverse of ``mm_from_px``."""
+        """Inverse of ``mm_from_px``, (3, 3)."""
         return _inverse(self.mm_from_px)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scale:
-    """The mapping between a photo and the face, its source and its uncertainty."""
+    """Mapping between a photo and the face, with its source and uncertainty."""
 
     view: View  # The only mapping between pixels and millimetres
-    mm_per_px: float  # Scale at the centre of the face, or else of the frame of markers or of the photo
+    mm_per_px: float  # Scale at the centre of the face; without a face, of the frame of markers or of the photo
     scale_source: str
-    unit: Literal["mm", "px"] = "mm"  # Of lengths in sentences; px, each as 1 mm, if the photo has no scale yet
+    unit: Literal["mm", "px"] = "mm"  # Unit of lengths in messages; px, each as 1 mm, if the photo has no scale yet
     scale_residual_mm: float | None = None
     scale_uncertainty: float | None = None  # Relative standard uncertainty of a length; None if unknown
-    camera_tilt_deg: float | None = None  # Between the camera's axis and the face's normal, if the photo shows it
+    # Angle between the camera's axis and the face's normal; None if the photo does not show it
+    camera_tilt_deg: float | None = None
     face_mm: Box | None = None
-    markers_px: tuple[Floats, ...] = ()  # Corners of the detected markers: they are not part of the sample
+    markers_px: tuple[Floats, ...] = ()  # Corners of the detected markers, which are not part of the sample
     warnings: Facts = ()
 
 
 def places_px(view: View, box_mm: Box) -> Floats:
-    """Return points (25, 2) spread over a box on the face, in the photo. The middle one is at ``MIDDLE``."""
+    """Return points in the photo, (25, 2), spread over a box on the face. The middle point has index ``MIDDLE``."""
     fifths = np.argwhere(np.ones((5, 5))) / 4
     return view.to_px(box_mm[:2] + fifths * np.subtract(box_mm[2:], box_mm[:2]))
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The view that projects control points closest to their places in the photo, and views by errors of the points."""
+    """A view that fits control points best, and other views that show the effect of errors in the points."""
 
     view: View
     others: list[View]  # Fits without some points, or with one coordinate moved by its standard deviation
-    weight: float  # Variance over the sum of squared differences of the others
+    weight: float  # Variance of a quantity, over the sum of its squared differences in the other views
 
     def spread(self, quantity: Callable[[View], Floats]) -> Floats:
-        """Return the standard deviation of a ``quantity`` of views, (n,)."""
+        """Return the standard deviation of a quantity that is computed from a view, (n,)."""
         value = quantity(self.view)
         return np.sqrt(self.weight * np.sum([(quantity(other) - value) ** 2 for other in self.others], axis=0))
 
     def spread_of_scale(self, places_px: Floats) -> float:
-        """Return the relative standard deviation of the local scale, RMS over ``places_px`` in the photo."""
+        """Return the relative standard deviation of the local scale, as RMS over ``places_px`` in the photo."""
         spread = self.spread(lambda view: np.log(view.mm_per_px_at(places_px)))
         return float(np.sqrt(np.mean(spread**2)))
 
 
 def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> Fit:
-    """Fit a view to the corners of markers, (4 n, 2), with a radial lens term if they show one.
+    """Fit a view to the corners of markers, (4 n, 2), with a radial lens term if the corners show one.
 
-    Its spread is by a jackknife over markers, whose corners may share an error.
+    The spread comes from a jackknife over markers, whose corners may share an error.
     """
 
     def bend_px2(view: View) -> Floats:
@@ -141,7 +146,7 @@ def _without_each(seen_px: Floats, true_mm: Floats, start: View) -> Fit:
 
 
 def fit_corners(seen_px: Floats, true_mm: Floats, sd_px: float) -> Fit:
-    """Fit a view to four corners, (4, 2), each of whose coordinates has the standard deviation ``sd_px``."""
+    """Fit a view to four corners, (4, 2). Each coordinate of a corner has the standard deviation ``sd_px``."""
     # No move, and then each coordinate's.
     moves_px = sd_px * np.eye(9, 8, -1).reshape(9, 4, 2)
     start = View(_inverse(cv2.findHomography(true_mm, seen_px)[0]))
@@ -150,7 +155,10 @@ def fit_corners(seen_px: Floats, true_mm: Floats, sd_px: float) -> Fit:
 
 
 def fit_view(seen_px: Floats, true_mm: Floats, start: View) -> View:
-    """Fit a homography to four or more points by least squares, and a radial term if ``start`` has a lens."""
+    """Fit a homography to four or more points by least squares.
+
+    If ``start`` has a lens, its radial term is fitted too.
+    """
     # Imported here, since it takes a tenth of a second.
     from scipy.optimize import least_squares
 
@@ -175,10 +183,11 @@ def _inverse(matrix: NDArray[Any]) -> Floats:
 def find_tilt(
     fit: Fit, middle_px: Floats, focal_px: float | None, distance_mm: float | None
 ) -> tuple[float | None, float | None]:
-    """Find the camera's distance from the middle of the face, mm, and the tilt of its axis to the normal, degrees.
+    """Return the camera's distance from the middle of the face in mm, and its tilt in degrees.
 
-    The distance is the measured one, or by the camera's own focal length. The tilt is None without a distance, and if
-    it is unsure by over ``MOST_SPREAD_DEG``.
+    The tilt is the angle between the camera's axis and the face's normal. The distance is ``distance_mm`` if given, or
+    follows from the camera's focal length. The tilt is None without a distance, or if its uncertainty is above
+    ``MOST_SPREAD_DEG``.
     """
     if distance_mm is None:
         if focal_px is None:

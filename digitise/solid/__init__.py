@@ -1,1 +1,1 @@
-"""The watertight solid of a sample: a block minus the cavity of its crack."""
+"""Build the watertight solid of a sample: a block minus the cavity of its crack."""

@@ -1,4 +1,4 @@
-"""Build the sample as a watertight solid: a block less the crack's cavity, from the outline and a measured depth."""
+"""Build the sample as a watertight solid, a block minus the crack's cavity, from the outline and a measured depth."""
 
 from dataclasses import replace
 
@@ -26,31 +26,32 @@ from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import ClosingDepth, EndOfCrack, SolidFigures, Span, WeighedCavity
 
-JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
-LEAST_CLOSED = 0.02  # Share of a crack with meeting funnel walls that gives a warning: at closed tips they always meet
-MOST_APART = 0.08  # Largest difference of the cavity from its sections, as a share; 31 drawn cracks have 0.05 at most
+JITTER_MM = 2e-4  # Step of the random shift of vertices after a failed build; the shift breaks coincidences
+LEAST_CLOSED = 0.02  # Share of a crack whose funnel walls meet that gives a warning: at closed tips they always meet
+MOST_APART = 0.08  # Largest relative difference of the cavity from its sections; 31 drawn cracks have 0.05 at most
 BENDS = (
-    "The cavity has {:.2f} times the volume of its sections along the crack: the crack bends so sharply for its width "
-    "and tilt that parts of it meet, or that the ground beyond an end takes part of it. Look at crack.stl, and reduce "
-    'wall_angle_deg or choose tilt = "vertical".'
+    "The cavity has {:.2f} times the volume of its sections along the crack. The crack bends so sharply for its "
+    "width and tilt that parts of it meet, or that the ground beyond an end takes part of it. Look at crack.stl, and "
+    'reduce wall_angle_deg or choose tilt = "vertical".'
 )
-TABLE_SHORT_MM = 2.0  # Length of crack beyond its table of depths without a warning: ends are uncertain by as much
+# A table of depths may be shorter than the crack by this without a warning, since ends are as uncertain
+TABLE_SHORT_MM = 2.0
 ATTEMPTS = 6
-LEAST_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's: less means that the crack leaves the sample
+LEAST_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's; less means that the crack leaves the sample
 SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles of the paper's size
 
 
 def build_solid(outline: Outline, shape: CrackShape) -> Solid:
-    """Build the block less its tilted cavity, watertight and free of self-intersections, with dams at open ends.
+    """Build the block minus its tilted cavity, with dams at open ends.
 
-    z = 0 is the face. The walls follow the traced outline at the mouth, those of a flare at the floor.
-    Raises InputError if the outline crosses itself, leaves the block without an open end, or encloses nothing, and if
-    walls that open downward meet below the face.
+    The solid is watertight and does not cross itself. z = 0 is the face. The walls follow the traced outline at the
+    mouth, or at the floor for a flare. Raises InputError if the outline crosses itself, leaves the block without an
+    open end, or encloses nothing. Raises InputError also if walls that open downward meet below the face.
     """
     if shape.fill is not None:
         raise ValueError("the shape has a weighed fill whose angles are not computed yet")
     if outline.width_source == "none":
-        raise InputError("This outline is a path alone, without walls: give the crack's width to build a solid.")
+        raise InputError("This outline is only a path, without walls. Give the crack's width to build a solid.")
     shape, table_warnings = shape_as_long_as(outline.length_mm, shape)
     spread_mm = max(wall_shifts_mm(shape))
     footprint = lay_out(outline, shape, spread_mm)
@@ -69,8 +70,8 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     if volume_mm3 < SMALLEST_CAVITY_MM3:
         raise InputError(
             f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
-            f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. Check depth_mm and the scale. "
-            f"{REDUCE_ANGLE} of a funnel, or choose another tilt."
+            f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g} mm³, so there is nothing to fill. Check "
+            f"depth_mm and the scale. {REDUCE_ANGLE} of a funnel, or choose another tilt."
         )
     vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
     bottom_mm = -(shape.deepest_mm + shape.floor_thickness_mm)
@@ -126,7 +127,10 @@ def with_weighed(solid: Solid, weighed: WeighedCavity) -> Solid:
 
 
 def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> Span | None:
-    """Return the cavity's volume at both ends of the width's interval. Each wall moves as a whole, at any tilt."""
+    """Return the cavity's volume at both ends of the width's 95 % interval.
+
+    Each wall moves as a whole, at any tilt. Returns None if the width has no interval.
+    """
     if outline.width_95_mm is None:
         return None
     area_mm2 = float(np.trapezoid(shape.depth_at_mm(outline.s_mm), outline.s_mm))
@@ -137,25 +141,28 @@ def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> 
 
 
 def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[Fact]]:
-    """Return the shape with its table of depths cut at the crack's end, and a warning if it is longer or too short."""
+    """Return the shape with its depth table cut at the crack's end, and a warning if the table is too long or short."""
     s_mm = shape.depth_stations_mm
-    differs = f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: "
+    differs = f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long. "
     if len(s_mm) > 1 and s_mm[-1] < length_mm - TABLE_SHORT_MM:
         return shape, [
-            doubt("solid.short-table", f"{differs}its last depth is used for the rest.", float(s_mm[-1]), "mm")
+            doubt("solid.short-table", f"{differs}The last depth is used for the rest.", float(s_mm[-1]), "mm")
         ]
     if s_mm[-1] <= length_mm:
         return shape, []
     s_mm = np.append(s_mm[s_mm < length_mm], length_mm)
     table = tuple(zip(s_mm.tolist(), shape.depth_at_mm(s_mm).tolist(), strict=True))
-    text = f"{differs}its floor ends there."
+    text = f"{differs}The table is cut at the crack's end."
     return shape.model_copy(update={"depth_mm": table}), [doubt("solid.long-table", text, length_mm, "mm")]
 
 
 def _watertight(
     footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]
 ) -> tuple[Floats, Integers, MeshFigures, float]:
-    """Build, tidy and check; after a failed check, shift the outline's vertices a little and build again."""
+    """Build the solid, tidy its mesh and check it.
+
+    If a check fails, shift the outline's vertices slightly and repeat.
+    """
     rng, traced = np.random.default_rng(0), footprint.crack
     faults: list[str] = []
     for attempt in range(ATTEMPTS):
@@ -168,13 +175,13 @@ def _watertight(
         if figures is not None and not faults:
             return vertices_mm, faces, figures, jitter_mm
     raise InputError(
-        f"No sound solid after {ATTEMPTS} builds of this outline with tilt {shape.tilt}: {faults[0]} "
-        "Retrace the crack near there, or choose another tilt."
+        f"{ATTEMPTS} builds of this outline with tilt {shape.tilt} gave no valid solid: {faults[0]} Retrace the crack "
+        "near there, or choose another tilt."
     )
 
 
 def _widths_mm(outline: Outline, shape: CrackShape) -> tuple[float, float]:
-    """Return the mean width at the mouth and at the floor."""
+    """Return the mean width at the mouth and at the floor, in mm."""
     opening_mm = sum(wall_shifts_mm(shape)) * {"flare": 1.0, "undercut": 1.0, "funnel": -1.0}.get(shape.tilt, 0.0)
     other_mm = _mean_along(outline, np.maximum(0.0, outline.width_mm + opening_mm))
     photo_mm = outline.mean_width_mm
@@ -186,7 +193,7 @@ def _mean_along(outline: Outline, values: Floats) -> float:
 
 
 def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
-    """Return the depth at which the walls of a funnel at these angles meet: w / (tan left + tan right)."""
+    """Return the depth at which the walls of a funnel with these angles meet: width / (tan left + tan right)."""
     funnel = shape.model_copy(update={"tilt": "funnel"})
     closing = np.tan(np.radians(funnel.wall_angles_deg)).sum()
     if closing == 0:
@@ -201,10 +208,10 @@ def _tilt_warnings(outline: Outline, shape: CrackShape, closing: ClosingDepth) -
         return []
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     text = (
-        f"At {_angles(shape)} the walls meet above the requested depth, {shape.deepest_mm:g} mm at most, along "
-        f"{closing.share_above_floor:.0%} of the crack; averaged over the whole crack, they meet at "
-        f"{closing.mean:.1f} mm. Reduce the angle below {steepest_deg:.1f}°, choose "
-        f'tilt = "flare" or "lean", or accept the V-shaped section.'
+        f"At {_angles(shape)} the walls meet above the requested depth ({shape.deepest_mm:g} mm at most) along "
+        f"{closing.share_above_floor:.0%} of the crack. On average over the whole crack they meet at "
+        f'{closing.mean:.1f} mm. Reduce the angle below {steepest_deg:.1f}°, choose tilt = "flare" or "lean", or '
+        "accept the V-shaped section."
     )
     return [doubt("solid.walls-meet", text, closing.mean, "mm")]
 

@@ -13,8 +13,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Booleans, FaceLabel, Floats, Integers
 from sealtwin.core.solid_figures import DamBox
 
-NEAR_MM = 5e-3  # Tolerance of a plane: a tidied vertex is within one collapsed edge, 2e-3 mm, of its own
-CLEARANCE_MM = 0.5  # Least thickness of sample between the crack and the block's side
+NEAR_MM = 5e-3  # Tolerance of a plane: tidying moves a vertex by at most one collapsed edge, 2e-3 mm
+CLEARANCE_MM = 0.5  # Least thickness of the sample between the crack and the block's side
 DAM_THICKNESS_MM = 4.0
 DAM_OVERLAP_MM = 4.0  # Width of the block's side that a dam covers on each side of the opening, as tape does
 
@@ -22,7 +22,7 @@ DAM_OVERLAP_MM = 4.0  # Width of the block's side that a dam covers on each side
 def label_faces(
     vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float, bottom_mm: float
 ) -> Integers:
-    """Return a ``FaceLabel`` for each face by its plane, (f,); faces outside all planes are WALL."""
+    """Return a ``FaceLabel`` for each face, (f,), from the plane that it is in. Faces outside all planes are WALL."""
     corners, box = vertices_mm[faces], footprint.block_mm
     label = np.full(len(faces), FaceLabel.WALL, dtype=np.int64)
     for end in footprint.ends:
@@ -37,7 +37,7 @@ def label_faces(
 
 
 def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> Booleans:
-    """Label the faces in the planes of the block's sides, and return True for them, (f,)."""
+    """Label the faces in the planes of the block's sides. Return a mask that is True for these faces, (f,)."""
     normal, labelled = normals(corners_mm), np.zeros(len(label), dtype=bool)
     for side in range(4):
         in_plane = _within(corners_mm[:, :, side % 2], box_mm[side])
@@ -57,25 +57,28 @@ def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_
 
 
 def _within(coordinate: Floats, level: float) -> Booleans:
-    """Return True for faces with all places (f, n) in the plane."""
+    """Return True for the faces whose points, (f, n), are all in the plane."""
     return np.all(np.abs(coordinate - level) < NEAR_MM, axis=1)
 
 
 @dataclass(frozen=True)
 class Dam:
-    """A plate outside the block's side, over one open end."""
+    """A plate outside the block's side that closes one open end."""
 
     end: int
     box_mm: Box
 
 
 def dam_box(plate_mm: Box, bottom_mm: float, top_mm: float, end: int | None = None) -> DamBox:
-    """Return the figures of a plate that reaches from ``bottom_mm`` up to ``top_mm``."""
+    """Return the box of a plate that reaches from ``bottom_mm`` up to ``top_mm``."""
     return DamBox((*plate_mm[:2], bottom_mm, *plate_mm[2:], top_mm), end)
 
 
 def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 0.0) -> tuple[Dam, ...]:
-    """Return a plate over the openings at each open end; raise InputError if ``sections`` leave the block elsewhere."""
+    """Return a plate over the openings at each open end.
+
+    Raises InputError if an open end does not reach the block's side, or if ``sections`` leave the block elsewhere.
+    """
     points = np.vstack([polygon for section in sections for polygon in section.to_polygons()])
     plates = []
     for end in footprint.ends:
@@ -84,8 +87,8 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
             at_side = points[np.abs(points[:, side % 2] - footprint.block_mm[side]) < 1e-6]
             if not len(at_side):
                 raise InputError(
-                    f"End {end.number + 1} is open, but the crack does not reach the block's side there. "
-                    "Move the end to the edge of the face, or make it closed or cut."
+                    f"End {end.number + 1} is open, but the crack does not reach the block's side there. Move the end "
+                    "to the edge of the face, or make it closed or cut."
                 )
             plates.append(Dam(end.number, plate_over(at_side, side, footprint.block_mm)))
     x_min, y_min, x_max, y_max = footprint.block_mm
@@ -99,13 +102,13 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
     if not pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
         raise tilted_out(spread_mm)
     raise InputError(
-        f"Crack mouth or floor comes within {CLEARANCE_MM} mm of the block's side, or crosses it, at a place without "
-        "an open end. Mark an open end there, or give a larger face_mm or margin_mm."
+        f"The crack's mouth or floor comes within {CLEARANCE_MM} mm of the block's side, or crosses it, at a point "
+        "without an open end. Mark an open end there, or give a larger face_mm or margin_mm."
     )
 
 
 def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
-    """Return the box of a plate outside the block's side, over an opening and its overlap, up to the corners."""
+    """Return the box of a plate outside the block's side. It covers an opening and its overlap, up to the corners."""
     along, across = 1 - side % 2, side % 2
     box_mm, opening_mm = np.array(block_mm, dtype=float), at_side[:, along]
     reach_mm = np.array([opening_mm.min() - DAM_OVERLAP_MM, opening_mm.max() + DAM_OVERLAP_MM])
@@ -119,9 +122,9 @@ REDUCE_ANGLE = "Reduce wall_angle_deg"
 
 
 def tilted_out(spread_mm: float) -> InputError:
-    """Return the refusal of a crack that leaves the sample by its tilt, not by its trace."""
+    """Return the error for walls that leave the sample because of their tilt."""
     return InputError(
-        f"The tilt moves the walls {spread_mm:.1f} mm sideways over the depth, which takes the crack to within "
-        f"{CLEARANCE_MM} mm of the block's side, or through it, at a place without an open end. {REDUCE_ANGLE}, check "
+        f"The tilt moves the walls {spread_mm:.1f} mm sideways over the depth, so that the crack comes within "
+        f"{CLEARANCE_MM} mm of the block's side, or crosses it, at a point without an open end. {REDUCE_ANGLE}, check "
         'depth_mm, or choose tilt = "vertical".'
     )

@@ -1,4 +1,4 @@
-"""Clean-up of a boolean's mesh: edges of 1e-10 mm would open it once rounded to float32."""
+"""Clean the mesh after a boolean operation. Without it, rounding to float32 opens holes at edges of 1e-10 mm."""
 
 from collections import defaultdict
 
@@ -10,17 +10,20 @@ from digitise.geometry.mesh_topology import directed_edges, normals
 from sealtwin.core.records import Floats, Integers
 
 DUST_MM3 = 1e-3
-WELD_DIGITS = 5  # Decimals of mm to which vertices are one: float32's step at 160 mm
-NEEDLE_MM = 1e-7  # Height below which a triangle is a line: a thousandth of float32's step at 160 mm
-MOST_ROUNDS = 50  # Most rounds of turning edges at needles, one for each needle in a stack
-SHORT_MM = 2e-3  # Edges below are collapsed: a hundredth of a particle's radius, 100 times float32's step at 160 mm
+WELD_DIGITS = 5  # Vertices that agree to this many decimals of a mm are equal: float32's step at 160 mm
+NEEDLE_MM = 1e-7  # A triangle lower than this is a line: a thousandth of float32's step at 160 mm
+MOST_ROUNDS = 50  # Largest number of rounds that remove needles; a stack of needles needs one round for each
+SHORT_MM = 2e-3  # Shorter edges are collapsed: a hundredth of a particle's radius, 100 times float32's step at 160 mm
 ROUNDS = (1, 1, 2, 4)
-"""Limit of each round of collapses in SHORT_MM: a collapse shortens edges beside it, and a neighbour just above the
-limit may block it."""
+"""Length limit of each round of collapses, in multiples of SHORT_MM. Limits grow because a collapse shortens edges
+beside it, and a neighbour just above the limit may block a collapse."""
 
 
 def tidy(body: Manifold) -> tuple[Floats, Integers]:
-    """Drop dust, weld vertices, collapse short edges, turn needles; return vertices (v, 3) in mm and faces (f, 3)."""
+    """Return the cleaned mesh of a body: vertices, (v, 3) in mm, and faces, (f, 3).
+
+    Dust is dropped, vertices are welded, short edges are collapsed, and needles are merged.
+    """
     pieces = [piece for piece in body.decompose() if abs(piece.volume()) >= DUST_MM3]
     vertices, faces, alike = welded(*arrays_of(Manifold.compose(pieces)), WELD_DIGITS)
     # Two faces on the same corners enclose nothing.
@@ -33,15 +36,15 @@ def tidy(body: Manifold) -> tuple[Floats, Integers]:
 
 
 def arrays_of(body: Manifold) -> tuple[Floats, Integers]:
-    """Return the vertices (v, 3) and faces (f, 3) of a body."""
+    """Return the vertices, (v, 3), and faces, (f, 3), of a body."""
     mesh = body.to_mesh64()
     return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
 
 
 def welded(vertices: Floats, faces: Integers, digits: int) -> tuple[Floats, Integers, Integers]:
-    """Join vertices that are equal to so many decimals, and drop faces with less than three corners.
+    """Join vertices that are equal to ``digits`` decimals, and drop faces with fewer than three corners.
 
-    Returns vertices, faces, and the same number for faces on the same corners, (f,).
+    Returns vertices, faces, and a number for each face, (f,), that is the same for faces on the same corners.
     """
     first, group = trimesh.grouping.unique_rows(vertices, digits=digits)
     faces = group[faces]
@@ -50,7 +53,7 @@ def welded(vertices: Floats, faces: Integers, digits: int) -> tuple[Floats, Inte
 
 
 def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
-    """Return the edges of a closed mesh below a length, shortest first, (n, 2)."""
+    """Return the edges of a closed mesh that are shorter than a limit, shortest first, (n, 2)."""
     edges = directed_edges(faces)
     edges = edges[edges[:, 0] < edges[:, 1]]
     length_mm = np.linalg.norm(np.subtract(*vertices[edges.T]), axis=1)
@@ -59,7 +62,7 @@ def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers
 
 
 def _collapsed(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
-    """Collapse edges below a length to one of their ends, unless that changes topology or shape."""
+    """Collapse edges shorter than a limit to one of their ends, unless this changes topology or shape."""
     edges, faces, present = _edges_below(vertices, faces, limit_mm), faces.copy(), np.ones(len(faces), dtype=bool)
     users: defaultdict[int, set[int]] = defaultdict(set)
     for row in np.flatnonzero(np.isin(faces, edges).any(axis=1)).tolist():
@@ -82,7 +85,10 @@ def _collapsed(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
 
 
 def _swept_mm3(vertices: Floats, faces: Integers, gone: int, target: int, limit_mm: float) -> float:
-    """Return the volume that moving ``gone`` to ``target`` sweeps; infinite if a face of some size would flip."""
+    """Return the volume that is swept when the vertex ``gone`` moves to ``target``.
+
+    Returns inf if a face of some size would flip.
+    """
     corners = vertices[faces]
     old, new = normals(corners), normals(vertices[np.where(faces == gone, target, faces)])
     double_mm2 = np.linalg.norm(old, axis=1)
@@ -95,9 +101,10 @@ def _swept_mm3(vertices: Floats, faces: Integers, gone: int, target: int, limit_
 
 
 def without_needles(vertices_mm: Floats, faces: Integers) -> Integers:
-    """Merge each triangle without height with the neighbour at its longest edge, which its third corner then splits.
+    """Merge each triangle without height with the neighbour at its longest edge.
 
-    Manifold (3.5.4) removes such triangles on reading and may move neighbours: a block of 127,039 mm³ lost 226 mm³.
+    The triangle's third corner splits the neighbour. Manifold (3.5.4) removes such triangles on reading and may move
+    their neighbours: a block of 127,039 mm³ lost 226 mm³.
     """
     faces = faces.copy()
     for _ in range(MOST_ROUNDS):

@@ -1,4 +1,4 @@
-"""Plan view of the crack and its block: one clean region extended past its flat ends, and a floor of changing depth."""
+"""Plan view of the crack and its block: one clean region, extended past its flat ends, and a floor of varying depth."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -29,13 +29,14 @@ from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 
 ON_SIDE_MM = 0.01  # Tolerance of a point on the block's side: the outline's file rounds to a thousandth of it
-RUN_OUT_MM = 5.0  # Straight walls beyond an end, in excess of the tilt's move, so that the end itself stays undisturbed
+# Length of straight walls beyond an end, added to the tilt's shift, so that the end itself stays undisturbed
+RUN_OUT_MM = 5.0
 CLEAR_MM = 0.1  # Least ground between a cut end's run-out and another part of the crack, and least run-out
-HEADING_MM = 5.0  # Length of centreline that gives an end its direction: long against pixels, short against its wander
-NEAR_WIDTHS = 2.0  # The same in widths, if the crack turns by over 60 degrees within that length
-TURNOVER_DEG = 60.0  # Angle from straight ahead beyond which a part of a blunt tip belongs to one wall alone
-STATION_MM = 1.0  # Spacing of the floor's corners, along and across the crack: a third of the paper's width
-SMOOTHED_STATIONS = 1.0  # Gaussian sigma of the centreline, since its noise would turn the lines across it
+HEADING_MM = 5.0  # Length of centreline that gives an end its direction: long against pixels, short against bends
+NEAR_WIDTHS = 2.0  # The same length in widths, if the crack turns by over 60 degrees within that length
+TURNOVER_DEG = 60.0  # Angle from straight ahead beyond which a part of a blunt tip belongs to only one wall
+STATION_MM = 1.0  # Spacing of the floor's corners along and across the crack: a third of the paper's width
+SMOOTHED_STATIONS = 1.0  # Sigma of a Gaussian that smooths the centreline, whose noise would turn the lines across it
 ROOM_MM = 10.0  # Margin of the floor around the block: a dam is 4 mm thick
 
 
@@ -43,11 +44,11 @@ ROOM_MM = 10.0  # Margin of the floor around the block: a dam is 4 mm thick
 class CrackEnd:
     """One end of the crack. It is a tip, or it is flat: open at the block's side, or cut by a wall across the crack."""
 
-    number: int  # 0 at s = 0, 1 at the far end
+    number: int  # 0 for the end at s = 0, 1 for the far end
     kind: EndKind
     left_mm: Floats
     right_mm: Floats
-    outward: Floats  # Unit vector along which the crack leaves
+    outward: Floats  # Unit vector in which the crack leaves, (2,)
 
     @property
     def centre_mm(self) -> Floats:
@@ -55,28 +56,28 @@ class CrackEnd:
 
     @property
     def across(self) -> Floats:
-        """Unit vector from the right wall of a flat end to the left."""
+        """Unit vector from the right wall of a flat end to the left wall, (2,)."""
         return unit(self.left_mm - self.right_mm)
 
     @property
     def facing(self) -> Floats:
-        """Outward unit vector square to a flat end."""
+        """Unit vector that points outward, square to a flat end, (2,)."""
         return to_left(self.across) * (-1 if self.number else 1)
 
     @property
     def run_out(self) -> Floats:
-        """Outward vector, scaled so that its component square to a flat end is one."""
+        """Outward vector, scaled so that its component square to a flat end is one, (2,)."""
         # An end oblique by more than 80 degrees is a side of the crack and needs no longer run-out.
         return self.outward / max((self.facing @ self.outward), 0.17)
 
     @property
     def to_left(self) -> Floats:
-        """Unit vector to the left of the direction in which s grows."""
+        """Unit vector to the left of the direction in which s increases, (2,)."""
         return to_left(self.outward if self.number else -self.outward)
 
 
 def crack_ends(outline: Outline) -> tuple[CrackEnd, CrackEnd]:
-    """Return both ends of the crack, the one at s = 0 first."""
+    """Return both ends of the crack. The end at s = 0 is first."""
     reaches_mm = np.minimum((HEADING_MM, NEAR_WIDTHS * outline.mean_width_mm), outline.length_mm)
     ends = []
     for number in (0, 1):
@@ -95,11 +96,14 @@ class Sides:
     """Division of the walls into left and right by the centreline, also on a side crack or an island."""
 
     walk_mm: Floats  # Centreline, extended straight past both ends, (n, 2)
-    tips: tuple[CrackEnd, ...]  # Closed ends, at which the walls join
+    tips: tuple[CrackEnd, ...]  # Closed ends, at which the two walls join
     tip_reach_mm: float
 
     def left_share(self, place_mm: Floats, outward: Floats) -> Floats:
-        """Return 1 on the left wall, 0 on the right one, (n,); ``outward`` points out of the crack, (n, 2)."""
+        """Return the share of the left wall at each point, (n,): 1 on the left wall and 0 on the right wall.
+
+        Around a tip the share changes from one to the other. ``outward``, (n, 2), points out of the crack.
+        """
         _, nearest = KDTree(self.walk_mm).query(place_mm)
         leftward = ((place_mm - self.walk_mm[nearest]) * left_normals(self.walk_mm)[nearest]).sum(axis=1)
         share = (leftward > 0).astype(float)
@@ -122,14 +126,14 @@ def sides(outline: Outline, run_out_mm: float) -> Sides:
 
 @dataclass(frozen=True)
 class Floor:
-    """Triangles over the plane of the face, with the depth of each corner."""
+    """Floor of the cavity as triangles over the plane of the face, with a depth at each corner."""
 
     corners_mm: Floats  # (n, 2)
     depth_mm: Floats  # (n,)
-    bottom_mm: float  # Height, negative, of the underside of the ground below
+    bottom_mm: float  # Height, negative, of the underside of the ground below the floor
 
     def depth_at_mm(self, place_mm: Floats) -> Floats:
-        """Return the depth of the floor below places on the face, (n,)."""
+        """Return the depth of the floor below points on the face, (n,)."""
         return LinearNDInterpolator(self._triangles, self.depth_mm)(place_mm)
 
     @cached_property
@@ -153,11 +157,11 @@ class Floor:
 class Footprint:
     """Regions of the solid in plan view, at the level of the traced walls."""
 
-    crack: CrossSection  # Crack, extended past flat ends; every edge of it is a wall
+    crack: CrossSection  # Crack, extended past flat ends; each of its edges is a wall
     block_mm: Box
     stoppers: CrossSection  # Solid ground beyond cut ends, inside the block
     ends: tuple[CrackEnd, ...]  # Flat ends
-    lean: Floats  # Unit vector from the mouth to the floor, if the walls lean
+    lean: Floats  # Unit vector from the mouth to the floor, if the walls lean, (2,)
     sides: Sides
     floor: Floor | None  # None if the floor is a plane
     warnings: Facts
@@ -168,7 +172,10 @@ class Footprint:
 
 
 def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
-    """Prepare the outline for its solid; the tilt may add up to ``spread_mm`` to either side."""
+    """Prepare the outline for its solid. The tilt may shift walls by up to ``spread_mm`` to either side.
+
+    Raises InputError if the crack is not on the face, or if an end does not fit the face or the rest of the crack.
+    """
     ring, width_mm = outline.outline_mm, outline.mean_width_mm
     traced, crossing_warnings = traced_region(ring, outline.islands_mm)
     ends = tuple(end for end in crack_ends(outline) if end.kind != "closed")
@@ -186,7 +193,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     steps_mm = np.arange(0.0, spread_mm * (shape.tilt == "lean") + CLEAR_MM / 2, CLEAR_MM / 2)
 
     def swept(part: CrossSection) -> CrossSection:
-        """Return the room that a part of the crack takes at any depth, with some clearance."""
+        """Return the region that a part of the crack covers at any depth, with some clearance."""
         part = part.simplify(CLEAR_MM / 4)
         moved = [part.translate((x, y)) for x, y in steps_mm[:, None] * lean]
         return CrossSection.batch_boolean(moved, OpType.Add).offset(grown_mm, JoinType.Square)
@@ -218,8 +225,8 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
     away_mm = abs(end.centre_mm[side % 2] - block_mm[side])
     if away_mm > width_mm:
         raise InputError(
-            f"End {end.number + 1} is open but is {away_mm:.1f} mm inside the face. "
-            "Move it to the edge of the face, or make it closed or cut."
+            f"End {end.number + 1} is open, but it is {away_mm:.1f} mm inside the face. Move it to the edge of the "
+            "face, or make it closed or cut."
         )
     # The walls' first stations are square to the centreline, and those of an oblique crack miss the block's side.
     at_side = ring_mm[np.abs(ring_mm[:, side % 2] - block_mm[side]) < ON_SIDE_MM]
@@ -240,9 +247,9 @@ def _beyond(
 ) -> tuple[CrossSection, CrossSection]:
     """Return the run-out of a flat end, and its stopper: the ground beyond a cut, which fills the tilted run-out.
 
-    Other parts of the crack, ``swept`` by the tilt, are cut out of the stopper, also those farther than ``near_mm``
-    that only the tilt takes there. The shorter of the reaches is for those just beyond the end. Raises InputError if
-    the crack touches its own end.
+    Other parts of the crack, which the tilt moves as in ``swept``, are cut out of the stopper. This includes parts
+    farther than ``near_mm`` that only the tilt takes there. The shorter of the two reaches is used if other parts are
+    just beyond the end. Raises InputError if the crack touches its own end.
     """
     (x, y), touching_mm2, width_mm = end.centre_mm, 0.0, np.linalg.norm(end.left_mm - end.right_mm)
     for reach_mm in reaches_mm:
@@ -264,23 +271,23 @@ def _beyond(
             return run_out, CrossSection.batch_boolean([stopper, *apart], OpType.Subtract)
         touching_mm2 = sum((room ^ filled).area() for _, room in parts)
     raise InputError(
-        f"The crack is cut at ({x:.1f}, {y:.1f}) mm, and its other parts, with their tilt, take {touching_mm2:.1f} mm² "
-        "of the ground that closes that end: it bends back there. Move the end away from the crack's other parts: in "
-        "ends_px, or with 'sealtwin trace'."
+        f"The crack is cut at ({x:.1f}, {y:.1f}) mm, but it bends back there: its other parts, with their tilt, take "
+        f"{touching_mm2:.1f} mm² of the ground that closes that end. Move the end away from the crack's other parts, "
+        "in ends_px or with 'sealtwin trace'."
     )
 
 
 def _strip(right_mm: Floats, left_mm: Floats, step_mm: Floats) -> CrossSection:
-    """Return the region that the line between two points covers when it moves by a step."""
+    """Return the region that the line between two points covers when it moves by ``step_mm``."""
     return CrossSection([np.array([right_mm, right_mm + step_mm, left_mm + step_mm, left_mm])], FillRule.NonZero)
 
 
 def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
-    """Return the unit vector square to the crack's chord, which is the mean of its tangent over the arc."""
+    """Return the unit vector square to the crack's chord, (2,). The chord has the mean direction of the crack."""
     chord_mm = centreline_mm[-1] - centreline_mm[0]
     length_mm = np.linalg.norm(chord_mm)
     if shape.tilt == "lean" and length_mm < 0.05 * arc_length(centreline_mm)[-1]:
-        raise InputError('The crack ends where it began, so it has no side to lean to. Choose tilt = "flare".')
+        raise InputError('The crack ends where it began, so the walls have no side to lean to. Choose tilt = "flare".')
     return to_left(chord_mm) / max(length_mm, 1e-9) * (1.0 if shape.lean_to == "left" else -1.0)
 
 
@@ -297,9 +304,9 @@ def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, l
 
 
 def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm: Box) -> Floor | None:
-    """Return the floor of a table of depths, or None if the depth is the same all along.
+    """Return the floor of a table of depths, or None if the depth is the same everywhere.
 
-    Each place has the depth of the centreline's nearest station. The cavity extends up to ``reach_mm`` from the line.
+    Each point has the depth of the centreline's nearest station. The cavity extends up to ``reach_mm`` from the line.
     """
     s_mm, line_mm = _stations(centreline_mm, shape)
     if np.ptp(shape.depth_at_mm(s_mm)) == 0:
@@ -321,7 +328,7 @@ def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm:
 
 
 def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]:
-    """Return arc lengths, (n,), including those of the table, and the smoothed centreline at them, (n, 2)."""
+    """Return arc lengths, (n,), including those of the depth table, and the smoothed centreline at them, (n, 2)."""
     s_mm = arc_length(centreline_mm)
     even_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] / STATION_MM)))
     smooth_mm = smoothed(at_arc_length(centreline_mm, s_mm, even_mm), SMOOTHED_STATIONS)

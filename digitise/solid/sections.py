@@ -1,7 +1,7 @@
-"""Sections of a cavity: upright ones at the stations of its outline, and horizontal ones at any depth.
+"""Compute upright sections of a cavity at the stations of its outline, and horizontal sections at any depth.
 
-An upright section is two straight walls and a floor, less stones. Horizontal ones weigh a fill, and refuse walls that
-meet.
+An upright section consists of two straight walls and a floor, less stones. Horizontal sections give the volume of a
+weighed fill, and detect walls that meet.
 """
 
 import numpy as np
@@ -16,16 +16,17 @@ from digitise.solid.footprint import Footprint
 from digitise.solid.wedges import Stretch, tilted_walls, wall_shifts_mm
 from sealtwin.core.records import Floats, Outline, Sections
 
-SAMPLES = 256  # Samples of the line from wall to wall among stones: a stone's side is placed within 0.2 % of the width
-UPRIGHT = 1e-9  # Least slope in a division, used for an upright wall
+SAMPLES = 256  # Samples of the line from wall to wall among stones: a stone's side is right to 0.2 % of the width
+UPRIGHT = 1e-9  # Least slope to divide by, used for an upright wall
 STONE_STEP_MM = 0.05  # Spacing of points on a stone's side, accurate to a thousandth from 1 mm away
-ARC_SEGMENTS = 128  # Segments of a full turn of a rounded offset corner: 0.04 % of the corner's own area
+ARC_SEGMENTS = 128  # Segments of a full turn of a rounded offset corner: its area is right to 0.04 %
 
 
 def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
     """Return the sections at the outline's stations: two straight walls from the face to the floor, less stones.
 
-    Their sum over the arc is the cavity without side cracks, the part around a tip and the excess of a bend.
+    Their integral along the crack is the cavity without side cracks, without the part around a tip, and without the
+    excess in a bend.
     """
     s_mm, width_mm = outline.s_mm, outline.width_mm
     depth_mm, closing = shape.depth_at_mm(s_mm), _slopes(shape).sum()
@@ -43,15 +44,15 @@ def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
 
 
 def _slopes(shape: CrackShape) -> Floats:
-    """Return how far the left wall and the right one move sideways for each millimetre of depth."""
+    """Return how far the left and the right wall move sideways for each millimetre of depth, (2,)."""
     return np.tan(np.radians(shape.wall_angles_deg)) * (shape.tilt in AGAINST_EACH_OTHER)
 
 
 def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats:
     """Return the area of each section that stones fill, (n,).
 
-    Stones in a flare narrow upward from the deepest level, those in an undercut downward; those in a funnel grow
-    downward, also beyond their own ends.
+    Stones in a flare narrow upward from the deepest level, and stones in an undercut narrow downward. Stones in a
+    funnel grow downward, also beyond their own ends.
     """
     rings = [np.vstack([ring, ring[:1]]) for ring in outline.islands_mm]
     side_mm = np.vstack([resampled(ring, STONE_STEP_MM) for ring in rings])
@@ -75,7 +76,7 @@ def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats
 
 
 class Slicer:
-    """Horizontal sections of the cavity at any depth, inside the block. Cut ends are closed."""
+    """Compute horizontal sections of the cavity, inside the block, at any depth. Cut ends are closed."""
 
     def __init__(self, footprint: Footprint, shape: CrackShape) -> None:
         self._footprint = footprint
@@ -86,19 +87,19 @@ class Slicer:
             self._stretches = tilted_walls(footprint, shape)
 
     def between_walls(self, depth_mm: float) -> CrossSection:
-        """Return the region between the walls, above the floor or below it."""
+        """Return the region between the walls at a depth. The floor is ignored."""
         crack = self._moved(depth_mm / self._shape.deepest_mm)
         return (crack ^ self._footprint.block) - self._footprint.stoppers
 
     def cavity(self, depth_mm: float) -> CrossSection:
-        """Return the region between the walls and above the floor."""
+        """Return the region between the walls and above the floor at a depth."""
         section, floor = self.between_walls(depth_mm), self._footprint.floor
         return section if floor is None else section - floor.ground.slice(-depth_mm)
 
     def meets_below(self) -> bool:
-        """Return whether parts of the crack meet below the face, which leaves a hanging stone or a bridge.
+        """Return True if parts of the crack meet below the face, which leaves a hanging stone or a bridge.
 
-        A spike that ends above the floor is neither.
+        A spike that ends above the floor is neither of these.
         """
         block = self._footprint.block
         face, floor = self.between_walls(0.0), self.between_walls(self._shape.deepest_mm)
@@ -124,6 +125,6 @@ class Slicer:
 
 
 def _matched(region: CrossSection, within: CrossSection) -> bool:
-    """Return whether each piece of a region contains exactly one piece of a smaller one."""
+    """Return True if each piece of a region contains exactly one piece of a smaller region."""
     smaller = pieces(within)
     return all(sum(bool(pieces(piece ^ other)) for other in smaller) == 1 for piece in pieces(region))

@@ -1,7 +1,7 @@
-"""Block minus tilted cavity, as unions of wedges: every wall face has exactly the tilt's angle.
+"""Cut the tilted cavity out of the block with unions of wedges. Every wall face has exactly the tilt's angle.
 
-Wedges are triangles swept along a wall. They are united before they are subtracted, because subtracting one after the
-other leaves fins.
+Wedges are triangles swept along a wall. They are united before they are subtracted, because subtracting them one by one
+leaves fins.
 """
 
 import numpy as np
@@ -14,19 +14,19 @@ from digitise.solid.dams import Dam
 from digitise.solid.footprint import Footprint
 from sealtwin.core.records import Floats
 
-MITRE_DEG = 8.0  # Turn of a fan's facets: tangent to the true cone, they add 0.08 % to a rough cavity; 10° add 0.1 %
-BELOW_MM = 1.0  # Overlap of bodies that end at another one: coincident planes would leave slivers
-Stretch = tuple[Floats, Floats]  # Corners of a wall, (n, 2), repeated in a fan, and their places at the other level
+MITRE_DEG = 8.0  # Angle of a fan's facets: tangent to the true cone, they add 0.08 % to a rough cavity; 10° adds 0.1 %
+BELOW_MM = 1.0  # Overlap of bodies that end at another body: coincident planes would leave slivers
+Stretch = tuple[Floats, Floats]  # Corners of a wall, (n, 2), repeated in a fan, and their positions at the other level
 
 
 def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
-    """Return the sideways move of the left wall and of the right one between the face and the deepest floor."""
+    """Return the sideways shift of the left and of the right wall between the face and the deepest floor."""
     left_mm, right_mm = (shape.deepest_mm * np.tan(np.radians(shape.wall_angles_deg))).tolist()
     return left_mm, right_mm
 
 
 def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
-    """Return the walls that have an angle. Those of a flare rise from its floor, others go down from the mouth."""
+    """Return the walls that have an angle. Walls of a flare rise from its floor, other walls go down from the mouth."""
     left_mm, right_mm = wall_shifts_mm(shape)
     outward = -1.0 if shape.tilt == "funnel" else 1.0
     stretches = []
@@ -68,7 +68,7 @@ def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch
 
 
 def _fan(corner: Floats, before: Floats, after: Floats, turn: float, from_mm: float, to_mm: float) -> Floats:
-    """Return the moved places of a corner at which two walls diverge, (n, 2)."""
+    """Return the shifted positions of a corner at which two walls diverge, (n, 2)."""
     count = max(1, int(np.ceil(abs(turn) / np.radians(MITRE_DEG))))
     first = np.arctan2(before[1], before[0])
     if from_mm != to_mm:
@@ -86,7 +86,7 @@ def _fan(corner: Floats, before: Floats, after: Floats, turn: float, from_mm: fl
 
 
 def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> Manifold:
-    """Return the sample in mm, dams included, before its mesh is tidied."""
+    """Return the sample in mm, including dams, before its mesh is tidied."""
     depth_mm = shape.deepest_mm
     bottom_mm = -(depth_mm + shape.floor_thickness_mm)
     # Made first, since Manifold sorts the triangles of a boolean by the age of its bodies.
@@ -118,7 +118,7 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
 
 
 def _wedges(footprint: Footprint, shape: CrackShape, edge_z_mm: float, far_z_mm: float) -> Manifold:
-    """Return the body between the walls at ``edge_z_mm`` and their moved places at ``far_z_mm``."""
+    """Return the body between the walls at ``edge_z_mm`` and their shifted positions at ``far_z_mm``."""
     pieces = [_wedge(stretch, edge_z_mm, far_z_mm) for stretch in tilted_walls(footprint, shape)]
     # Neighbours on the ring are united first, which keeps every boolean small.
     while len(pieces) > 1:
@@ -130,7 +130,7 @@ def _wedges(footprint: Footprint, shape: CrackShape, edge_z_mm: float, far_z_mm:
 
 
 def _wedge(stretch: Stretch, edge_z_mm: float, far_z_mm: float) -> Manifold:
-    """Return a row of wedges end to end: back, slope and base, and a triangle at either end."""
+    """Return a row of wedges end to end, as back, slope and base, with a triangle at either end."""
     corners, moved = stretch
     # A fan has many moved places of one corner.
     fresh = np.concatenate([[True], (corners[1:] != corners[:-1]).any(axis=1)])

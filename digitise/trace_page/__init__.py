@@ -1,1 +1,1 @@
-"""The trace page in this machine's browser."""
+"""Show the trace page in this machine's browser, and trace photos for it."""

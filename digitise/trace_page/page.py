@@ -1,7 +1,7 @@
-"""The trace page: it shows photos in this machine's browser, one after the other, and takes the user's hints.
+"""Serve the trace page, which shows photos one after the other in this machine's browser and takes the user's hints.
 
-It writes no file itself. A gate checks every request before its body is read. The standard library's server is used
-because a web framework would add dependencies for two routes.
+The page writes no file itself. A gate checks every request before its body is read. The standard library's server is
+used because a web framework would add dependencies for two routes.
 """
 
 import json
@@ -32,9 +32,9 @@ DOOR = """<!doctype html>
 <meta http-equiv="refresh" content="0; url={url}">
 <a href="{url}">The trace page</a>
 """
-Content = tuple[bytes, str]  # Body and media type of the answer to a GET
-LARGEST_BODY_BYTES = 400_000  # Largest body of a request: as many drawn walls and strokes as a trial may have
-SLOW_S = 2.0  # Longest silence on a connection; requests of the page arrive in milliseconds
+Content = tuple[bytes, str]  # Body and media type of the response to a GET
+LARGEST_BODY_BYTES = 400_000  # Largest body of a request: a trial may have as many drawn walls and strokes
+SLOW_S = 2.0  # Longest silence on a connection in s; requests of the page arrive in milliseconds
 SECURITY_HEADERS = {
     # No foreign content, no inline scripts, no frames.
     "Content-Security-Policy": (
@@ -61,12 +61,12 @@ MEDIA_TYPES = {
 }
 TILE = re.compile(r"photo/(\d{1,2})/(\d{1,3})/(\d{1,3})\.jpg")
 
-# Saves hints and shape; returns the texts of the last view. The page shows an InputError or OSError.
+# Function that saves hints and shape, and returns the texts of the last view. The page shows an InputError or OSError.
 Save = Callable[[Hints, Shape], dict[str, Any]]
 
 
 class Opened(NamedTuple):
-    """A photo on the page."""
+    """A photo that is open on the page."""
 
     session: TraceSession
     save: Save
@@ -80,13 +80,13 @@ class Sheet:
 
     name: str
     open: Callable[[], Opened]
-    """Reads the photo; raises InputError for a bad one."""
+    """Function that reads the photo. It raises InputError for a bad photo."""
     done: Callable[[], bool]
-    """True if the trial file has the crack's ends."""
+    """Function that returns True if the trial file has the crack's ends."""
 
 
 class Question(Settings):
-    """Request for the crack that these hints give."""
+    """A request to trace the crack with these hints."""
 
     hints: Hints
     revision: Annotated[float, Field(ge=0)]
@@ -94,20 +94,20 @@ class Question(Settings):
 
 
 class Farewell(Settings):
-    """Request to save hints and shape."""
+    """A request to save hints and shape."""
 
     hints: Hints
     shape: Shape = Shape()
 
 
 class Turn(Settings):
-    """Request to show another photo. The photo is given by its place in the list."""
+    """A request to show another photo. ``photo`` is its index in the list."""
 
     photo: Annotated[int, Field(ge=0)]
 
 
 class RequestGate:
-    """Check of the token in the page's address and of the host names that are allowed."""
+    """Check requests: the token in the page's address, the host name, and the origin."""
 
     def __init__(self, port: int) -> None:
         self.token = secrets.token_urlsafe(32)
@@ -115,25 +115,25 @@ class RequestGate:
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
 
     def refuses(self, method: str, target: str, headers: Message) -> tuple[HTTPStatus, str] | None:
-        """Return status and reason of a refusal; None if the request is allowed."""
+        """Return status and reason of a refusal, or None if the request is allowed."""
         if headers["Host"] not in self._hosts:
-            return HTTPStatus.MISDIRECTED_REQUEST, "this page answers to 127.0.0.1 and localhost only"
+            return HTTPStatus.MISDIRECTED_REQUEST, "this page answers only to 127.0.0.1 and localhost"
         token = target.removeprefix("/").partition("/")[0]
         if not secrets.compare_digest(token.encode(), self.token.encode()):
-            return HTTPStatus.FORBIDDEN, "the address lacks the token that 'sealtwin trace' printed"
+            return HTTPStatus.FORBIDDEN, "the address does not contain the token that 'sealtwin trace' printed"
         if method != "POST":
             return None
         # Pages of other sites can post here; browsers then name that site.
         if headers["Origin"] not in {f"http://{host}" for host in self._hosts}:
-            return HTTPStatus.FORBIDDEN, "the request is from another page"
+            return HTTPStatus.FORBIDDEN, "the request comes from another page"
         length = headers.get("Content-Length", "")
         if not (length.isdecimal() and len(length) < 10 and int(length) <= LARGEST_BODY_BYTES):
-            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a body needs a Content-Length up to {LARGEST_BODY_BYTES}"
+            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a body needs a Content-Length of at most {LARGEST_BODY_BYTES}"
         return None
 
 
 class TracePage(ThreadingHTTPServer):
-    """Serves the photos on 127.0.0.1 until the user has saved the only one, or quits."""
+    """Serve the photos on 127.0.0.1 until the user quits, or has saved the only photo."""
 
     # A thread that is inside a native library at the interpreter's end would crash the process.
     daemon_threads, block_on_close = False, True
@@ -141,9 +141,9 @@ class TracePage(ThreadingHTTPServer):
     request_queue_size = 32
 
     def __init__(self, sheets: Sequence[Sheet], port: int = 0) -> None:
-        """Begin with the first photo that is not done, on ``port`` or, for 0, any free one.
+        """Open the first photo that is not done, on ``port`` or, if it is 0, on any free port.
 
-        Raises InputError if all photos are bad, OSError for a used port.
+        Raises InputError if all photos are bad, and OSError if the port is in use.
         """
         self._sheets = tuple(sheets)
         self._here, self._opened = self._first()
@@ -208,7 +208,7 @@ class TracePage(ThreadingHTTPServer):
         ]
 
     def get(self, name: str) -> Content | None:
-        """Return what the page's address with this name after the token shows; None if there is nothing."""
+        """Return the content for a name, which follows the token in the address. None if there is nothing."""
         session, _, facts = self._opened
         if name == "session":
             opening = {**session.opening(), **facts, "photos": self.photos}
@@ -219,7 +219,7 @@ class TracePage(ThreadingHTTPServer):
         return self._files.get(name or "page.html")
 
     def post(self, name: str, body: bytes) -> Iterator[Answer] | None:
-        """Return lines of JSON, each to be sent at once; None for an unknown name. Raises ValueError for a bad body."""
+        """Return lines of JSON, each to be sent at once. None for an unknown name. Raises ValueError for a bad body."""
         try:
             if name == "trace":
                 return self._traced(Question.model_validate_json(body))
@@ -247,7 +247,7 @@ class TracePage(ThreadingHTTPServer):
             return
         except OSError as fault:
             # The page keeps its points when the disk is full or the folder is read-only.
-            yield {"refused": f"{fault.filename}: {fault.strerror}; make the folder writable, and save again."}
+            yield {"refused": f"{fault.filename}: {fault.strerror}. Make the folder writable, and save again."}
             return
         self.saved.append(saved)
         yield {"saved": saved, "photos": self.photos}
@@ -256,7 +256,7 @@ class TracePage(ThreadingHTTPServer):
 
     def _turned(self, number: int) -> Iterator[Answer]:
         if number >= len(self._sheets):
-            yield {"refused": f"photo {number + 1} does not exist; there are {len(self._sheets)} photos"}
+            yield {"refused": f"photo {number + 1} does not exist: there are {len(self._sheets)} photos"}
             return
         # Two clicks must not open two photos at once.
         with self._turning:
@@ -280,7 +280,7 @@ class TracePage(ThreadingHTTPServer):
 
 
 class _Visit(BaseHTTPRequestHandler):
-    """One connection, with one request."""
+    """One connection that carries one request."""
 
     protocol_version = "HTTP/1.1"
     timeout = SLOW_S
@@ -315,7 +315,7 @@ class _Visit(BaseHTTPRequestHandler):
         self.wfile.write(b"0\r\n\r\n")
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Answer with the reason in JSON and the security headers, which the library's page lacks."""
+        """Answer with the reason in JSON and the security headers, which the standard library's page lacks."""
         # Without a version in the request, the library would send no headers.
         self.request_version = self.protocol_version
         body = json.dumps({"error": message or HTTPStatus(code).phrase}).encode()
@@ -323,7 +323,7 @@ class _Visit(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Log nothing: the lines of requests contain the token."""
+        """Log nothing, because the lines of requests contain the token."""
 
     @property
     def _page(self) -> TracePage:

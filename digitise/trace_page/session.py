@@ -1,4 +1,4 @@
-"""State of the trace page: one photo in tiles, and its scale, path and walls by the current hints."""
+"""State of the trace page: one photo in tiles, and its scale, path and walls for the current hints."""
 
 import io
 from collections.abc import Callable, Iterator
@@ -40,11 +40,11 @@ from sealtwin.core.records import Floats, Outline
 from sealtwin.core.settings import Settings, checked
 
 TILE_PX = 512
-JPEG_QUALITY = 92  # Blocks of a lower quality look like grain when enlarged
-UNSCALED_MM_PER_PX = 1.0  # Scale of a photo without one: lengths in mm are then lengths in px
-CHOOSE = "{count} lines may be the crack: click the number of yours, or press its key."
+JPEG_QUALITY = 92  # Blocks of a lower JPEG quality look like grain when enlarged
+UNSCALED_MM_PER_PX = 1.0  # Scale of a photo without one, so that lengths in mm are lengths in px
+CHOOSE = "{count} lines may be the crack: click the number of the right one, or press its key."
 CHOOSE_ONE = (
-    "This line may be the crack, but it is not sure: click its number, press its key, or click the crack's ends."
+    "This line may be the crack, but that is not certain: click its number, press its key, or click the crack's ends."
 )
 Answer = dict[str, Any]
 T = TypeVar("T")
@@ -52,21 +52,21 @@ Until = Literal["scale", "path", "walls"]
 
 
 class PageSettings(Settings):
-    """Settings of a trial that the page edits; None if not given."""
+    """Settings of a trial that the page edits. None for a setting that is not given."""
 
     @classmethod
     def of(cls, settings: Settings) -> Self:
-        """Return the values that a trial gives, without defaults."""
+        """Return the values that a trial sets, without defaults."""
         keys = cls.model_fields.keys() & settings.model_fields_set
         return cls(**{key: value for key, value in settings if key in keys})
 
     def said(self, keys: set[str] | None = None) -> dict[str, Any]:
-        """Return the values that were given; with ``keys``, only those among them."""
+        """Return the values that were given, or only those with the names ``keys``."""
         return self.model_dump(mode="json", exclude_none=True, include=keys)
 
 
 class Hints(PageSettings):
-    """Settings of a ``PhotoInput``, which checks their values."""
+    """Photo settings that the page edits. ``PhotoInput`` checks their values."""
 
     ends_px: PixelPair | None = None
     crack: int | None = None
@@ -83,10 +83,11 @@ class Hints(PageSettings):
     face_mm: tuple[float, float] | None = None
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
     frame: tuple[float, Dictionary, int, float | None] | None = None
-    """Frame of markers printed around ``face_mm``: their size, dictionary and number, and its ruler's length, in mm."""
+    """Frame of markers printed around ``face_mm``: marker size in mm, dictionary, number of markers, and length of the
+    ruler in mm (None without a ruler)."""
 
     def said(self, keys: set[str] | None = None) -> dict[str, Any]:
-        """Return the values that were given, a printed frame as markers.
+        """Return the values that were given. A printed frame is returned as markers.
 
         Raises InputError if the frame does not fit around the face.
         """
@@ -98,11 +99,11 @@ class Hints(PageSettings):
 
 
 Single = Annotated[float | None, BeforeValidator(lambda value: None if isinstance(value, list | tuple) else value)]
-"""A number; None in place of a table, which the page does not edit."""
+"""A number. A table, which the page does not edit, becomes None."""
 
 
 class Shape(PageSettings):
-    """Settings of a ``CrackShape``."""
+    """Settings of the crack's shape that the page edits. ``CrackShape`` checks their values."""
 
     depth_mm: Single = None
     tilt: Tilt | None = None
@@ -119,7 +120,7 @@ def rest_of(photo: PhotoInput) -> dict[str, Any]:
 
 
 def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:
-    """Return photo settings with the scale that markers or hints give; None if they give no scale.
+    """Return photo settings with the scale from markers or hints. None if these give no scale.
 
     Raises InputError for an incomplete scale.
     """
@@ -136,7 +137,10 @@ def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
 
 
 class Pyramid:
-    """A photo in tiles at halving sizes, so that a browser fetches only what it shows. The last level is one tile."""
+    """A photo in tiles at halving sizes, so that a browser fetches only what it shows.
+
+    The last level is a single tile.
+    """
 
     def __init__(self, image: Pixels) -> None:
         photo = Image.fromarray(image)
@@ -145,7 +149,10 @@ class Pyramid:
         self._level = cache(lambda level: np.asarray(photo.reduce(2**level)) if level else image)
 
     def tile(self, level: int, column: int, row: int) -> bytes | None:
-        """Return a tile as JPEG; None outside the photo. At the photo's right and lower edge a tile may be smaller."""
+        """Return a tile as JPEG, or None outside the photo.
+
+        Tiles at the photo's right and lower edge may be smaller.
+        """
         if min(level, column, row) < 0 or level >= self.levels:
             return None
         left, upper = column * TILE_PX, row * TILE_PX
@@ -158,16 +165,16 @@ class Pyramid:
 
 
 class OutdatedError(Exception):
-    """A newer request has arrived, so this one is dropped."""
+    """Raised for a request that is dropped because a newer one has arrived."""
 
 
 class _Scaled(NamedTuple):
-    photo: Photo  # Its unit is px if it has no scale yet
-    refused: str | None = None  # Reason why the given scale cannot be used
+    photo: Photo  # Photo whose unit is px if it has no scale yet
+    refused: str | None = None  # Reason why the scale cannot be used
 
 
 class TraceSession:
-    """Traces one photo. Any thread may call it; of simultaneous requests only the newest is finished."""
+    """Trace one photo. Any thread may call it, and of simultaneous requests only the newest is finished."""
 
     def __init__(self, settings: PhotoInput, folder: Path, hints: Hints) -> None:
         """Read the photo. Raises InputError for a bad photo.
@@ -189,7 +196,7 @@ class TraceSession:
             self._wire(self._scaled(hints).photo, hints.roi_px)
 
     def opening(self) -> Answer:
-        """Return the page's initial state. Without a scale it has the markers that the photo shows."""
+        """Return the page's initial state. For a photo without a scale it includes the detected markers."""
         dictionary, corners_px = ("", {}) if self._scaled(self.hints).photo.unit == "mm" else seen_markers(self._pixels)
         return {
             "name": self._plain.file.name,
@@ -205,9 +212,10 @@ class TraceSession:
         }
 
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
-        """Yield scale, cracks if no ends are given, path and walls. The last may be a refusal.
+        """Yield the scale, the found cracks if no ends are given, the path and the walls.
 
-        ``revision`` increases with each request. Raises OutdatedError if there is a newer one.
+        The last item may be a refusal. ``revision`` increases with each request. Raises OutdatedError if there is a
+        newer request.
         """
         self._newest = max(self._newest, revision)
         self._check_newest(revision)
@@ -251,7 +259,7 @@ class TraceSession:
             raise OutdatedError
 
     def _kept(self, name: str, source: object, hints: tuple[object, ...], make: Callable[[], T]) -> T:
-        """Return the last result of this name if it was made of the same object and equal hints; otherwise make it."""
+        """Return the last result of this name if its source and hints are the same. Otherwise make it."""
         last = self._last.get(name)
         if last is None or last[0] is not source or last[1] != hints:
             last = self._last[name] = source, hints, make()
@@ -276,7 +284,7 @@ class TraceSession:
         return self._wire(photo, settings.roi_px).path(settings.ends_px, settings.via_px)
 
     def _wire(self, photo: Photo, roi_px: tuple[Pixel, ...] | None) -> LiveWire:
-        """Return the search map, which is cached for a face and a region: it takes longer to make than a query."""
+        """Return the search map. It is cached for a face and a region, because making it takes longer than a query."""
         if photo.face_mm is None and not photo.markers_px:
             # Without face and markers, the scale does not change the search.
             photo = self._plain
@@ -284,7 +292,10 @@ class TraceSession:
 
 
 def _scale_answer(photo: Photo, refused: str | None, by_edges: bool) -> Answer:
-    """Describe the scale. ``corners_px`` are the face's if its edges gave them; the user can then adjust them."""
+    """Return the scale as fields of an answer.
+
+    ``corners_px`` are the face's corners if its edges gave them, and None otherwise. The user can adjust them.
+    """
     in_mm = photo.unit == "mm"
     rings = {"face_px": photo.face_ring_px, "corners_px": photo.face_px if by_edges else None}
     answer: Answer = {
@@ -347,5 +358,5 @@ def _walls_answer(photo: Photo, outline: Outline) -> Answer:
 
 
 def _rounded(points_px: Floats) -> list[list[float]]:
-    """Round to a hundredth of a pixel, finer than any display."""
+    """Round points to a hundredth of a pixel, which is finer than any display."""
     return np.round(points_px, 2).tolist()

@@ -30,35 +30,36 @@ from sealtwin.core.solid_figures import EndKind, Span
 STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 
 
-# Constants of following a crack. "widths" are crack widths.
+# Constants for following a crack. "widths" are crack widths.
 #
 # Chosen on drawn photos: the line is then within 0.01 mm of the middle after two passes. A longer ``REACH`` finds the
 # walls from worse paths and sees more neighbouring cracks; less smoothing keeps sharper bends and more grain.
-MIN_WIDTH_PX = 8.0  # Least width between walls; blur and threshold decide a smaller one more than the crack does
-MOST_BLUR = 1 / 5  # Largest sigma of the blur over the width; above it blur decides the width
-MOST_MISSING = 0.2  # Share of the path on which a wall may be missing or outside the photo
-LEAST_SLENDERNESS = 3.0  # Least length over width; a shorter crack has no direction to follow
+MIN_WIDTH_PX = 8.0  # Least width between walls; a smaller one depends more on blur and threshold than on the crack
+MOST_BLUR = 1 / 5  # Largest sigma of the blur over the width; above it, blur decides the width
+MOST_MISSING = 0.2  # Largest share of the path on which a wall may be missing or outside the photo
+LEAST_SLENDERNESS = 3.0  # Least ratio of length to width; a shorter crack has no direction to follow
 PASSES = 2  # Least number of passes that centre the line
 MOST_PASSES = 8  # Largest number of passes; a path along a wall needs more than two
-CENTRED = 0.05  # Widths off the middle, at 95 % of the stations, within which a line needs no further pass
-REACH = 1.5  # Widths to either side that are searched for a wall
-EDGE_WIDTHS = 0.25  # Widths from the face's edge, plus twice the search's rim, within which a path may follow it
-PATH_SMOOTHING = 0.75  # Sigma of the rough path in widths: its steps are cells of the search map
-CENTRE_SMOOTHING = 0.25  # Sigma of the centreline in widths
-CORRECTIONS = 4  # Corrections of that smoothing, so that bends of over 1.5 widths stay
-PATH_AHEAD = 2.0  # Widths of the rough path before an end that give its direction
-TIP_AHEAD = 0.5  # The same before a tip
-ONWARD = 6  # Stations, 15 px, that give a wall's direction at the face's edge; fewer follow grain
+CENTRED = 0.05  # A line needs no further pass if 95 % of its stations are within this many widths of the middle
+REACH = 1.5  # A wall is searched for within this many widths to either side
+EDGE_WIDTHS = 0.25  # A path may follow the face's edge within this many widths, plus twice the rim of the search
+PATH_SMOOTHING = 0.75  # Sigma of the rough path's smoothing in widths, because its steps are cells of the search map
+CENTRE_SMOOTHING = 0.25  # Sigma of the centreline's smoothing in widths
+CORRECTIONS = 4  # Number of corrections of that smoothing, which keep bends of over 1.5 widths
+PATH_AHEAD = 2.0  # Length of rough path before an end, in widths, that gives the end's direction
+TIP_AHEAD = 0.5  # The same length before a tip
+ONWARD = 6  # Number of stations, 15 px, that give a wall's direction at the face's edge; fewer follow grain
 BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
-END_WIDTHS: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}  # Widths added to the line
+# Length added to the line beyond an end, in widths
+END_WIDTHS: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}
 
 
 class WallsMissingError(InputError):
-    """Too little of the walls is clear to follow them."""
+    """Raised if too few parts of the walls are clear enough to be followed."""
 
 
 class TooThinError(InputError):
-    """The crack is too thin for walls; its width can be fitted."""
+    """Raised if the crack is too thin for walls. Its width can be fitted instead."""
 
 
 def trace(
@@ -68,16 +69,16 @@ def trace(
     hidden: Mask,
     least_px: float = MIN_WIDTH_PX,
 ) -> Traced:
-    """Follow both walls along ``path``, straight across pixels that are ``hidden``.
+    """Follow both walls along ``path``. A wall is straight across pixels that are ``hidden``.
 
-    Raises InputError if the crack is too short, WallsMissingError if it is unclear, and TooThinError if it is narrower
-    than ``least_px`` or blur would decide its width.
+    Raises InputError if the crack is too short, and WallsMissingError if it is unclear. Raises TooThinError if it is
+    narrower than ``least_px``, or if blur would decide its width.
     """
     length_px = arc_length(path.points_px)[-1]
     if length_px < LEAST_SLENDERNESS * path.width_px:
         raise InputError(
-            f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; it must be "
-            f"at least {LEAST_SLENDERNESS:g} times as long as wide: give ends_px farther apart."
+            f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide, but it must be at "
+            f"least {LEAST_SLENDERNESS:g} times as long as wide. Give ends_px farther apart."
         )
     width_mm = max(path.width_px, LEAST_WIDTH_PX) * photo.mm_per_px
     patch = patch_around(
@@ -113,7 +114,7 @@ def trace(
     least_px = max(least_px, walls.blur_px / MOST_BLUR)
     if width_px < least_px:
         raise TooThinError(
-            f"{photo.file}: the crack is {width_px:.1f} px wide; {least_px:.2g} px are needed between its walls."
+            f"{photo.file}: the crack is {width_px:.1f} px wide, but {least_px:.2g} px are needed between its walls."
         )
     beyond_mm = (whole_mm[1] - whole_mm[0]) - (span_mm[1] - span_mm[0])
     return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_px, missing, beyond_mm, clear_step=walls.clear_step)
@@ -121,7 +122,7 @@ def trace(
 
 @dataclass(frozen=True)
 class _Crack:
-    """All that stays the same while a crack is followed."""
+    """Values that stay the same while a crack is followed."""
 
     photo: Photo
     patch: Patch
@@ -130,7 +131,7 @@ class _Crack:
     spacing_mm: float
 
     def look(self, line_mm: Floats, width_mm: float, crossings: Crossings | None = None) -> tuple[Strip, Walls]:
-        """Return the light across a line, and the walls in it. Rays follow the edge of the face at ``crossings``."""
+        """Return the light across a line, and the walls in it. At ``crossings``, rays follow the edge of the face."""
         step_mm = sample_step_mm(width_mm, self.photo.mm_per_px)
         ray = rays_across(line_mm, width_mm, crossings or (None, None))
         strip = straighten(self.photo, self.patch, line_mm, ray, step_mm, REACH * width_mm)
@@ -157,7 +158,10 @@ class _Crack:
 
 
 def _bridge(walls: Walls, side: int, covered: Booleans, reach: int) -> None:
-    """Make a wall straight across covered stations, between its innermost places within ``reach`` of them."""
+    """Make a wall straight across covered stations.
+
+    The straight piece joins the wall's innermost points within ``reach`` stations of the covered ones.
+    """
     away_mm = walls.away_mm[side]
     for begin, end in runs(covered):
         first, last = max(begin - reach, 0), min(end + reach, len(away_mm))
@@ -193,7 +197,7 @@ def _recentred(
     width_mm: float,
     spacing_mm: float,
 ) -> Floats:
-    """Return a smooth line between the walls, straight past a tip."""
+    """Return a smooth line between the walls, which continues straight past a tip."""
     middle_mm = strip.places_mm((walls.away_mm[0] - walls.away_mm[1]) / 2)
     s_mm = arc_length(strip.line_mm)
     between = np.flatnonzero(walls.both_clear & (s_mm > span_mm[0]) & (s_mm < span_mm[1]))
@@ -207,7 +211,7 @@ def _recentred(
 
 
 def _straight_on(wall_mm: Floats, has_step: Booleans, ends: Ends) -> Floats:
-    """Return the wall, continued straight past its last step at open ends. Rays would draw it along the edge there."""
+    """Return the wall, continued straight past its last step at open ends, where rays would follow the face's edge."""
     wall_mm = wall_mm.copy()
     for end, onward, step in zip(ends, (wall_mm[::-1], wall_mm), (has_step[::-1], has_step), strict=True):
         if end.kind == "open" and np.count_nonzero(step) > ONWARD:
@@ -218,7 +222,7 @@ def _straight_on(wall_mm: Floats, has_step: Booleans, ends: Ends) -> Floats:
 
 
 def _shown_span_mm(photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats], span_mm: Span) -> Span:
-    """Return the longest part of a span with both walls in the photo; raise InputError if that is too short."""
+    """Return the longest part of a span with both walls in the photo. Raises InputError if that part is too short."""
     both_mm, (width, height) = np.concatenate(walls_mm), photo.size_px
     outside = depth_inside(photo.to_px(both_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
     if photo.face_mm is not None:
@@ -233,32 +237,35 @@ def _shown_span_mm(photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats
     lost = 1 - (past - first) / max(np.count_nonzero(within), 1)
     if lost > MOST_MISSING:
         raise InputError(
-            f"{photo.file}: a wall is outside the photo on {lost:.0%} of the path (at most {MOST_MISSING:.0%}); give "
-            "ends_px farther inside, or a photo that shows both walls."
+            f"{photo.file}: a wall is outside the photo on {lost:.0%} of the path (at most {MOST_MISSING:.0%} is "
+            "allowed). Give ends_px farther inside, or a photo that shows both walls."
         )
     return span_mm
 
 
 def _crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
-    """Return the crossings of the line with the edge of the face at open ends; raise InputError if one is missing."""
+    """Return the line's crossings with the face's edge at open ends. Raises InputError if one is missing."""
     crossed = crossings(photo, line_mm, ends)
     if any(end.kind == "open" and crossing is None for end, crossing in zip(ends, crossed, strict=True)):
         raise InputError(
-            f"{photo.file}: the crack runs along the edge of the face without crossing it; give ends_px farther inside."
+            f"{photo.file}: the crack runs along the edge of the face without crossing it. Give ends_px farther inside."
         )
     return crossed
 
 
 def _check_found(photo: Photo, strip: Strip, seen: Booleans, span_mm: Span, most_missing: float) -> float:
-    """Return the share of the crack on the sample with a wall not seen; raise InputError above ``most_missing``."""
+    """Return the share of the crack on the sample along which a wall is not seen.
+
+    Raises WallsMissingError if the share is above ``most_missing``.
+    """
     s_mm = arc_length(strip.line_mm)
     within = strip.valid[:, strip.middle] & (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
     missing = 1 - float(np.mean(seen[within])) if within.any() else 1.0
     if missing > most_missing or not seen.any():
         raise WallsMissingError(
-            f"{photo.file}: walls not found on {missing:.0%} of the path (at most {MOST_MISSING:.0%}); look at the "
-            "photo for shadows and dirt along the crack, and give ends_px of a clearer part; or draw over what is "
-            "surely crack and what is surely ground in crack_strokes_px and ground_strokes_px; or paint the crack by "
-            "hand in photo.mask, for example if the ground is coarse."
+            f"{photo.file}: walls were not found along {missing:.0%} of the path (at most {MOST_MISSING:.0%} is "
+            "allowed). Check the photo for shadows and dirt along the crack, and give ends_px of a clearer part. Or "
+            "draw over what is surely crack and surely ground in crack_strokes_px and ground_strokes_px. Or paint "
+            "the crack by hand in photo.mask, for example if the ground is coarse."
         )
     return missing

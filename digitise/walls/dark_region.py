@@ -1,8 +1,8 @@
-"""Find walls as the rim of the dark region along a path: for ground whose grain is as coarse as the crack.
+"""Find walls as the rim of the dark region along a path, on ground whose grain is as coarse as the crack.
 
-Where stones beside the crack are as large as it is, a profile across it has steps of their own, and walls cannot be
-followed from step to step. The light is therefore evened along the crack before it is compared with the ground. The
-rim that results is then moved, on each side as a whole, to half the contrast of the profile that is aligned to it.
+If stones beside the crack are as large as it is, a profile across it has steps of its own, so walls cannot be followed
+from step to step. The light is therefore averaged along the crack before it is compared with the ground. Each side of
+the resulting rim is then moved as a whole to half the contrast of the profile that is aligned to it.
 """
 
 from dataclasses import replace
@@ -23,41 +23,42 @@ from digitise.walls.wall_profile import Strip, between, follow, outward, patch_a
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-# Constants of the dark region. "widths" are crack widths, distances without a unit are px of the photo.
+# Constants of the dark region. "widths" are crack widths, and distances without a unit are px of the photo.
 #
-# Chosen on public photos of roads and masonry and on drawn roads. The gate's limits decide between bare ground that
-# passes and cracks that are refused.
-ENOUGH_PX = 40.0  # Width in px from which a crack is measured in a smaller copy of the photo
-REACH = 2.4  # Widths to either side of the strip, plus ``REACH_PX``, at most ``MOST_REACH_PX``
+# Chosen on public photos of roads and masonry and on drawn roads. Stricter limits of the gate refuse more cracks, and
+# looser limits accept more bare ground.
+ENOUGH_PX = 40.0  # A crack wider than this, in px, is measured in a smaller copy of the photo
+REACH = 2.4  # The strip extends this many widths to either side, plus ``REACH_PX``, but at most ``MOST_REACH_PX``
 REACH_PX = 14.0
 MOST_REACH_PX = 140.0
-MEDIAN_WIDTHS = 0.5  # Widths of the median along the crack, within ``MEDIAN_PX``
+MEDIAN_WIDTHS = 0.5  # Length in widths of the median along the crack, limited to ``MEDIAN_PX``
 MEDIAN_PX = (3.0, 31.0)
-CORE = 0.25  # Widths from the line that give the crack's darkness
+CORE = 0.25  # Light within this many widths of the line gives the crack's darkness
 CORE_PERCENTILE = 30.0
-GROUND = 1.2  # Widths from the line, plus ``GROUND_PX``, beyond which is ground
+GROUND = 1.2  # Ground begins this many widths from the line, plus ``GROUND_PX``
 GROUND_PX = 4.0
-STEADY = 2.0  # Widths along which darkness and ground are medians
-LEAST_CONTRAST = 4.0  # Of lightness
+STEADY = 2.0  # Length in widths of the medians of darkness and ground
+LEAST_CONTRAST = 4.0  # Least contrast of lightness
 RIM = 0.5  # Share of the contrast at the rim of the region
-PASSES = 3  # Looks at the region, each along the middle of the one before
-PATH_SMOOTHING = 0.6  # Sigma of the rough path in widths, and of the line between the rims
+PASSES = 3  # Number of searches for the region, each along the middle of the one before
+PATH_SMOOTHING = 0.6  # Sigma in widths of the rough path's smoothing, and of that of the line between the rims
 LINE_SMOOTHING = 0.4
-INSIDE_PX = 2.5  # Distance inside the rim from which the aligned profile is the crack's, and outside it
+INSIDE_PX = 2.5  # The aligned profile shows the crack this far inside the rim, and the ground ``OUTSIDE_PX`` outside it
 OUTSIDE_PX = 3.0
 MOST_MOVED = 0.35  # Largest distance in widths by which a wall is moved
-DARKEST = 0.36  # Gate: most light inside over beside
-LEAST_STEP = 0.2  # Gate: least 20th percentile of the lesser step from inside to a side, over the ground
-LEAST_DARK = 0.7  # Gate: least share of the line darker than half
-GATE_ERROR = 0.2  # Added to the interval, like ``WIDTH_ERROR``, for a region that does not pass the gate
-WIDTH_ERROR = 0.10  # Half of the 95 % interval of the mean width over the width that no profile can show
+DARKEST = 0.36  # Gate: largest light inside the region, over the light beside it
+LEAST_STEP = 0.2  # Gate: least 20th percentile of the smaller step from inside to a side, over the ground's light
+LEAST_DARK = 0.7  # Gate: least share of the line that is darker than half way to the ground
+# Relative uncertainty of the width, added like ``WIDTH_ERROR``, for a region that does not pass the gate
+GATE_ERROR = 0.2
+WIDTH_ERROR = 0.10  # Half of the 95 % interval of the mean width that no profile can show, over the width
 
 
 def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: Mask, insisted: bool = False) -> Traced:
     """Return the crack between the rims of the dark region along ``path``, at ``wall_share`` of the contrast.
 
-    Pixels that are ``hidden`` do not count. Raises InputError if the region is too narrow, or does not stand out from
-    the ground as a crack does, unless a user has ``insisted`` by strokes.
+    Pixels that are ``hidden`` do not count. Raises InputError if the region is too narrow. Raises InputError also if it
+    does not stand out from the ground as a crack does, unless a user has ``insisted`` on it by strokes.
     """
     factor = max(1, int(path.width_px / ENOUGH_PX))
     if factor > 1:
@@ -97,7 +98,7 @@ def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: 
 
 
 def _rims_px(strip: Strip, width_px: float) -> Floats:
-    """Return the distance of both rims of the dark region from the line, left and right, (2, stations)."""
+    """Return the distance of both rims of the dark region from the line in px, left and right, (2, stations)."""
     along = int(np.clip(MEDIAN_WIDTHS * width_px, *MEDIAN_PX)) | 1
     light = median_filter(lightness(strip.light), (along, 1), mode="nearest")
     away_px = np.abs(strip.offset_mm) / strip.mm_per_px
@@ -113,10 +114,10 @@ def _rims_px(strip: Strip, width_px: float) -> Floats:
 
 
 def _moves_px(strip: Strip, rims_px: Floats, width_px: float, wall_share: float) -> tuple[Floats, float]:
-    """Return the distance outward from each rim to ``wall_share``, (2,), and half the width's 95 % interval.
+    """Return the distance outward from each rim to ``wall_share`` in px, (2,), and half the width's 95 % interval.
 
     The profile is the mean over all stations, aligned to the rim, so that the grain of the ground averages out. The
-    interval is from its softness: how far the width changes if the level does by 0.1.
+    interval follows from the profile's softness: how far the width changes if the level changes by 0.1.
     """
     relative_px = np.arange(-max(6.0, 0.5 * width_px), max(8.0, 0.6 * width_px) + 0.1, 0.5)
     moves_px, soft_px = np.zeros(2), 0.0
@@ -137,10 +138,10 @@ def _moves_px(strip: Strip, rims_px: Floats, width_px: float, wall_share: float)
 
 
 def _fault(strip: Strip, left_px: Floats, right_px: Floats) -> str | None:
-    """Return what a region lacks for a crack; None if it lacks nothing."""
+    """Return why a region cannot be a crack, as a sentence, or None if it can."""
     width_px, offset = float(np.median(left_px + right_px)), strip.offset_mm[None] / strip.mm_per_px
     if width_px < MIN_WIDTH_PX:
-        return f"the dark region along the path is {width_px:.1f} px wide; {MIN_WIDTH_PX:g} px are needed."
+        return f"the dark region along the path is {width_px:.1f} px wide, but {MIN_WIDTH_PX:g} px are needed."
     light = np.where(strip.valid, strip.light, np.nan)
     inward_px = np.minimum(left_px[:, None] - offset, right_px[:, None] + offset)
     beyond_px = -inward_px
@@ -159,7 +160,7 @@ def _fault(strip: Strip, left_px: Floats, right_px: Floats) -> str | None:
     if ratio > DARKEST or worst < LEAST_STEP or along.mean() < LEAST_DARK:
         return (
             f"the dark region along the path does not stand out as a crack: inside it has {ratio:.0%} of the light "
-            f"beside it (at most {DARKEST:.0%}), and {along.mean():.0%} of its middle is dark (at least "
-            f"{LEAST_DARK:.0%})."
+            f"beside it (at most {DARKEST:.0%} is allowed), and {along.mean():.0%} of its middle is dark (at least "
+            f"{LEAST_DARK:.0%} is needed)."
         )
     return None

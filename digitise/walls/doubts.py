@@ -1,4 +1,4 @@
-"""Doubt measured walls: bands beside them, a darker line between them, stretches too narrow, ends not reached."""
+"""Check measured walls for bands beside them, a darker line between them, narrow stretches and ends not reached."""
 
 from dataclasses import replace
 from functools import partial
@@ -23,52 +23,52 @@ from sealtwin.core.solid_figures import EndKind
 
 # Constants of bands and of a darker line. "widths" are crack widths.
 #
-# Chosen on 86 drawn roads: a lower ``BAND_WIDTHS`` or ``WORTH_SAYING``, or levels farther apart, warns of more
-# plain roads.
-EVERY = 2  # Stations from one profile to the next
-SAMPLE = 0.05  # Widths from one sample of a profile to the next, at least 1 px
-REACH = 1.2  # Widths beside a wall, plus ``REACH_PX``, that are searched
+# Chosen on 86 drawn roads. A lower ``BAND_WIDTHS`` or ``WORTH_SAYING``, or levels farther apart, give more false
+# warnings.
+EVERY = 2  # Number of stations from one profile to the next
+SAMPLE = 0.05  # Spacing of samples of a profile in widths, at least 1 px
+REACH = 1.2  # The search extends this many widths beside a wall, plus ``REACH_PX``
 REACH_PX = 6.0
-MEDIAN_WIDTHS = 0.25  # Widths of the median along the crack
-CORE = 0.15  # Distance inside a wall, over its distance from the line, plus ``CORE_PX``, from which on is crack
+MEDIAN_WIDTHS = 0.25  # Length in widths of the median along the crack
+CORE = 0.15  # Crack begins this far inside a wall, over the wall's distance from the line, plus ``CORE_PX``
 CORE_PX = 0.5
-CORE_PERCENTILE = 30.0  # Of the lightness between the walls: the crack's own
-GROUND = 0.35  # Widths beside a wall, plus ``GROUND_PX``, from which on is ground
+CORE_PERCENTILE = 30.0  # Percentile of the lightness between the walls that is taken for the crack's
+GROUND = 0.35  # Ground begins this many widths beside a wall, plus ``GROUND_PX``
 GROUND_PX = 2.0
-STEADY = 3.0  # Widths along which both levels are medians
-INNER = 0.3  # Shares of the contrast in lightness that both sides of a band have
+STEADY = 3.0  # Length in widths of the medians of both levels
+INNER = 0.3  # A band is between this share and ``OUTER`` of the contrast in lightness
 OUTER = 0.7
-BAND_WIDTHS = 0.2  # Widths, or ``BAND_PX``, by which a band is thicker than the crack's usual edge
+BAND_WIDTHS = 0.2  # A band is thicker than the crack's usual edge by this many widths, or by ``BAND_PX``
 BAND_PX = 3.0
 RUN = 0.75  # Least length of a band in widths
-TIP = 1.0  # Widths before an end that are left out: past it profiles show ground all across
-LEAST_PROFILES = 6  # A shorter crack has no usual edge
-LEAST_CONTRAST = 6.0  # Of lightness
-WORTH_SAYING = 0.05  # Difference between both mean widths, over the width, from which on a warning says so
-LISTED = 4  # Places in a warning
-WIDTH_ERROR = 0.05  # Half of the interval of the mean width over it, beyond both widths
+TIP = 1.0  # Widths before an end that are left out, because profiles past the end show only ground
+LEAST_PROFILES = 6  # Least number of profiles; a shorter crack has no usual edge
+LEAST_CONTRAST = 6.0  # Least contrast of lightness
+WORTH_SAYING = 0.05  # Difference between the two mean widths, over the width, from which there is a warning
+LISTED = 4  # Largest number of positions in a warning
+WIDTH_ERROR = 0.05  # Half of the interval of the mean width, over it, that is added beyond both widths
 DARKER = 0.1  # Least light between the walls above that of the darkest line there, over the ground's; cracks have 0.05
-LINE_PX, LINE_ALONG_PX = 3, 15  # Width of that line, and length over which its light is averaged
-LINE_STEP = 0.02  # Cost of its step aside by a px, as a share of the ground's light
-WIDTH_RATIO = 1.7  # Least width between the walls over that of the line
+LINE_PX, LINE_ALONG_PX = 3, 15  # Width of the darkest line, and length over which its light is averaged
+LINE_STEP = 0.02  # Cost of a step of that line to a side by one px, as a share of the ground's light
+WIDTH_RATIO = 1.7  # Least width between the walls, over the width of the darkest line
 
 
 # Constants of narrow stretches.
-UNKNOWN = 0.75  # Share of the least width below which a stretch is a hairline: blur makes 5.4 px of a line of 4 px
-STEADY, LONG = 3.0, 5.0  # Least lengths of a median and of a stretch along the crack, in ``MIN_WIDTH_PX``
-FITTED = 1.25  # Most upper quartile of the width, in ``MIN_WIDTH_PX``, of a crack whose hairlines a fit can measure
+UNKNOWN = 0.75  # A stretch below this share of the least width is a hairline: blur makes a line of 4 px 5.4 px wide
+STEADY, LONG = 3.0, 5.0  # Least lengths along the crack of a median and of a stretch, in ``MIN_WIDTH_PX``
+FITTED = 1.25  # Largest upper quartile of the width, in ``MIN_WIDTH_PX``, of a crack whose hairlines a fit can measure
 
 BAND = (
-    "beside a wall a band is neither as dark as the crack nor as bright as the ground, as of debris, oil or shade, so "
-    "that two walls are plausible, for example near {} px. On the whole the crack is {:.3g} {} wide without such bands "
-    "and {:.3g} with them. Look at the lines over the photo (overlay.png); if a band is crack, draw over it in "
-    "crack_strokes_px, and if it is ground, in ground_strokes_px"
+    "beside a wall there is a band that is neither as dark as the crack nor as bright as the ground, for example "
+    "debris, oil or shade near {} px, so two positions of the wall are plausible. On average the crack is {:.3g} {} "
+    "wide without such bands and {:.3g} with them. Check the lines over the photo (overlay.png). If a band is crack, "
+    "draw over it in crack_strokes_px, and if it is ground, in ground_strokes_px"
 )
 BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
 
 
 BY_STROKES = "walls.plausible"
-"""First part of the key of a doubt about walls that drawn strokes may settle."""
+"""First part of the key of doubts about walls that drawn strokes may settle."""
 
 
 def with_doubts(outline: Outline, *doubts: Fact, **fields: Any) -> Outline:
@@ -79,7 +79,7 @@ def with_doubts(outline: Outline, *doubts: Fact, **fields: Any) -> Outline:
 def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     """Return the outline with the bands along its walls, and an interval that covers both widths, if they matter.
 
-    The mouth of a side crack, which is ``hidden``, is no band.
+    The mouth of a side crack, which is ``hidden``, is not a band.
     """
     px, thin = photo.mm_per_px, slice(None, None, EVERY)
     width_px, s_mm = max(outline.mean_width_mm / px, 4.0), outline.s_mm[thin]
@@ -143,9 +143,9 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
 
 
 def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | None:
-    """Return the path along a line between the walls that is far darker than the rest, as of a crack in a joint.
+    """Return the path along a line between the walls that is far darker than the rest, as a crack in a joint is.
 
-    None if the light between the walls is that of one thing.
+    Returns None if the light between the walls is uniform.
     """
     half_px = outline.mean_width_mm / photo.mm_per_px / 2 - LINE_PX
     if half_px < WIDTH_RATIO * LINE_PX / 2:
@@ -165,10 +165,10 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
 
 
 def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[Fact]:
-    """Return a warning about stretches too narrow to measure.
+    """Return a warning about stretches that are too narrow to measure.
 
     Raises InputError if much of the crack is a hairline, and TooThinError if all of it is thin enough for a fit. A
-    stretch is ``LONG`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
+    stretch must be ``LONG`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
     """
     s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
     least_mm, per_station_mm = MIN_WIDTH_PX * photo.mm_per_px, s_mm[-1] / (len(s_mm) - 1)
@@ -184,19 +184,21 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
             for first, last in bounds
         )
         fault = (
-            f"{share:.0%} of the crack is under {limit_px:g} px wide, so that its width and volume are uncertain: "
-            f"{places}"
+            f"{share:.0%} of the crack is under {limit_px:g} px wide, so its width and volume are uncertain: {places}"
         )
         if share > most == MOST_MISSING:
             refusal = TooThinError if np.percentile(width_px, 75) < FITTED * MIN_WIDTH_PX else InputError
-            raise refusal(f"{photo.file}: {fault}; give ends_px of only the wide part, or move the camera closer.")
+            raise refusal(f"{photo.file}: {fault}. Give ends_px of only the wide part, or move the camera closer.")
         if share > most:
-            return [doubt("walls.narrow-stretches", f"{fault}; take a closer photo to measure it", share)]
+            return [doubt("walls.narrow-stretches", f"{fault}. Take a closer photo to measure it", share)]
     return []
 
 
 def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[Fact]:
-    """Return warnings if the crack closes before an end of the path; raise InputError if much of the path is lost."""
+    """Return warnings if the crack closes before an end of the path.
+
+    Raises InputError if much of the path is lost.
+    """
     s_px, warnings = arc_length(path_px), []
     first, last = np.asarray(KDTree(path_px).query(centreline_px[[0, -1]])[1])
     for end, lost_px in ((0, float(s_px[first])), (-1, float(s_px[-1] - s_px[last]))):
@@ -208,8 +210,8 @@ def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tup
         )
         if lost_px > MOST_MISSING * s_px[-1]:
             raise InputError(
-                f"{photo.file}: {fault}, {lost_px / s_px[-1]:.0%} of the path (at most {MOST_MISSING:.0%}); give that "
-                "place as the end, or a photo that shows the crack more clearly."
+                f"{photo.file}: {fault}. This is {lost_px / s_px[-1]:.0%} of the path (at most {MOST_MISSING:.0%} is "
+                "allowed). Give that point as the end, or a photo that shows the crack more clearly."
             )
-        warnings.append(doubt("walls.end-not-reached", f"{fault}: that part of the path is left out", lost_px, "px"))
+        warnings.append(doubt("walls.end-not-reached", f"{fault}. That part of the path is left out", lost_px, "px"))
     return warnings

@@ -1,9 +1,10 @@
-"""Change the photo where a user drew, so that its walls are then followed to where they were drawn.
+"""Change the photo where a user drew, so that the walls are then measured where they were drawn.
 
-Surely crack is all between a line along a wall, or a stroke over crack, and the path; surely ground is all beyond a
-line along a wall, or a stroke over ground. Near a stroke, what is nearer in lightness to the crack under it than to
-the ground becomes crack, and what is nearer to the ground under it than to the crack becomes ground, so that a few
-strokes are enough.
+Everything between the path and a line along a wall, or a stroke over crack, is surely crack. Everything beyond a line
+along a wall, or a stroke over ground, is surely ground. Near a stroke over crack, pixels become crack if their
+lightness is nearer to the lightness under the stroke than to the ground's. Near a stroke over ground, pixels become
+ground if their lightness is nearer to the lightness under the stroke than to the crack's. Therefore a few strokes are
+enough.
 """
 
 from dataclasses import replace
@@ -28,20 +29,21 @@ Kind = Literal["crack", "ground", "wall"]
 # Constants of drawn lines. "widths" are widths of the path.
 #
 # A longer ``REACH`` needs fewer strokes, and moves more walls that were right.
-MOST_POINTS = 5000  # Points in which a line is read: a pixel apart, or farther in a longer one
+# Largest number of points to which a line is resampled, a pixel apart, or farther apart for a longer line
+MOST_POINTS = 5000
 BRUSH_PX = 3  # Width of a stroke
-MOST_AWAY = 3.0  # Widths from the path, or twice ``snap_px``, within which a line must be, except over ground
-END_WIDTHS = 0.5  # Widths, or ``END_PX``, past the path's ends within which a line may be
+MOST_AWAY = 3.0  # A line must be within this many widths, or twice ``snap_px``, of the path, except over ground
+END_WIDTHS = 0.5  # A line may extend this many widths, or ``END_PX``, past the path's ends
 END_PX = 6.0
-REACH = 3.0  # Widths, or ``REACH_PX``, around a stroke in which the light under it decides
+REACH = 3.0  # Light is compared within this many widths, or ``REACH_PX``, around a stroke
 REACH_PX = 30.0
-SOFT_PX = 1.5  # Sigma of the blur that quiets grain before lightness is compared
-DARKEST = 20.0  # Percentile of the brightness of an area by which darker ones are told from lighter ones
-GROUND = 60.0  # Percentile of the brightness around a line that is ground's
+SOFT_PX = 1.5  # Sigma of a blur that reduces grain before lightness is compared
+DARKEST = 20.0  # Percentile of an area's brightness by which areas are compared
+GROUND = 60.0  # Percentile of the brightness around a line that is taken for the ground's
 
 
 class ByHand(NamedTuple):
-    """The photo with drawn lines in it."""
+    """The photo after the changes by drawn lines."""
 
     photo: Photo
     decided: Mask | None = None  # 255 on pixels that lines decide, 0 elsewhere; None without lines
@@ -54,13 +56,13 @@ class _Line(NamedTuple):
     kind: Kind
     name: str
     place_px: Floats  # (n, 2)
-    foot_px: Floats  # Nearest point of the path to each, (n, 2)
+    foot_px: Floats  # Nearest point of the path for each point of the line, (n, 2)
 
 
 def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
-    """Return the photo with the drawn lines of ``settings`` in it.
+    """Return the photo, changed by the drawn lines of ``settings``.
 
-    Raises InputError for lines that contradict each other, that leave this crack, or that cross its path as ground.
+    Raises InputError for lines that contradict each other, that leave this crack, or that mark its path as ground.
     """
     if not settings.drawn_by_hand:
         return ByHand(photo)
@@ -79,8 +81,8 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
         between, beyond = (float(np.percentile(part[area], DARKEST)) for area in areas)
         if line.kind == "ground" and beyond < between:
             raise InputError(
-                f"{photo.file}: {line.name}, has darker ground beyond it than between it and the path, at "
-                f"{listed(line.place_px[:1])} px: if the crack takes another way, give via_px there."
+                f"{photo.file}: {line.name}, at {listed(line.place_px[:1])} px, has darker ground beyond it than "
+                "between it and the path. If the crack takes another way, give via_px there."
             )
         if line.kind != "wall":
             soft = blurred(lightness(part), SOFT_PX)
@@ -98,8 +100,8 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
             if line.kind == kind and crossed.any():
                 place_px = np.argwhere(crossed)[:1, ::-1] + low
                 raise InputError(
-                    f"{photo.file}: {line.name}, contradicts a stroke at {listed(place_px)} px, which makes ground of "
-                    "what it makes crack, or the other way round. Remove one of them."
+                    f"{photo.file}: {line.name}, contradicts a stroke at {listed(place_px)} px: one of them marks the "
+                    "same pixels as crack, and the other as ground. Remove one of them."
                 )
             if line.kind in (kind, "wall"):
                 area = areas[number] if line.kind == "wall" else areas[number] | body
@@ -111,7 +113,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
 
 
 def _between(shape: tuple[int, ...], first: Floats, second: Floats) -> Booleans:
-    """Return a mask of what is between two lines."""
+    """Return a mask of the region between two lines."""
     return filled_polygon(shape, np.concatenate([first, second[::-1]])) > 0
 
 
@@ -122,7 +124,10 @@ def _stroke(shape: tuple[int, ...], line: Floats, width: float) -> Booleans:
 
 
 def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float, warnings: list[Fact]) -> list[_Line]:
-    """Return the drawn lines beside the path, and add warnings about ground that is not."""
+    """Return the drawn lines beside the path, and add a warning for each stroke over ground elsewhere.
+
+    Raises InputError for a line that leaves the photo, is not on this crack, or crosses it.
+    """
     way_px = resampled(path.points_px, 1.0)
     tree, (width, height) = KDTree(way_px), photo.size_px
     most_px, beyond_px = max(MOST_AWAY * width_px, 2 * snap_px(photo)), max(END_WIDTHS * width_px, END_PX)
@@ -136,7 +141,9 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
         for number, points_px in enumerate(points or (), start=1):
             line_px, name = np.array(points_px, float), f"photo.{names} {number}"
             if depth_inside(line_px, (-0.5, -0.5, width - 0.5, height - 0.5)).min() < 0:
-                raise InputError(f"{photo.file}: {name}, leaves the photo of {width} x {height} px; draw it inside.")
+                raise InputError(
+                    f"{photo.file}: {name}, leaves the photo of {width} x {height} px. Draw it inside the photo."
+                )
             length_px = arc_length(line_px)[-1]
             place_px = resampled(line_px, max(1.0, length_px / MOST_POINTS)) if length_px > 0 else line_px[[0, 0]]
             away_px, nearest = tree.query(place_px)
@@ -147,15 +154,15 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
                 continue
             if kind != "ground" and off_px.max() > 0:
                 raise InputError(
-                    f"{photo.file}: {name}, is not on this crack at {listed(place_px[[off_px.argmax()]])} px: draw it "
-                    f"between the crack's ends, at most {most_px:.0f} px from its path; if the crack takes another "
+                    f"{photo.file}: {name}, is not on this crack at {listed(place_px[[off_px.argmax()]])} px. Draw it "
+                    f"between the crack's ends, at most {most_px:.0f} px from its path. If the crack takes another "
                     "way, give via_px there."
                 )
             if kind != "crack" and away_px.min() < BRUSH_PX / 2:
                 raise InputError(
-                    f"{photo.file}: {name}, crosses the crack at {listed(place_px[[away_px.argmin()]])} px: draw it "
-                    "on one side of the path; if the crack takes another way, give via_px there, or paint it in "
-                    "photo.mask."
+                    f"{photo.file}: {name}, crosses the crack at {listed(place_px[[away_px.argmin()]])} px. Draw it "
+                    "on one side of the path. If the crack takes another way, give via_px there, or paint the crack "
+                    "in photo.mask."
                 )
             lines.append(_Line(kind, name, place_px, way_px[nearest]))
     return lines

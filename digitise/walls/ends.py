@@ -1,6 +1,6 @@
 """Classify the ends of a crack: open at the edge of the face, closed in a tip, or cut if the crack continues.
 
-Beyond an end that a click cut, measure how far the crack continues, to warn that only a part of it was traced.
+If a click cut an end, also measure how far the crack continues beyond it, to warn that only a part was traced.
 """
 
 from dataclasses import dataclass
@@ -21,47 +21,50 @@ from sealtwin.core.records import Booleans, Floats
 from sealtwin.core.solid_figures import EndKind, Span
 
 STEP_PX = 0.25  # Spacing of samples along the line at a tip
-LOOK_AHEAD = 2.0  # Crack widths ahead of the end that are searched for the edge of the face
-GOES_ON = 1.5  # Crack widths of dark around an end above which the end is cut: the crack, or a shadow, continues
-BLUNT = 0.25  # Crack widths behind the farthest point that are the end's front; a sharp tip narrows in less
-JUDGED_PX = 8.0  # Least width for which an end is judged: grain ends a hairline for a few px
-GROUND_WIDTHS = 1.2  # Crack widths beside the line that give the ground's brightness, plus ``GROUND_PX``
+LOOK_AHEAD = 2.0  # The edge of the face is searched for this many crack widths ahead of the end
+GOES_ON = 1.5  # An end with more crack widths of dark around it is cut: the crack, or a shadow, continues
+BLUNT = 0.25  # Crack widths behind the farthest point that are the end's front; a sharp tip is narrow within less
+JUDGED_PX = 8.0  # Least width with which an end is classified: grain ends a hairline for a few px
+GROUND_WIDTHS = 1.2  # Crack widths beside the line at which the ground's brightness is measured, plus ``GROUND_PX``
 GROUND_PX = 3.0
-TO_THE_EDGE, TO_THE_EDGE_PX = 1.5, 20.0  # Longest way to the edge of the face in widths or px: its rim is not searched
+# Longest distance to the edge of the face: widths, or px, because the rim there is not searched
+TO_THE_EDGE, TO_THE_EDGE_PX = 1.5, 20.0
 
 
 @dataclass(frozen=True)
 class Traced:
-    """A line past the crack's ends, and the walls along it."""
+    """A line that extends past the crack's ends, and the walls along it."""
 
-    line_mm: Floats  # Down the middle, (n, 2); half a width from one wall if the other has left the face
+    line_mm: Floats  # Line down the middle, (n, 2); half a width from one wall if the other has left the face
     left_mm: Floats
     right_mm: Floats
     kinds: tuple[EndKind, EndKind]
-    span_mm: Span  # Arc length on the line at which the crack begins and ends
+    span_mm: Span  # Arc lengths on the line at which the crack begins and ends
     width_px: float  # Median width in pixels of the photo
-    missing: float = 0.0  # Share of the crack with one or both walls missing
-    beyond_mm: float = 0.0  # Length of path omitted at its ends because a wall is outside the photo
+    missing: float = 0.0  # Share of the crack along which one or both walls are missing
+    beyond_mm: float = 0.0  # Length of path left out at its ends because a wall is outside the photo
     width_spread: float | None = None
-    """Half the 95 % interval of a dark region's mean width, over that width; None if walls were followed."""
+    """Relative uncertainty of a dark region's mean width: half of its 95 % interval, divided by the width. None if
+    walls were followed."""
     clear_step: Booleans | None = None
-    """Stations with a clear step at the left and at the right wall, (2, n); None if walls are not followed by steps."""
+    """True for stations with a clear step at the left and at the right wall, (2, n). None if walls are not followed by
+    steps."""
 
 
 @dataclass(frozen=True)
 class PathEnd:
-    """One end of a crack."""
+    """One end of a crack, and its kind."""
 
     kind: EndKind
-    place_px: Floats  # The tip of a closed crack, or else the end of the path
-    ahead: Floats  # Unit vector out of the crack
+    place_px: Floats  # Tip of a closed crack, otherwise the end of the path
+    ahead: Floats  # Unit vector that points out of the crack
 
 
 Ends = tuple[PathEnd, PathEnd]
 
 
 def find_tip(photo: Photo, patch: Patch, line_mm: Floats, near_mm: float, reach_mm: float, level: float) -> float:
-    """Return the arc length nearest to ``near_mm`` at which the brightness along a line past a tip crosses a level."""
+    """Return the arc length at which the brightness along a line past a tip crosses a level, nearest to ``near_mm``."""
     s_mm = arc_length(line_mm)
     fine_mm = np.arange(max(near_mm - reach_mm, 0), min(near_mm + reach_mm, s_mm[-1]), STEP_PX * photo.mm_per_px)
     light = patch.light(photo.to_px(at_arc_length(line_mm, s_mm, fine_mm)))
@@ -72,7 +75,11 @@ def find_tip(photo: Photo, patch: Patch, line_mm: Floats, near_mm: float, reach_
 def to_its_ends(
     photo: Photo, patch: Patch, lines_px: tuple[Floats, Floats, Floats], width_px: float, spread: float | None = None
 ) -> Traced:
-    """Return a crack from end to end. ``lines_px`` are its middle and its left and right wall, as on the face."""
+    """Extend the traced middle and walls to the crack's two ends, and classify each end.
+
+    ``lines_px`` are middle, left and right wall in px, with left and right as on the face. ``width_px`` is the mean
+    width. ``spread`` becomes the result's ``width_spread``.
+    """
     middle_px = lines_px[0]
     beside_px = (GROUND_WIDTHS * width_px + GROUND_PX) * left_normals(middle_px)
     threshold = float(np.median(patch.light(middle_px)) + np.median(patch.light(middle_px + beside_px))) / 2
@@ -113,7 +120,10 @@ def judge_ends(
     width_px: float,
     thresholds: tuple[float, float],
 ) -> Ends:
-    """Classify both ends of a line, which is given from each end inward; ``back_px`` of it give a direction."""
+    """Classify both ends of a line. Each of ``inward_px`` is the line from one end inward.
+
+    The first ``back_px`` points of it give the direction of the end.
+    """
     first, last = (
         judge_end(photo, patch, line_px[0], unit(line_px[0] - line_px[: back_px + 1][-1]), width_px, threshold)
         for line_px, threshold in zip(inward_px, thresholds, strict=True)
@@ -122,7 +132,7 @@ def judge_ends(
 
 
 def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float) -> PathEnd:
-    """Classify the end at ``end_px``; ``ahead`` points out of the crack. An end at the photo's edge is cut."""
+    """Classify the end at ``end_px``. ``ahead`` points out of the crack. An end at the photo's edge is cut."""
     reached_px = np.vstack([end_px, _dark_ahead_px(photo, patch, end_px, ahead, width_px, threshold)])
     if photo.face_mm is not None:
         # The mask ends before the edge.
@@ -160,14 +170,14 @@ def _dark_ahead_px(
 
 
 MOST_BEYOND = 0.05  # Share of the traced length by which a crack may continue without a warning
-LEAST_BEYOND, LEAST_BEYOND_PX = 2.0, 30.0  # The same in widths and px: a blunt end, and grain that touches it
-AT_BORDER = 2.0  # Widths, plus twice as many px, from the photo's border within which a crack leaves the photo
+LEAST_BEYOND, LEAST_BEYOND_PX = 2.0, 30.0  # The same in widths and px, for a blunt end and grain that touches it
+AT_BORDER = 2.0  # A crack leaves the photo if it ends within this many widths, plus twice as many px, of the border
 WORK_PX, LARGEST_PX = 6.0, 2500  # Width of the crack in the copy that is searched, and longest side of the copy
-LAST = 8.0  # Widths of the crack before an end that give its darkness and direction
-GROUND_BESIDE = (1.0, 3.0)  # Widths from the line between which the ground's light is read
-SWELLING = 1.5  # Widths above which a dark place is not crack but a shadow, a stain or the table
+LAST = 8.0  # Length before an end, in widths, that gives the crack's darkness and direction
+GROUND_BESIDE = (1.0, 3.0)  # The ground's light is read between these distances from the line, in widths
+SWELLING = 1.5  # A dark area more widths wide than this is not crack but a shadow, a stain or the table
 BODY = 1.5  # Widths across which the traced crack is removed
-REST_WIDTHS = 1.5  # Widths from the end within which the rest of the crack must begin
+REST_WIDTHS = 1.5  # The rest of the crack must begin within this many widths of the end
 
 
 def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
@@ -181,16 +191,15 @@ def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], 
         if beyond_px > max(MOST_BEYOND * length_px, LEAST_BEYOND * width_px, LEAST_BEYOND_PX):
             beyond_mm = beyond_px * photo.mm_per_px
             text = (
-                f"the crack continues beyond the end {listed(inward_px[:1])} px for about "
-                f"{photo.length(beyond_px)}, which are not part of the result: give the crack's real end in ends_px to "
-                "include them"
+                f"the crack continues beyond the end {listed(inward_px[:1])} px for about {photo.length(beyond_px)}, "
+                "which are not part of the result. Give the crack's real end in ends_px to include them"
             )
             warnings.append(doubt("path.continues", text, beyond_mm, "mm"))
     return warnings
 
 
 def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
-    """Return the length of the dark band that continues from the line's first point, away from the line."""
+    """Return the length of the dark band that continues from the line's first point, away from the line, in px."""
     part_px = inward_px[: max(2, int(np.searchsorted(arc_length(inward_px), LAST * width_px)))]
     profiles = profiles_across(photo, part_px, width_px, GROUND_BESIDE[1] * width_px + 4)
     away_px = np.abs(profiles.offset_px)
@@ -210,7 +219,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
 
 
 def _farthest(dark: Mask, end: Floats, ahead: Floats, width: float) -> float:
-    """Return the distance of the farthest dark cell that is connected to a place ahead of the end."""
+    """Return the distance of the farthest dark cell that is connected to a cell just ahead of the end."""
     label, _ = pieces(dark > 0)
     rows, columns = np.nonzero(label)
     number, away = label[rows, columns], np.column_stack([columns, rows]) - end

@@ -1,6 +1,7 @@
 """Find stones in a crack and side cracks that leave it, in the dark region connected to its path.
 
-The walls are then followed as if both were not in view: past a stone, and straight across the mouth of a side crack.
+The walls are then followed as if stones and side cracks were not in view: past a stone, and straight across the mouth
+of a side crack.
 """
 
 from dataclasses import dataclass, replace
@@ -48,33 +49,35 @@ from sealtwin.core.records import Booleans, Floats, Outline
 
 # Constants of stones and side cracks. "widths" are crack widths.
 #
-# Chosen on drawn photos. Lower limits of size find more stones and side cracks, which are grain, pores and stains.
+# Chosen on drawn photos. With lower limits of size, more stones and side cracks are found that are grain, pores and
+# stains.
 PAINT_DARK, PAINT_BRIGHT = 0.05, 0.8  # Brightness of a deep crack and of light mortar
-WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack a tenth as wide is three pixels wide
-REACH, AROUND = 2.5, 0.5  # Least reach of the copy beside the path in widths, and in lengths of the path
-CRACK, MORTAR = 0.25, 0.8  # Widths from the path within which is crack, and beyond which mortar or side cracks
+WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack a tenth as wide is three pixels wide there
+REACH, AROUND = 2.5, 0.5  # Least margin of the copy around the path: widths, and lengths of the path
+# Crack is within the first number of widths from the path, and mortar or side cracks are beyond the second
+CRACK, MORTAR = 0.25, 0.8
 LEVEL_PX = 8.0  # Width of the crack in the small picture in which the levels are measured
-SPREAD = 2.0  # Gaussian sigma in widths over which a level is averaged
-LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright places are glints, or grains on the floor
-LEAST_SIDE = 0.15  # Least side of a stone in widths; a smaller one does not divide the sealant
-LEAST_PX = 30  # Least pixels of a stone; fewer may be noise
-BRIGHT_WIDTHS = 1.0  # Widths above which a bright place is the ground between two cracks
+SPREAD = 2.0  # Sigma of a Gaussian, in widths, over which a level is averaged
+LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright spots are glints, or grains on the floor
+LEAST_SIDE = 0.15  # Least side of a stone in widths; a smaller stone does not divide the sealant
+LEAST_PX = 30  # Least number of pixels of a stone; fewer may be noise
+BRIGHT_WIDTHS = 1.0  # A bright area more widths wide than this is the ground between two cracks
 SKIRT_PX = 3  # Reach of the blur around a stone and beside a side crack
 AS_DARK = 0.6  # Largest share of ``wall_share`` in a side crack; lighter lines are scratches, stains or shadows
-AS_WIDE = 1.5  # Largest width of a side crack in widths of the main crack
-SLENDER = 3.0  # Least length of a side crack over its width: shorter ones are pores, stains and broken edges
-EDGE = 0.9  # Share of a line with unlike sides from which the line is an edge, as of a sample of unknown size
-SWELLING = 2.0  # Largest reach of a side crack sideways in its half widths; beyond is a pore or a stain
+AS_WIDE = 1.5  # Largest width of a side crack, over the width of the main crack
+SLENDER = 3.0  # Least length of a side crack over its width; shorter ones are pores, stains and broken edges
+EDGE = 0.9  # A line is an edge, as of a sample of unknown size, if this share of its length has unlike sides
+SWELLING = 2.0  # Largest reach of a side crack to its sides, in its half widths; beyond is a pore or a stain
 STEP_PX = 0.5  # Spacing of the centreline from which side cracks are drawn
 
 
 class SideCrack(NamedTuple):
-    """A side crack in pixels of the photo."""
+    """A side crack, in pixels of the photo."""
 
-    line_px: Floats  # Along its middle, from the main crack's wall to its tip, or to that wall again, (n, 2)
+    line_px: Floats  # Line along its middle, from the main crack's wall to its tip, or to that wall again, (n, 2)
     half_px: float  # Median half width
     comes_back: bool
-    rings_px: tuple[Floats, ...]  # Its rim, which ends within the main crack, and those of ground within it
+    rings_px: tuple[Floats, ...]  # Its rim, which ends within the main crack, and the rims of ground inside it
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,13 +90,13 @@ class Surroundings:
 
 
 class _Copy(NamedTuple):
-    """A part of the photo in pixels that suit the crack's width."""
+    """A part of the photo at a resolution that suits the crack's width."""
 
     low_px: Floats
-    factor: int  # Pixels of the photo to one of the copy
+    factor: int  # Pixels of the photo per pixel of the copy
     way: Floats  # The path in the copy
     share: Map  # Share of the contrast: 0 in the crack, 1 on mortar
-    sample: Booleans  # Pixels of the sample's face, and of no marker
+    sample: Booleans  # True for pixels of the sample's face that no marker covers
 
     def to_photo(self, places: Floats) -> Floats:
         return (places + 0.5) * self.factor - 0.5 + self.low_px
@@ -107,7 +110,7 @@ def photo_of_paint(photo: Photo, path: CrackPath) -> Photo:
 
 
 def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surroundings:
-    """Find the stones and side cracks of a path; their rims are at ``wall_share`` of the contrast."""
+    """Find the stones and side cracks of a path. Their rims are at ``wall_share`` of the contrast."""
     width_px = max(path.width_px, LEAST_WIDTH_PX)
     copy = _copied(photo, path.points_px, width_px)
     crack = holding((copy.share <= wall_share) & copy.sample, copy.way)
@@ -132,7 +135,7 @@ def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surro
 
 
 def _copied(photo: Photo, points_px: Floats, width_px: float) -> _Copy:
-    """Return the copy around a path."""
+    """Return the copy of the photo around a path."""
     reach_px, factor = max(REACH * width_px, AROUND * arc_length(points_px)[-1]), max(1, int(width_px / WORK_PX))
     low, window = window_around(points_px, reach_px, photo.size_px)
     down, across = (side // factor for side in photo.brightness[window].shape)
@@ -144,7 +147,7 @@ def _copied(photo: Photo, points_px: Floats, width_px: float) -> _Copy:
 
 
 def _share(light: Map, sample: Booleans, way: Floats, width: float) -> Map:
-    """Return the share of the contrast between the levels of the crack along ``way`` and of the mortar around it."""
+    """Return the share of the contrast at each pixel: 0 at the crack's level along ``way``, 1 at the mortar's."""
     scale = min(1.0, LEVEL_PX / width)
     small = scaled_down(light, scale)
     shown = shrunk(sample.astype(np.float32), small.shape[::-1]) > 0.99
@@ -162,14 +165,17 @@ def _share(light: Map, sample: Booleans, way: Floats, width: float) -> Map:
 
 
 def _enclosed(crack: Booleans, least: float, widest: float) -> list[Booleans]:
-    """Return the places of at least ``least`` cells and at most ``widest`` that the crack surrounds, one mask each."""
+    """Return a mask for each area that the crack surrounds.
+
+    An area has at least ``least`` cells, and is at most ``widest`` cells wide.
+    """
     label, area = pieces(clear_border(~crack))
     stones = [label == number for number in np.flatnonzero(area >= least)]
     return [stone for stone in stones if 2 * radius(stone).max() <= widest]
 
 
 def _side_cracks(photo: Photo, copy: _Copy, crack: Booleans, width: float, wall_share: float) -> list[SideCrack]:
-    """Return the dark side lines of the path that are slender, as a crack is, and no edge of something bright."""
+    """Return the dark side lines of the path that are slender, as a crack is, and not the edge of something bright."""
     to_rim, side_cracks = radius(crack), []
     way = np.clip(np.rint(copy.way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)
     way = way[crack[tuple(way.T)]]
@@ -192,7 +198,10 @@ def _side_cracks(photo: Photo, copy: _Copy, crack: Booleans, width: float, wall_
 
 
 def _contours(copy: _Copy, share: Map, level: float, beyond: float) -> list[Floats]:
-    """Return the closed rims at a share, in pixels of the photo; ``beyond`` is the share around the copy."""
+    """Return the closed rims at the share ``level``, in pixels of the photo.
+
+    ``beyond`` is the share around the copy.
+    """
     rings = find_contours(np.pad(share, 1, constant_values=beyond), level)
     return [copy.to_photo(ring[:-1, ::-1] - 1) for ring in rings]
 
@@ -200,10 +209,10 @@ def _contours(copy: _Copy, share: Map, level: float, beyond: float) -> list[Floa
 def with_side_cracks(
     photo: Photo, outline: Outline, side_cracks: tuple[SideCrack, ...], keep: bool, least_width_px: float
 ) -> Outline:
-    """Return the main crack's outline with its side cracks. With ``keep``, wide enough ones are joined to its ring.
+    """Return the main crack's outline with its side cracks. With ``keep``, those that are wide enough join its ring.
 
-    Ground that joined side cracks enclose is an island. ``least_width_px`` is the least width of a side crack that is
-    measured.
+    Ground that joined side cracks enclose is an island. ``least_width_px`` is the least width of a side crack that can
+    be measured.
     """
     main, centreline = CrossSection([outline.outline_mm], FillRule.Positive), KDTree(outline.centreline_mm)
     joined, wide_mm, narrow_mm = main, [], []
@@ -221,10 +230,10 @@ def with_side_cracks(
         ring_mm = max(rings, key=signed_area)
         enclosed_mm = tuple(ring for ring in rings if signed_area(ring) <= -ISLAND_MM2)
     elif wide_mm:
-        text = f'{_left_out(wide_mm, photo.unit)}; set branches = "keep" to include side cracks'
+        text = f'{_left_out(wide_mm, photo.unit)}. Set branches = "keep" to include side cracks'
         warnings.append(doubt("walls.side-cracks", text, len(wide_mm)))
     if narrow_mm:
-        text = f"{_left_out(narrow_mm, photo.unit)}: under {least_width_px:g} px wide, too narrow to measure"
+        text = f"{_left_out(narrow_mm, photo.unit)}: under {least_width_px:g} px wide, which is too narrow to measure"
         warnings.append(doubt("walls.narrow-side-cracks", text, len(narrow_mm)))
     return with_doubts(
         outline,
@@ -237,7 +246,7 @@ def with_side_cracks(
 
 
 def _left_out(lines_mm: list[Floats], unit: str) -> str:
-    """Return number and lengths as text: "2 side cracks (12 and 7 mm) are left out"."""
+    """Return number and lengths of side cracks as text, for example "2 side cracks (12 and 7 mm) are left out"."""
     lengths = " and ".join(f"{arc_length(line)[-1]:.0f}" for line in lines_mm)
     many = len(lines_mm) > 1
     return f"{len(lines_mm)} side crack{'s' * many} ({lengths} {unit}) {'are' if many else 'is'} left out"

@@ -1,4 +1,4 @@
-"""Draw a traced crack over its photo for a visual check, and straighten the photo along it."""
+"""Draw a traced crack over its photo for a visual check, and straighten the photo along the crack."""
 
 from collections.abc import Sequence
 
@@ -16,23 +16,23 @@ from sealtwin.core.records import Floats, Outline, Trajectory
 
 Colour = tuple[int, int, int]
 
-# RGB. Walls and centreline differ in lightness as well as hue, for colour-blind readers
+# Colours as RGB. Walls and centreline differ in lightness as well as hue, for colour-blind readers.
 LEFT, RIGHT, CENTRE = (0, 222, 160), (60, 170, 255), (250, 235, 60)
 ENDS, INK, PAPER = (255, 90, 20), (24, 24, 24), (255, 255, 255)
 NOZZLE = (200, 120, 255)
-BEADS = 11.0  # Spacing of beads of the nozzle's path, in thousandths of the picture's longer side
-LONGER_SIDE_PX = 2400  # Longer side of the picture, to which photos are scaled, enlarged by ``MOST_ENLARGED`` at most
+BEADS = 11.0  # Spacing of beads on the nozzle's path, in thousandths of the picture's longer side
+LONGER_SIDE_PX = 2400  # Longer side of the picture. Photos are scaled to it, but enlarged by at most ``MOST_ENLARGED``
 MOST_ENLARGED = 4.0
 ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
-STRAIGHT_AROUND = 1.5  # Half of the straightened picture's height over the crack's mean width
-STRAIGHT_MOST_PX = 1400  # Largest length of the picture: a report shows it 800 px long
+STRAIGHT_AROUND = 1.5  # Half the height of the straightened picture, over the crack's mean width
+STRAIGHT_MOST_PX = 1400  # Largest length of the straightened picture; a report shows it 800 px long
 DASH = 5.0  # Length of a dash and of the gap after it, in thousandths of the picture's longer side
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 class Canvas:
-    """A copy of a photo to draw on, RGB. Places are pixels of the copy, sizes thousandths of its longer side."""
+    """A copy of a photo to draw on, RGB. Positions are in its pixels, sizes in thousandths of its longer side."""
 
     def __init__(self, photo: Photo) -> None:
         self.scale: float = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
@@ -43,13 +43,13 @@ class Canvas:
         self.extent = np.array(self.picture.shape[1::-1])
 
     def at(self, points_px: Floats) -> Floats:
-        """Map pixels of the photo to pixels of the copy."""
+        """Map pixels of the photo to pixels of the copy, (..., 2)."""
         return (points_px + 0.5) * self.scale - 0.5
 
     def line(
         self, points_px: Floats, colour: Colour, size: float = 0.7, closed: bool = False, dashed: bool = False
     ) -> None:
-        """Draw a line through pixels of the photo; a dashed one is as thin as possible."""
+        """Draw a line through pixels of the photo. A dashed line is as thin as possible."""
         lines = [self.at(points_px)]
         if dashed:
             dashes, size = resampled(lines[0], DASH * self.unit), 0
@@ -58,7 +58,7 @@ class Canvas:
         cv2.polylines(self.picture, fixed, closed, colour, max(1, pen), cv2.LINE_AA, SUBPIXEL_BITS)
 
     def dot(self, point: Floats, size: float, colour: Colour, rim: Colour) -> None:
-        """Draw a disc of radius ``size`` on a larger one."""
+        """Draw a disc with radius ``size`` on a slightly larger disc in the colour ``rim``."""
         for radius, shade in ((size + 0.8, rim), (size, colour)):
             cv2.circle(
                 self.picture,
@@ -79,7 +79,7 @@ class Canvas:
         cv2.putText(self.picture, text, np.rint(base).astype(int).tolist(), FONT, size, colour, pen, cv2.LINE_AA)
 
     def text_size(self, text: str) -> Floats:
-        """Width and height. They are a little more than OpenCV's, which leave out the last letter's overhang."""
+        """Width and height of a text, (2,). They exceed OpenCV's, which leave out the last letter's overhang."""
         (width, height), _ = cv2.getTextSize(text, FONT, 0.4 * self.unit, 1)
         return np.array([1.04 * width, height])
 
@@ -111,7 +111,7 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
 
 
 def draw_way(photo: Photo, path: CrackPath) -> Pixels:
-    """Return the photo, as large as the overlay, with a path without walls."""
+    """Return the photo with a path without walls, in the overlay's size, (height, width, 3) RGB."""
     canvas = Canvas(photo)
     canvas.line(path.points_px, CENTRE, 1.5)
     for point in canvas.at(path.points_px[[0, -1]]):
@@ -120,7 +120,7 @@ def draw_way(photo: Photo, path: CrackPath) -> Pixels:
 
 
 def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Pixels:
-    """Return the photo, as large as the overlay, with the competing cracks outlined and numbered."""
+    """Return the photo with the competing cracks outlined and numbered, in the overlay's size, as RGB."""
     canvas = Canvas(photo)
     for crack in cracks:
         canvas.line(crack.outline_px, ENDS, 1.5, closed=True)
@@ -132,7 +132,7 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Pixels:
 
 
 def _mark_ends(canvas: Canvas, outline: Outline) -> None:
-    """Draw a dot on each end and its name beyond it."""
+    """Draw a dot on each end of the crack, and its name beyond it."""
     unit, centreline = canvas.unit, canvas.at(outline.centreline_px)
     first = f"start, s = 0 ({outline.ends[0]} end)"
     last = f"s = {outline.length_mm:.1f} mm ({outline.ends[1]} end)"
@@ -148,7 +148,10 @@ def _mark_ends(canvas: Canvas, outline: Outline) -> None:
 
 
 def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> None:
-    """Draw the legend, with a scale bar, in the corner of the part that a report shows in which it hides least."""
+    """Draw the legend, with a scale bar.
+
+    The legend is in the corner of the shown part in which it hides least of the crack.
+    """
     unit = canvas.unit
     pad, row, swatch = 8 * unit, 17 * unit, 60 * unit
     mm = canvas.scale / outline.mm_per_px
@@ -181,10 +184,10 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
 
 
 def straight_view(photo: Photo, outline: Outline) -> Pixels:
-    """Return the photo along the crack, (height, width, 3): s runs right from 0 to the length, left of the crack is up.
+    """Return the photo straightened along the crack, (height, width, 3) RGB.
 
-    The first and the last column are at both ends, and the centreline is half way up; a pixel has the same size along
-    and across. What is outside the photo is white.
+    s runs to the right, from 0 in the first column to the crack's length in the last. The centreline is half way up,
+    and the left of the crack is up. A pixel has the same size along and across. Areas outside the photo are white.
     """
     mm_per_px = max(photo.mm_per_px, outline.length_mm / (STRAIGHT_MOST_PX - 1))
     columns = max(2, 1 + round(outline.length_mm / mm_per_px))

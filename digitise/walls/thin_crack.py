@@ -1,9 +1,10 @@
 """Measure cracks too thin for walls: follow the darkest line to a fraction of a pixel, and fit the width.
 
-The model of the fit is a box, blurred by the lens, in linear light. All windows along the crack share darkness and
-blur; each has its own width, offset and sloping ground. Below four pixels the profile shows little more than darkness
-times width. Most of the width's uncertainty then comes from the darkness and the camera's tone curve, and averaging
-along the crack does not reduce it.
+The model of the crack's profile is a box, blurred by the lens, in linear light. Darkness and blur are common to all
+windows along the crack. Each window has its own width, its own offset, and ground whose light changes linearly across
+it. Below four pixels the profile shows little more than the product of darkness and width. Most of the width's
+uncertainty then comes from the darkness and from the camera's tone curve, and averaging along the crack does not reduce
+it.
 """
 
 from dataclasses import dataclass
@@ -26,82 +27,85 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Booleans, Floats, Integers
 
-# Assumptions about a thin crack, its camera and its ground. Lengths are pixels.
+# Assumptions about a thin crack, its camera and its ground. Lengths are in pixels.
 #
-# Set on drawn photos of cracks of 2 to 8 px so that the 95 % intervals hold: on 399 photos drawn afterwards 381 do. A
-# larger ``INNER_LIGHT`` or ``GAMMA_SD`` widens the intervals, and so does a smaller ``STRICTNESS``.
-INNER_LIGHT, FADE = 0.2, 0.03  # Largest light inside a crack over the light next to it, about; softness of that bound
-GAMMA_SD = 0.12  # Standard deviation of a camera's exponent about DISPLAY_GAMMA: of any from 2.0 to 2.4
-USUAL_BLUR, BLUR_SD = 1.0, 0.5  # Gaussian sigma of a camera's blur, and the standard deviation of its logarithm
+# Set on drawn photos of cracks of 2 to 8 px so that the 95 % intervals hold. They hold on 381 of 399 later photos.
+# A larger ``INNER_LIGHT`` or ``GAMMA_SD`` widens the intervals, and so does a smaller ``STRICTNESS``.
+# Usual upper bound of the light inside a crack over the light next to it, and the bound's softness
+INNER_LIGHT, FADE = 0.2, 0.03
+GAMMA_SD = 0.12  # Standard deviation of a camera's exponent about DISPLAY_GAMMA, for exponents from 2.0 to 2.4
+USUAL_BLUR, BLUR_SD = 1.0, 0.5  # Sigma of a camera's Gaussian blur, and the standard deviation of its logarithm
 LEAST_BLUR, MOST_BLUR = 0.35, 6.0
 OFF_LINE = 0.5  # Standard deviation of the crack from its line: half a pixel off looks wider and paler
-ROUNDS, LATER_ROUNDS = 10, 3  # Gauss-Newton steps from a rough start, and from the fit for the darkness before
+ROUNDS, LATER_ROUNDS = 10, 3  # Gauss-Newton steps from a rough start, and from the fit for the previous darkness
 MOST_WIDER = 2.0  # Longest step of a width
-MOST_BLURRIER = 0.3  # Longest step of the blur, as a share of it
-IN_THE_DARK = 0.7  # Least noise inside the crack over the ground's; with less its bottom shapes the fit
-WHITE = 0.03  # Least share of the noise that is not shared with neighbours: samples are closer than pixels
-OUTLIER = 4.0  # Standard deviations at which the ground's noise is cut off, so that one pore does not count
-STRICTNESS = 0.5  # Share of the misfit that counts: neighbours share grain, and no lens blurs as a Gaussian
-INTERVAL = 0.025, 0.975  # Probabilities of the ends of an interval
-MOST_DIRTY = 0.75  # Largest share of a crack that dirty edges may be
-HALO_PX = 5.0  # Breadth of a dirty edge
-LEAST_DARK_PX = 0.4  # Width of a crack as dark as those halves, from which on they count: clean edges have at most 0.3
-DARKNESS = np.linspace(1.0, 0.7, 13)  # Values of the darkness, 1 less the inner light, for which the rest is fitted
-TONES = DISPLAY_GAMMA + GAMMA_SD * np.sqrt(3) * np.array([-1, 0, 1])  # Exponents with that mean and deviation
-TONE_WEIGHTS = np.array([1, 4, 1]) / 6  # Their weights (Gauss-Hermite)
+MOST_BLURRIER = 0.3  # Longest step of the blur, as a share of the blur
+IN_THE_DARK = 0.7  # Least noise inside the crack over the ground's; with less, the crack's bottom would shape the fit
+WHITE = 0.03  # Least share of the noise that neighbours do not share, because samples are closer than pixels
+OUTLIER = 4.0  # The ground's noise is cut off at this many standard deviations, so that a single pore does not count
+STRICTNESS = 0.5  # Share of the misfit that counts, because neighbours share grain, and no lens blurs as a Gaussian
+INTERVAL = 0.025, 0.975  # Probabilities at the ends of an interval
+MOST_DIRTY = 0.75  # Largest share of a crack's width that may be dirty edges
+HALO_PX = 5.0  # Width of a dirty edge
+LEAST_DARK_PX = 0.4  # Dirty edges count from this width of equally dark crack on: clean edges have at most 0.3
+# Values of the darkness, 1 less the inner light, for each of which the other parameters are fitted
+DARKNESS = np.linspace(1.0, 0.7, 13)
+# Exponents of the tone curve with that mean and standard deviation
+TONES = DISPLAY_GAMMA + GAMMA_SD * np.sqrt(3) * np.array([-1, 0, 1])
+TONE_WEIGHTS = np.array([1, 4, 1]) / 6  # Weights of these exponents (Gauss-Hermite)
 
 
 @dataclass(frozen=True)
 class BoxFit:
-    """The result of the fit of a thin crack."""
+    """Result of the fit of a thin crack."""
 
     widths_px: Floats  # (windows,)
-    offsets_px: Floats  # (windows,): of the crack's middle from the line
+    offsets_px: Floats  # (windows,), offset of the crack's middle from the line
     mean_px: float
-    interval_px: tuple[float, float]  # Ends of the 95 % interval of the mean
+    interval_px: tuple[float, float]  # Ends of the mean width's 95 % interval
 
 
 @dataclass(frozen=True)
 class _Shape:
-    """Widths, offsets and blur that fit best for a given darkness and tone curve."""
+    """Widths, offsets and blur that fit best for one darkness and one tone curve."""
 
     widths_px: Floats
     offsets_px: Floats
     blur_px: float
     surprise: float = np.inf  # Twice the negative logarithm of the likelihood, plus a constant
-    squares: float = np.inf  # Sum of squares over the noise
-    mean_sd_px: float = 0.0  # Standard deviation of the mean width by the noise
+    squares: float = np.inf  # Sum of squared residuals over the noise
+    mean_sd_px: float = 0.0  # Standard deviation of the mean width from noise
 
 
-STEP_PX = 0.5  # Spacing of samples across; stations along the line are 1 px apart
+STEP_PX = 0.5  # Spacing of samples across the line; stations along the line are 1 px apart
 
 
-# Constants of following a thin crack's line and fitting its width. "widths" are widths of the path.
+# Constants for following a thin crack's line and fitting its width. "widths" are widths of the path.
 #
 # Chosen on the drawn photos on which the assumptions were set. A wider ``NEAR_PX`` recovers from worse paths and meets
 # more neighbouring lines; a longer ``WINDOW`` averages more grain and follows fewer changes of width.
-WINDOW = 10  # Stations in a window; its mean profile is fitted
-REACH = 1.5  # Widths to either side that are fitted, plus ``REACH_PX``; as much again is the ground
+WINDOW = 10  # Number of stations in a window, whose mean profile is fitted
+REACH = 1.5  # Widths to either side that are fitted, plus ``REACH_PX``; the same length beyond is the ground
 REACH_PX = 6.0
 CELLS = 2.0  # Largest distance of a path from the crack, in cells of the search map
-NEAR_PX = 3.0  # Distance, beyond half a width, within which the line is followed a second time
+NEAR_PX = 3.0  # The line is followed a second time within half a width plus this
 BLUR_ALONG = 2.0  # Blur along the line before it is followed, in stations
-BLUR_ACROSS = 0.4  # Blur across it, in widths
+BLUR_ACROSS = 0.4  # Blur across the line, in widths
 LEAST_ACROSS_PX = 1.0
-STIFFNESS = 0.15  # Cost of a step aside by a sample, in darkness
-LEAST_SMOOTHING_PX = 4.0  # Least sigma of the line, which is otherwise the width: windows have offsets
-DARKEST = 1e-4  # Least light: between pixels a cubic may fall below 0
-LEAST_WINDOWS = 5  # Least number of windows; fewer do not separate blur and width
-MOST_UNLIKE = 0.5  # Largest share of the path with unlike sides; more is an edge or a wide thing's wall
-NARROWEST = 0.1  # Least local width over the mean, so that walls do not cross
+STIFFNESS = 0.15  # Cost of a step to a side by one sample, in darkness
+LEAST_SMOOTHING_PX = 4.0  # Least sigma of the line's smoothing, which otherwise equals the width: windows have offsets
+DARKEST = 1e-4  # Least light: a cubic may fall below 0 between pixels
+LEAST_WINDOWS = 5  # Least number of windows; fewer cannot separate blur and width
+MOST_UNLIKE = 0.5  # Largest share of the path with unlike sides; more means an edge, or a wall of a wide gap
+NARROWEST = 0.1  # Least local width over the mean width, so that walls do not cross
 
 
 class NotFittedError(InputError):
-    """The path is along a crack whose width cannot be fitted."""
+    """Raised for a path along a crack whose width cannot be fitted."""
 
 
 def trace_line(photo: Photo, path: CrackPath) -> Traced:
-    """Follow the darkest line along ``path``; both walls are that line."""
+    """Follow the darkest line along ``path``. Both walls of the result are that line."""
     line_px = _line_px(photo, path)
     return to_its_ends(photo, _patch(photo, path), (line_px, line_px, line_px), path.width_px)
 
@@ -113,8 +117,8 @@ def _patch(photo: Photo, path: CrackPath) -> Patch:
 def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     """Follow the darkest line along ``path`` and fit the crack's width.
 
-    Raises NotFittedError if too little is in view or the sides of the crack differ, and InputError if the path is at an
-    edge: one side is far brighter, and the path is about as dark as the other.
+    Raises NotFittedError if too little is in view, or if the sides of the crack differ. Raises InputError if the path
+    is at an edge, which means that one side is far brighter and the path is about as dark as the other side.
     """
     line_px, patch = _line_px(photo, path), _patch(photo, path)
     reach = round((REACH * path.width_px + REACH_PX) / STEP_PX)
@@ -128,19 +132,19 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     if unlike_length_px(photo, path.points_px, path.width_px) > MOST_UNLIKE * arc_length(path.points_px)[-1]:
         if is_darker_than_both_sides(photo, path):
             raise NotFittedError(
-                "the ground on one side of the crack is far brighter than on the other, so that its width of about "
+                "the ground on one side of the crack is far brighter than on the other, so its width of about "
                 f"{path.width_px:.1f} px cannot be fitted. Give width_mm, or path_only if the path is enough.",
                 photo.file,
             )
         raise InputError(
-            f"{photo.file}: one side of the path is far brighter than the other, as if the path followed "
-            "one wall of a wide gap or the sample's edge; give ends_px in the middle of the crack, and via_px."
+            f"{photo.file}: one side of the path is far brighter than the other, as if the path followed one wall of "
+            "a wide gap or the sample's edge. Give ends_px in the middle of the crack, and via_px."
         )
     if min(np.count_nonzero(shown), len(ground)) < LEAST_WINDOWS:
         raise NotFittedError(
-            f"the crack is {path.width_px:.1f} px wide, and too little of it and of the ground beside it is in view to "
-            f"fit its width: {LEAST_WINDOWS} stretches of {WINDOW} px are needed. Move the camera "
-            "closer or give width_mm, or path_only if the path is enough.",
+            f"the crack is {path.width_px:.1f} px wide, but too little of it and of the ground beside it is in view "
+            f"to fit its width: at least {LEAST_WINDOWS} stretches of {WINDOW} px are needed. Move the camera closer "
+            "or give width_mm, or path_only if the path is enough.",
             photo.file,
         )
     fit = fit_box(light[shown], ground, places_px, path.width_px)
@@ -155,7 +159,10 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
 
 
 def _windows(photo: Photo, patch: Patch, line_px: Floats, places_px: Floats, cuts: Integers) -> tuple[Floats, Booleans]:
-    """Return the mean light of each window across the line, (windows, places), and True if it shows only the sample."""
+    """Return the mean light of each window across the line, (windows, samples).
+
+    Also returns a mask, (windows,), that is True for windows that show only the sample.
+    """
     place_px = places_beside(line_px, places_px)
     # The patch is not used: its softening would hide most of a thin crack.
     light = np.maximum(sampled(photo.brightness, place_px, cv2.INTER_CUBIC).astype(float), DARKEST)
@@ -165,7 +172,7 @@ def _windows(photo: Photo, patch: Patch, line_px: Floats, places_px: Floats, cut
 
 
 def _line_px(photo: Photo, path: CrackPath) -> Floats:
-    """Return a smooth line along the darkest places near the path."""
+    """Return a smooth line along the darkest pixels near the path, (n, 2) in px."""
     line_px, width_px = smoothed(resampled(path.points_px, 1.0), BLUR_ALONG), path.width_px
     cell_px, around = max(photo.size_px) / WORK_PX, int(np.ceil((width_px + NEAR_PX) / STEP_PX))
     across = max(BLUR_ACROSS * width_px, LEAST_ACROSS_PX) / STEP_PX
@@ -182,9 +189,10 @@ def _line_px(photo: Photo, path: CrackPath) -> Floats:
 
 
 def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -> BoxFit:
-    """Fit windows of light across a crack about ``width_px`` wide, (windows, places).
+    """Fit the windows of light across a crack about ``width_px`` wide. ``light`` is (windows, samples).
 
-    ``ground``, (n, places), are windows next to the crack, which show the noise.
+    ``ground``, (n, samples), are windows next to the crack, which show the noise. ``places_px`` are the samples'
+    distances from the line.
     """
     shapes, weights = [], []
     likely = 1 / (1 + np.exp((1 - DARKNESS - INNER_LIGHT) / FADE))
@@ -215,7 +223,10 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
 
 
 def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
-    """Return the width that dirty edges may have added to a crack: three times what is dark in their outer halves."""
+    """Return the width that dirty edges may have added to a crack, in px.
+
+    It is three times the width of crack that would be as dark as the outer halves of the edges together.
+    """
     dark = 1 - np.median(light / light[:, [0, -1]].mean(axis=1, keepdims=True), axis=0)
     beside_px = np.abs(places_px) - width_px / 2
     outer = dark[(beside_px > HALO_PX / 2) & (beside_px < HALO_PX)]
@@ -224,7 +235,10 @@ def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
 
 
 def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape) -> _Shape:
-    """Fit by Gauss-Newton. Each window's own parameters are eliminated before the shared blur is solved for."""
+    """Return the fit for one darkness by Gauss-Newton steps from ``start``.
+
+    Each window's own parameters are eliminated before the common blur is solved for.
+    """
     # Of each window: width, offset, and level and slope of the ground.
     windows = np.column_stack([start.widths_px, start.offsets_px, np.median(light, axis=1), np.zeros(len(light))])
     most = np.array([MOST_WIDER, MOST_WIDER / 2, np.inf, np.inf])
@@ -273,7 +287,7 @@ def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float,
 
 
 def _whitener(ground: Floats, places_px: Floats) -> Floats:
-    """Return the matrix, (places, places), that makes the ground's noise over its level white, with deviation 1."""
+    """Return the whitening matrix of the ground's relative noise, (samples, samples)."""
     line = np.column_stack([np.ones(len(places_px)), places_px])
     share = ground / np.median(ground, axis=1, keepdims=True) - 1
     rest = share - share @ np.linalg.pinv(line).T @ line.T

@@ -1,4 +1,4 @@
-"""Straighten the photo along a line, and measure both walls of a crack in the strip, to a fraction of a pixel."""
+"""Straighten the photo along a line, and measure both walls of a crack in this strip, to a fraction of a pixel."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,29 +15,31 @@ from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Booleans, Floats, Integers
 
-SPREAD = 0.6  # Crack widths to each side of the line within which rays do not meet
-MOST_OBLIQUE = 8.0  # Greatest cotangent of the angle to the edge, 7 degrees, at which rays follow it
-BLUR_PX = 0.8  # Gaussian sigma of the brightness before it is sampled, which quiets grain and keeps a straight edge
-RIM_PX = 8  # Margin of a patch: the softening reaches four of its sigmas
+SPREAD = 0.6  # Rays do not meet within this many crack widths to each side of the line
+MOST_OBLIQUE = 8.0  # Largest cotangent of the angle between line and edge, 7 degrees, at which rays follow the edge
+BLUR_PX = 0.8  # Sigma of a Gaussian blur before sampling, which reduces grain and does not move a straight edge
+RIM_PX = 8  # Margin of a patch: the blur reaches four of its sigmas
 EDGE_PX = 1.5  # Distance from the edge of the face within which brightness mixes with that of the surroundings
-FINEST_PX, COARSEST_PX = 0.5, 1.5  # Bounds on the spacing of samples across, px of the photo: a blurred edge is 3
-LEAST_WIDTH_PX = 6.0  # Least width of a crack to begin with
-SAMPLES = 48  # Samples across one crack width; more cost time and show nothing
+# Limits of the spacing of samples across, in px of the photo: a blurred edge is 3 px wide
+FINEST_PX, COARSEST_PX = 0.5, 1.5
+LEAST_WIDTH_PX = 6.0  # Least width of a crack at the beginning of the search
+SAMPLES = 48  # Samples across one crack width; more cost time and show nothing new
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """Place where a line meets the edge of the face."""
+    """Point where a line meets the edge of the face."""
 
     s_mm: float
-    inward: Floats  # Unit normal of that edge, onto the face
+    inward: Floats  # Unit normal of that edge, pointing onto the face
 
 
-Crossings = tuple[Crossing | None, Crossing | None]  # Crossings at the first end and at the last, where these are open
+# Crossings at the first and the last end. None if an end is not open
+Crossings = tuple[Crossing | None, Crossing | None]
 
 
 def edge_crossings(line_mm: Floats, face_mm: Box) -> Crossings:
-    """Return the crossings nearest to the line's middle, before it and after it; None if there is none."""
+    """Return the crossings nearest to the line's middle, before and after it. None if there is none."""
     s_mm, depth_mm, crossings = arc_length(line_mm), depth_inside(line_mm, face_mm), list[Crossing | None]()
     outside, middle = np.flatnonzero(depth_mm < 0), len(line_mm) // 2
     for beyond, step in ((outside[outside < middle][::-1], 1), (outside[outside > middle], -1)):
@@ -53,7 +55,10 @@ def edge_crossings(line_mm: Floats, face_mm: Box) -> Crossings:
 
 
 def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Floats:
-    """Return rays to the left of a line, (n, 2), that reach 1 mm square to it. At open ends they follow the edge."""
+    """Return vectors, (n, 2), that point left from a line and advance 1 mm square to it.
+
+    At open ends they follow the edge of the face.
+    """
     s_mm, along, normal = arc_length(line_mm), tangents(line_mm), left_normals(line_mm)
     shear, turned = np.zeros((2, len(line_mm)))
     for crossing in crossings:
@@ -73,20 +78,20 @@ def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Float
 
 @dataclass(frozen=True)
 class Patch:
-    """A window of the photo. Places are (..., 2)."""
+    """A window of the photo. Positions are (..., 2)."""
 
-    offset_px: tuple[int, int]  # The window's first pixel in the photo: x, y
+    offset_px: tuple[int, int]  # x and y of the window's first pixel in the photo
     soft: Map  # Brightness, blurred by ``BLUR_PX``
-    clear: Mask  # 255 outside markers and hidden pixels, 0 on them
+    clear: Mask  # 255 on pixels of the sample, 0 on markers and hidden pixels
     face_mm: Box | None
     mm_per_px: float
 
     def light(self, places_px: Floats) -> Floats:
-        """Brightness at each place. Beyond the patch it is that of the patch's border."""
+        """Return the brightness at each position. Beyond the patch, the brightness of its border is used."""
         return sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC).astype(float)
 
     def on_sample(self, places_px: Floats, places_mm: Floats) -> Booleans:
-        """Return True for places, given in both units, that show the sample and nothing else."""
+        """Return True for positions, given in both units, that show the sample and nothing else."""
         shown = sampled(self.clear, places_px - self.offset_px, beyond=cv2.BORDER_CONSTANT) >= 254
         if self.face_mm is None:
             return shown
@@ -110,34 +115,34 @@ class Strip:
     """Brightness on both sides of a line, (stations, offsets)."""
 
     line_mm: Floats
-    ray: Floats  # Rays to the left, (stations, 2), that reach 1 mm square to the line
+    ray: Floats  # Vectors to the left, (stations, 2), that advance 1 mm square to the line
     offset_mm: Floats  # Evenly spaced distances square to the line, positive to the left, 0 in the middle
     light: Floats
-    valid: Booleans  # Samples on the face and in the photo
+    valid: Booleans  # True for samples on the face and in the photo
     mm_per_px: float
 
     @property
     def sample_px(self) -> float:
-        """Spacing of samples across."""
+        """Spacing of samples across the line, in px."""
         return (self.offset_mm[1] - self.offset_mm[0]) / self.mm_per_px
 
     @property
     def station_px(self) -> float:
-        """Spacing of stations along."""
+        """Spacing of stations along the line, in px."""
         return arc_length(self.line_mm)[-1] / (len(self.line_mm) - 1) / self.mm_per_px
 
     @property
     def middle(self) -> int:
-        """Column of the line itself."""
+        """Index of the column that is the line itself."""
         return len(self.offset_mm) // 2
 
     def places_mm(self, offset_mm: Floats) -> Floats:
-        """Return the place at a distance on each ray, (stations, 2)."""
+        """Return the position at a distance on each ray, (stations, 2)."""
         return self.line_mm + offset_mm[:, None] * self.ray
 
 
 def straighten(photo: Photo, patch: Patch, line_mm: Floats, ray: Floats, step_mm: float, reach_mm: float) -> Strip:
-    """Sample the photo every ``step_mm`` up to ``reach_mm`` to either side of the line."""
+    """Sample the photo every ``step_mm``, up to ``reach_mm`` to either side of the line."""
     count = int(np.ceil(reach_mm / step_mm))
     offset_mm = np.arange(-count, count + 1.0) * step_mm
     place_mm = places_beside(line_mm, offset_mm, ray)
@@ -146,45 +151,47 @@ def straighten(photo: Photo, patch: Patch, line_mm: Floats, ray: Floats, step_mm
 
 
 def sample_step_mm(width_mm: float, mm_per_px: float) -> float:
-    """Spacing of samples across a crack about ``width_mm`` wide."""
+    """Return the spacing of samples across a crack about ``width_mm`` wide."""
     return np.clip(width_mm / SAMPLES, FINEST_PX * mm_per_px, COARSEST_PX * mm_per_px)
 
 
-# Constants of following and refining walls. "share" is the share of the contrast from crack to mortar.
+# Constants for following and refining walls. "share" is the share of the contrast from crack to mortar.
 #
 # Chosen on drawn photos. On 200 wide cracks drawn afterwards the mean width is off by 2.5 % at most. A higher
 # ``STAINED`` leaves out less of a stain; a lower one cuts off more of a lit inside.
 HALF = 0.5  # Share at the middle of a blurred edge
-STAINED = 0.35  # Share that leaves out a stain
-ASIDE_PX = 4.0  # Least distance between the walls at both shares for a stain; blur makes 1.4 px
-STEEPEST_WALL = 3.2  # Steepest slope of a wall to its line: 73 degrees
-STIFFNESS = 0.5  # Cost, in px of misplaced mortar, of a step as far aside as along; a pore must cost more
-MEDIAN_WIDTHS = 4.0  # Crack widths before a wall's last step whose median width continues it beside the other wall
-CRACK = 0.25  # Crack widths from the line within which the crack's level is read
-MORTAR = (0.8, 1.5)  # Crack widths from the line between which the mortar's level is read
-REFINEMENTS = 2  # Rounds of refinement, the first from a sample near the wall, the second from the wall
-STEP_SIGMAS = 1.5  # Sigmas from the step beyond which levels are read: an edge is within a fifteenth of them
-INSIDE = 0.8  # Further sigmas over which the crack's level is read; more would cross a lit rim
-OUTSIDE = 3.0  # Further sigmas over which the mortar's level is read; more would reach a stain
+STAINED = 0.35  # Share at a wall that leaves out a stain
+ASIDE_PX = 4.0  # Least distance between the walls at both shares for a stain; blur alone makes 1.4 px
+STEEPEST_WALL = 3.2  # Largest slope of a wall to its line: 73 degrees
+STIFFNESS = 0.5  # Cost, in px of misplaced mortar, of a step as far to the side as along; a pore must cost more
+# Length before a wall's last step, in crack widths, whose median width continues it beside the other wall
+MEDIAN_WIDTHS = 4.0
+CRACK = 0.25  # The crack's level is read within this many crack widths of the line
+MORTAR = (0.8, 1.5)  # The mortar's level is read between these distances from the line, in crack widths
+REFINEMENTS = 2  # Rounds of refinement: the first starts from a sample near the wall, the second from the wall
+# Levels are read farther from the step than this many sigmas, where an edge is within a fifteenth of them
+STEP_SIGMAS = 1.5
+INSIDE = 0.8  # The crack's level is read over this many more sigmas; a longer range would cross a lit rim
+OUTSIDE = 3.0  # The mortar's level is read over this many more sigmas; a longer range would reach a stain
 SNAP_PX = 2.0  # Largest distance from a followed wall to its step
-SHARPEST_PX = 0.8  # Least sigma: no edge is sharper than the softening
+SHARPEST_PX = 0.8  # Least sigma: no edge is sharper than the blur
 SOFTEST_PX = 3.5  # Largest sigma; a softer edge does not show its blur
 RIM = 0.2  # Least width of a lit rim beyond that of a blurred edge, in sigmas of the blur
-OUTER = 0.84  # Share at which softness is measured: one sigma out from the middle of the edge
-MIDDLE = 0.475  # Share of an edge's step at its middle, since blur reaches the level read inside more than outside
+OUTER = 0.84  # Share at which softness is measured: one sigma outside the middle of the edge
+MIDDLE = 0.475  # Share of an edge's step at its middle: blur affects the level read inside more than the level outside
 LEAST_STEP = 0.25  # Least height of a wall's step, as a share
 
 
 @dataclass(frozen=True)
 class Walls:
-    """Distance of both walls from the line at each station, left and right: (2, stations), positive outward."""
+    """Distances of both walls from the line at each station, left and right, (2, stations). Positive outward."""
 
     away_mm: Floats
     clear_step: Booleans  # True if the wall is in the photo, with a clear step from dark to bright
-    covered: Booleans  # True if the wall is straight across a stone or a side crack
-    open_line: Booleans  # Stations at which the line itself is dark
-    rim: Floats  # Brightness at the least share of the contrast that is not crack, (stations,)
-    blur_px: float  # Sigma of the photo's own blur, by the sharper wall
+    covered: Booleans  # True if the wall is drawn straight across a stone or a side crack
+    open_line: Booleans  # True for stations at which the line itself is dark
+    rim: Floats  # Brightness at the smallest share of the contrast that is not crack, (stations,)
+    blur_px: float  # Sigma of the photo's own blur, from the sharper wall
 
     @property
     def both_clear(self) -> Booleans:
@@ -199,7 +206,8 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float, along_edge: boo
     """Return both walls, each in the middle of its step from dark to bright. Stations without a step are filled in.
 
     The crack is about ``width_mm`` wide and extends to ``wall_share`` of the contrast to mortar. If the edge of the
-    face hides a wall before the other, it follows the other at the crack's width, unless rays are ``along_edge``.
+    face hides one wall before the other, the hidden wall follows the other at the crack's width, unless rays are
+    ``along_edge``.
     """
     across = width_mm / strip.mm_per_px / strip.station_px
     over, sample_px = 2 * int(np.ceil(across)) + 1, strip.sample_px
@@ -234,7 +242,7 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float, along_edge: boo
 
 
 def _levels(strip: Strip, width_mm: float, over: int) -> tuple[Floats, Floats]:
-    """Return the light of the crack, (stations,), and of the mortar to both sides, (2, stations)."""
+    """Return the light of the crack, (stations,), and of the mortar on both sides, (2, stations)."""
     distance = np.abs(strip.offset_mm)
     dark = steadied(np.where(strip.valid & (distance < CRACK * width_mm), strip.light, np.nan)[None], over)[0]
     # A tip is narrower than the band, which would count mortar as its darkness.
@@ -249,8 +257,8 @@ def _levels(strip: Strip, width_mm: float, over: int) -> tuple[Floats, Floats]:
 def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
     """Return the distance of each side's wall from the line in px, (sides, stations), to the nearest sample.
 
-    ``excess``, (sides, stations, samples), is negative in the crack. The wall is the line of least cost. Its cost is
-    the sum of the excess inside it and of its steps sideways.
+    ``excess``, (sides, stations, samples), is negative in the crack. The wall is the line of least cost: the sum of the
+    excess inside it, plus the cost of its steps to a side.
     """
     most = max(1, round(STEEPEST_WALL * station_px / sample_px))
     price = STIFFNESS / station_px * (np.arange(-most, most + 1) * sample_px) ** 2
@@ -259,10 +267,10 @@ def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
 
 
 def cheapest_way(cost: Floats, price: Floats) -> Integers:
-    """Return the sample at each station of the cheapest way from the first station to the last.
+    """Return the sample at each station of the cheapest path from the first station to the last.
 
-    ``cost`` is (ways, stations, samples), the result (ways, stations). ``price``, (2k + 1,), is the cost of a step
-    sideways by -k to k samples. The method is dynamic programming.
+    ``cost`` is (paths, stations, samples), and the result is (paths, stations). ``price``, (2k + 1,), is the cost of a
+    step to a side by -k to k samples. The method is dynamic programming.
     """
     ways, stations, samples = cost.shape
     most = len(price) // 2
@@ -285,7 +293,7 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
 def completed(walls: Floats, clear_step: Booleans, usual: int, along_edge: bool) -> Floats:
     """Return both walls, (2, stations), straight between their steps.
 
-    Past its last step a wall follows the other at the median width of ``usual`` stations, unless ``along_edge``.
+    Past its last step a wall follows the other wall at the median width of ``usual`` stations, unless ``along_edge``.
     """
     if not clear_step.any(axis=1).all():
         return walls
@@ -303,7 +311,7 @@ def completed(walls: Floats, clear_step: Booleans, usual: int, along_edge: bool)
 
 
 def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: float) -> float:
-    """Return the blur (sigma) of the sharper wall, from its outer half; light can spoil the inner half."""
+    """Return the sigma of the blur of the sharper wall, in px, from its outer half. Light can spoil the inner half."""
     rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
     profiles = _usual_profiles(share, place_px, rel_px, sample_px)
     reaches_px = [np.interp([wall_share, OUTER], profile, rel_px) for profile in profiles]
@@ -311,7 +319,7 @@ def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: f
 
 
 def lit_rims(share: Floats, place_px: Floats, sigma_px: float, sample_px: float, wall_share: float) -> Floats:
-    """Return the brightness of a lit rim just inside each wall as a share of the contrast, (2,); 0 without a rim."""
+    """Return the brightness of a lit rim just inside each wall, as a share of the contrast, (2,). 0 without a rim."""
     rel_px, rims = np.arange(-3 * SOFTEST_PX, SOFTEST_PX, 0.5 * sample_px), np.zeros(2)
     for side, profile in enumerate(_usual_profiles(share, place_px, rel_px, sample_px)):
         inner_px, outer_px = np.interp([HALF, wall_share], profile, rel_px)
@@ -321,7 +329,7 @@ def lit_rims(share: Floats, place_px: Floats, sigma_px: float, sample_px: float,
 
 
 def _usual_profiles(share: Floats, place_px: Floats, rel_px: Floats, sample_px: float) -> Floats:
-    """Return the median share at distances from each wall, (2, distances), made to rise outward."""
+    """Return the median share at distances from each wall, (2, distances), made to increase outward."""
     columns = np.clip((place_px[..., None] + rel_px) / sample_px, 0, share.shape[2] - 1)
     return np.maximum.accumulate(np.median(between(share, columns), axis=1), axis=1)
 
@@ -329,11 +337,11 @@ def _usual_profiles(share: Floats, place_px: Floats, rel_px: Floats, sample_px: 
 def refined_to_subpixel(
     light: Floats, place_px: Floats, sigma_px: float, sample_px: float, over: int, contrast: Floats, rim: Floats
 ) -> tuple[Floats, Booleans]:
-    """Return each wall's sub-pixel distance from the line in px, (2, stations), and the stations with a clear step.
+    """Return each wall's sub-pixel distance from the line in px, (2, stations), and a mask of clear steps.
 
     A wall is where the light, linear between samples, crosses the middle between the medians just inside and just
-    outside. The search begins at ``place_px``. ``light`` runs from the line outward, (2, stations, samples), NaN off
-    the sample; levels are medians over ``over`` stations, inside at least ``rim``, (2, stations).
+    outside. The search begins at ``place_px``. ``light`` runs from the line outward, (2, stations, samples), and is NaN
+    off the sample. Levels are medians over ``over`` stations, and the inner level is at least ``rim``, (2, stations).
     """
     width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
     outer_px = np.arange(STEP_SIGMAS * sigma_px, (STEP_SIGMAS + OUTSIDE) * sigma_px, sample_px)
@@ -358,14 +366,14 @@ def refined_to_subpixel(
 
 
 def outward(strip: Strip, values: NDArray) -> NDArray:
-    """Return the left and right half of a strip, both from the line outward, (2, stations, samples)."""
+    """Return the left and the right half of a strip, both from the line outward, (2, stations, samples)."""
     return np.stack([values[:, strip.middle :], values[:, strip.middle :: -1]])
 
 
 def steadied(values: Floats, over: int, middle: Callable[..., Floats] = np.nanmedian) -> Floats:
-    """Return the middle values across the line, (sides, stations), median-filtered along it.
+    """Return the middle value of each station across the line, (sides, stations), median-filtered along the line.
 
-    Stations without values are interpolated.
+    ``middle`` is the function for the middle value. Stations without values are interpolated.
     """
     station = np.arange(values.shape[1])
     levels = np.zeros(values.shape[:2])
@@ -377,7 +385,7 @@ def steadied(values: Floats, over: int, middle: Callable[..., Floats] = np.nanme
 
 
 def between(values: Floats, column: Floats) -> Floats:
-    """Interpolate each row of values at fractional columns, (..., n); NaN outside the row."""
+    """Interpolate each row of values at fractional columns, (..., n). NaN outside the row."""
     last = values.shape[-1] - 1
     left = np.clip(column.astype(int), 0, last - 1)
     first, second = (np.take_along_axis(values, left + step, axis=-1) for step in (0, 1))

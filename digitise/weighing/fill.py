@@ -1,4 +1,4 @@
-"""A liquid weighed into a crack: its properties, and its mass and level after each step, also from a CSV."""
+"""Settings of a liquid that is weighed into a crack: its properties, and its mass and level after each step."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,26 +22,31 @@ Rows = Field(default=None, min_length=1, max_length=MOST_ROWS, strict=False)
 
 
 class WeighedFill(Settings):
-    """The table [crack.fill]: the crack's volume, from a weighed liquid. Level the sample, and tape its open ends."""
+    """The table [crack.fill], which gives the crack's volume from a weighed liquid.
+
+    Level the sample, and tape its open ends.
+    """
 
     file: Path | None = None
-    """CSV with the columns mass_g and level_mm and one row for each step. In a run's folder, the columns replace it."""
+    """CSV with the columns mass_g and level_mm and one row for each step. In a run's folder, the columns replace the
+    file."""
     mass_g: tuple[Mass, ...] | None = Rows
     """Mass of all liquid in the crack after each step. Zero the scale with the empty sample on it."""
     level_mm: tuple[Level, ...] | None = Rows
     """Height of the liquid above the face after each step, measured at the lowest line of the meniscus. It is negative
     below the face, and 0 if the liquid is flush with the face."""
     density_kg_m3: float = Field(default=998.0, ge=500, le=3000)
-    """Density of the liquid. The default is that of water at 20 C, within 0.2 %."""
+    """Density of the liquid. The default is the density of water at 20 °C, right to 0.2 %."""
     surface_tension_n_m: float = Field(default=0.030, ge=0, le=0.1)
-    """Surface tension of the liquid, which lifts its surface at the walls above its lowest line. Default: water with a
-    drop of detergent. Pure water, with 0.073, wets poorly. 0 if the levels are means across the crack."""
+    """Surface tension of the liquid, which lifts the liquid at the walls above the lowest line of its surface. Default:
+    water with a drop of detergent. Pure water, with 0.073, wets poorly. Give 0 if the levels are means across the
+    crack."""
     mass_sd_g: float = Field(default=0.05, gt=0, le=100)
     """Standard deviation of one weighing. The default is half of the last digit of a kitchen scale."""
     level_sd_mm: float = Field(default=0.2, gt=0, le=10)
     """Standard deviation of one reading of the level."""
     flush_sd_mm: float = Field(default=0.1, gt=0, le=10)
-    """Standard deviation of a level of 0, which the reflection on the liquid's surface shows."""
+    """Standard deviation of a level of 0, which the reflection on the liquid's surface makes visible."""
 
     @model_validator(mode="after")
     def _file_or_columns(self) -> Self:
@@ -49,7 +54,7 @@ class WeighedFill(Settings):
         mass_g, level_mm = self.mass_g or (), self.level_mm or ()
         if kinds not in ([True, False, False], [False, True, True]) or len(mass_g) != len(level_mm):
             raise ValueError(
-                "give either file, a CSV with the columns mass_g and level_mm, or both mass_g and level_mm, with a "
+                "give file, a CSV with the columns mass_g and level_mm, or give both mass_g and level_mm with a "
                 "value for every step"
             )
         if fault := _fall({"mass_g": mass_g, "level_mm": level_mm}):
@@ -57,7 +62,7 @@ class WeighedFill(Settings):
         return self
 
     def loaded(self, folder: Path) -> Self:
-        """Return the fill with the columns in place of their file in ``folder``.
+        """Return the fill with its columns instead of their file, which is in ``folder``.
 
         Raises InputError with file, row, column and value.
         """
@@ -77,17 +82,20 @@ class WeighedFill(Settings):
 
     @property
     def levels_mm(self) -> Floats:
-        """Level read after each step, (k,). Raises ValueError unless the file is loaded."""
+        """Level after each step, (k,). Raises ValueError unless the file is loaded."""
         return np.array(present(self.level_mm, LOADED))
 
 
 def _fall(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str] | None:
-    """Return row from 0, column and reason of the first value that is not above the one before; None if all are."""
+    """Return row, column and reason of the first value that is not above the value before it. None if all are.
+
+    Rows count from 0.
+    """
     for name, values in columns.items():
         if (falls := np.diff(values) <= 0).any():
             row = int(falls.argmax()) + 1
             before = f"{values[row]:g} after {values[row - 1]:g}"
-            return row, name, f"{before}; each step includes all that was poured before, so it must be higher"
+            return row, name, f"{before}. Each step includes all liquid poured before, so its value must be higher"
     return None
 
 

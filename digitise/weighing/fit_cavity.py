@@ -1,11 +1,11 @@
 """Fit width, depth and wall angle of a cavity to a liquid weighed into it. The photo and a gauge give the priors.
 
-The volume below a level is that of straight walls between the traced outline and the floor. The unknowns are the change
-of the mean width, the loss of width for each millimetre down (2 tan of a wall's angle, negative if the walls open
-downward), and the change of the floor's depth. Errors of the liquid's density and of the height of its meniscus are
-common to all steps, so the steps are correlated. The posterior is that of least squares over the residuals of the steps
-and of the priors (Tarantola 2005, section 3.2.3), linearised at its maximum. The angle's prior is flat, since a photo
-does not show it.
+The model has straight walls between the traced outline and the floor. The first unknown is the change of the mean
+width. The second is the loss of width for each millimetre down, 2 tan of a wall's angle, which is negative if the walls
+open downward. The third is the change of the floor's depth. Errors of the liquid's density and of the height of its
+meniscus affect all steps, so the steps are correlated. The posterior comes from least squares over the residuals of the
+steps and of the priors (Tarantola 2005, section 3.2.3), linearised at its maximum. The angle's prior is flat, since a
+photo does not show the angle.
 """
 
 from dataclasses import dataclass, replace
@@ -27,38 +27,39 @@ from sealtwin.core.records import Booleans, Floats, Outline
 from sealtwin.core.regime import capillary_length_mm, mean_level_mm
 from sealtwin.core.solid_figures import WeighedCavity
 
-# Uncertainties of what nobody declares, steps of the fit, and limits of reported differences. Larger standard
-# deviations widen the intervals; the limits only decide whether a difference is reported. benchmarks/weighing.py tests
-# the intervals on emulated fills by which no value was chosen.
-DENSITY_SD = 0.002  # Relative standard deviation of the density: 10 K of water
+# Uncertainties that nobody declares, steps of the fit, and limits of reported differences. Larger standard
+# deviations widen the intervals, and the limits only decide whether a difference is reported. benchmarks/weighing.py
+# tests the intervals on emulated fills that were not used to choose a value.
+DENSITY_SD = 0.002  # Relative standard deviation of the density: that of water over 10 K
 MENISCUS_SD = 0.2  # Relative standard deviation of the meniscus's height: walls wetted within 35 degrees
-UNDECLARED = 0.1  # Relative standard deviation of a width or a depth whose uncertainty is not declared
-PASSES = 3  # Fits, each with the solid's volumes at the walls of the one before
-SLICES = 48  # Horizontal slices of the solid
-LEAST_SHARE = 0.02  # Share of the cavity's volume below which the ratio of two volumes is not used
-LEAST_PROBABILITY = 0.01  # Probability of a misfit below which the steps contradict straight walls
-CONTRADICTION_SIGMAS = 2.5  # Standard deviations from which a difference is reported as a contradiction
+UNDECLARED = 0.1  # Relative standard deviation of a width or depth whose uncertainty is not declared
+PASSES = 3  # Number of fits. Each uses the solid's volumes at the walls of the fit before
+SLICES = 48  # Number of horizontal slices of the solid
+LEAST_SHARE = 0.02  # The ratio of two volumes is not used below this share of the cavity's volume
+LEAST_PROBABILITY = 0.01  # The steps contradict straight walls if a misfit as large has a lower probability
+CONTRADICTION_SIGMAS = 2.5  # A difference of this many standard deviations or more is reported as a contradiction
 STEEPEST = 2 * np.tan(np.radians(59.0))  # Largest loss or gain of width for each mm down
-THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of its surface
-NORMAL_95 = 1.96  # Half-width of a normal 95 % interval in standard deviations
-VOLUME_RATIO = 5.0  # Volume poured over that of upright walls, or the reverse, that no angle explains
+THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of the liquid's surface
+NORMAL_95 = 1.96  # Half-width of a normal 95 % interval, in standard deviations
+# No angle explains a ratio this large between the poured volume and that of upright walls, or its inverse
+VOLUME_RATIO = 5.0
 INWARD = {"flare": 1.0, "funnel": 1.0, "undercut": -1.0}
-"""Sign of the loss of width of each tilt whose walls tilt against each other."""
+"""Sign of the loss of width for each tilt with walls that lean in opposite directions."""
 WIDTH, CLOSING, DEPTH = range(3)
 
 
 @dataclass(frozen=True)
 class _Walls:
-    """Straight walls along an outline; widths, depths and lengths of its stations, (n,)."""
+    """Straight walls along an outline. Widths, depths and lengths are given at its stations, (n,)."""
 
     width_mm: Floats
     depth_mm: Floats
     along_mm: Floats  # Length of crack that each station represents
-    at_floor: bool  # True if the traced width is that of the deepest floor, as of a flare
-    scale_at_mm: Floats  # Depths, (m,), increasing
+    at_floor: bool  # True if the traced width is that of the deepest floor, as in a flare
+    scale_at_mm: Floats  # Depths at which ``scale`` is given, (m,), increasing
     scale: Floats
-    """Volume of the solid below each depth, divided by that of the sections. Side cracks, tips and bends cause the
-    difference."""
+    """Volume of the solid below each depth, divided by the volume of the sections, (m,). Side cracks, tips and bends
+    cause the difference."""
 
     def volume_mm3(self, level_mm: Floats, unknown: Floats) -> Floats:
         """Return the volume below each level, (k,), with the walls moved by the unknowns."""
@@ -79,27 +80,27 @@ class _Walls:
 class _Fit:
     unknown: Floats
     root: Floats
-    """Lower triangular root of the covariance: column i is the change of unknown i and of later ones for one standard
-    deviation of it, with the earlier ones fixed. A fixed unknown has zeros."""
-    mean_level_mm: Floats  # Level of each step, the meniscus levelled
-    misfit_mm3: Floats  # Weighed volume less that of the walls, at each step
+    """Lower triangular root of the covariance, (3, 3). Column i is the change of unknown i and of the later unknowns
+    for one standard deviation of unknown i, with the earlier unknowns fixed. A fixed unknown has zeros."""
+    mean_level_mm: Floats  # Mean level across the crack at each step, corrected for the meniscus
+    misfit_mm3: Floats  # Weighed volume, less the volume between the walls, at each step
     misfit_sd_mm3: Floats
-    probability: float  # Of a misfit as large by chance
+    probability: float  # Probability of a misfit at least as large by chance
 
 
 def weigh(
     outline: Outline, shape: CrackShape, fill: WeighedFill, width_sd_mm: float | None, depth_sd_mm: float | None
 ) -> tuple[Outline, CrackShape, WeighedCavity]:
-    """Fit the cavity to the weighed fill and the priors; return its outline, its shape and the record of the fit.
+    """Fit the cavity to the weighed fill and the priors. Return its outline, its shape and the record of the fit.
 
     Raises InputError if no angle of the walls explains the fill's volume.
 
     Args:
-        outline: Crack as traced; its own interval of the width is used if ``width_sd_mm`` is None.
-        shape: Depth by a gauge and the reading of the tilt; only walls that tilt against each other get an angle.
+        outline: Traced crack. The width's interval in it is used if ``width_sd_mm`` is None.
+        shape: Depth from a gauge, and the tilt. Only walls that lean in opposite directions get an angle.
         fill: Fill whose file is loaded.
-        width_sd_mm: Standard uncertainty of the traced mean width; None if undeclared.
-        depth_sd_mm: Standard uncertainty of the depth; None if undeclared.
+        width_sd_mm: Standard uncertainty of the traced mean width. None if undeclared.
+        depth_sd_mm: Standard uncertainty of the depth. None if undeclared.
     """
     shape, _ = shape_as_long_as(outline.length_mm, shape)
     width_sd_mm = width_sd_mm or outline.width_doubt_mm or UNDECLARED * outline.mean_width_mm
@@ -109,7 +110,7 @@ def weigh(
     poured_mm3 = fill.volume_mm3[-1]
     if not upright_mm3 / VOLUME_RATIO < poured_mm3 < VOLUME_RATIO * upright_mm3:
         raise InputError(
-            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, but upright walls would take "
+            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, but upright walls would need "
             f"{upright_mm3 / 1e3:.3g} ml. Check that masses are in grams and of the liquid only, and check the "
             "density, depth_mm and the photo's scale."
         )
@@ -141,7 +142,7 @@ def _walls(outline: Outline, shape: CrackShape) -> _Walls:
 def _fit_to_solid(
     outline: Outline, shape: CrackShape, fill: WeighedFill, prior_sd: Floats, free: Booleans
 ) -> tuple[_Walls, _Fit]:
-    """Fit with the volumes of the sections scaled to those of the solid at the fitted walls."""
+    """Fit the unknowns after the volumes of the sections are scaled to those of the solid at the fitted walls."""
     walls, about, inward = _walls(outline, shape), np.zeros(3), INWARD.get(shape.tilt, 0.0)
     fit = _fit(walls, fill, prior_sd, about, free)
     for _ in range(PASSES - 1):
@@ -164,7 +165,7 @@ def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Fl
 
 
 def _fit(walls: _Walls, fill: WeighedFill, prior_sd: Floats, about: Floats, free: Booleans) -> _Fit:
-    """Fit the ``free`` unknowns. The walls ``about`` give the area of the liquid's surface."""
+    """Fit the ``free`` unknowns. The walls moved by ``about`` give the area of the liquid's surface."""
     capillary_mm = capillary_length_mm(fill.surface_tension_n_m, fill.density_kg_m3)
     width_mm = float(np.average(walls.width_mm, weights=walls.along_mm))
     level_mm = np.minimum(mean_level_mm(fill.levels_mm, width_mm, capillary_mm), 0.0)
@@ -201,7 +202,7 @@ def _fit(walls: _Walls, fill: WeighedFill, prior_sd: Floats, about: Floats, free
 
 
 def _against_tilt(fit: _Fit, shape: CrackShape) -> list[Fact]:
-    """Return a finding if the fit clearly needs walls that the tilt does not have."""
+    """Return a finding if the fit clearly needs walls that the tilt does not allow."""
     closing = fit.unknown[CLOSING]
     if abs(closing) <= CONTRADICTION_SIGMAS * np.linalg.norm(fit.root[CLOSING]):
         return []
@@ -209,7 +210,8 @@ def _against_tilt(fit: _Fit, shape: CrackShape) -> list[Fact]:
     taken = "they are taken as upright" if shape.tilt in INWARD else "it keeps their distance constant"
     text = (
         f"The weighed fill needs walls that {way} downward by {abs(_angle_deg(closing)):.1f} degrees each, but tilt = "
-        f'"{shape.tilt}" has none: {taken}. Choose {others}, or check depth_mm, the photo\'s width and the levels.'
+        f'"{shape.tilt}" does not allow this: {taken}. Choose {others}, or check depth_mm, the photo\'s width and '
+        "the levels."
     )
     return [doubt("weighing.against-tilt", text, _angle_deg(closing), "deg")]
 
@@ -221,14 +223,14 @@ def _contradictions(fit: _Fit, prior_sd: Floats) -> list[Fact]:
             way = "more" if off_mm > 0 else "less"
             text = (
                 f"The weighed fill contradicts {name}: it needs {abs(off_mm):.2f} mm {way}, but the standard "
-                f"uncertainty ({what}) is {prior_sd[index]:.2f} mm."
+                f"uncertainty of {what} is only {prior_sd[index]:.2f} mm."
             )
             findings.append(doubt(f"weighing.contradicts.{what}", text, float(off_mm), "mm"))
     if fit.probability < LEAST_PROBABILITY:
         worst = int(np.argmax(np.abs(fit.misfit_mm3 / fit.misfit_sd_mm3)))
         text = (
             f"The steps of the weighed fill do not fit straight walls: step {worst + 1} is off by "
-            f"{fit.misfit_mm3[worst] / 1e3:+.3f} ml, but its standard uncertainty is "
+            f"{fit.misfit_mm3[worst] / 1e3:+.3f} ml, but its standard uncertainty is only "
             f"{fit.misfit_sd_mm3[worst] / 1e3:.3f} ml."
         )
         findings.append(doubt("weighing.misfit", text, fit.misfit_mm3[worst] / 1e3, "ml"))

@@ -1,4 +1,4 @@
-"""A crack with its walls or its floor moved, to fit a weighed fill or by their uncertainty."""
+"""Copies of a crack with walls or floor shifted, to fit a weighed fill or by their standard uncertainty."""
 
 from dataclasses import replace
 
@@ -9,11 +9,11 @@ from digitise.settings import AGAINST_EACH_OTHER, CrackShape, DepthTable
 from sealtwin.core.records import Outline
 from sealtwin.core.solid_figures import WeighedCavity
 
-SAME_POINT_MM = 1e-6  # Distance below which both walls are one point, as at a tip
+SAME_POINT_MM = 1e-6  # Largest distance between two walls that count as one point, as at a tip
 
 
 def widened(outline: Outline, by_mm: float) -> Outline:
-    """Widen a crack by ``by_mm`` on average, every width in proportion: tips and open ends do not move."""
+    """Return the outline, widened by ``by_mm`` on average. All widths change in proportion, so tips and ends stay."""
     if not by_mm:
         return outline
     apart = walls_apart(outline, by_mm / outline.mean_width_mm)
@@ -22,13 +22,16 @@ def widened(outline: Outline, by_mm: float) -> Outline:
 
 
 def walls_apart(outline: Outline, share: float) -> Outline:
-    """Widen only the walls; the ring around the crack, which takes longer, is not updated."""
+    """Return the outline with its walls widened by a share.
+
+    The ring around the crack, which takes longer, is unchanged.
+    """
     apart = (outline.left_wall_mm - outline.right_wall_mm) * share / 2
     return replace(outline, left_wall_mm=outline.left_wall_mm + apart, right_wall_mm=outline.right_wall_mm - apart)
 
 
 def moved_depth(depth_mm: float | DepthTable, by_mm: float) -> float | DepthTable:
-    """Move a depth, or each of a table of depths."""
+    """Return the depth, or each depth of a table, increased by ``by_mm``."""
     if isinstance(depth_mm, tuple):
         return tuple((s_mm, one_mm + by_mm) for s_mm, one_mm in depth_mm)
     return depth_mm + by_mm

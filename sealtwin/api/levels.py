@@ -1,4 +1,4 @@
-"""Readings along the crack, their comparison with a simulated level, a plot of both, and the report."""
+"""Read caliper readings along the crack, compare them with a simulated level, plot both, and write the report."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -41,21 +41,21 @@ if TYPE_CHECKING:
     from validate.readings.grid import Grid
 
 OF_A_FILE = ("sheet", "separator", "decimal", "unit")
-"""Keywords about the format of a file, which do not apply to an array."""
+"""Keywords that describe the format of a file. They do not apply to an array."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
-    ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm`` is (n, r), with
-    NaN for a missing reading.
+    ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm``, (n, r), has
+    the single readings. A missing reading is NaN.
     """
 
     settings: Readings
-    """Declared facts about how the readings were taken."""
+    """Declared settings: how the readings were taken."""
     sha256: str
-    """Hash of the file, or of the array's bytes."""
+    """SHA-256 hash of the file, or of the array's bytes."""
 
 
 @keywords_of(Readings, without=("file",))
@@ -69,33 +69,33 @@ def read_readings(
     role: Role = "undeclared",
     **keywords: Any,
 ) -> LevelReadings:
-    """Read caliper readings. Missing facts are an error that names the keyword to give; nothing is guessed.
+    """Read caliper readings. If information is missing, an error names the keyword to give; nothing is guessed.
 
     Keywords are settings of [readings] in a trial file.
 
     Parameters
     ----------
     readings
-        A CSV, XLSX or ODS file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``; or an array or a list of
-        rows, (n, 1 + r), in mm: arc length along the crack, then r levels of each station, with NaN for a missing one.
-        Cells of an array are named as in a spreadsheet whose first row has the names of the columns: "B5" is the
-        reading [3, 1].
+        A CSV, XLSX or ODS file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``. Or an array or a list of
+        rows in mm, (n, 1 + r): the arc length along the crack, then r levels for each station, with NaN for a missing
+        reading. Messages name the cells of an array as in a spreadsheet whose first row has the column names: "B5" is
+        the reading [3, 1].
     columns
-        For an array or a list, the names of its columns as in the header of a sheet, for example ``["s_cm", "depth 1
-        [mm]", "remark"]``: the rows are then read as a sheet. For a file, the table [readings.columns].
+        For an array or a list: the column names as in the header of a sheet, for example ``["s_cm", "depth 1 [mm]",
+        "remark"]``. The rows are then read as a sheet. For a file: the table [readings.columns].
     crack, solid
-        The crack and its solid. A station outside the crack or a level outside the solid is an error; without ``crack``
-        or ``solid`` it is not checked.
+        The crack and its solid. A station outside the crack or a level outside the solid is an error. Without ``crack``
+        or ``solid``, stations or levels are not checked.
 
     Returns
     -------
     LevelReadings
-        Levels from the face in mm, sorted by s; ``doubts`` lists readings that may not mean what they seem to.
+        Levels relative to the face in mm, sorted by s. ``doubts`` lists readings that may be mistakes.
 
     Raises
     ------
     InputError
-        The file is ambiguous, or a value is not possible; the text lists all faults, each with its place.
+        The file is ambiguous, or a value is not possible. The text lists all faults, each with its cell.
 
     Warns
     -----
@@ -120,7 +120,7 @@ def read_readings(
     names = None if columns is None or isinstance(columns, Mapping) else list(columns)
     replaced = {"file": file or Path("readings"), "columns": columns if names is None else None}
     settings = settings_from(Readings, "read_readings", arguments, **replaced)
-    # The readings stay if the solid is made again: they are of the sample.
+    # Readings remain valid for another solid of the same crack.
     made_of = of_one_crack("read_readings", crack, solid)[:1]
     limits_mm = None if crack is None else crack.length_mm, None if solid is None else solid.depth_mm
     try:
@@ -130,7 +130,9 @@ def read_readings(
         elif names is None:
             profile, digest = from_file(file, settings, *limits_mm), sha256_of(file)
         else:
-            raise InputError('read_readings: columns of a file is a table, such as {"s": "A", "levels": ["B:D"]}.')
+            raise InputError(
+                'read_readings: for a file, columns must be a table such as {"s": "A", "levels": ["B:D"]}.'
+            )
     except SheetFaults as fault:
         raise InputError("\n".join(doubt.in_words("python") for doubt in fault.doubts)) from None
     doubts = tuple(doubt.in_words("python") for doubt in profile.questions)
@@ -140,26 +142,28 @@ def read_readings(
 
 
 def _sheet_of(rows: Any, names: list[Any] | None, keywords: Mapping[str, Any]) -> "tuple[Grid, str]":
-    """Return rows below the names of their columns as a sheet, and its hash. Without names they are s and levels."""
+    """Return rows as a sheet whose header is ``names``, and a hash. Without names, the columns are s and levels."""
     from validate.readings.read_readings import grid_of_rows
 
     if names is not None:
         table = [names, *([*row] for row in rows)]
         if ragged := [number for number, row in enumerate(table) if len(row) != len(names)]:
             cells = f"{len(table[ragged[0]])} cells, but columns has {len(names)} names"
-            raise InputError(f"read_readings: row {ragged[0]} has {cells}.")
+            raise InputError(f"read_readings: row {ragged[0]} of the readings has {cells}.")
         return grid_of_rows("readings", table), hashlib.sha256(repr(table).encode()).hexdigest()
     if useless := [name for name in OF_A_FILE if keywords.get(name) not in (None, "mm")]:
-        raise InputError(f"read_readings: {useless[0]} describes a file, but an array has no format. Omit it.")
+        raise InputError(f"read_readings: {useless[0]} describes the format of a file; omit it for an array.")
     try:
         numbers = np.asarray(rows, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(
-            "read_readings: the rows are not all numbers of the same length. Use NaN for a missing reading, or give "
-            "columns."
+            "read_readings: the rows must have the same length and contain only numbers. Use NaN for a missing "
+            "reading, or give columns."
         ) from None
     if numbers.ndim != 2 or numbers.shape[1] < 2:
-        raise InputError(f"read_readings: an array of shape {numbers.shape}; give (n, 1 + r): s_mm, then r readings.")
+        raise InputError(
+            f"read_readings: the array has the shape {numbers.shape}; give (n, 1 + r): s_mm, then r readings."
+        )
     levels = [f"{keywords.get('quantity') or 'level'}_{count}_mm" for count in range(1, numbers.shape[1])]
     return grid_of_rows("readings", [["s_mm", *levels], *numbers.tolist()]), sha256_of(numbers)
 
@@ -176,7 +180,7 @@ class LevelComparison(Shown, Comparison):
     readings: InstanceOf[Profile]
     """The readings."""
     settings: Readings
-    """The declared facts about how the readings were taken."""
+    """Declared settings: how the readings were taken."""
     declared: Uncertainty
     """Declared standard uncertainties of the inputs."""
     sections: InstanceOf[Sections]
@@ -208,18 +212,18 @@ def compare(
     Parameters
     ----------
     level, readings, crack, solid
-        Results of the other functions. Readings may also be a plain ``Profile``; nothing is then declared about them.
+        Results of the other functions. ``readings`` may also be a ``Profile``; nothing is then declared about them.
     gate_mm, gate_reason
-        Largest mean error in mm, declared before the run, and its reason. Without a gate the comparison neither passes
-        nor fails.
+        Largest allowed mean error in mm, declared before the run, and the reason for it. Without a gate, the comparison
+        neither passes nor fails.
     uncertainty
-        Standard uncertainties of the inputs by the names of the table [uncertainty], for example
-        ``{"station_mm": 1.0}``; inputs without one are not included, and the report lists them.
+        Standard uncertainties of the inputs, with the names of the table [uncertainty], for example
+        ``{"station_mm": 1.0}``. Inputs without an uncertainty are not included, and the report lists them.
 
     Returns
     -------
     LevelComparison
-        The mean error in mm is the exact area between both curves divided by the length that both cover.
+        Its ``mean_error_mm`` is the area between both curves, divided by the length that both cover.
 
     Raises
     ------
@@ -241,10 +245,12 @@ def compare(
 
     of_one_crack("compare", level, readings, crack, solid)
     if gate_mm is not None and not 0 < gate_mm < np.inf:
-        raise InputError(f"compare: gate_mm = {gate_mm}: must be above 0, in mm.")
+        raise InputError(f"compare: gate_mm = {gate_mm} mm, but it must be above 0.")
     for argument, value in (("level", level), ("readings", readings)):
         if not isinstance(value, Profile) or (isinstance(value, LevelReadings) and argument == "level"):
-            raise InputError(f"compare: {argument} is a {type(value).__name__}; give the level, then the readings.")
+            raise InputError(
+                f"compare: {argument} is a {type(value).__name__}; give the simulated level first, then the readings."
+            )
     if isinstance(readings, LevelReadings):
         settings = readings.settings
     else:
@@ -286,25 +292,25 @@ def plot_levels(
     ax: "Axes | None" = None,
     label: str = "simulated",
 ) -> "Figure | SubFigure":
-    """Plot levels along the crack: the simulated one, the readings, or both.
+    """Plot levels along the crack: the simulated level, the readings, or both.
 
     Parameters
     ----------
     level, readings, result
-        What to draw: a simulated level, readings, or both. ``result`` adds the 95 % band of the readings, and the best
-        flat level unless the readings were held out.
+        The simulated level, the readings, or both. ``result`` adds the 95 % band of the readings. It also adds the best
+        flat level, unless the readings were held out.
     solid
-        Solid whose floor is drawn; default: the solid of ``result``.
+        Solid whose floor is drawn. Default: the solid of ``result``.
     ax
-        Axes of matplotlib to draw on; default: those of a new figure outside pyplot. On axes of your own the level has
-        the next colour of their cycle, limits only grow, and the title stays.
+        matplotlib axes to draw on. Default: the axes of a new figure that pyplot does not manage. On existing axes, the
+        level has the next colour of the colour cycle, the limits never shrink, and the title is kept.
     label
         Name of the simulated level in the legend.
 
     Returns
     -------
     Figure
-        The figure drawn on.
+        The figure that contains the axes.
 
     Raises
     ------
@@ -322,7 +328,7 @@ def plot_levels(
         raise InputError("plot_levels: there is nothing to draw; give level, readings or both.")
     of_one_crack("plot_levels", level, readings, *([] if result is None else [result.level, result.readings]), solid)
     if level is not None and result is not None and not np.array_equal(result.level.level_mm, level.level_mm):
-        raise InputError("plot_levels: result is a comparison of another level; give the level that was compared.")
+        raise InputError("plot_levels: result compares a different level; give the level that was compared.")
     from validate.figures.levels import draw_levels
     from validate.figures.theme import themed, wide_figure
 
@@ -342,7 +348,7 @@ def plot_levels(
             ax.set(xlim=limits.intervalx, ylim=limits.intervaly)
     figure = axes.get_figure()
     if figure is None:
-        raise InputError("plot_levels: ax is not part of a figure; give axes of a figure, or omit ax.")
+        raise InputError("plot_levels: ax does not belong to a figure; give axes of a figure, or omit ax.")
     return figure
 
 
@@ -363,12 +369,12 @@ def write_report(
     Parameters
     ----------
     folder
-        Folder for the files; files of an earlier call are replaced.
+        Folder for the files. Files of an earlier call are replaced.
     crack, solid, path, run, result
-        Results of the other functions; ``run`` may be the level of ``fill_fast``. Without ``result`` the report shows
+        Results of the other functions. ``run`` may be the result of ``fill_fast``. Without ``result``, the report shows
         only the simulation.
     name, note
-        Title of the report (default: the folder's name), and a text with what a reader must know about this trial.
+        Title of the report (default: the folder's name), and a text that a reader must know about this trial.
     pdf
         True to write report.pdf too.
 
@@ -380,8 +386,9 @@ def write_report(
     Raises
     ------
     InputError
-        ``result`` compares another level than that of ``run``; ``path`` is not from ``plan_path``, or ``crack`` not
-        from ``trace_crack`` or ``import_mesh``; or the folder is a run folder, whose report 'sealtwin validate' writes.
+        ``result`` does not compare the level of ``run``. ``path`` was not made by ``plan_path``, or ``crack`` was not
+        made by ``trace_crack`` or ``import_mesh``. Or the folder is a run folder, whose report 'sealtwin validate'
+        writes.
 
     Examples
     --------
@@ -406,10 +413,10 @@ def write_report(
     target = Path(folder)
     require_folder(target)
     if (target / MANIFEST).is_file():
-        raise InputError(f"{target} is a run folder: 'sealtwin validate' writes its report. Give another folder.")
+        raise InputError(f"{target} is a run folder, whose report 'sealtwin validate' writes. Give another folder.")
     profile = measure_profile(run, crack, solid)
     if level is not None and not np.array_equal(level.level_mm, profile.level_mm):
-        raise InputError("write_report: result is a comparison of another run's level; give the run that was compared.")
+        raise InputError("write_report: result compares the level of a different run; give the run that was compared.")
     sheet, facts = None, {crack.photo.file.name: f"sha256 {crack.sha256}"}
     if isinstance(readings, LevelReadings):
         sheet = ReadingsSheet(name=readings.source, sha256=readings.sha256, operator=None, date=None)

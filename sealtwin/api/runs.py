@@ -1,4 +1,4 @@
-"""The nozzle's path over a crack, its robot program, the fluid run along it, and the level after the run."""
+"""Plan the nozzle's path over a crack, write its robot program, compute the fluid run, and measure the level."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,16 +23,16 @@ SEEDS = 2**31
 class PlannedPath(Trajectory):
     """A timed nozzle path: what ``plan_path`` returns.
 
-    ``t_s``, ``s_mm``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3). Each row is valid until
-    the time of the next; the last one has speed and flow 0.
+    ``t_s``, ``s_mm``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), and ``position_mm`` is (n, 3). Speed and flow of a
+    row are valid until the time of the next row. They are 0 in the last row.
     """
 
     settings: NozzlePath
-    """Settings of the plan."""
+    """Settings with which the path was planned."""
 
     @property
     def doubts(self) -> tuple[Fact, ...]:
-        """Questions on settings outside their likely ranges."""
+        """Doubts about settings outside their usual ranges."""
         return doubts_of(self.settings)
 
 
@@ -57,7 +57,7 @@ def plan_path(
     Raises
     ------
     InputError
-        A value is out of bounds, or the crack is too short for trims or ramps.
+        A value is out of bounds, or the crack is too short for the trims or ramps.
 
     Examples
     --------
@@ -81,17 +81,17 @@ def plan_path(
 class SimulatedLevel(Profile):
     """The level of the sealant along the crack after a run: what ``measure_level`` returns.
 
-    ``s_mm`` and ``level_mm`` are (n,): arc length, and level from the face, negative below it, in mm.
+    ``s_mm`` is the arc length and ``level_mm`` the level relative to the face, negative below it, (n,) each, in mm.
     """
 
     escaped_particles: int
-    """Particles that went through a wall; if there is one, the level is meaningless."""
+    """Number of particles that went through a wall. If it is not 0, the level is not valid."""
     dispensed_mm3: float = 0.0
-    """Dispensed volume, for the baseline of a flat level; 0 if it is unknown."""
+    """Dispensed volume, from which the baseline of a flat level follows. 0 if it is unknown."""
     density_kg_m3: float | None = None
-    """Density of the sealant, for its meniscus; None if it is unknown."""
+    """Density of the sealant, from which its meniscus follows. None if it is unknown."""
     run: Run
-    """Run whose level it is."""
+    """Run whose level was measured."""
 
 
 @keywords_of(SampleSlope)
@@ -114,37 +114,37 @@ def inject(
     Parameters
     ----------
     crack, solid, path, fluid
-        The crack, its solid, the nozzle's path, and the sealant, a ``Fluid``.
+        The crack, its solid, the nozzle's path, and the sealant.
     solver, nozzle
-        Resolution of the simulation, and the outlet. Default: ``Solver(radius_mm="auto", settle_s=2)``, as in
+        Settings of the solver and the nozzle. Default: ``Solver(radius_mm="auto", settle_s=2)``, as in
         ``sealtwin init``, and ``Nozzle()``, 2.4 mm wide.
     seed
         Seed of the small random offsets of particles at the nozzle.
     device
-        "cpu" (default), "cuda:0", or "auto": the first GPU, or the CPU without a GPU. A device that does not exist
-        is an error.
+        "cpu" (default), "cuda:0", or "auto" for the first GPU, or for the CPU if there is no GPU. A device that does
+        not exist is an error.
     threads
-        Number of CPU threads, on which the result does not depend; default: one for each core, up to 8.
+        Number of CPU threads. The result does not depend on it. Default: one per core, up to 8.
     progress
-        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
+        True to show progress on stderr. Default: True in a terminal or a notebook.
 
     Returns
     -------
     Run
-        The particles at the end of the run: ``position_mm``, (n, 3), in mm. ``health`` has figures of numerical
-        quality. On one CPU the same input gives bit-identical results.
+        The particles at the end of the run. ``position_mm``, (n, 3), is in mm. ``health`` has figures of numerical
+        quality. On a CPU, the same input gives bit-identical results.
 
     Raises
     ------
     InputError
-        The settings do not fit the crack, or the device does not exist.
+        The settings cannot be used for this crack, or the device does not exist.
     NumericalError
         The simulation diverged.
 
     Warns
     -----
     RuntimeWarning
-        The model cannot represent this sealant, or the result is unreliable: one warning for each reason.
+        The model cannot represent this sealant, or the result is unreliable. There is one warning for each reason.
 
     Examples
     --------
@@ -171,7 +171,7 @@ def inject(
     fluid = fluid.loaded(Path())
     chosen = choose_device(device)
     if threads is not None and (threads < 1 or (threads > 1 and chosen != "cpu")):
-        raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
+        raise InputError(f"inject: threads = {threads}, but it must be at least 1, and exactly 1 on a GPU.")
     with shown_progress(progress) as shown:
         pour = Pour(Sample(crack, solid, path), (fluid,), solver, nozzle, seed, slope)
         run, _ = fill(pour, ComputeOptions(chosen, threads, shown))
@@ -190,19 +190,19 @@ def fill_fast(
     nozzle: Nozzle | None = None,
     **keywords: Any,
 ) -> SimulatedLevel:
-    """Fill the crack by the fast model: a tenth of a second in place of minutes, for loops over parameters.
+    """Fill the crack with the fast model. It takes a tenth of a second instead of minutes, which suits parameter loops.
 
-    The model is a layer of paste that spreads along the crack, without particles. ``inject`` computes particles.
+    The fast model computes a layer of paste that spreads along the crack. ``inject`` computes particles.
 
     Parameters
     ----------
     crack, solid, path, fluid
-        The crack, its solid, the nozzle's path, and the sealant: a ``Fluid`` with ``viscosity_pa_s`` or a yield stress
-        that neither freezes nor stiffens.
+        The crack, its solid, the nozzle's path, and the sealant. The ``Fluid`` must have ``viscosity_pa_s`` or a yield
+        stress, and must neither freeze nor stiffen.
     settle_s
-        Time after the nozzle has stopped, in s.
+        Simulated time after the nozzle has stopped, in s.
     nozzle
-        The outlet. Default: ``Nozzle()``, 2.4 mm wide.
+        Settings of the nozzle. Default: ``Nozzle()``, 2.4 mm wide.
 
     Returns
     -------
@@ -212,16 +212,16 @@ def fill_fast(
     Raises
     ------
     InputError
-        The model does not have this sealant, a value is out of bounds, or the path gives no sealant.
+        The model cannot compute this sealant, a value is out of bounds, or the path dispenses no sealant.
 
     Warns
     -----
     RuntimeWarning
-        The model is unfit for this crack, path or sealant: one warning for each reason.
+        The model is not valid for this crack, path or sealant. There is one warning for each reason.
 
     Examples
     --------
-    ``crack``, ``solid`` and ``path`` are those of ``plan_path``.
+    ``crack``, ``solid`` and ``path`` are from the example of ``plan_path``.
 
     >>> paste = st.Fluid(viscosity_pa_s=1, yield_stress_pa=5, freeze_after_s="never")
     >>> level = st.fill_fast(crack, solid, path, paste)
@@ -254,21 +254,23 @@ def release_block(
     progress: bool | None = None,
     **keywords: Any,
 ) -> BlockRelease:
-    """Release a block of fluid behind a gate, as in a dam break, an L-box or a mini-slump. It sticks to all walls.
+    """Release a block of fluid behind a gate, as in a dam break, an L-box or a mini-slump.
+
+    The fluid sticks to all walls.
 
     Parameters
     ----------
     fluid
-        The fluid, a ``Fluid``.
+        Settings of the fluid.
     solver
-        ``Solver(radius_mm=...)``. With 12 to 20 particle diameters across the block's shortest side, half the radius
-        changes the front by about 3 %. ``substeps`` divides the longest substep of that radius; default: 1.
+        Settings of the solver, with ``radius_mm``. With 12 to 20 particle diameters across the block's shortest side,
+        half the radius changes the front by about 3 %. ``substeps`` divides the longest possible substep. Default: 1.
     seed
-        Seed of the small random offsets of the particles when they are put down.
+        Seed of the small random offsets of the particles' first positions.
     device
-        "cpu" (default), "cuda:0", or "auto": the first GPU, or the CPU without a GPU.
+        "cpu" (default), "cuda:0", or "auto" for the first GPU, or for the CPU if there is no GPU.
     progress
-        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
+        True to show progress on stderr. Default: True in a terminal or a notebook.
 
     Returns
     -------
@@ -278,9 +280,10 @@ def release_block(
     Raises
     ------
     InputError
-        A value is out of bounds, the fluid is too stiff for the radius, or the block has too few or too many particles.
+        A value is out of bounds, the fluid is too viscous for the radius, or the block has too few or too many
+        particles.
     NumericalError
-        The fluid reaches the plate's edge, or the computation fails.
+        The fluid reaches the edge of the plate, or the computation fails.
 
     Examples
     --------
@@ -303,7 +306,7 @@ def release_block(
 
 
 def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
-    """Measure the level of the settled sealant along the crack, as a caliper would.
+    """Measure the level of the settled sealant along the crack, as a caliper would measure it.
 
     Parameters
     ----------
@@ -322,7 +325,7 @@ def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
 
     Examples
     --------
-    ``crack``, ``solid`` and ``run`` are those of ``inject``.
+    ``crack``, ``solid`` and ``run`` are from the example of ``inject``.
 
     >>> level = st.measure_level(run, crack, solid)
     >>> level.level_mm.shape
@@ -345,34 +348,35 @@ def write_robot_program(
     name: str = "",
     allow_automatic: bool | None = None,
 ) -> list[Path]:
-    """Write a nozzle path as robot programs, in the robot's frame and checked against its cell's limits.
+    """Write a nozzle path as robot programs in the robot's frame. The path is checked against the limits of the cell.
 
     Parameters
     ----------
     folder
-        Folder for the files; files that were edited since they were written are not replaced.
+        Folder for the files. A file that was edited after it was written is not replaced.
     crack, path
-        The crack and its path.
+        The crack and the nozzle's path.
     cell
         A cell file, or its content as a mapping: taught points, limits, languages. ``sealtwin robot --example FILE``
-        writes one to start from.
+        writes an example.
     name
-        Name of the trial in the head of each program.
+        Name of the trial in the header of each program.
 
     Returns
     -------
     list of Path
-        The files written; the last one, robot.json, states frame, limits and hashes.
+        The written files. The last one, robot.json, states the frame, the limits and the hashes.
 
     Raises
     ------
     InputError
-        The cell has a fault or no table for a format, the path exceeds one of the cell's limits, or the crack was found
+        The cell is not valid or has no table for a format, the path exceeds a limit of the cell, or the crack was found
         automatically and is not confirmed.
 
     Examples
     --------
-    ``crack`` and ``path`` are those of ``plan_path``. 'sealtwin robot --example cell.toml' writes a cell file.
+    ``crack`` and ``path`` are from the example of ``plan_path``. 'sealtwin robot --example cell.toml' writes the cell
+    file.
 
     >>> files = st.write_robot_program("robot", crack, path, "cell.toml", formats=["csv"])
     >>> [file.name for file in files]
@@ -409,4 +413,4 @@ def _simulated(profile: Profile, run: Run, made_of: Origins) -> SimulatedLevel:
 
 def _require_seed(function: str, seed: int) -> None:
     if not 0 <= seed < SEEDS:
-        raise InputError(f"{function}: seed = {seed}: must be 0 to {SEEDS - 1}.")
+        raise InputError(f"{function}: seed = {seed}, but it must be 0 to {SEEDS - 1}.")

@@ -1,4 +1,4 @@
-"""A sample: a photo with its scale, the crack traced in it, and the solid; or a mesh instead."""
+"""Make a sample: read a photo with its scale, trace the crack and build the solid, or import a mesh or a drawing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -23,9 +23,9 @@ class SamplePhoto(Shown, Photo):
     """A photo with its scale: what ``read_photo`` returns."""
 
     settings: PhotoInput
-    """Settings with which the photo was read: scale and hints."""
+    """Settings with which the photo was read: its scale, and hints about the crack."""
     sha256: str
-    """Hash of the file, or of the array's bytes."""
+    """SHA-256 hash of the file, or of the array's bytes."""
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -45,16 +45,16 @@ class SamplePhoto(Shown, Photo):
 class CrackOutline(Outline):
     """A traced crack: what ``trace_crack`` returns.
 
-    Its main figures are ``length_mm``, ``mean_width_mm`` and ``warnings``; its arrays ``centreline_mm``,
+    Its main figures are ``length_mm``, ``mean_width_mm`` and ``warnings``. Its main arrays are ``centreline_mm``,
     ``left_wall_mm`` and ``right_wall_mm``, (n, 2) each, and ``width_mm``, (n,).
     """
 
     photo: Photo
-    """The photo in which it was traced; for a mesh, the view from above."""
+    """Photo in which the crack was traced. For a mesh, the view from above."""
     data: DataKind
     """Declared origin of the photo or the mesh."""
     sha256: str
-    """Hash of the photo or the mesh."""
+    """SHA-256 hash of the photo or the mesh."""
 
 
 SCALE = (
@@ -62,7 +62,7 @@ SCALE = (
     *("markers", "lens", "camera_distance_mm", "mask", "data"),
 )
 HINTS = ("ends_px", "via_px", "roi_px", "crack", "edge_fraction", "branches", "width_mm", "path_only")
-"""Settings of [photo] about its scale, and about the crack."""
+"""Settings of [photo] that are hints about the crack. ``SCALE`` has those about the scale."""
 
 
 @keywords_of(PhotoInput, only=SCALE)
@@ -73,24 +73,26 @@ def read_photo(
     data: DataKind = "undeclared",
     **keywords: Any,
 ) -> SamplePhoto:
-    """Read a photo taken from above, with its scale. Give one scale: it is never guessed.
+    """Read a photo taken from above, with its scale. The scale is never guessed, so you must give one.
 
-    Keywords are settings of [photo] in a trial file; ``mask`` may be an array too.
+    Keywords are settings of [photo] in a trial file. ``mask`` may also be an array.
 
     Parameters
     ----------
     photo
-        A file (JPEG, PNG, WEBP, TIFF, BMP), or an array (height, width, 3) RGB or (height, width) grey of type uint8.
+        A file (JPEG, PNG, WEBP, TIFF, BMP), or an array of type uint8: RGB, (height, width, 3), or grey, (height,
+        width).
 
     Returns
     -------
     SamplePhoto
-        Pixel coordinates are 0 at the centre of the first pixel, x right and y down; mm have x right and y up.
+        Pixel coordinates are 0 at the centre of the first pixel, with x right and y down. Coordinates in mm have x
+        right and y up.
 
     Raises
     ------
     InputError
-        The photo cannot be read or is black; no scale is given, or two are; or the markers are not found.
+        The photo cannot be read or is black, no scale or two scales are given, or the markers are not found.
 
     Examples
     --------
@@ -99,7 +101,7 @@ def read_photo(
     (200, 200)
     """
     is_array = isinstance(photo, np.ndarray)
-    # Messages name an array by its argument.
+    # Messages call an array by the name of the argument.
     file = Path("photo") if is_array else file_of(photo, "photo")
     # A mask may be an array, so it is read here.
     arguments = locals()
@@ -129,7 +131,9 @@ def trace_crack(
     ends_px: Points | None = None,
     **keywords: Any,
 ) -> CrackOutline:
-    """Trace both walls of a crack to a fraction of a pixel. Keywords are settings of [photo] in a trial file.
+    """Trace both walls of a crack to a fraction of a pixel.
+
+    Keywords are settings of [photo] in a trial file.
 
     Parameters
     ----------
@@ -139,15 +143,16 @@ def trace_crack(
     Returns
     -------
     CrackOutline
-        The crack in mm and px. ``s_mm`` is the length along the centreline from the first end. If the ground is as
-        coarse as the crack, its walls are the rims of the dark region (``width_source`` "region"). If it is narrower
-        than 8 px, its width is fitted to its profile (``width_source`` "fit", with ``width_95_mm``); if narrower than 2
-        px, it is a path without walls ("none").
+        The crack in mm and px. ``s_mm`` is the arc length along the centreline from the first end. If the texture of
+        the ground is as coarse as the crack, the walls are the rims of the dark region (``width_source`` "region"). If
+        the crack is narrower than 8 px, its width is fitted to its profile ("fit", with ``width_95_mm``). If it is
+        narrower than 2 px, the result is a path without walls ("none").
 
     Raises
     ------
     InputError
-        A point is outside the photo or not on a crack; there is no crack, or several are possible; it is too short.
+        A point is outside the photo or not on a crack, there is no crack, several cracks are possible, or the crack is
+        too short.
 
     Examples
     --------
@@ -156,7 +161,7 @@ def trace_crack(
     >>> crack.path_source, crack.width_source
     ('ends', 'walls')
     """
-    # A mask needs fewer hints; the table checks which.
+    # With a mask, fewer hints are required. The settings check which.
     painted = None if photo.drawn is None else photo.file
     arguments = {**photo.settings.model_dump(), "keywords": keywords, "mask": painted}
     settings = settings_from(PhotoInput, "trace_crack", arguments, **({} if ends_px is None else {"ends_px": ends_px}))
@@ -186,12 +191,12 @@ def build_solid(
     Returns
     -------
     Solid
-        Vertices in mm, z = 0 on the face and negative below it; ``cavity_volume_mm3`` is the crack's volume.
+        Vertices in mm, with z = 0 on the face and z negative below it. ``cavity_volume_mm3`` is the crack's volume.
 
     Raises
     ------
     InputError
-        A value is out of bounds; or the outline crosses itself, leaves the block, or has no area.
+        A value is out of bounds, or the outline crosses itself, leaves the block, or has no area.
 
     Examples
     --------
@@ -215,19 +220,19 @@ def import_mesh(
     data: DataKind = "undeclared",
     **keywords: Any,
 ) -> tuple[CrackOutline, Solid]:
-    """Read a modelled or scanned sample, in place of a photo and a depth.
+    """Read a modelled or scanned sample instead of a photo and a depth.
 
     Keywords are settings of [mesh] in a trial file.
 
     Parameters
     ----------
     mesh
-        STL, PLY, OBJ, GLB or 3MF.
+        A mesh file: STL, PLY, OBJ, GLB or 3MF.
 
     Returns
     -------
     tuple of CrackOutline and Solid
-        In mm; z is 0 on the face, and the origin is the face's lower left corner.
+        The crack and the solid in mm. z is 0 on the face, and the origin is the face's lower left corner.
 
     Raises
     ------
@@ -262,17 +267,17 @@ def crack_from_polyline(
     Parameters
     ----------
     points_mm
-        Points of the centreline in mm, (n, 2); x is right and y is up. s is 0 at the first one.
+        Points of the centreline in mm, (n, 2). x is right and y is up. s is 0 at the first point.
 
     Returns
     -------
     CrackOutline
-        Its ``photo`` is a drawing of the crack.
+        The crack. Its ``photo`` is a drawing.
 
     Raises
     ------
     InputError
-        A value is out of bounds; the line is shorter than three widths, or outside the face; or the walls cross.
+        A value is out of bounds, the line is shorter than three widths or outside the face, or the walls cross.
 
     Examples
     --------
@@ -301,18 +306,18 @@ def crack_from_walls(
     Parameters
     ----------
     left_mm, right_mm
-        Points of the walls in mm, (n, 2) and (m, 2); x is right and y is up. Seen along the left wall, the crack is on
-        its right; s is 0 at its first point.
+        Points of the walls in mm, (n, 2) and (m, 2). x is right and y is up. Seen along the left wall, the crack is on
+        the right. s is 0 at the first point of the left wall.
 
     Returns
     -------
     CrackOutline
-        Its ``photo`` is a drawing of the crack.
+        The crack. Its ``photo`` is a drawing.
 
     Raises
     ------
     InputError
-        A value is out of bounds; the walls cross or are exchanged; or they bound no crack with two ends.
+        A value is out of bounds, the walls cross or are exchanged, or they do not bound a crack with two ends.
 
     Examples
     --------
@@ -336,7 +341,7 @@ def import_dxf(
     data: DataKind = "undeclared",
     **keywords: Any,
 ) -> tuple[CrackOutline, Solid]:
-    """Read a crack that was drawn in CAD, seen from above. Its walls are upright and its floor is level.
+    """Read a crack that is drawn from above in CAD. Its walls are upright and its floor is level.
 
     Parameters
     ----------
@@ -346,13 +351,13 @@ def import_dxf(
     Returns
     -------
     tuple of CrackOutline and Solid
-        In mm; z is 0 on the face, and the origin is the face's lower left corner. The crack's ``warnings`` include the
-        drawing's unit, and what in it was not read.
+        The crack and the solid in mm. z is 0 on the face, and the origin is the face's lower left corner. The crack's
+        ``warnings`` state the drawing's unit and the parts of the drawing that were not read.
 
     Raises
     ------
     InputError
-        The file cannot be read, a layer is missing or has other lines, or the lines bound no crack.
+        The file cannot be read, a layer is missing or has other lines than expected, or the lines do not bound a crack.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Many runs of trials from Python: sweeps and calibrations of settings, and maps of a sweep."""
+"""Compute many runs of trials: sweeps and calibrations of settings, and maps of a sweep."""
 
 import json
 import subprocess
@@ -24,22 +24,22 @@ from sealtwin.core.settings_text import keywords_of
 
 @dataclass(frozen=True)
 class SweepResult:
-    """A sweep's folder: what ``sweep`` returns."""
+    """Results of a sweep, and its folder: what ``sweep`` returns."""
 
     folder: Path
     rows: tuple[dict[str, Any], ...]
-    """One row for each run, in the order of the grid: the settings that vary, its state, its figures, and the reason if
-    it failed. The file runs.csv has the same rows."""
+    """One row for each run, in the order of the grid: the settings that vary, the state of the run, its figures, and
+    the reason if it failed. The file runs.csv has the same rows."""
     best: dict[str, Any] | None
-    """Number, settings and mean error in mm of the run nearest to the readings; None if there are no readings."""
+    """Number, settings and mean error in mm of the run nearest to the readings. None if there are no readings."""
 
     @property
     def failed(self) -> tuple[dict[str, Any], ...]:
-        """Rows of failed runs, each with its reason."""
+        """Rows of the failed runs, each with its reason."""
         return tuple(row for row in self.rows if row["state"] == "failed")
 
     def column(self, name: str) -> Floats:
-        """Return a column of numbers, (runs,); NaN for missing values. Raises InputError for an unknown name."""
+        """Return a column of numbers, (runs,). Missing values are NaN. Raises InputError for an unknown name."""
         if name not in self.rows[0]:
             raise InputError(f"column: there is no column {name!r}; the columns are {', '.join(self.rows[0])}.")
         return np.array([np.nan if row[name] is None else row[name] for row in self.rows], dtype=float)
@@ -57,48 +57,48 @@ def sweep(
     accurate: bool = False,
     progress: bool | None = None,
 ) -> SweepResult:
-    """Run a trial once for each combination of the given settings.
+    """Run a trial once for each combination of the values in ``grid``.
 
-    Finished runs are kept: after an interruption, repeat the same call to continue. ``sealtwin sweep`` does the work in
-    its own process, because worker processes would otherwise run the calling script again.
+    Finished runs are kept. After an interruption, repeat the same call to continue. The command ``sealtwin sweep``
+    computes the runs in a process of its own, because worker processes would otherwise run the calling script again.
 
     Parameters
     ----------
     trial
-        The trial file to start from.
+        Trial file whose settings are varied.
     grid
-        Values of each setting by its dotted name, for example ``{"fluid.U": [1, 10, 100]}``; the first setting varies
+        Values of each setting by its dotted name, for example ``{"fluid.U": [1, 10, 100]}``. The first setting varies
         slowest.
     out
-        The sweep's folder; default: reports/<name>. Its study.toml runs the same sweep on the command line.
+        Folder for the sweep. Default: reports/<name>. Its study.toml runs the same sweep on the command line.
     fixed
-        Settings of all runs that replace the trial's, for example ``{"solver.radius_mm": 0.6}``.
+        Settings that replace those of the trial in all runs, for example ``{"solver.radius_mm": 0.6}``.
     name
-        Name of the study; default: <folder of the trial file>-<name of the trial file>-sweep.
+        Name of the study. Default: <folder of the trial file>-<name of the trial file>-sweep.
     device, jobs
-        Device of the fluid runs, as in ``run_trial``, and number of processes; default: one for each core, or one on a
-        GPU.
+        Device of the fluid runs, as in ``run_trial``, and number of processes. Default of ``jobs``: one per core, or
+        one on a GPU.
     accurate
-        True computes with the trial's solver settings; otherwise the runs are drafts (solver.preset), unless ``grid``
-        or ``fixed`` sets another setting of the solver than model and settle_s.
+        True to compute with the trial's solver settings. Otherwise the runs are drafts (solver.preset), unless ``grid``
+        or ``fixed`` has settings of the solver other than model and settle_s.
     progress
-        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
+        True to show progress on stderr. Default: True in a terminal or a notebook.
 
     Returns
     -------
     SweepResult
-        A row for each run; a failed run does not stop the others.
+        A row for each run. A failed run does not stop the others.
 
     Raises
     ------
     InputError
-        A run has an invalid setting (all are checked before the first run), or the folder is that of another sweep.
+        A setting of a run is not valid (all are checked before the first run), or the folder has another sweep.
 
     Warns
     -----
     RuntimeWarning
-        The model cannot represent the sealant of a run, or results are unreliable: one warning for each reason, with
-        the number of runs.
+        The model cannot represent the sealant of a run, or results are unreliable. There is one warning for each
+        reason, with the number of runs.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def sweep(
 
     file = Path(trial).resolve()
     content = {"name": name or f"{file.parent.name}-{file.stem}-sweep", "trial": file, "grid": grid, "fixed": fixed}
-    # Checked here already, so that messages name this function.
+    # The settings are checked here, so that messages name this function.
     settings = checked(Study, Path("sweep"), content)
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     with tempfile.TemporaryDirectory(prefix="sealtwin-") as temporary:
@@ -126,13 +126,13 @@ def sweep(
 
 @dataclass(frozen=True)
 class CalibrationResult:
-    """A calibration's folder: what ``calibrate`` returns."""
+    """Results of a calibration, and its folder: what ``calibrate`` returns."""
 
     folder: Path
     content: dict[str, Any]
     """Content of calibration.json: finding, gates, combinations, roles and predictions of the trials."""
     posterior: dict[str, Floats]
-    """500 draws of each free setting, (500,), by dotted name; empty if no setting reproduces the readings."""
+    """500 random draws of each free setting, (500,), by dotted name. Empty if no settings reproduce the readings."""
 
     @property
     def identified(self) -> dict[str, bool]:
@@ -152,36 +152,38 @@ def calibrate(
     progress: bool | None = None,
     **keywords: Any,
 ) -> CalibrationResult:
-    """Determine settings from the readings of one trial or several, and predict others.
+    """Determine settings from the readings of one or several trials, and predict other trials.
 
-    Finished runs are kept, as in ``sweep``; ``sealtwin calibrate`` does the work in its own process.
+    Finished runs are kept, as in ``sweep``. The command ``sealtwin calibrate`` computes the runs in a process of its
+    own.
 
     Parameters
     ----------
     trials
         Trial files whose readings have the role "calibrated-on".
     out
-        The calibration's folder; default: reports/<trial>-calibrated.
+        Folder for the calibration. Default: reports/<trial>-calibrated.
     device, jobs, accurate, progress
-        As in ``sweep``.
+        Same as in ``sweep``.
 
     Returns
     -------
     CalibrationResult
-        Posterior, which settings it determines, and the predictions. There is no posterior if no setting reproduces the
-        readings.
+        The posterior distribution of the settings, the settings that it determines, and the predictions. The posterior
+        is empty if no settings reproduce the readings.
 
     Raises
     ------
     InputError
         A trial, a setting or a role cannot be used.
     NumericalError
-        Over a quarter of the runs failed or have a volume error over 5 %.
+        More than a quarter of the runs failed or have a volume error above 5 %.
 
     Warns
     -----
     RuntimeWarning
-        The model cannot represent the sealant of a run, or results are unreliable: one warning for each reason.
+        The model cannot represent the sealant of a run, or results are unreliable. There is one warning for each
+        reason.
 
     Examples
     --------
@@ -221,20 +223,20 @@ def write_map(
     Parameters
     ----------
     swept
-        The sweep, or its folder. It needs at least four finished runs whose volume error is 5 % at most.
+        The sweep, or its folder. It must have at least four finished runs with a volume error of at most 5 %.
     out
-        Folder for the page; default: map/ in the sweep's folder.
+        Folder for the page. Default: map/ in the sweep's folder.
     readings, data
-        A sheet of readings other than the trial's, and its origin.
+        A sheet of readings that replaces the trial's sheet, and its origin.
     any_volume
-        True includes runs whose volume error is over 5 %.
+        True to include runs with a volume error above 5 %.
     fills
-        True draws how about nine runs fill, as the sweep kept it.
+        True to draw how the crack fills in about nine of the runs.
 
     Returns
     -------
     Path
-        The page, map.html; its figures are in the same folder as SVG and CSV.
+        The page, map.html. Its figures are in the same folder as SVG and CSV.
 
     Raises
     ------
@@ -249,7 +251,7 @@ def write_map(
 
     Examples
     --------
-    The folder is that of the example of ``sweep``.
+    The folder is from the example of ``sweep``.
 
     >>> st.write_map("swept").name
     'map.html'
@@ -271,11 +273,11 @@ def write_map(
 
 
 def _command(words: Sequence[FilePath], progress: bool | None, accurate: bool, **options: object) -> dict[str, Any]:
-    """Run a command of sealtwin with this interpreter; return its JSON output. Options that are None are left out.
+    """Run a command of sealtwin with this Python interpreter, and return its JSON output.
 
-    Raises the kind of SealtwinError that its exit code means.
+    Options that are None are left out. If the command fails, raises the SealtwinError that matches the exit code.
     """
-    # -P: folders named 'validate' or 'simulate' in the current folder must not be imported.
+    # With -P, Python does not import folders named 'validate' or 'simulate' in the current folder.
     line = [sys.executable, "-P", "-m", "sealtwin", *map(str, words), "--json"]
     line += [f"--{name}={value}" for name, value in options.items() if value is not None]
     flags = {"--accurate": accurate, "--quiet": not wanted(progress)}

@@ -1,4 +1,4 @@
-"""A trial from Python: its run, a plan for it, and a plan for the rest of its pour."""
+"""Run a trial, plan its pour, and plan the rest of a paused pour."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -27,13 +27,13 @@ Record = TypeVar("Record", Solid, Trajectory, Run, Profile)
 
 @dataclass(frozen=True)
 class TrialRun:
-    """A run folder that is complete and up to date: what ``run_trial`` returns."""
+    """Results of a trial, and its run folder: what ``run_trial`` returns."""
 
     folder: Path
     result: TrialResult
     """Content of run.json: figures by name, with units in the names."""
     redone: tuple[str, ...]
-    """Stages that were computed; the others were up to date."""
+    """Stages that were computed. The other stages were up to date."""
 
     @property
     def report(self) -> Path:
@@ -42,22 +42,22 @@ class TrialRun:
 
     @property
     def mean_error_mm(self) -> float | None:
-        """Mean error against the readings in mm; None if there are no readings."""
+        """Mean error relative to the readings in mm. None if there are no readings."""
         return self.result.comparison and self.result.comparison.mean_error_mm
 
     @property
     def interval_95_mm(self) -> tuple[float, float] | None:
-        """Ends of the 95 % interval of the mean error, in mm; None if there are no readings."""
+        """Ends of the 95 % interval of the mean error, in mm. None if there are no readings."""
         return self.result.comparison and self.result.comparison.interval_95_mm
 
     @property
     def verdict(self) -> str | None:
-        """Headline of the report; None if there are no readings."""
+        """Headline of the report. None if there are no readings."""
         return self.result.comparison and self.result.comparison.verdict
 
     @property
     def gate_passed(self) -> bool | None:
-        """True if the mean error is within the declared gate; None if no gate was declared."""
+        """True if the mean error is within the declared gate. None if no gate was declared."""
         return self.result.comparison and self.result.comparison.passed
 
     @cached_property
@@ -67,7 +67,7 @@ class TrialRun:
 
     @cached_property
     def solid(self) -> Solid:
-        """The sample."""
+        """The solid of the sample."""
         return replace(record_files.read_solid(self.folder), made_of=of_one_crack("run_trial", self.crack))
 
     @cached_property
@@ -77,12 +77,12 @@ class TrialRun:
 
     @cached_property
     def run(self) -> Run:
-        """The particles at the end of the run; of several seeds, in that of the first."""
+        """The particles at the end of the run. With several seeds, those of the first seed."""
         return self._of_pour(record_files.read_run(self.folder))
 
     @cached_property
     def level(self) -> Profile:
-        """The simulated level along the crack: of the run, or the mean of the runs in ``result.seeds``."""
+        """The simulated level along the crack. With several seeds, the mean of their levels."""
         read = record_files.read_profile if self.result.seeds is None else record_files.read_level
         return self._of_pour(read(self.folder))
 
@@ -100,30 +100,31 @@ def run_trial(
     seeds: int | None = None,
     progress: bool | None = None,
 ) -> TrialRun:
-    """Bring a whole trial up to date in its run folder, as ``sealtwin run`` does.
+    """Run all stages of a trial that are not up to date in its run folder, as ``sealtwin run`` does.
 
     Parameters
     ----------
     trial
         A trial file, or its content as a mapping or a ``Trial``.
     out
-        The run folder; default: reports/<name of the trial> under the current folder.
+        Run folder. Default: reports/<name of the trial> in the current folder.
     device, threads
-        Device of the fluid run: "cpu" (default), "cuda:0" or "auto"; and the number of CPU threads, by
-        default one for each core, up to 8.
+        Device of the fluid run: "cpu" (default), "cuda:0" or "auto". Number of CPU threads. Default: one per core, up
+        to 8.
     source
-        Folder of photo and readings if the trial is not a file; default: the current folder.
+        Folder of the photo and the readings, if the trial is not a file. Default: the current folder.
     seeds
-        Runs with the seeds from the trial's own, 1 to 20, in place of the trial's ``seeds``. The level is their mean,
-        and ``result.seeds.band_95_mm`` the half-width of the band of one further run. They run in this process, one
-        after the other; ``sealtwin run`` computes them side by side.
+        Number of runs with different seeds, 1 to 20, which replaces the trial's ``seeds``. The first seed is the
+        trial's ``seed``. The level is the mean of the runs, and ``result.seeds.band_95_mm`` is the half-width of the
+        band for one further run. The runs are computed in this process, one after the other; ``sealtwin run`` computes
+        them at the same time.
     progress
-        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
+        True to show progress on stderr. Default: True in a terminal or a notebook.
 
     Returns
     -------
     TrialRun
-        Figures, and the records of each stage. A missed gate is not an error: see ``gate_passed``.
+        Figures, and the records of each stage. If the gate is missed, there is no error; see ``gate_passed``.
 
     Raises
     ------
@@ -137,9 +138,9 @@ def run_trial(
     Warns
     -----
     RuntimeWarning
-        The model cannot represent this sealant, or the result is unreliable: one warning for each reason, as in
-        ``fluid.warnings``. The photo or the readings are in doubt, or a file was edited; with ``progress`` these are
-        printed on stderr instead.
+        The model cannot represent this sealant, or the result is unreliable. There is one warning for each reason, as
+        in ``fluid.warnings``. Also, the photo or the readings are doubtful, or a file was edited. With ``progress``,
+        these warnings are printed on stderr instead.
 
     Examples
     --------
@@ -160,7 +161,7 @@ def run_trial(
         settings, home = load_trial(Path(trial)), Path(trial).parent
     else:
         raise InputError(
-            "run_trial: names in a trial file are relative to its own folder, so source has no effect. Omit source."
+            "run_trial: paths in a trial file are relative to the file's folder, so source has no effect. Omit source."
         )
     if seeds is not None:
         settings = settings.changed({"seeds": seeds}, Path("run_trial"))
@@ -174,11 +175,12 @@ def run_trial(
 
 @dataclass(frozen=True)
 class FlowPlan:
-    """A plan: what ``plan_flow`` and ``plan_rest`` return.
+    """A plan of flow and speed, and its folder: what ``plan_flow`` and ``plan_rest`` return.
 
-    ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3); each row is valid until the time of
-    the next. ``s_mm`` and ``level_mm``, (m,), are the level after the pour. ``half_width_mm`` is the half-width of the
-    level's 95 % band; it is None if the plan has only one seed, or none.
+    ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), and ``position_mm`` is (n, 3). Speed and flow of a row are
+    valid until the time of the next row. ``s_mm`` and ``level_mm``, (m,), are the level after the pour.
+    ``half_width_mm`` is the half-width of the level's 95 % band. It is None if the plan was computed with fewer than
+    two seeds.
     """
 
     folder: Path
@@ -190,7 +192,7 @@ class FlowPlan:
     level_mm: Floats
     half_width_mm: Floats | None
     verified: bool
-    """True if in particle runs the plan was better than both baselines."""
+    """True if the plan was better than both baselines in particle runs."""
     content: dict[str, Any]
     """Content of plan.json or rest.json: under_mm3, over_mm3, baselines, rounds, chances, flow_factor."""
 
@@ -209,13 +211,13 @@ def plan_flow(
     Parameters
     ----------
     trial
-        A trial file with a path, and a sealant that does not age.
+        A trial file with a path, and a sealant whose properties do not change with its age.
     out
-        The plan's folder; by default reports/NAME-plan.
+        Folder for the plan. Default: reports/NAME-plan.
     device
         Device of the particle runs.
     progress
-        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
+        True to show progress on stderr. Default: True in a terminal or a notebook.
 
     Returns
     -------
@@ -225,14 +227,14 @@ def plan_flow(
     Raises
     ------
     InputError
-        Trial, cell or posterior cannot be used, or no plan is possible within the limits.
+        The trial, the cell or the posterior cannot be used, or no plan is possible within the limits.
     NumericalError
         A particle run failed.
 
     Warns
     -----
     RuntimeWarning
-        The model cannot represent this sealant, or results are unreliable: one warning for each reason.
+        The model cannot represent this sealant, or results are unreliable. There is one warning for each reason.
 
     Examples
     --------
@@ -259,32 +261,32 @@ def plan_rest(
     progress: bool | None = None,
     **keywords: Any,
 ) -> FlowPlan:
-    """Plan the rest of a paused pour from the levels so far, as ``sealtwin plan --from`` does.
+    """Plan the rest of a paused pour from measured levels, as ``sealtwin plan --from`` does.
 
-    The fast model estimates how much of the requested sealant is in the crack, and takes the pump to go on alike. The
-    rest begins at the first place that would stay low.
+    The fast model estimates which fraction of the requested sealant is in the crack. It assumes that the pump continues
+    to deliver this fraction. The rest begins at the first position that would remain too low.
 
     Parameters
     ----------
     trial
-        The trial file of the pour, mostly trial.toml in a plan's folder.
+        The trial file of the pour, usually trial.toml in the folder of a plan.
     levels
-        Rows of s and the measured level in mm, (n, 2), or a CSV of s_mm and level_mm: from the beginning of the pour up
-        to the nozzle. Levels below the face are negative.
+        Rows of s and the measured level in mm, (n, 2), or a CSV with the columns s_mm and level_mm, from the beginning
+        of the pour to the nozzle. Levels below the face are negative.
     out
-        Folder of the rest; by default reports/NAME-rest.
+        Folder for the rest. Default: reports/NAME-rest.
     progress
-        As in ``plan_flow``.
+        Same as in ``plan_flow``.
 
     Returns
     -------
     FlowPlan
-        The rest of the path, and the level at its end by the fast model, which the measured levels have corrected.
+        The rest of the path, and the level after it. The fast model, corrected by the measured levels, computes it.
 
     Raises
     ------
     InputError
-        Trial, cell or levels cannot be used.
+        The trial, the cell or the levels cannot be used.
 
     Examples
     --------

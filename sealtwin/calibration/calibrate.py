@@ -1,4 +1,4 @@
-"""Calibrate settings on the readings of trials, and predict held-out trials that the calibration did not use."""
+"""Calibrate settings on the readings of trials, and predict held-out trials, which the calibration does not use."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -39,16 +39,16 @@ from validate.figures.calibration_page import calibration_page
 from validate.figures.page import write_page
 from validate.units import counted
 
-LIBRARY = "library"  # Folder of the runs of all trials, in a study folder for each trial
-PREDICTING = 12  # Draws of the posterior that are run in a held-out trial
-OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables of one pour; other trials have their own
+LIBRARY = "library"  # Name of the folder with a study folder for each trial, which has the trial's runs
+PREDICTING = 12  # Number of posterior draws that are run in a held-out trial
+OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables of a trial whose values differ from pour to pour
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
 STRESS, INDEX = "fluid.yield_stress_pa", "fluid.flow_index"
 THICKNESS = tuple(f"fluid.{key}" for key in (*VISCOSITIES_PA_S, "U"))
 NOT_FOR = (
-    "another particle radius or number of substeps: at the same viscosity, levels at radii of 0.6 and 0.8 mm differ "
+    "another particle radius or number of substeps: at the same viscosity, levels for radii of 0.6 and 0.8 mm differ "
     "by 0.5 to 0.8 mm",
-    "the value of a setting that is not identified: the readings support only predictions from the whole posterior",
+    "the value of a setting that is not identified: the readings support only predictions with the whole posterior",
     "another paste, or the same paste at another age or temperature",
 )
 
@@ -61,14 +61,15 @@ def calibrate(
     progress: Progress,
     settings: SettingValues | None = None,
 ) -> dict[str, Any]:
-    """Fit settings to the readings of trials; write material, posterior, record and page. Return the --json object.
+    """Fit settings to the readings of trials, and write the material, the posterior, the record and the page.
 
-    The default of ``out`` is reports/<trial>-calibrated. ``settings`` by dotted name replace those of all trial files.
-    Finished runs are not computed again: if the process is killed, the same call continues and writes the same files.
+    Returns the object that --json prints. The default of ``out`` is reports/<trial>-calibrated. ``settings`` by dotted
+    name replace those of all trial files. Finished runs are not computed again: if the process is killed, the same call
+    continues and writes the same files.
 
     Raises:
-        InputError: A trial, a setting or a role cannot be used, or the folder has other files.
-        NumericalError: More than a quarter of the runs are unusable.
+        InputError: A trial, a setting or a role cannot be used, or the folder has files of other programs.
+        NumericalError: More than a quarter of the runs cannot be used.
         BusyError: Another process uses the folder.
     """
     held_out, budget = options.hold_out, options.budget
@@ -79,7 +80,9 @@ def calibrate(
     require_own(folder, LIBRARY, "calibration")
     with holding(folder), progress:
         work = folder / LIBRARY, study_options, progress, settings
-        twins = [Twin(file, *work, drafts=budget - CONFIRM) for file in trials]  # The last round is accurate
+        twins = [
+            Twin(file, *work, drafts=budget - CONFIRM) for file in trials
+        ]  # The runs of the last round are accurate
         others = [Twin(file, *work) for file in held_out]
         _require_different([*twins, *others])
         frees = [replace(free, measured=_measured(free, twins)) for free in frees]
@@ -92,7 +95,7 @@ def calibrate(
             ahead.model_s += sum(twin.work_s(begin, end) for begin, end in pairwise(ends))
         progress.note(
             f"{budget} runs of {counted(len(twins), 'trial')}, and {PREDICTING * len(others)} runs of held-out trials: "
-            f"about {in_words(ahead.model_s)} in all, from a model; the first runs will correct it."
+            f"about {in_words(ahead.model_s)} in total, from a model, which the first runs will correct."
         )
         sources = [Source(twin.name, twin.evidence, twin.run) for twin in twins]
         result = search(frees, sources, budget, progress.note)
@@ -118,17 +121,18 @@ def _checked(
 ) -> list[Free]:
     if not 1 <= len(ranges) <= MOST_FREE:
         raise InputError(
-            f"{len(ranges)} free settings: give 1 to {MOST_FREE}; {LEAST_BUDGET} runs cannot resolve more."
+            f"{len(ranges)} free settings are given; give 1 to {MOST_FREE}, since {LEAST_BUDGET} runs cannot resolve "
+            "more."
         )
     for name, (low, high) in ranges.items():
         if name not in SETTINGS:
             raise InputError(f"--free {no_such_setting(name)}.")
         if not low < high:
-            raise InputError(f"--free {name}={low:g}:{high:g}: the lower end must be below the upper end.")
+            raise InputError(f"--free {name}={low:g}:{high:g}: the first number must be smaller than the second.")
         if len(trials) > 1 and name.partition(".")[0] in OF_A_POUR:
             raise InputError(
-                f"--free {name}: its value differs between the {len(trials)} pours, but free settings are shared by "
-                "all trials. Measure it and leave it out, or calibrate one trial."
+                f"--free {name}: this setting differs between the {len(trials)} pours, but free settings have the same "
+                "value in all trials. Measure it instead of calibrating it, or calibrate one trial."
             )
     roles: dict[Literal["held-out", "calibrated-on"], Sequence[Path]] = {"held-out": trials, "calibrated-on": held_out}
     for wrong, group in roles.items():
@@ -136,12 +140,14 @@ def _checked(
             trial = load_trial(file, settings)
             readings = fit_to_calibrate(file, trial)
             if overridden := replaced(trial, settings or {}, ranges):
-                raise InputError(f"--set {overridden[0]}: a --free setting replaces it; give one of the two.")
+                raise InputError(
+                    f"--set {overridden[0]}: a --free setting replaces this setting. Give only one of them."
+                )
             if readings.role == wrong:
                 right = "calibrated-on" if wrong == "held-out" else "held-out"
                 raise InputError(
-                    f'{file}: readings.role = "{wrong}", but this calibration would use the readings as {right}. Write '
-                    f'"{right}", or give another trial.'
+                    f'{file}: readings.role is "{wrong}", but this calibration would use the readings as {right}. '
+                    f'Write "{right}", or give another trial.'
                 )
     return [Free(name, low, high) for name, (low, high) in ranges.items()]
 
@@ -152,32 +158,32 @@ def _require_different(twins: Sequence[Twin]) -> None:
         if twin.folder == other.folder or (same and np.array_equal(twin.readings.s_mm, other.readings.s_mm)):
             what = "name" if twin.folder == other.folder else "readings"
             raise InputError(
-                f"{twin.file}: has the same {what} as {other.file}; give each trial once, with its own name."
+                f"{twin.file}: has the same {what} as {other.file}. Give each trial once, and each with another name."
             )
 
 
 def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
-    """Return the measured value of a setting and its standard uncertainty; None if it was not measured.
+    """Return the measured value of a setting and its standard uncertainty, or None if it was not measured.
 
     Raises InputError if the trials have different values, or if the value is outside the range.
     """
     values = {twin.measured(free.name) for twin in twins}
     if len(values) > 1:
         raise InputError(
-            f"--free {free.name}: its measured value or uncertainty differs between the trials, but free settings are "
-            "shared by all trials. Give the same in all trials, or calibrate them one by one."
+            f"--free {free.name}: the measured value or uncertainty differs between the trials, but free settings have "
+            "the same value in all trials. Give the same value and uncertainty in all trials, or calibrate them singly."
         )
     measured = values.pop()
     if measured is not None and not free.low <= measured[0] <= free.high:
         raise InputError(
-            f"--free {free.name}={free.low:g}:{free.high:g}: the measured value of the trial, {measured[0]:g} with "
-            f"uncertainty {measured[1]:g}, is outside this range. Give a range around it."
+            f"--free {free.name}={free.low:g}:{free.high:g}: the measured value in the trial, {measured[0]:g} with an "
+            f"uncertainty of {measured[1]:g}, is outside this range. Give a range that includes this value."
         )
     return measured
 
 
 def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
-    """Run draws of the posterior in a held-out trial, which keeps its own path, crack and nozzle."""
+    """Predict a held-out trial by running draws of the posterior. The trial's path, crack and nozzle do not change."""
     chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
     runs = [{name: values[name] for name in values if name.partition(".")[0] not in OF_A_POUR} for values in settings]
@@ -185,8 +191,8 @@ def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
     levels_mm = [level for level in all_mm if level is not None]
     if len(levels_mm) < PREDICTING // 2:
         raise NumericalError(
-            f"{twin.name}: {PREDICTING - len(levels_mm)} of {PREDICTING} runs of this held-out trial failed, or their "
-            f"volume is off by over 5 %: {'; '.join(sorted({reason for _, reason in twin.unused()}))}"
+            f"{twin.name}: {PREDICTING - len(levels_mm)} of {PREDICTING} runs of this held-out trial failed or have a "
+            f"volume error above 5 %: {'; '.join(sorted({reason for _, reason in twin.unused()}))}"
         )
     return _prediction(twin, "held out", *predicted_by_runs(np.array(levels_mm), twin.evidence))
 
@@ -203,7 +209,7 @@ def _summary(
     warnings = [sentence for twin in (*twins, *others) for sentence in twin.warnings]
     if len(result.frees) >= (stations := sum(twin.stations for twin in twins)):
         counts = f"{counted(len(result.frees), 'free setting')} for {counted(stations, 'station')}"
-        warnings.append(f"{counts}: so many settings can fit any readings exactly.")
+        warnings.append(f"{counts}: with so many settings, any readings can be fitted exactly.")
     return Calibrated(
         name=" and ".join(twin.name for twin in twins),
         emulated=any(twin.data != "measured" for twin in twins),
@@ -230,7 +236,7 @@ def _summary(
 def _written(
     folder: Path, result: SearchResult, calibrated: Calibrated, twins: Sequence[Twin], others: Sequence[Twin], date: day
 ) -> dict[str, Any]:
-    """Write posterior and material, if there is a posterior, and return the content of calibration.json."""
+    """Write the posterior and the material, if there is a posterior, and return the content of calibration.json."""
     written: list[str] = [RECORD]
     for name in (POSTERIOR, MATERIAL):
         (folder / name).unlink(missing_ok=True)
@@ -306,7 +312,7 @@ def _free(marginal: Marginal) -> dict[str, Any]:
 
 
 def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
-    """Return the RMS distance of a trial's readings from the mean level of the runs that confirm the best setting."""
+    """Return the RMS difference between a trial's readings and the mean level of the runs with the best settings."""
     levels_mm = result.confirmed_mm(trial)
     if not len(levels_mm):
         return None
@@ -315,7 +321,7 @@ def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
 
 
 def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
-    """Return the calibrated material; None for a curve or a law that its file cannot describe."""
+    """Return the calibrated material, or None for a curve or a flow law that a material file cannot contain."""
     fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
     key = next((name.partition(".")[2] for name in THICKNESS if name in best), None) or (fluid and fluid.given_by)
     if fluid is None or fluid.curve is not None or key is None or LAWS[key].law not in KEY_OF_LAW:
@@ -330,8 +336,8 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
     thick_pa_s, percent = health.viscosity_pa_s, declared.viscosity_percent or 0.0
     if free := [draws[name] for name in THICKNESS if name in draws]:
         percent = 100 * float(np.std(np.log(np.maximum(free[0], 1e-9))))
-    basis = ["readings that nobody measured (EMULATED)"] if calibrated.emulated else []
-    basis.append(f"joint distribution: {POSTERIOR}; the numbers here are its likeliest draw")
+    basis = ["readings that were not measured (EMULATED)"] if calibrated.emulated else []
+    basis.append(f"joint distribution: {POSTERIOR}; the numbers here are its most likely draw")
     if not error_pa:
         basis.append("the yield stress was not free and has no stated uncertainty, so it has no interval")
     # The run records the viscosity at a shear rate of 1/s, which is K.
@@ -341,7 +347,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
         if INDEX in draws:
             law["flow_index_95"] = _spread(draws[INDEX], best[INDEX])[:2]
     if others := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, INDEX, *THICKNESS)]:
-        basis.append(f"fitted together with {', '.join(others)}: set them too")
+        basis.append(f"fitted together with {', '.join(others)}: use these values too")
     if unidentified := [marginal.free.name for marginal in calibrated.marginals if not marginal.identified]:
         basis.append(f"not identified by the readings: {', '.join(unidentified)}")
     return Material(
@@ -363,6 +369,9 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
 
 
 def _spread(drawn: Floats, best: float) -> tuple[float, float, float]:
-    """Return the ends of the draws' 95 % interval, widened to include the best value, and the standard uncertainty."""
+    """Return the ends of the 95 % interval of random draws, and the standard uncertainty.
+
+    The interval is widened, if necessary, to include the best value.
+    """
     low, high = np.quantile(drawn, [0.025, 0.975])
     return float(f"{min(low, best):.6g}"), float(f"{max(high, best):.6g}"), float(f"{(high - low) / 4:.6g}")

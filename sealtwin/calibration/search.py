@@ -1,9 +1,10 @@
-"""Choose the runs of a calibration one after the other, until its budget is spent, and compute them.
+"""Choose and compute the runs of a calibration step by step, until the budget of runs is used.
 
-Sixteen runs are points of a Sobol sequence, and one of them is repeated with three more seeds. Then each round runs
-three settings at which the emulator is least certain under the posterior. At the end three new seeds confirm the most
-likely setting. The emulator models the profile, not its error (Astudillo and Frazier 2019, Proc. Mach. Learn. Res.
-97:354). A ``Twin`` runs its trial with other settings, in a folder like a study's.
+The first sixteen runs are points of a Sobol sequence, and one of them is repeated with three more seeds. Each further
+round computes three draws of the posterior: the most likely one, and those at which the emulator is least certain. At
+the end, three runs with new seeds confirm the most likely settings. The emulator models the profile, not its error
+(Astudillo and Frazier 2019, Proc. Mach. Learn. Res. 97:354). A ``Twin`` runs a trial with other settings, in a folder
+that is built like the folder of a study.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,20 +37,21 @@ from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import require_different
 
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
-"""Numbers of runs: of the first design, of further seeds for one of these, of a round, and of seeds that confirm the
-best setting."""
+"""Numbers of runs: in the first design, with further seeds of one of them, in a round, and to confirm the result."""
 FEWEST = FIRST + AGAIN + ROUND + CONFIRM
 STOP_IMPLAUSIBILITY = 3.0
-"""Implausibility of the best setting above which the search stops early. It is above 1, since an emulator of few runs
-is overconfident: one search of four by drafts began at 2.0, with readings of a run of the same paste."""
-LEAST_USABLE = 0.75  # Least share of runs with a result
+"""Implausibility of the best settings above which the search stops early.
+
+It is larger than 1, because an emulator of few runs is overconfident. One of four searches with drafts began at 2.0,
+although the readings were from a run of the same paste."""
+LEAST_USABLE = 0.75  # Smallest fraction of runs that must have a result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
 Setting = dict[str, float]
-Levels = Sequence[Floats | None]  # Of runs; None if a run is not used
+Levels = Sequence[Floats | None]  # Level of each run at the stations, or None for a run that is not used
 Runner = Callable[[Sequence[tuple[Setting, int]]], Levels]
-"""Function that takes the settings of all runs so far, each with the number that is added to the seed. It computes only
-new runs, and returns each run's levels at the stations, or None if the run failed."""
+"""Function that computes runs. Its argument has, for each run so far, the settings and a number that is added to the
+seed. It computes only new runs, and returns the levels at the stations, or None for a run that is not used."""
 
 
 @dataclass(frozen=True)
@@ -64,14 +66,14 @@ class Source:
 @dataclass(frozen=True)
 class SearchResult:
     frees: Sequence[Free]
-    points: Floats  # (r, d) of all runs, in the unit cube
-    levels_mm: Sequence[Levels]  # Of each trial's runs
+    points: Floats  # Points of all runs in the unit cube, (r, d)
+    levels_mm: Sequence[Levels]  # Levels of the runs, for each trial
     reaches: Sequence[BasisReach]
     posterior: Posterior
     least_implausibility: float
-    draws: Floats | None  # (500, d) in the unit cube; None if no setting makes the readings
+    draws: Floats | None  # Posterior draws in the unit cube, (500, d). None if no settings reproduce the readings
     mixing: float = 1.0
-    best: Floats = field(default_factory=lambda: np.zeros(0))  # (d,)
+    best: Floats = field(default_factory=lambda: np.zeros(0))  # Most likely point in the unit cube, (d,)
 
     @property
     def possible(self) -> bool:
@@ -79,7 +81,7 @@ class SearchResult:
 
     @property
     def discrepancy_mm(self) -> float | None:
-        """Posterior mean of the standard deviation of the model's own error; None if only one trial was used."""
+        """Posterior mean of the standard deviation of the model error. None if only one trial was used."""
         if self.draws is None or len(self.levels_mm) < 2:
             return None
         logs = self.posterior.log_densities(self.draws)
@@ -87,7 +89,7 @@ class SearchResult:
         return float(chance @ self.posterior.discrepancies_mm)
 
     def confirmed_mm(self, trial: int) -> Floats:
-        """Return the levels of the runs that confirm the best setting, (m, n), for m finished runs and n stations."""
+        """Return the levels of the runs that confirm the best settings, for m finished runs and n stations, (m, n)."""
         return np.array([level for level in self.levels_mm[trial][-CONFIRM:] if level is not None])
 
 
@@ -105,8 +107,8 @@ class _Search:
             failed = sum(level is None for level in levels_mm)
             if failed > (1 - LEAST_USABLE) * max(FIRST, len(levels_mm)):
                 raise NumericalError(
-                    f"{source.name}: {failed} of {len(levels_mm)} runs failed, or their volume is off by over 5 %; "
-                    "too few runs are left to cover the ranges. Narrow the ranges, or use finer particles."
+                    f"{source.name}: {failed} of {len(levels_mm)} runs failed or have a volume error above 5 %, so too "
+                    "few runs remain to cover the ranges. Give narrower ranges, or use smaller particles."
                 )
             for point in np.unique(self.points, axis=0):
                 alike = np.flatnonzero((self.points == point).all(axis=1)).tolist()
@@ -125,7 +127,7 @@ class _Search:
         return Posterior(self.frees, emulators, [source.evidence for source in self.sources]), reaches
 
     def nearest(self) -> int:
-        """Return the index of the run with the levels nearest to all readings, weighted by the readings' covariance."""
+        """Return the index of the run whose levels are nearest to all readings, with the covariance of the readings."""
         total = np.zeros(len(self.points))
         for levels_mm, source in zip(self.levels_mm, self.sources, strict=True):
             root = np.linalg.cholesky(source.evidence.covariance_mm2)
@@ -135,9 +137,10 @@ class _Search:
         return int(total.argmin())
 
     def next_round(self, posterior: Posterior, count: int) -> Floats:
-        """Return ``count`` points to run: the most likely draw, then draws at which the emulators are least certain.
+        """Return ``count`` points for the next runs.
 
-        The certainty is computed as if the points before had been run.
+        The first point is the most likely draw. Each further point is the draw at which the emulators are least
+        certain, if the points before it are assumed to be computed.
         """
         posterior = replace(posterior, smooth=False)
         draws, _ = posterior.draws(DRAWS, STEPS_OF_A_ROUND)
@@ -153,20 +156,21 @@ class _Search:
 
 
 def ends_of_launches(budget: int) -> list[int]:
-    """Return how many runs of a trial are done before each launch and at the end, if the search does not stop."""
+    """Return the number of finished runs before each launch and at the end, if the search does not stop early."""
     return sorted({0, FIRST, *range(FIRST + AGAIN, budget - CONFIRM, ROUND), budget - CONFIRM, budget})
 
 
 def settings_at(frees: Sequence[Free], point: Floats) -> Setting:
-    """Return the settings at a point of the unit cube, rounded to six digits: precise enough, and easy to read."""
+    """Return the settings at a point of the unit cube. Values are rounded to six digits, which is easy to read."""
     return {free.name: float(f"{free.values(share):.6g}") for free, share in zip(frees, point, strict=True)}
 
 
 def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: Callable[[str], None]) -> SearchResult:
-    """Spend ``budget`` runs of each trial, at least ``FEWEST``, and return the posterior.
+    """Compute ``budget`` runs of each trial, at least ``FEWEST``, and return the posterior.
 
-    Stops early if no setting in the ranges, or no combination of the runs' levels, can reproduce the readings. The same
-    runs give the same search. Raises NumericalError if over a quarter of the runs are unusable.
+    ``say`` is called with a sentence about the progress. The search stops early if no settings in the ranges, or no
+    combination of the runs' levels, can reproduce the readings. The search is deterministic. Raises NumericalError if
+    more than a quarter of the runs cannot be used.
     """
     from scipy.stats import qmc
 
@@ -175,7 +179,7 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
     state.run(np.repeat(state.points[[state.nearest()]], AGAIN, axis=0))
     posterior, reaches = state.posterior()
     while len(state.points) < budget - CONFIRM and posterior.least_implausibility <= STOP_IMPLAUSIBILITY:
-        error = f"implausibility of the best setting {posterior.least_implausibility:.2f} (at most 1 is plausible)"
+        error = f"the implausibility of the best settings is {posterior.least_implausibility:.2f} (plausible up to 1)"
         say(f"{len(state.points)} of {budget} runs: {error}.")
         state.run(state.next_round(posterior, min(ROUND, budget - CONFIRM - len(state.points))))
         posterior, reaches = state.posterior()
@@ -192,14 +196,15 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
 MEASURED = {name: key for name in SETTINGS if (key := name.rpartition(".")[2]) in Uncertainty.model_fields} | {
     "path.trim_mm": "start_mm"
 }
-"""Key in [uncertainty] of each setting that can have an uncertainty. The trial's material or weighed fill may give its
-value too."""
-JITTER_MM2 = 1e-6  # Makes the covariance of readings invertible if they have no stated error
+"""Key in [uncertainty] for each setting that can have an uncertainty.
+
+The uncertainty may also come from the trial's material or weighed fill."""
+JITTER_MM2 = 1e-6  # Variance in mm2 that makes the covariance of readings without a stated error invertible
 SEEDS = 2**31
 
 
 class Twin:
-    """A digitised trial with its readings and its runs so far."""
+    """A digitised trial with its readings and the runs that have been computed."""
 
     def __init__(
         self,
@@ -210,9 +215,9 @@ class Twin:
         settings: SettingValues | None = None,
         drafts: int = 0,
     ) -> None:
-        """Digitise the crack and read the sheet; the first ``drafts`` runs may be drafts.
+        """Digitise the crack and read the sheet. The first ``drafts`` runs may be drafts.
 
-        Raises InputError as a sweep does, and without readings.
+        Raises the same errors as a sweep, and InputError if the trial has no readings.
         """
         from validate.readings.read_readings import read_readings
         from validate.uncertainty.meniscus import Mouth
@@ -233,7 +238,7 @@ class Twin:
         self._work_s = [run.work_s for run in self.plan.runs]
         draft, accurate = self.plan.runs
         self.drafts = draft.key != accurate.key
-        """False if its runs are accurate, or of a preset of its own."""
+        """False if all runs are accurate, or if the trial has another preset."""
         self._sample = record_files.read_sample(self.folder / "samples" / draft.sample)
         self.outline, self.solid = self._sample.outline, self._sample.solid
         self.sheet = file.parent / sheet_settings.file
@@ -244,7 +249,7 @@ class Twin:
         self._unused = budget.unused
         errors_mm = budget.at_stations_mm
         covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))
-        # A reading is the level plus an error, whose mean may differ from 0.
+        # A reading is the level plus an error. The mean of the error may differ from 0, so it is subtracted.
         level_mm, path = self.readings.level_mm - errors_mm.mean(axis=0), self._sample.trajectory
         poured_mm = path.s_mm[path.giving]
         path_mm = float(poured_mm.min()), float(poured_mm.max())
@@ -256,11 +261,11 @@ class Twin:
 
     @property
     def radius_mm(self) -> float:
-        """Radius of the particles of the runs that confirm a result, which are drafts if its trial is a draft."""
+        """Particle radius of the runs that confirm the result. They are drafts only if the trial is a draft."""
         return as_run(self._planned(1, {}, 0).trial, self._sample).solver.size_mm
 
     def measured(self, name: str) -> tuple[float, float] | None:
-        """Return a setting's value and standard uncertainty; None unless the trial has both."""
+        """Return a setting's value and standard uncertainty, or None if the trial does not have both."""
         declared = self.trial.uncertainty.with_sample(self.outline.width_doubt_mm, self.solid.figures.weighed)
         table, _, key = name.rpartition(".")
         value = self._content.get(table, {}).get(key)
@@ -274,19 +279,22 @@ class Twin:
         return None if standard is None else (float(value), standard)
 
     def require(self, frees: Sequence[Free]) -> None:
-        """Raise InputError if an end of a range is out of bounds for this trial."""
+        """Raise InputError if an end of a free setting's range is not allowed for this trial."""
         for free in frees:
             for end in (free.low, free.high):
                 self._planned(1, {free.name: end}, 0)
 
     def work_s(self, done: int, end: int) -> float:
-        """Return the time of the runs after ``done`` up to ``end``, by the model of ``sealtwin.study.estimate``."""
+        """Return the expected time in s of the runs after ``done`` up to ``end``.
+
+        It is from the model in ``sealtwin.study.estimate``.
+        """
         return self._work_s[end >= self._first_accurate] * ceil((end - done) / max(1, self._options.jobs))
 
     def run(self, wanted: Sequence[tuple[Setting, int]]) -> Levels:
-        """Compute the runs that are not done. Return each run's levels at the stations, or None if it is not used.
+        """Compute the runs that are not done. Return the levels at the stations, or None for a run that is not used.
 
-        ``wanted`` begins with those of the last call.
+        ``wanted`` begins with the runs of the last call.
         """
         self.ahead.model_s -= self.work_s(self._done, len(wanted))
         self._done = len(wanted)
@@ -300,13 +308,13 @@ class Twin:
         return [self._level_mm(runs[run.number]) for run in planned]
 
     def unused(self) -> list[tuple[int, str]]:
-        """Return number and reason of each run that is not used."""
+        """Return the number of each run that is not used, and the reason."""
         reasons = []
         for run in self.plan.runs:
             if run.state == "failed":
                 reasons.append((run.number, run.reason or "failed"))
             elif run.figures is not None and not kept_volume(run.figures.volume_ratio):
-                reasons.append((run.number, f"its volume is off by over 5 % (ratio {run.figures.volume_ratio:.3f})"))
+                reasons.append((run.number, f"the volume error is above 5 % (ratio {run.figures.volume_ratio:.3f})"))
         return reasons
 
     @property
@@ -316,17 +324,20 @@ class Twin:
 
     @property
     def fluid_warnings(self) -> list[str]:
-        """Warnings about the fluid in the runs of this trial."""
+        """Warnings about the fluid in this trial's runs."""
         return [f"{self.name}: {sentence}" for sentence in study_folder.fluid_warnings(self.plan.runs)]
 
     @property
     def warnings(self) -> list[str]:
-        """All warnings: about the fluid, and about declared errors that the readings contradict."""
+        """Warnings about the fluid, and about declared errors that the readings contradict."""
         return [*self.fluid_warnings, *(f"{self.name}: {sentence}" for sentence in self._unused)]
 
     @property
     def health(self) -> RunHealth:
-        """Numerical quality of its last run, or of another seed of that setting if it failed; empty if all failed."""
+        """Numerical health of the last run. If it failed, that of another seed with the same settings.
+
+        Empty if all of them failed.
+        """
         last = max(self.plan.runs, key=lambda run: run.number)
         alike = [run for run in self.plan.runs if run.settings | {"seed": 0} == last.settings | {"seed": 0}]
         figures = [run.figures for run in sorted(alike, key=lambda run: run.number) if run.figures is not None]
@@ -356,12 +367,14 @@ def fit_to_calibrate(file: Path, trial: Trial) -> Readings:
     """Return the settings of a trial's readings. Raises InputError if a calibration cannot use the trial."""
     refuse_seeds(trial, file)
     if trial.fluid is None:
-        raise InputError(f"{file}: no [fluid] table; give viscosity_pa_s, or U and D_cm.")
+        raise InputError(f"{file}: there is no table [fluid]. Give viscosity_pa_s, or U and D_cm.")
     if trial.readings is None:
-        raise InputError(f"{file}: no [readings] table; a calibration and its held-out trials need readings: add it.")
+        raise InputError(
+            f"{file}: there is no table [readings]. Add it, since all trials of a calibration need readings."
+        )
     if not trial.solver.has_particles:
         raise InputError(
-            f'{file}: solver.model is "{trial.solver.model}"; a calibration needs particles. Set it to "particles".'
+            f'{file}: solver.model is "{trial.solver.model}", but a calibration requires "particles". Change it.'
         )
     require_sample(trial, file.parent)
     check_sheet(file.parent / trial.readings.file)

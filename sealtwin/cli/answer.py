@@ -1,4 +1,4 @@
-"""Answers of the commands: results on stdout, narration on stderr, an exit code, and one message for each fault."""
+"""Output of the commands: the result on stdout, progress on stderr, an exit code, and one message for each fault."""
 
 import functools
 import inspect
@@ -38,35 +38,35 @@ GATE_FAILED = 5
 SOME_FAILED = 6
 INTERRUPTED = 130
 NO_MEMORY = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
-DEVICE = option("Device of the fluid run; it is an error if the named device does not exist.", "auto|cpu|cuda:0")
+DEVICE = option("Device of the fluid run. The command fails if the named device does not exist.", "auto|cpu|cuda:0")
 FLAGS = {
-    "as_json": flag("--json", "Print one JSON object on stdout, everything else on stderr."),
-    "quiet": flag("--quiet", "On stderr, print only warnings: no narration and no progress."),
-    "verbose": flag("--verbose", "Also print the figures and sentences that the short answer leaves out."),
+    "as_json": flag("--json", "Print one JSON object on stdout, and everything else on stderr."),
+    "quiet": flag("--quiet", "Print only warnings on stderr, without notes and progress."),
+    "verbose": flag("--verbose", "Also print the figures and sentences that the short result leaves out."),
 }
 ENDS = {"device": parameter("device", str, DEVICE, "auto")}
 ENDS |= {name: parameter(name, bool, shown, False) for name, shown in FLAGS.items()}
-"""Options of many commands, by the field of ``Command``. They are last in the help."""
+"""Options that many commands have, by the field of ``Command``. They are last in the help."""
 
 Function = Callable[..., None]
 
 
 class Answer(NamedTuple):
-    content: dict[str, Any]  # Printed with --json, after the version of its form
-    lines: Sequence[str]  # Printed without --json
+    content: dict[str, Any]  # JSON object that is printed with --json
+    lines: Sequence[str]  # Lines that are printed without --json
     exit_code: int = 0
 
 
 @dataclass(frozen=True)
 class Command:
-    """Options of a running command: form of its output, and device of its fluid run."""
+    """Options of a running command: the format of its output, and the device of its fluid run."""
 
     device: str = "cpu"
     as_json: bool = False
     quiet: bool = False
     verbose: bool = False
     stdout: TextIO = field(default_factory=lambda: sys.stdout)
-    """Standard output, which receives only the result. What libraries print goes to stderr."""
+    """Standard output, which receives only the result. Output of libraries goes to stderr."""
 
     def say(self, text: str) -> None:
         if not self.quiet:
@@ -77,7 +77,7 @@ class Command:
         print(f"note: {text}", file=sys.stderr)
 
     def reply(self, content: dict[str, Any], lines: Sequence[str], exit_code: int = 0) -> None:
-        """Print the result; end the command if its exit code is not 0."""
+        """Print the result. If ``exit_code`` is not 0, end the command."""
         text = json.dumps({"version": 1, **content}, ensure_ascii=False) if self.as_json else "\n".join(lines)
         with naming(Path("standard output")):
             print(text, file=self.stdout, flush=True)
@@ -91,13 +91,13 @@ class Command:
         raise typer.Exit(exit_code)
 
     def interrupted(self, message: str) -> NoReturn:
-        # If an interrupt arrives inside exec() of a text, as in dataclasses, CPython sets a flag and later ends
-        # "python -m" by the signal instead of the exit code, even if it was handled. Another exec() clears the flag.
+        # If an interrupt arrives while exec() runs a text, as in dataclasses, CPython sets a flag. It then ends
+        # "python -m" with the signal instead of the exit code, even if the interrupt was handled. exec() clears it.
         exec("")
         self.fail(f"interrupted; {message}", INTERRUPTED)
 
     def device_and_jobs(self, jobs: int | None) -> tuple[str, int]:
-        """Return the device of a study's runs, which is printed, and the number of processes."""
+        """Print and return the device of a study's runs. Also return the number of processes."""
         from sealtwin.core.cluster import cores
         from simulate.device import choose_device, describe_device
 
@@ -112,7 +112,7 @@ class Command:
 
 
 class Commands(TyperGroup):
-    """Group of all commands: with --json, a usage error is printed as an object too."""
+    """Group of all commands. With --json, it prints usage errors as JSON objects too."""
 
     def invoke(self, ctx: Any) -> Any:
         as_json = "--json" in ctx.args
@@ -125,10 +125,10 @@ class Commands(TyperGroup):
 
 
 class CheckedCommand(TyperCommand):
-    """Command that makes its options when they are first needed, since settings load pydantic.
+    """Command that makes its options only when they are needed, because settings import pydantic.
 
-    It refuses an option that is given twice, of which Click would silently use the last value. Options that take a list
-    may be repeated.
+    It refuses an option that is given twice. Click would silently use the last value. Options that take a list may be
+    repeated.
     """
 
     @property
@@ -149,7 +149,7 @@ class CheckedCommand(TyperCommand):
         for param in params:
             single = isinstance(param, TyperOption) and not (param.multiple or param.is_flag)
             if single and params.count(param) > 1:
-                ctx.fail(f"{param.opts[0]} is given {params.count(param)} times; give it once")
+                ctx.fail(f"{param.opts[0]} is given {params.count(param)} times; give it only once")
         return super().parse_args(ctx, args)
 
 
@@ -162,11 +162,12 @@ def answers(
     as_json: bool = True,
     **models: str,
 ) -> Callable[[Function], Function]:
-    """Turn a function of a ``Command`` into a command: add options for output and device, turn faults into exit codes.
+    """Return a decorator that turns a function into a command with options, and its exceptions into exit codes.
 
-    The function's parameter ``settings`` becomes --set and an option for each of the everyday settings ``keys``, of
-    which those in ``needs`` are required. A parameter named in ``models`` becomes an option for each field of its
-    settings model, "module:Class".
+    The function's first parameter is a ``Command``, made from the options for output and device. The parameter
+    ``settings`` becomes the option --set and one option for each everyday setting in ``keys``. The options in ``needs``
+    are required. ``models`` gives a settings model "module:Class" for some of the parameters. Such a parameter becomes
+    one option for each field of its model.
     """
     shown = {"device": device, "as_json": as_json, "quiet": quiet, "verbose": verbose}
 
@@ -205,22 +206,22 @@ def _with_signature(function: Function, parameters: Sequence[inspect.Parameter])
 
 @contextmanager
 def ending(command: Command) -> Iterator[None]:
-    """Turn faults that the user can fix into a message and an exit code; bugs keep their traceback."""
+    """Turn faults that the user can correct into a message and an exit code. Bugs keep their traceback."""
     try:
         with redirect_stdout(sys.stderr):
             yield
     except SealtwinError as fault:
         command.fail(str(fault), fault.exit_code)
     except BrokenPipeError:
-        # The reader of stdout has ended; without this the interpreter reports an error when it flushes.
+        # The program that reads stdout has ended. Without this, the interpreter reports an error when it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise typer.Exit(BAD_INPUT) from None
     except OSError as fault:
         if fault.filename is None:
             raise
-        command.fail(f"{fault.filename}: {fault.strerror}. Choose a place that can be read and written.", BAD_INPUT)
+        command.fail(f"{fault.filename}: {fault.strerror}. Choose a folder that can be read and written.", BAD_INPUT)
     except (MemoryError, ImportError) as fault:
-        # If a library cannot be loaded for lack of memory, only the text of the ImportError shows it.
+        # If there is too little memory to load a library, only the text of the ImportError shows it.
         if isinstance(fault, ImportError) and not NO_MEMORY.search(str(fault)):
             raise
         command.fail("not enough memory. Close other programs, or choose larger particles.", BAD_INPUT)
@@ -231,7 +232,7 @@ def ending(command: Command) -> Iterator[None]:
 
 
 def open_missing_streams() -> None:
-    """Open streams that were closed at the start, for example by ``2>&-``.
+    """Open stdout and stderr on the null device if they were closed at the start, for example by ``2>&-``.
 
     Otherwise the next file that is opened would receive their output.
     """
@@ -244,14 +245,14 @@ def open_missing_streams() -> None:
 
 
 def take_any_name() -> None:
-    """Print characters that the output encoding lacks as escapes, and JSON as UTF-8 on every machine."""
+    """Set the encoding of the output: JSON is always UTF-8, and other characters that cannot be encoded are escaped."""
     as_json = "--json" in sys.argv
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # On Windows, pipes and files have the encoding of the system.
+            # On Windows, pipes and files have the encoding of the system, which may not be UTF-8.
             encoding = "utf-8" if as_json and stream is sys.stdout else None
             stream.reconfigure(encoding=encoding, errors="backslashreplace")
-    # COLUMNS=0 means an unknown width, and would make help blank.
+    # COLUMNS=0 means an unknown width, and would make the help text empty.
     if os.environ.get("COLUMNS", "").strip("0 ") == "":
         os.environ.pop("COLUMNS", None)
 

@@ -1,4 +1,4 @@
-"""The command line: all commands, the check of an installation, and the main function."""
+"""The list of all commands, the command 'doctor', which checks an installation, and the main function."""
 
 import atexit
 import gc
@@ -25,23 +25,23 @@ from sealtwin.cli.answer import (
 app = typer.Typer(
     name="sealtwin",
     cls=Commands,
-    help="From a photo of a cracked pavement sample and a measured depth to a digital twin of its sealing.",
+    help="Make a digital twin of a crack's sealing from a photo of a cracked pavement sample and a measured depth.",
     epilog=(
-        "Exit codes: 0 ok, 1 a bug, 2 usage, 3 bad input, 4 numerical failure, "
-        "5 the trial's gate missed (the report is complete), 6 some of a batch failed, 130 interrupted."
+        "Exit codes: 0 ok, 1 bug, 2 wrong usage, 3 bad input, 4 numerical failure, "
+        "5 the trial missed its gate (the report is complete), 6 part of a batch failed, 130 interrupted."
     ),
     no_args_is_help=True,
     add_completion=False,
-    # Locals would put the user's paths and data into a bug report.
+    # Tracebacks with local variables would show the user's paths and data in a bug report.
     pretty_exceptions_enable=False,
 )
 OBJECTS_A_COLLECTION = 200_000
-"""Objects between two garbage collections: with Python's default of 700, drawing a figure takes 10 % longer."""
+"""Number of new objects that starts a garbage collection. With Python's default of 700, figures take 10 % longer."""
 
 
 @answers(quiet=False)
 def doctor(command: Command) -> None:
-    """Print versions, stage numbers, devices and the results of self-tests, which take about a second."""
+    """Print versions, stage numbers, devices and the results of self-tests. Takes about a second."""
     from sealtwin.core.run_folder import number_words, versions
     from sealtwin.trial.job import NUMBERS
 
@@ -51,7 +51,7 @@ def doctor(command: Command) -> None:
         began = time.perf_counter()
         try:
             checks[name] = f"ok, {check()} ({time.perf_counter() - began:.1f} s)"
-        except Exception as fault:  # Any exception is a failed self-test, and is printed.
+        except Exception as fault:  # A self-test fails by any exception, which is printed.
             checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
             healthy = False
     content = {"versions": versions(), "stage_numbers": NUMBERS, "checks": checks, "healthy": healthy}
@@ -62,7 +62,7 @@ def doctor(command: Command) -> None:
 
 
 def _photo() -> str:
-    """Draw a marker and detect it. This fails if OpenCV was built without aruco, which is a common fault."""
+    """Draw a marker and detect it. This fails if OpenCV was built without the module aruco, a common fault."""
     import cv2
     import numpy as np
 
@@ -71,7 +71,7 @@ def _photo() -> str:
     photo[30:130, 30:130] = cv2.aruco.generateImageMarker(dictionary, 7, 100)
     _, ids, _ = cv2.aruco.ArucoDetector(dictionary).detectMarkers(photo)
     if ids is None or ids.ravel().tolist() != [7]:
-        raise RuntimeError(f"drew marker 7, found {ids}")
+        raise RuntimeError(f"marker 7 was drawn, but {ids} was detected")
     return "marker drawn and detected"
 
 
@@ -80,7 +80,7 @@ def _mesh() -> str:
 
     volume_mm3 = (Manifold.cube((10.0, 10.0, 10.0)) - Manifold.cube((4.0, 4.0, 10.0))).volume()
     if abs(volume_mm3 - 840.0) > 1e-9:
-        raise RuntimeError(f"10 x 10 x 10 minus 4 x 4 x 10 mm gave {volume_mm3} mm3, not 840")
+        raise RuntimeError(f"10 x 10 x 10 mm minus 4 x 4 x 10 mm gave {volume_mm3} mm3 instead of 840 mm3")
     return "cavity cut with its exact volume"
 
 
@@ -91,16 +91,16 @@ def _devices() -> str:
 
 
 def _fluid() -> str:
-    """Compile, run and record kernels on the device "auto", and compare with exact results."""
+    """Compile, run and record kernels on the device "auto", and compare their results with exact numbers."""
     from simulate.device import SIDE, choose_device, touching_pairs, turns_of_a_recording
 
     device = choose_device("auto")
-    # 3 x 7 x 8 x 8
+    # In each of 3 directions there are 7 x 8 x 8 pairs.
     if (pairs := touching_pairs(device)) != 1344:
-        raise RuntimeError(f"a lattice of 8 x 8 x 8 has {pairs} touching pairs on {device}, not 1344")
+        raise RuntimeError(f"{device} counts {pairs} touching pairs in a lattice of 8 x 8 x 8 instead of 1344")
     turns = turns_of_a_recording(device)
     if turns != SIDE:
-        raise RuntimeError(f"a recorded loop of {SIDE} turns made {turns} turns on {device}")
+        raise RuntimeError(f"a recorded loop made {turns} turns on {device} instead of {SIDE}")
     return f"kernels compiled, run and recorded on {device}"
 
 
@@ -123,7 +123,7 @@ SELF_TESTS: dict[str, Callable[[], str]] = {
 }
 
 
-# In the order in which --help lists them.
+# --help lists the commands in this order.
 for command in (
     trials.demo,
     trials.quick,
@@ -165,12 +165,12 @@ def main() -> None:
     open_missing_streams()
     take_any_name()
     if not sys.warnoptions:
-        # Users cannot fix what libraries warn about; in tests each such warning is an error.
+        # Users cannot correct the causes of libraries' warnings. In tests, each such warning is an error.
         warnings.simplefilter("ignore")
         # Without a handler, Python prints the logs of libraries on stderr.
         logging.getLogger().addHandler(logging.NullHandler())
     gc.set_threshold(OBJECTS_A_COLLECTION, *gc.get_threshold()[1:])
-    # Without this, Python searches all objects for cycles once more as it ends: half a second after a run.
+    # Without this, Python searches all objects for cycles when it ends, which takes half a second after a run.
     atexit.register(gc.freeze)
     app()
 

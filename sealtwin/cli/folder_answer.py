@@ -1,4 +1,4 @@
-"""Answers about folders: a batch of photos, the ingest of a lab's folder, the catalogue of a lab."""
+"""Output of the commands for many samples: a batch of photos, the ingest of a lab's folder, a lab's catalogue."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -17,13 +17,13 @@ from validate.readings.grid import listed
 from validate.readings.words import sample_key
 from validate.units import counted
 
-BROADEST = 36  # Letters of a column of names on a terminal
+BROADEST = 36  # Largest width of a table's column on a terminal, in characters
 Named = Iterable[tuple[str, str]]
-"""Names of samples or files, each with a sentence."""
+"""Pairs of a sample's or file's name and a sentence about it."""
 
 
 def batch_answer(batch: Batch) -> Answer:
-    """Answer with a table of the digitised photos, and the reason for each failed photo."""
+    """Return the table of the digitised photos, and the reason for each failed photo."""
     broad = max((len(row.folder) for row in batch.rows), default=0)
     lines = [
         f"{row.folder:<{broad}}  {_or_dash(row.mean_width_mm):>8} {row.length_mm:9.1f} {_or_dash(row.cavity_ml):>9} "
@@ -33,23 +33,23 @@ def batch_answer(batch: Batch) -> Answer:
     if lines:
         lines.insert(0, f"{'photo':<{broad}}  width mm length mm cavity ml sealant ml  path")
     sheet, table = batch.out / SHEET, batch.out / CSV
-    lines.append(f"{len(batch.done)} of {len(batch.rows)} photos digitised. Check {sheet}; table: {table}")
+    lines.append(f"{len(batch.done)} of {len(batch.rows)} photos are digitised. Check {sheet}. Table: {table}")
     if proposals := sum(row.path_source == "automatic" for row in batch.done):
-        lines.append(f"{proposals} cracks were found automatically: check these proposals.")
+        lines.append(f"{proposals} cracks were found automatically. Check them.")
     if undeclared := sum(row.data == "undeclared" for row in batch.done):
-        origins = "photo.data declares it (measured, reconstructed, synthetic)"
-        lines.append(f"{counted(undeclared, 'photo')} of undeclared origin; {origins}.")
+        origins = "Declare it with photo.data (measured, reconstructed, synthetic)"
+        lines.append(f"The origin of {counted(undeclared, 'photo')} is not declared. {origins}.")
     lines += [f"failed: {row.folder}: {row.reason}" for row in batch.failed]
     return Answer(batch.content(), lines, batch.exit_code)
 
 
 def _or_dash(value: float | None) -> str:
-    """Return a number with two decimals, or a dash for None: a path without walls has no width and no volumes."""
+    """Return a number with two decimals, or a dash for None. A path without walls has no width and no volumes."""
     return "-" if value is None else f"{value:.2f}"
 
 
 def ingest_answer(ingested: Ingested) -> Answer:
-    """Answer with the pairing as a table, how the sheets were read, doubts and faults, and what to do next."""
+    """Return the table of paired files, how the sheets were read, doubts and faults, and what to do next."""
     lab, samples, traced = ingested.lab, ingested.samples, ingested.traced or Batch(ingested.lab)
     code = 0
     if ingested.faults:
@@ -63,7 +63,7 @@ def ingest_answer(ingested: Ingested) -> Answer:
         *_together("Not used", ((each.name, each.sentence) for each in ingested.unused)),
         *_faults(ingested.faults),
         *_ending(ingested),
-        # The run folder of a sample is in that of its trial.
+        # A sample's run folder is in the folder of its trial.
         *_together("note", ((Path(row.folder).parent.name, text) for row in traced.done for text in row.warnings)),
         *([f"All walls: {traced.out / SHEET}"] if traced.done else []),
     ]
@@ -80,7 +80,7 @@ def ingest_answer(ingested: Ingested) -> Answer:
 
 
 def list_answer(lab: Path) -> Answer:
-    """Answer of 'sealtwin lab list': the latest trial of each sample, and the faults."""
+    """Return the output of 'sealtwin lab list': the latest trial of each sample, and the faults."""
     rows, faults = latest_trials(lab)
     head = ("sample", "revision", "date", "taken in", "data", "depth_mm", "readings", "result")
     cells = [[_text({**row, "taken in": row["ingested_utc"][:10]}[column]) for column in head] for row in rows]
@@ -89,7 +89,7 @@ def list_answer(lab: Path) -> Answer:
 
 
 def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
-    """Answer of 'sealtwin lab run': a row for each sample, warnings, and why samples failed or were left out."""
+    """Return the output of 'sealtwin lab run': a row for each sample, warnings, and reasons for missing results."""
     rows = [
         [
             run.name,
@@ -118,11 +118,14 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
 
 
 def show_answer(lab: Path, sample: str) -> Answer:
-    """Answer of 'sealtwin lab show': all revisions of a sample, and its faults. Raises InputError without a sample."""
+    """Return the output of 'sealtwin lab show': all revisions of a sample, and its faults.
+
+    Raises InputError if the lab has no such sample.
+    """
     catalogue, key = Catalogue.of(lab), sample_key(sample)
     records, faults = [each for each in catalogue.records if each.key == key], catalogue.faults().get(key, [])
     if not records and not faults:
-        raise InputError(f"{lab}: has no sample {sample!r:.80}. List its samples with 'sealtwin lab list {lab}'.")
+        raise InputError(f"{lab}: there is no sample {sample!r:.80}. 'sealtwin lab list {lab}' lists the samples.")
     rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
     lines = [line for record in reversed(records) for line in _revision(lab, record)]
     lines += [f"{_state(fault)}: {fault.sentence}" for fault in faults]
@@ -182,7 +185,7 @@ def _faults(faults: Sequence[CatalogueFault]) -> list[str]:
 
 
 def _together(state: str, named: Named) -> list[str]:
-    """Merge equal sentences on several samples, such as a fault of lab.toml, into one line."""
+    """Return one line for each sentence, with the names of all samples to which it applies."""
     names = dict[str, dict[str, None]]()
     for name, sentence in named:
         names.setdefault(sentence, {})[name] = None
@@ -196,7 +199,7 @@ def _ending(ingested: Ingested) -> list[str]:
     count = f"{len(sound)} of {counted(len(samples), 'sample')} {'is' if len(samples) == 1 else 'are'} sound"
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if ingested.dry_run:
-        lines.append(f"Dry run: nothing was written. Without --dry-run, the command writes {lab}/{PAIRING}.")
+        lines.append(f"This was a dry run: nothing was written. Without --dry-run, {lab}/{PAIRING} is written.")
     if any(each.questions for each in ingested.samples):
         lines.append(f"To answer the questions, edit {lab}/{PAIRING} and repeat the command.")
     if not ingested.dry_run:
@@ -205,7 +208,7 @@ def _ending(ingested: Ingested) -> list[str]:
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the lines of a table. Columns are as wide as their widest cell, but at most ``BROADEST``."""
+    """Return the lines of a table. Each column is as wide as its widest cell, but at most ``BROADEST``."""
     cells = [
         [cell if len(cell) <= BROADEST else f"...{cell[-BROADEST + 3 :]}" for cell in row] for row in (head, *rows)
     ]

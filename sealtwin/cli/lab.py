@@ -1,4 +1,4 @@
-"""Commands that take a lab's folder into trials and a catalogue, query the catalogue, and run its samples."""
+"""Commands for a lab: make trials and a catalogue from a folder of files, query the catalogue, and run the samples."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,31 +11,31 @@ from sealtwin.cli.options import argument, option
 if TYPE_CHECKING:
     from sealtwin.cli.models import Ingestion, WorkerProcesses
 
-LabFolder = Annotated[Path, argument("LAB", "A folder of 'sealtwin ingest'.")]
+LabFolder = Annotated[Path, argument("LAB", "A folder that 'sealtwin ingest' wrote.")]
 
 
 @answers(options="sealtwin.cli.models:Ingestion")
 def ingest(
     command: Command,
-    folder: Annotated[Path, argument("FOLDER", "Photos, sheets and notes; nothing in this folder is changed.")],
+    folder: Annotated[Path, argument("FOLDER", "Folder of photos, sheets and notes. Nothing in it is changed.")],
     out: Annotated[Path, option("Folder for the trials, pairing.csv and the catalogue.", "LAB")],
     options: "Ingestion",
 ) -> None:
-    """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
+    """Make trials and a catalogue from a lab's folder of photos, caliper sheets and notes.
 
-    Files are paired by name: P01.jpg, "p 01 Messung.xlsx" and notes/P01.toml belong to one sample. Everything else is
-    a question in LAB/pairing.csv, beside which LAB/index.html shows how the sheets were understood. Answer there, or
-    in lab.toml at the top of FOLDER; you need not edit your own files. Settings that no photo shows are keys of a
-    trial: in NAME.toml, or in a text of lines such as crack.depth_mm = 16.0.
+    Files are paired by name: P01.jpg, "p 01 Messung.xlsx" and notes/P01.toml belong to one sample. All open questions
+    are written to LAB/pairing.csv, and LAB/index.html shows how the sheets were interpreted. Answer in pairing.csv, or
+    in lab.toml at the top of FOLDER. You need not edit your own files. Settings that a photo does not show, such as
+    crack.depth_mm = 16.0, are given in NAME.toml or as lines of a text file.
 
-    A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
-    of samples in question are traced too, so that all questions come at once. The lab keeps each tracing, so that
-    later rounds trace only new photos. LAB/index.html shows all traced walls.
+    A sample is sound if it can be run. To find out, its photo is traced, and the trial is checked as 'sealtwin run'
+    does before its first frame. Photos of samples with open questions are traced too, so that all questions are listed
+    together. Traced photos are kept, so a later call traces only new photos. LAB/index.html shows all traced walls.
 
-    A file of several samples gets a row of pairing.csv for each, with its own range, worksheet or columns.
+    If a file has several samples, each gets a row in pairing.csv, with its own range, worksheet or columns.
 
-    Repeating the command adds nothing. The trial of a changed sample is written again. If it was run or edited, it
-    stays, beside a new revision.
+    You may repeat the command: unchanged samples stay as they are. The trial of a changed sample is written again. If
+    that trial was run or edited, it is kept, and a new revision is added.
 
     Example: sealtwin ingest measurements --out lab --dry-run
     """
@@ -68,7 +68,7 @@ def show(
 
 @answers()
 def export(command: Command, folder: LabFolder, out: Annotated[Path, option("File for the table.", "CSV")]) -> None:
-    """Write the latest trial of each sample as a table."""
+    """Write a table with the latest trial of each sample."""
     from sealtwin.lab.catalogue import export
 
     rows = export(folder, out)
@@ -77,9 +77,9 @@ def export(command: Command, folder: LabFolder, out: Annotated[Path, option("Fil
 
 @answers(options="sealtwin.cli.models:WorkerProcesses", device=True)
 def run(command: Command, folder: LabFolder, options: "WorkerProcesses") -> None:
-    """Run every sound sample that is not yet run.
+    """Run every sound sample that has not been run yet.
 
-    The results are in LAB/SAMPLE/run. Samples with open questions are left out, and listed. After an interruption,
+    The results are in LAB/SAMPLE/run. Samples with open questions are left out and listed. After an interruption,
     repeat the command to continue.
     """
     from sealtwin.cli.folder_answer import samples_answer

@@ -1,4 +1,4 @@
-"""Commands that measure a paste, one for each method, and write material.toml."""
+"""Commands that measure a paste and write material.toml, one for each method."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from simulate.material_file import Material
 
 FRAME = ("photo.markers", "photo.face_mm")
-PastePhoto = Annotated[Path, argument("PHOTO", "Photo of the paste on the plate, in a frame of markers.")]
-MaterialFile = Annotated[Path, option("The file to write, for fluid.material of a trial.", "FILE")]
+PastePhoto = Annotated[Path, argument("PHOTO", "Photo of the paste on a plate, inside a frame of markers.")]
+MaterialFile = Annotated[Path, option("Material file to write. A trial uses it with fluid.material.", "FILE")]
 MATERIAL = Path("material.toml")
 
 
 @answers(*FRAME, needs=FRAME, options="sealtwin.material.by_spread:Heap")
 def spread(command: Command, photo: PastePhoto, options: "Heap", settings: Given, out: MaterialFile = MATERIAL) -> None:
-    """Measure a paste by its spread on a plate: its yield stress.
+    """Measure the yield stress of a paste from its spread on a plate.
 
     Example: sealtwin material spread photo.jpg --markers frame.toml --face-mm 150x150 --cone-mm 38x19x57
     --density-kg-m3 1690 --data measured
@@ -39,7 +39,7 @@ def spread(command: Command, photo: PastePhoto, options: "Heap", settings: Given
 def bead(
     command: Command, photo: PastePhoto, options: "LaidBead", settings: Given, out: MaterialFile = MATERIAL
 ) -> None:
-    """Measure a paste and the pump by a bead that a robot laid: yield stress, flow and delay.
+    """Measure a paste's yield stress, and the pump's flow and delay, from a bead that a robot laid.
 
     Example: sealtwin material bead bead.jpg --markers frame.toml --face-mm 90x60 --mass-g 4.36 --density-kg-m3 1690
     --asked-mm3-s 320 --speed-mm-s 5 --data measured
@@ -52,11 +52,11 @@ def bead(
 @answers(options="sealtwin.material.by_rheometer:FlowCurve")
 def rheometer(
     command: Command,
-    curve: Annotated[Path, argument("CSV", "A flow curve with the columns shear_rate_per_s,stress_pa.")],
+    curve: Annotated[Path, argument("CSV", "Flow curve with the columns shear_rate_per_s,stress_pa.")],
     options: "FlowCurve",
     out: MaterialFile = MATERIAL,
 ) -> None:
-    """Measure a paste by a rheometer's flow curve: yield stress, and viscosity or consistency and flow index.
+    """Fit a paste's yield stress, and its viscosity or consistency and flow index, to a rheometer's flow curve.
 
     Example: sealtwin material rheometer curve.csv --density-kg-m3 1690 --data measured
     """
@@ -73,17 +73,19 @@ for method in (spread, bead, rheometer):
 
 
 def _photo(file: Path, paste: "PasteOnPlate", settings: Given) -> "PhotoInput":
-    """Return the settings of a photo, which a trial checks."""
+    """Return the photo settings for a photo of a paste, checked as in a trial."""
     from sealtwin.trial.trial_file import sample_trial
 
     if others := [name for name in settings if not name.startswith("photo.") or name == "photo.data"]:
-        raise InputError(f"--set {others[0]}: only settings of [photo] are used, and --data gives photo.data.")
+        raise InputError(
+            f"--set {others[0]}: only settings of the table photo are allowed here; give photo.data with --data."
+        )
     trial = sample_trial("photo", file, {"photo.path_only": True, **settings, "photo.data": paste.data})
     return present(trial.photo, "photo").model_copy(update={"file": file.resolve(), "path_only": None})
 
 
 def _reply(command: Command, out: Path, measured: "MeasuredPaste") -> None:
-    """Write the file of a measured paste, and answer."""
+    """Write the material file of a measured paste, and print the result."""
     from sealtwin.core.files import write_unless_other
     from sealtwin.material import material_text
 
@@ -95,14 +97,14 @@ def _reply(command: Command, out: Path, measured: "MeasuredPaste") -> None:
         *([] if paste.thickness is None else [_in_words(paste)]),
         *(f"{text[0].upper()}{text[1:]}." for text in paste.basis),
         *measured.sentences,
-        f'{out}: to use it, write [fluid] material = "{out.name}" in a trial.',
+        f'{out}: to use this file, write material = "{out.name}" in the table [fluid] of a trial.',
     ]
     content = {"file": out.as_posix(), **paste.model_dump(mode="json"), **measured.figures}
     command.reply(content, lines)
 
 
 def _in_words(paste: "Material") -> str:
-    """Return a sentence on viscosity, or on consistency and flow index."""
+    """Return a sentence about the viscosity, or about the consistency and the flow index."""
     if paste.viscosity_pa_s is not None:
         return f"Viscosity {paste.viscosity_pa_s:.3g} Pa s, standard uncertainty {paste.viscosity_error_percent:.0f} %."
     k_95, n_95 = (

@@ -1,4 +1,4 @@
-"""Options of commands that are no settings of a trial: a model for each command, imported when the command needs it."""
+"""Models of the command options that are not settings of a trial. A command imports its model only when it runs."""
 
 from pathlib import Path
 from typing import Literal
@@ -12,7 +12,7 @@ class FluidRun(Settings):
     """Options of 'sealtwin run' and 'sealtwin simulate'."""
 
     threads: int | None = Field(default=None, ge=1, le=64)
-    """CPU threads of the fluid run, which do not change its result; default: one for each core, up to 8."""
+    """Number of CPU threads of the fluid run. It does not change the result. Default: one per core, up to 8."""
 
 
 class Digitising(Settings):
@@ -21,69 +21,70 @@ class Digitising(Settings):
     jobs: int = Field(default=1, ge=1, le=64)
     """Number of photos digitised at the same time."""
     explain: float | None = Field(default=None, ge=0)
-    """Explain why each wall is there, at this s in mm, in a run folder that TRIAL|PHOTO or --out names."""
+    """Explain how the walls at this arc length s in mm were located. TRIAL|PHOTO or --out must be a run folder."""
 
 
 class Tracing(Settings):
     """Options of 'sealtwin trace'."""
 
     port: int | None = Field(default=None, ge=1024, le=65535)
-    """Port of the page; default: any free port."""
+    """Port of the page. Default: any free port."""
     no_browser: bool = False
-    """Print the page's address and do not open a browser."""
+    """Print the address of the page, and do not open a browser."""
 
 
 class DrawnCracks(Settings):
     """Options of 'sealtwin export'."""
 
     formats: tuple[Literal["mask", "coco", "dxf"], ...]
-    """mask: a PNG of the photo's size with the crack in white; coco: one JSON file for all; dxf: lines in mm."""
+    """File formats. mask: a PNG of the photo's size with the crack in white; coco: one JSON file for all runs; dxf: a
+    drawing with lines in mm."""
 
 
 class Ingestion(Settings):
     """Options of 'sealtwin ingest'."""
 
     dry_run: bool = False
-    """Pair, read and report; trace and write nothing."""
+    """Pair and read the files and report, but do not trace photos or write files."""
     jobs: int = Field(default=1, ge=1, le=64)
-    """Samples traced at the same time."""
+    """Number of samples traced at the same time."""
 
 
 class StudyMap(Settings):
     """Options of 'sealtwin map'."""
 
     caliper: Path | None = None
-    """Readings to compare the runs with, in the format of the trial's readings; default: the trial's."""
+    """Sheet of readings with which the runs are compared, in the format of the trial's sheet. Default: that sheet."""
     data: Literal["measured", "reconstructed", "synthetic"] | None = None
-    """Origin of the readings of --caliper."""
+    """Origin of the readings in --caliper."""
     any_volume: bool = False
-    """Include runs whose volume error is over 5 %, as with preset "paper"."""
+    """Include runs with a volume error above 5 %, such as runs with the preset "paper"."""
     fills: bool = True
-    """Draw how the crack fills in about nine runs, as the sweep kept it."""
+    """Draw how the crack fills in about nine of the runs."""
 
 
 class WorkerProcesses(Settings):
     """Options of 'sealtwin plan' and 'sealtwin lab run'."""
 
     jobs: int | None = Field(default=None, ge=1, le=512)
-    """Processes for fluid runs; default: one for each core, one on a GPU."""
+    """Number of processes for fluid runs. Default: one per core, or one on a GPU."""
 
 
 class StudyRuns(WorkerProcesses):
-    """Options of the runs of a study."""
+    """Options of a study's runs."""
 
     accurate: bool = False
-    """Compute with the trial's own solver settings, which takes three times as long as drafts."""
+    """Compute with the trial's solver settings instead of drafts. This takes three times as long."""
 
 
 class Sweeping(StudyRuns):
     """Options of 'sealtwin sweep'."""
 
     batch: int | None = Field(default=None, ge=1, le=4096)
-    """Number of runs in one launch, which may differ only in the fluid; default: 1, or 256 on a GPU."""
+    """Number of runs that are computed together. They may differ only in the fluid. Default: 1, or 256 on a GPU."""
     scheduler: str | None = None
-    """Compute on the workers of this Dask scheduler instead of this machine; needs the pip extra 'cluster'."""
+    """Dask scheduler whose workers compute the runs instead of this machine. Requires the pip extra 'cluster'."""
     retry: bool = False
     """Compute failed runs again."""
     dry_run: bool = False
-    """Check all settings, digitise and estimate the time, but run no fluid."""
+    """Check all settings, digitise and estimate the time, but do not compute fluid runs."""

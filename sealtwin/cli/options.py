@@ -1,7 +1,8 @@
-"""Options of the command line: those of a settings model, everyday settings of a trial, --set, and single numbers.
+"""Make the options of the command line from the fields of settings models, and read their values.
 
-An option of a command is a field of the command's model: to add one, add the field with its docstring and bounds. A
-value that is more than one number, text or file has its form in ``FORMS``.
+To add an option to a command, add a field with docstring and bounds to the command's model. If the value is not a
+single number, text or file, add its format to ``FORMS``. Everyday settings of a trial have options of their own; all
+other settings of a trial are given with --set.
 """
 
 import inspect
@@ -23,16 +24,16 @@ if TYPE_CHECKING:
     from sealtwin.core.settings import Settings
 
 Given = dict[str, Any]
-"""Settings of a trial by dotted name. They replace those of the trial's file."""
+"""Settings of a trial by dotted name. They replace the values in the trial file."""
 
 
 def option(help: str, metavar: str, *names: str) -> Any:
-    """Describe an option; its name is that of its parameter unless ``names`` are given."""
+    """Return the description of an option. Default of ``names``: the name of the parameter."""
     return typer.Option(*names, help=help, metavar=metavar)
 
 
 def flag(name: str, help: str) -> Any:
-    """Describe an option without a value. Giving its name avoids a second option "--no-..."."""
+    """Return the description of an option without a value. With the name given, there is no option "--no-..."."""
     return typer.Option(name, help=help)
 
 
@@ -41,24 +42,27 @@ def argument(metavar: str, help: str) -> Any:
 
 
 File = Path | None
-Out = Annotated[File, option("Run folder; default: reports/<trial name> under the current folder.", "DIR")]
+Out = Annotated[File, option("Run folder. Default: reports/<trial name> in the current folder.", "DIR")]
 
 
 WRITTEN = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
-"""A number as people write it: float() would also accept 1_0, nan and digits of other scripts."""
+"""Pattern of a number. Python's float() would also accept 1_0, nan and digits of other scripts."""
 BETWEEN = re.compile("[x:,]")
-"""Sign between the parts of a form."""
+"""Pattern of the character between the parts of a format, such as the x in "WxH"."""
 SENTENCE = re.compile(r"(?<=\.)\s+(?=[A-Z])")
 THOUSANDS = re.compile(r"[+-]?[1-9]\d*,\d{3}", re.ASCII)
 
 
 def read_number(text: str, *, comma: bool = True) -> float:
-    """Return a finite number; ``comma`` is False if commas separate numbers. Raises ValueError."""
+    """Return a text as a finite number. If ``comma`` is False, decimal commas are refused, since they separate numbers.
+
+    Raises ValueError if the text is not such a number.
+    """
     text = text.strip()
     if not WRITTEN.fullmatch(text) or ("," in text and not comma):
         raise ValueError("expected a number such as 0.1" + (" or 0,1" if comma else ""))
     if THOUSANDS.fullmatch(text):
-        raise ValueError(f"the comma is ambiguous: give {text.replace(',', '.')} or {text.replace(',', '')}")
+        raise ValueError(f"the comma is ambiguous; give {text.replace(',', '.')} or {text.replace(',', '')}")
     value = float(text.replace(",", "."))
     if not math.isfinite(value):
         raise ValueError("expected a finite number")
@@ -66,32 +70,35 @@ def read_number(text: str, *, comma: bool = True) -> float:
 
 
 def read_numbers(text: str, form: str, option: str) -> Any:
-    """Return a number, or as many as a form has parts, as in "AxB". Raises typer.BadParameter, naming the option."""
+    """Return one number, or for a format such as "AxB" one number for each part.
+
+    Raises typer.BadParameter, with the name of the option, if the text does not have the format.
+    """
     sign = BETWEEN.search(form)
     parts = text.split(sign[0]) if sign else [text]
     try:
         numbers = [read_number(part, comma=not sign or sign[0] != ",") for part in parts]
         if len(numbers) != 1 + len(BETWEEN.findall(form)):
-            raise ValueError("a part is missing, or there are too many")
+            raise ValueError("a part is missing, or there are too many parts")
     except ValueError as fault:
         raise typer.BadParameter(f"{option} {text:.80}: {f'expected {form}; ' if form else ''}{fault}") from None
     return numbers if sign else numbers[0]
 
 
-LONGEST_MM = 10_000.0  # Limit on s, as in a trial
+LONGEST_MM = 10_000.0  # Largest arc length s that is allowed, as in a trial
 
 
 def along(text: str, option: str) -> float | list[list[float]]:
-    """Read a number, or the rows of a CSV with s_mm and a column named after the option.
+    """Read a number, or rows of a CSV with the column s_mm and a column with the name of the option.
 
-    Raises typer.BadParameter for other texts, InputError for a file that cannot be used.
+    Raises typer.BadParameter if the text is neither, and InputError for a file that cannot be used.
     """
     path, column = Path(text), option.strip("-").replace("-", "_")
     if path.suffix.lower() not in {".csv", ".txt"}:
         try:
             return read_number(text)
         except ValueError as fault:
-            expected = f"expected millimetres, or a CSV with the columns s_mm and {column}"
+            expected = f"expected a number in millimetres, or a CSV with the columns s_mm and {column}"
             raise typer.BadParameter(f"{option} {text}: {expected}; {fault}") from None
     from digitise.settings import DEEPEST_MM, MOST_STATIONS
     from validate.readings.grid import read_grid
@@ -101,31 +108,31 @@ def along(text: str, option: str) -> float | list[list[float]]:
     head, *lines = [*grid.rows] or [0]
     names = grid.texts(head)
     if missing := [name for name in ("s_mm", column) if names.count(name) != 1]:
-        raise InputError(f"{path}: no column {missing[0]}, or several; its first row must name s_mm and {column}.")
+        raise InputError(f"{path}: the first row must have the names s_mm and {column} once each; check {missing[0]}.")
     # In a file with commas between columns, a comma in a number is ambiguous.
     mark, rows = "point" if grid.separator == "," else None, list[list[float]]()
     for line in lines:
         texts = [grid.cell(line, names.index(name)).text for name in ("s_mm", column)]
         s_mm, value_mm = (number(text, mark) for text in texts)
         if s_mm is None or value_mm is None or not (0 <= s_mm <= LONGEST_MM and 0 < value_mm <= DEEPEST_MM):
-            fault = f"0 to {LONGEST_MM:g} and above 0 to {DEEPEST_MM:g} mm are allowed"
+            fault = f"s_mm must be 0 to {LONGEST_MM:g}, and the other number above 0 and at most {DEEPEST_MM:g}"
         elif any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line].values()):
-            fault = "a unit is beside numbers that must be in mm; convert them"
+            fault = "the row has another unit than mm; convert its numbers to mm"
         elif rows and s_mm <= rows[-1][0]:
-            fault = f"its s_mm follows {rows[-1][0]:g}; list the rows by increasing s_mm"
+            fault = f"s_mm must be larger than in the row before ({rows[-1][0]:g}); sort the rows by s_mm"
         else:
             rows.append([s_mm, value_mm])
             continue
         raise InputError(f"{path}, row {line}: s_mm, {column} = {', '.join(texts):.80}; {fault}.")
     if not 0 < len(rows) <= MOST_STATIONS:
-        raise InputError(f"{path}: {len(rows)} rows below its header; 1 to {MOST_STATIONS} are read.")
+        raise InputError(f"{path}: there are {len(rows)} rows below the header; 1 to {MOST_STATIONS} are allowed.")
     return rows
 
 
 def board(path: str, _: str) -> dict[str, Any]:
     """Return the table [photo.markers] of a TOML file that 'sealtwin markers' wrote.
 
-    Raises InputError if it is missing.
+    Raises InputError if the file or the table is missing.
     """
     from digitise.settings import MarkerBoard
     from sealtwin.core.settings import Settings, read_settings
@@ -142,14 +149,14 @@ def board(path: str, _: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class FieldOption:
-    """An option of a field of settings, which has its help, its bounds and its default."""
+    """Command-line option for a field of a settings model. The field has the help text, the bounds and the default."""
 
     root: "type[Settings]"
     key: str  # Dotted name of the field in ``root``
 
     @property
     def form(self) -> str:
-        """Form of its text; empty for one number, word or file."""
+        """Format of the option's text. Empty for one number, word or file."""
         return FORMS.get(self.key, "")
 
     def takes(self, *kinds: Any) -> bool:
@@ -158,7 +165,10 @@ class FieldOption:
         return takes(self.root, self.key, *kinds)
 
     def parameter(self, needed: bool, *, brief: bool) -> inspect.Parameter:
-        """Return the parameter of a command. ``brief``: its help is one sentence and the name of the setting."""
+        """Return the option as a parameter of a command.
+
+        With ``brief``, the help text is the first sentence of the docstring and the name of the setting.
+        """
         from sealtwin.core.settings import choices, table_of
         from sealtwin.core.settings_text import allowed, described
 
@@ -180,14 +190,14 @@ class FieldOption:
         shown = typer.Option(
             f"{spelt}/--no-{spelt[2:]}" if field.default is True else spelt,
             metavar=None if is_flag else form or "|".join(names) or word,
-            # Square brackets would be read as markup.
+            # Typer would read square brackets as markup.
             help=" ".join(text.translate({91: 40, 93: 41}).split()),
         )
         default = inspect.Parameter.empty if needed else field.default if is_flag else None
         return parameter(parameter_of(self.key), kind if needed or is_flag else kind | None, shown, default)
 
     def value(self, value: Any) -> Any:
-        """Return the value that an option gives. Raises typer.BadParameter, naming the option."""
+        """Return the setting's value from the option's text. Raises typer.BadParameter with the name of the option."""
         form, spelt = self.form, spelt_by(self.key)
         if isinstance(value, bool):
             return value
@@ -200,11 +210,11 @@ class FieldOption:
         if not self.takes(dict):
             return values
         if twice := [key for number, (key, _) in enumerate(values) if key in dict(values[:number])]:
-            raise typer.BadParameter(f"{spelt} {twice[0]} is given twice; give it once")
+            raise typer.BadParameter(f"{spelt} {twice[0]} is given twice; give it only once")
         return dict(values)
 
     def _part(self, form: str, text: str, spelt: str) -> Any:
-        """Return a text, a number or several; of a form with an equals sign, what is left and what is right of it."""
+        """Return a text, a number or a list of numbers. A format with an equals sign gives a pair (name, value)."""
         if "=" in form:
             name, _, value = text.partition("=")
             with suppress(typer.BadParameter):
@@ -225,7 +235,7 @@ PHOTO = (
     *("photo.roi_px", "photo.mask", "photo.width_mm"),
 )
 FLUID = ("solver.preset", "seed", "seeds")
-"""Everyday settings of a trial, which have options of their own."""
+"""Everyday settings of a trial that have an option each, as ``PHOTO`` does."""
 FORMS = {
     "crack.depth_mm": "MM|CSV",
     "photo.width_mm": "MM|CSV",
@@ -251,13 +261,13 @@ FORMS = {
     "pairing": "CSV",
     "scheduler": "tls://HOST:PORT",
 }
-"""Form of an option's text by the field's key, for values that are more than one number, word or file.
+"""Format of an option's text, by the key of the field, if the value is not a single number, word or file.
 
-A form in quotes is one text of several parts, a form with blanks is several texts, and an option whose form ends in
-"..." may be repeated.
+A format in quotes is one text with several parts. A format with blanks is several texts. If a format ends in "...", the
+option may be repeated.
 """
 READERS: dict[str, Callable[[str, str], Any]] = {"MM|CSV": along, "TOML": board}
-"""Readers of forms, by the text and the name of the option."""
+"""Function that reads the texts of a format. Its arguments are the text and the name of the option."""
 NAMES = {
     "photo.ends_px": "ends",
     "photo.via_px": "via",
@@ -265,53 +275,56 @@ NAMES = {
     "formats": "format",
     "all_settings": "all",
 }
-"""Names of options that are not those of their fields."""
+"""Names of the options that are not named after their field, by the key of the field."""
 SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)
 SET = typer.Option(
     "--set",
     metavar="TABLE.KEY=VALUE",
-    help="Any setting of a trial file, with its value in TOML or as a bare word. It replaces the file's value for "
+    help="Any setting of a trial file. Its value is TOML or a word without quotes, and replaces the file's value for "
     'this call. May be repeated: --set crack.tilt=flare --set "photo.ruler_px=[[0,0],[100,0]]"',
 )
 
 
 def parameter_of(key: str) -> str:
-    """Return the name of the parameter of a setting."""
+    """Return the name of a setting's parameter in a command's function."""
     return key.replace(".", "_")
 
 
 def spelt_by(key: str) -> str:
-    """Return the name of the option of a setting."""
+    """Return the name of a setting's option, such as "--depth-mm"."""
     name = NAMES.get(key, key.rpartition(".")[2])
     return f"--{name.replace('_', '-')}"
 
 
 def everyday_parameters(keys: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.Parameter]:
-    """Yield the parameters of everyday settings and of --set. Those in ``needs`` are required."""
+    """Yield the parameters for everyday settings and for --set. The settings in ``needs`` are required."""
     for key in keys:
         yield FieldOption(trial_model(), key).parameter(key in needs, brief=True)
     yield parameter("set", list[str] | None, SET, None)
 
 
 def model_parameters(model: str) -> Iterator[inspect.Parameter]:
-    """Yield a parameter for each field of a settings model, "module:Class"."""
+    """Yield a parameter for each field of the settings model "module:Class"."""
     for name, field in model_of(model).model_fields.items():
         yield FieldOption(model_of(model), name).parameter(field.is_required(), brief=False)
 
 
 def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Parameter:
-    """Return the parameter of a command for an option."""
+    """Return an option as a keyword parameter of a command's function. ``shown`` is the description of the option."""
     annotation = Annotated[kind, shown]
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
 def read_model(model: str, arguments: dict[str, Any]) -> Any:
-    """Return a settings model; removes its options from ``arguments``. Raises typer.BadParameter, naming the option."""
+    """Return the settings model "module:Class" with the values of its options, and remove them from ``arguments``.
+
+    Raises typer.BadParameter with the name of the option for a value that is not allowed.
+    """
     from sealtwin.core.settings import checked
 
     kind, values = model_of(model), dict[str, Any]()
     for name, field in kind.model_fields.items():
-        # Absent options stay unset, so that a model can tell them from its defaults.
+        # Absent options stay unset. The model can then distinguish them from options given with the default value.
         if (text := arguments.pop(name)) is not None and text is not field.default:
             values[name] = FieldOption(kind, name).value(text)
     try:
@@ -321,10 +334,11 @@ def read_model(model: str, arguments: dict[str, Any]) -> Any:
 
 
 def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
-    """Return settings by dotted name, read from everyday options and from texts "table.key=value".
+    """Return settings by dotted name, from everyday options and from texts "table.key=value".
 
-    ``options`` has the values by dotted name too. Names of files become absolute. Raises typer.BadParameter for
-    unreadable texts and for a setting that is given twice, and InputError for a file that cannot be used.
+    ``options`` has the texts of the everyday options by dotted name. Names of files become absolute. Raises
+    typer.BadParameter for a text that cannot be read and for a setting that is given twice, and InputError for a file
+    that cannot be used.
     """
     settings: Given = {}
     for key, text in options.items():
@@ -333,13 +347,13 @@ def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
     for text in others:
         key, value = _setting(text)
         if twice := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
-            raise typer.BadParameter(f"--set {text}: {twice[0]} is given twice; give it once")
+            raise typer.BadParameter(f"--set {text}: {twice[0]} is given twice; give it only once")
         settings[key] = value
     return settings
 
 
 def model_of(name: str) -> "type[Settings]":
-    """Return a settings model, "module:Class". It is imported here, since --help of all commands loads none."""
+    """Import and return the settings model "module:Class". It is imported only here, so that --help is fast."""
     module, _, kind = name.partition(":")
     return getattr(import_module(module), kind)
 
@@ -349,27 +363,27 @@ def trial_model() -> "type[Settings]":
 
 
 def _setting(text: str) -> tuple[str, Any]:
-    """Read table.key=value. Raises typer.BadParameter."""
+    """Return key and value of a text "table.key=value". Raises typer.BadParameter for any other text."""
     from sealtwin.core.settings import table_of, takes
     from sealtwin.trial.trial_file import Trial
 
     if not (parts := SETTING.fullmatch(text)):
         raise typer.BadParameter(f"--set {text:.80}: expected TABLE.KEY=VALUE, as in crack.tilt=flare")
     key, value = parts[1], parts[2].strip()
-    # Commands check settings by their names, so a whole table is refused.
+    # Commands check the names of single settings, so a whole table is refused.
     if key in Trial.model_fields and table_of(Trial, (key, "")) is not None:
         raise typer.BadParameter(
-            f"--set {text:.80}: {key} is a table; give its settings one by one, in the form {key}.KEY=VALUE"
+            f"--set {text:.80}: {key} is a table; give its settings one by one, as {key}.KEY=VALUE"
         )
     if "," in value and WRITTEN.fullmatch(value) and takes(Trial, key, tuple):
         raise typer.BadParameter(
-            f"--set {text:.80}: the comma is ambiguous: give {value.replace(',', '.')} or [{value}]"
+            f"--set {text:.80}: the comma is ambiguous; give {value.replace(',', '.')} or [{value}]"
         )
     return key, _with_whole_names(key, _value(value))
 
 
 def _with_whole_names(key: str, value: Any) -> Any:
-    """Return a setting's value, in which names of files become absolute, even inside a table."""
+    """Return the value of a setting with absolute names of files, also inside a table."""
     from sealtwin.core.settings import names_file
     from sealtwin.trial.trial_file import Trial
 
@@ -379,7 +393,7 @@ def _with_whole_names(key: str, value: Any) -> Any:
 
 
 def _value(text: str) -> Any:
-    """Read a value in TOML, a number with a decimal comma, or a bare word."""
+    """Read a value in TOML, a number with a decimal comma, or a word without quotes."""
     try:
         content = tomllib.loads(f"value = {text}")
         if content.keys() == {"value"}:

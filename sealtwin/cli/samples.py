@@ -1,4 +1,4 @@
-"""Commands for photos and samples: a frame to print, tracing, solid and nozzle path, and export of traced cracks."""
+"""Commands that print a frame of markers, trace photos, make solids and nozzle paths, and export traced cracks."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
 
 NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
-    "Draw a rectangle around the crack, or draw none: the block then extends 12 mm beyond the crack.",
+    "Draw a rectangle around the crack, or leave the layer empty: the block then extends 12 mm beyond the crack.",
 )
 IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
     "outline": ("", "Correct the drawn lines there."),
-    "face": ("The crack covers over half of the sample's face.", "Draw the edge on the layer FACE larger."),
+    "face": ("The crack covers more than half of the sample's face.", "Draw a larger rectangle on the layer FACE."),
     "sides": NO_RECTANGLE,
     "through": NO_RECTANGLE,
-    "mouth": ("The face has no crack.", "Check --units, and that the edge on the layer FACE surrounds the crack."),
-    "rivals": ("", "The edge on the layer FACE cuts the crack in pieces: draw it around the crack or past one end."),
+    "mouth": ("The face has no crack.", "Check --units, and that the rectangle on the layer FACE contains the crack."),
+    "rivals": ("", "The edge on the layer FACE cuts the crack into pieces. Let it contain the crack or cross one end."),
     "walls": ("", "Draw the middle of the crack instead, and give --line LAYER --width-mm W."),
     "narrow": ("The crack is too narrow for its length.", "Check --units, and the crack's width."),
     "path": ("The drawn line is not along one crack.", "Draw it from end to end, without loops."),
@@ -43,18 +43,17 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
         "Draw them without crossings and without points closer than 1 µm.",
     ),
 }
-"""Fault of a drawing and its remedy, by the kind of the mesh's fault. An empty text means that the mesh's own text
-fits."""
+"""Fault of a drawing and its remedy, by the kind of the mesh's fault. An empty fault means: use the mesh's text."""
 
 
 @answers("mesh.units", needs=("mesh.units",), verbose=True)
 def import_mesh(
     command: Command,
-    mesh: Annotated[Path, argument("MESH", "A cracked block as STL, PLY, OBJ, GLB or 3MF.")],
+    mesh: Annotated[Path, argument("MESH", "Mesh of a cracked block as STL, PLY, OBJ, GLB or 3MF.")],
     settings: Given,
     out: Out = None,
 ) -> None:
-    """Turn your own mesh of a cracked sample into a checked, watertight solid and a nozzle path.
+    """Make a checked, watertight solid and a nozzle path from your own mesh of a cracked sample.
 
     Example: sealtwin import-mesh scan.stl --units mm --set mesh.up=z --out scan
     """
@@ -69,14 +68,14 @@ def digitise(
     targets: Annotated[
         list[Path],
         argument(
-            "TRIAL|PHOTO...", "A trial.toml, or a photo with the options below. You may also give several, or a folder."
+            "TRIAL|PHOTO...", "A trial.toml, or a photo with the options below. Several, or a folder, are also allowed."
         ),
     ],
     settings: Given,
     options: "Digitising",
     out: Out = None,
 ) -> None:
-    """Turn a photo into a watertight crack mesh and a nozzle path.
+    """Make a watertight mesh of the crack and a nozzle path from a photo.
 
     Examples: sealtwin digitise photo.png --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --out crack
 
@@ -88,7 +87,7 @@ def digitise(
         _explain(command, [*targets, *filter(None, [out])], options.explain)
         return
     if meshes := [target for target in targets if target.suffix.lower() in READERS]:
-        raise typer.BadParameter(f"{meshes[0]} is a mesh: use 'sealtwin import-mesh {meshes[0]}'")
+        raise typer.BadParameter(f"{meshes[0]} is a mesh; use 'sealtwin import-mesh {meshes[0]}'")
     from sealtwin.study.photos import are_several, digitise_many, plan
     from sealtwin.trial.trial_file import sample_trial
 
@@ -102,31 +101,35 @@ def digitise(
         return
     if of_one := sorted(filter(_is_of_one_photo, settings)):
         raise typer.BadParameter(
-            f"{', '.join(of_one)} cannot be given for several photos: put it into a trial file with the photo's name "
-            "and .toml, in the photo's folder; 'sealtwin trace' writes one"
+            f"{', '.join(of_one)} cannot be given for several photos. Give it in a trial file with the photo's name "
+            "and the suffix .toml, in the photo's folder; 'sealtwin trace' writes such a file"
         )
     if out is None:
-        raise typer.BadParameter("several photos need --out, the folder for all of them")
+        raise typer.BadParameter("give --out, the folder for the results of all photos")
     from sealtwin.cli.folder_answer import batch_answer
 
     command.reply(*batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=options.jobs)))
 
 
 def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
-    """Print how both walls of a digitised crack were placed at an arc length."""
+    """Print how both walls of a digitised crack were located at an arc length."""
     import numpy as np
 
     from sealtwin.core.record_files import read_outline
 
     folder = next((folder for folder in folders if (folder / "outline.json").is_file()), None)
     if folder is None:
-        raise typer.BadParameter("--explain asks about a run folder: digitise the photo first, and name its --out")
+        raise typer.BadParameter("--explain requires a run folder; digitise the photo first, then give its --out")
     outline = read_outline(folder)
-    # A later stretch counts where two overlap.
+    # Where two stretches overlap, the later one is valid.
     stretches = {each.side: each for each in outline.walls if each.s_from_mm <= s_mm <= each.s_to_mm}
     if not stretches:
-        why = "it has no walls measured in a photo" if not outline.walls else f"it is {outline.length_mm:.1f} mm long"
-        raise InputError(f"{folder / 'outline.json'}: nothing explains the crack at s = {s_mm:g} mm: {why}.")
+        why = (
+            "no walls were measured in a photo"
+            if not outline.walls
+            else f"the crack is {outline.length_mm:.1f} mm long"
+        )
+        raise InputError(f"{folder / 'outline.json'}: there is no explanation at s = {s_mm:g} mm, since {why}.")
     walls, lines = dict[str, Any](), list[str]()
     for side, stretch in stretches.items():
         wall_mm = outline.left_wall_mm if side == "left" else outline.right_wall_mm
@@ -143,7 +146,7 @@ def export(
     options: "DrawnCracks",
     out: Annotated[Path, option("Folder for the files.", "DIR")],
 ) -> None:
-    """Write traced cracks as masks, as COCO annotations, or as drawings for CAD.
+    """Write traced cracks as masks, as COCO annotations, or as drawings for CAD (DXF).
 
     A DXF has layers for the outline, both walls, the centreline, side cracks, the face and the nozzle's path.
 
@@ -161,15 +164,15 @@ def export(
 @answers(options="digitise.drawing.given:GivenDrawing", verbose=True)
 def import_dxf(
     command: Command,
-    drawing: Annotated[Path, argument("DRAWING", "A DXF of the crack seen from above.")],
+    drawing: Annotated[Path, argument("DRAWING", "DXF drawing of the crack from above.")],
     options: "GivenDrawing",
     out: Annotated[Path, option("Folder for the mesh, trial.toml and run/.", "DIR")],
     settings: Given,
 ) -> None:
-    """Turn a crack drawn in CAD into a solid with upright walls and a nozzle path.
+    """Make a solid with upright walls and a nozzle path from a crack that is drawn in CAD.
 
-    The crack is drawn as an outline, as two walls, or as a line with a width; a closed line on the layer FACE is the
-    edge of the sample. Also writes a trial: 'sealtwin run DIR/trial.toml --out DIR/run'.
+    Draw the crack as an outline, as two walls, or as a line with a width. A closed line on the layer FACE is the edge
+    of the sample. Also writes a trial. Run it with 'sealtwin run DIR/trial.toml --out DIR/run'.
 
     Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
     """
@@ -186,15 +189,15 @@ def import_dxf(
 
 
 def require_depth(settings: dict[str, Any]) -> None:
-    """Raise typer.BadParameter if the settings of a photo lack a depth, unless only a path is wanted."""
+    """Raise typer.BadParameter if the settings of a photo have no depth, unless only a path is requested."""
     if "crack.depth_mm" not in settings and not settings.get("photo.path_only"):
         raise typer.BadParameter(
-            "a photo needs --depth-mm, since it does not show the depth of a crack; or give --set photo.path_only=true"
+            "give --depth-mm, since a photo does not show the depth of a crack, or give --set photo.path_only=true"
         )
 
 
 def _is_of_one_photo(name: str) -> bool:
-    """Return True for a setting that differs from photo to photo: a place in the photo, or the name of a picture."""
+    """Return True for a setting that is valid for one photo only: a position in the photo, or the name of a picture."""
     from sealtwin.core.settings import names_file
     from sealtwin.trial.trial_file import Trial
 
@@ -208,10 +211,12 @@ def _is_of_one_photo(name: str) -> bool:
 def markers(
     command: Command,
     options: "MarkerFrame",
-    out: Annotated[Path, option("File of the page to print, .pdf.", "FILE")],
-    toml: Annotated[File, option("Also write the table for the trial file here.", "FILE")] = None,
+    out: Annotated[Path, option("PDF file of the page to print.", "FILE")],
+    toml: Annotated[File, option("File for the table, which is otherwise printed.", "FILE")] = None,
 ) -> None:
-    """Write a frame of markers to print, cut out and lay level with the face. Prints its table for the trial file.
+    """Write a page with a frame of markers, to be printed, cut out and laid level with the face.
+
+    Also prints the table of the markers for the trial file.
 
     Example: sealtwin markers --face-mm 160x40 --out frame.pdf
     """
@@ -226,9 +231,9 @@ def markers(
     board = board_around(face, options.size_mm, options.dictionary, int(options.count))
     page, table = frame_pdf(face, board, options.paper), board_toml(face, board)
     written = {out: page} if toml is None else {out: page, toml: table.encode()}
-    # The hint below could otherwise be read as a question for a file name.
+    # The files are written before the hint below, which could otherwise be read as a question for a file name.
     write_unless_other(written)
-    command.say(f"{out}: print it at 100 %, and measure its ruler.")
+    command.say(f"{out}: print this page at 100 %, and measure its ruler.")
     if toml is not None:
         command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face[0]:g}x{face[1]:g} --depth-mm ...")
     elif not command.as_json:
@@ -249,9 +254,10 @@ def trace(
 ) -> None:
     """Click a crack's ends on its photo, check and correct its walls, and save.
 
-    Opens a page in your browser that only this machine can reach; the command ends when you save or quit there.
-    In a trial, only the hints for its photo, the depth and walls of the crack, and the settings of --set change; for a
-    photo, a new trial is written into its folder. With a folder, the page shows one photo after another.
+    Opens a page in your browser that only this machine can reach. The command ends when you save or quit on the page.
+    For a photo, a new trial is written to the photo's folder. In an existing trial, only the hints for the photo, the
+    depth and walls of the crack, and the settings of --set change. With a folder, the page shows one photo after
+    another.
     """
     import webbrowser
 
@@ -264,13 +270,13 @@ def trace(
     except OSError as fault:
         raise InputError(f"--port {options.port}: {fault.strerror}. Give another port, or omit --port.") from None
     with page, page.doorway() as door:
-        # Printed with --quiet too: there is no other way to find the page.
+        # The address is printed with --quiet too, since there is no other way to find the page.
         typer.echo(f"Trace page: {page.url}", err=True)
         command.say(
-            "If no page appears, open that address. The command ends when you save or quit there, or with Ctrl-C."
+            "If no page appears, open this address. The command ends when you save or quit there, or with Ctrl-C."
         )
         if not options.no_browser and not webbrowser.open(door):
-            command.say("No browser could be opened; open that address yourself.")
+            command.say("No browser could be opened. Open this address yourself.")
         try:
             page.wait()
         except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""Commands that compute a trial many times, and that compare runs: compare, map, sweep, calibrate."""
+"""Commands that compute a trial many times or compare runs: compare, map, sweep, calibrate, plan."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
     from validate.figures.page import Page
 
-BY_PARTICLES = {"posterior", "verify", "seeds", "accurate"}  # Options of a plan that its rest does not have
-LAUNCH = 256  # Runs in one launch on a GPU: of the paper's size they use 2 GB of its memory, 6 if nothing freezes
-MOST_NAMED = 8  # Failed runs in the text of an answer; the table has all
+BY_PARTICLES = {"posterior", "verify", "seeds", "accurate"}  # Options of 'plan' that --from does not allow
+LAUNCH = 256  # Runs computed together on a GPU. For the paper's trial they use 2 GB, or 6 GB if nothing freezes
+MOST_NAMED = 8  # Largest number of failed runs that are printed. The table has all of them
 
 
 @answers()
@@ -28,12 +28,12 @@ def compare(
 ) -> None:
     """Compare runs: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
 
-    Settings that change neither a level nor its error, such as those of the table uncertainty, come last.
+    Settings that change neither the level nor its error, such as the table uncertainty, are listed last.
 
     Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
     """
     if len(folders) < 2:
-        raise typer.BadParameter("give two run folders or more")
+        raise typer.BadParameter("give at least two run folders")
     from sealtwin.study.run_comparison import compare_runs
 
     content, page = compare_runs(folders, out)
@@ -43,14 +43,14 @@ def compare(
 @answers(options="sealtwin.cli.models:StudyMap")
 def map(
     command: Command,
-    folder: Annotated[Path, argument("STUDY", "The folder of a sweep.")],
+    folder: Annotated[Path, argument("STUDY", "Folder of a sweep.")],
     options: "StudyMap",
-    out: Annotated[File, option("Folder for the page; default: STUDY/map.", "DIR")] = None,
+    out: Annotated[File, option("Folder for the page. Default: STUDY/map.", "DIR")] = None,
 ) -> None:
     """Draw a study of two settings with the paper's figures: levels, map of the error, influences, fills, cost.
 
-    Also reports the pair nearest to the readings, how many pairs fit equally well, and which runs are excluded and why.
-    Writes a page, SVG files, and their numbers as CSV.
+    Also reports which pair of values is nearest to the readings, how many pairs fit equally well, and which runs are
+    excluded and why. Writes a page, SVG files, and their numbers as CSV.
 
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
@@ -68,18 +68,18 @@ def sweep(
         list[Path] | None,
         argument(
             "STUDY | status DIR",
-            "A study.toml; or 'status' and the folder of a sweep, which may be running.",
+            "A study.toml, or 'status' and the folder of a finished or running sweep.",
         ),
     ] = None,
     *,
     settings: Given,
     options: "Sweeping",
-    out: Annotated[File, option("The sweep's folder; default: reports/<study name>.", "DIR")] = None,
+    out: Annotated[File, option("Folder for the sweep. Default: reports/<study name>.", "DIR")] = None,
     example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
 ) -> None:
     """Run a trial many times with different settings: a grid, a list or a Latin hypercube, on all cores.
 
-    The runs are drafts (solver.preset), unless the study or --set sets another setting of the table solver than model
+    The runs are drafts (solver.preset), unless the study or --set gives settings of the table solver other than model
     and settle_s.
 
     Finished runs are kept: after an interruption, repeat the command to compute the rest. Failed runs are listed with
@@ -91,25 +91,25 @@ def sweep(
     """
     if example is not None:
         if targets:
-            raise typer.BadParameter("--example only writes a study file; give it without a study")
+            raise typer.BadParameter("--example only writes a study file; do not give a study with it")
         from sealtwin.trial.starter_files import write_example_study
 
         write_example_study(example)
         command.reply({"file": example.as_posix()}, [str(example)])
         return
     if not targets:
-        raise typer.BadParameter("give a study; --example FILE writes one to start from")
+        raise typer.BadParameter("give a study; --example FILE writes an example")
     from sealtwin.study import sweep as sweeps
     from sealtwin.study.runner import StudyOptions
 
     if str(targets[0]) == "status":
         if len(targets) != 2:
-            raise typer.BadParameter("status: give the folder of one sweep")
+            raise typer.BadParameter("give the folder of one sweep after 'status'")
         swept = sweeps.status(targets[1])
         command.reply(swept, swept_lines(swept))
         return
     if len(targets) != 1:
-        raise typer.BadParameter(f"{len(targets)} studies are given; give one")
+        raise typer.BadParameter(f"{len(targets)} studies are given; give only one")
     device, jobs = command.device_and_jobs(options.jobs)
     computing = StudyOptions(
         device,
@@ -127,18 +127,18 @@ def sweep(
 @answers(options="sealtwin.calibration:CalibrationOptions", runs="sealtwin.cli.models:StudyRuns", device=True)
 def calibrate(
     command: Command,
-    trials: Annotated[list[Path], argument("TRIAL ...", 'Trial files whose readings have the role "calibrated-on".')],
+    trials: Annotated[list[Path], argument("TRIAL ...", 'Trial files with readings of the role "calibrated-on".')],
     options: "CalibrationOptions",
     settings: Given,
     runs: "StudyRuns",
-    out: Annotated[File, option("Folder for the calibration; default: reports/<trial name>-calibrated.", "DIR")] = None,
+    out: Annotated[File, option("Folder for the calibration. Default: reports/<trial name>-calibrated.", "DIR")] = None,
 ) -> None:
-    """Determine settings from the readings of trials, as a posterior, and predict other trials.
+    """Determine the posterior distribution of settings from the readings of trials, and predict other trials.
 
-    The runs are drafts, as those of a sweep. Those of the last round and of held-out trials are accurate.
+    The runs are drafts, as in a sweep. Only the runs of the last round and of held-out trials are accurate.
 
-    Finished runs are kept: after an interruption, repeat the command to continue; the files are the same. Exit code 5:
-    no setting within the ranges reproduces the readings.
+    Finished runs are kept. After an interruption, repeat the command to continue; the result is the same. The exit code
+    is 5 if no settings within the ranges reproduce the readings.
 
     Example: sealtwin calibrate trial.toml --free fluid.yield_stress_pa=3:60 --free fluid.viscosity_pa_s=0.2:5
     --hold-out other.toml
@@ -147,9 +147,9 @@ def calibrate(
     from sealtwin.study.runner import StudyOptions
 
     if twice := sorted(options.free.keys() & settings.keys()):
-        raise typer.BadParameter(f"{twice[0]} is given by both --set and --free; give one of them")
+        raise typer.BadParameter(f"{twice[0]} is given with both --set and --free; give only one of them")
     device, jobs = command.device_and_jobs(runs.jobs)
-    # A worker process takes seconds to start, in each round.
+    # Starting a worker process takes seconds in each round, so one job is computed in this process.
     computing = StudyOptions(device, 0 if jobs == 1 else jobs, drafts=not runs.accurate)
     content = find(trials, options, out, computing, command.progress(), settings)
     lines = [
@@ -166,7 +166,7 @@ def calibrate(
 def plan(
     command: Command,
     trial: Annotated[
-        Path, argument("TRIAL", "A trial.toml with a path and with a sealant whose properties do not change with age.")
+        Path, argument("TRIAL", "A trial.toml with a path and a sealant whose properties do not change with its age.")
     ],
     settings: Given,
     options: "PlanOptions",
@@ -174,25 +174,25 @@ def plan(
     levels: Annotated[
         File,
         option(
-            "Plan the rest of a paused pour of TRIAL, by the fast model alone, from measured levels: a CSV of s_mm and "
-            "level_mm (negative below the face), from the beginning of the pour up to the nozzle.",
+            "Plan the rest of a paused pour of TRIAL from measured levels, with the fast model only. The CSV has the "
+            "columns s_mm and level_mm (negative below the face), from the start of the pour to the nozzle.",
             "CSV",
             "--from",
         ),
     ] = None,
     out: Annotated[
-        File, option("The plan's folder; default: reports/<trial name>-plan, or -rest with --from.", "DIR")
+        File, option("Folder for the plan. Default: reports/<trial name>-plan, or -rest with --from.", "DIR")
     ] = None,
 ) -> None:
     """Plan flow and speed along a crack, so that it is full and nothing overspills.
 
     Searches with the fast model, checks the plan with particles, corrects the fast model by the difference, and
-    searches again. The runs are drafts, as those of a sweep, except the last two, which correct the plan and give its
+    searches again. The runs are drafts, as in a sweep, except the last two, which correct the plan and compute its
     level. After an interruption, repeat the command to continue.
 
     Example: sealtwin plan trial.toml --cell cell.toml
 
-    With --from, the path of TRIAL is the one that is poured, mostly that of a plan.
+    With --from, TRIAL is the trial that is being poured, usually the trial.toml of a plan.
 
     Example: sealtwin plan reports/crack-plan/trial.toml --from levels.csv
     """
@@ -200,7 +200,7 @@ def plan(
         from sealtwin.plan.rest import plan_rest
 
         if runs.jobs or options.model_fields_set & BY_PARTICLES:
-            raise typer.BadParameter("--from takes no --posterior, --verify, --seeds, --jobs or --accurate")
+            raise typer.BadParameter("--from does not allow --posterior, --verify, --seeds, --jobs or --accurate")
         result = plan_rest(trial, levels, out, options, command.progress(), settings=settings)
         command.reply(result.content, [*result.sentences, f"Path: {result.content['folder']}/rest.csv"])
         return
@@ -215,7 +215,7 @@ def plan(
 
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:
-    """Return the lines that describe a sweep, made from its --json object."""
+    """Return the printed lines for a sweep. ``swept`` is the object that --json prints."""
     from sealtwin.core.progress import in_words
     from validate.readings.grid import listed
 
@@ -226,25 +226,25 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
         remaining = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
         lines.append(f"Computed by {swept['computed_by']}{remaining}.")
     elif swept["states"]["waiting"]:
-        lines.append("No process computes it now; repeat the command to compute the rest.")
+        lines.append("No process is computing this sweep. Repeat the command to compute the rest.")
     lines += [*filter(None, [swept["screening"]]), *swept["fluid_warnings"]]
     if best is not None:
         settings, error = _settings_text(best["settings"]), f"{best['mean_error_mm']:.2f} mm on average"
         lines.append(f"Nearest to the readings: run {best['number']} ({settings}), {error}.")
         lines += filter(None, [best["against_baselines"]])
     if unranked := [f"{run['number']} (ratio {run['volume_ratio']:.3f})" for run in swept["not_ranked"]]:
-        lines.append(f"Not ranked, since the settled volume is off by over 5 %: run {listed(unranked, MOST_NAMED)}.")
+        lines.append(f"Not ranked, since the settled volume is wrong by over 5 %: run {listed(unranked, MOST_NAMED)}.")
     failed = [run for run in runs if run["state"] == "failed"]
     for run in failed[:MOST_NAMED]:
         settings = {name: value for name, value in run.items() if name == "seed" or "." in name}
         lines.append(f"failed: run {run['number']} ({_settings_text(settings)}): {run['reason']}")
     if len(failed) > MOST_NAMED:
-        lines.append(f"failed: and {len(failed) - MOST_NAMED} more.")
+        lines.append(f"failed: {len(failed) - MOST_NAMED} more runs.")
     return [*lines, f"Folder: {swept['folder']}"]
 
 
 def mapped_lines(mapped: "Mapped") -> list[str]:
-    """Return the lines that describe a map."""
+    """Return the printed lines for a map."""
     chart, best = mapped.chart, mapped.chart.best
     return [
         *mapped.page.cautions,
@@ -258,7 +258,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
 
 
 def compared_lines(content: dict[str, Any], page: "Page") -> list[str]:
-    """Return the lines that describe a comparison of runs."""
+    """Return the printed lines for a comparison of runs. ``content`` is the object that --json prints."""
     from validate.units import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]

@@ -1,4 +1,4 @@
-"""Run stages for a command, and print their result: the content of run.json, or text."""
+"""Run stages for a command, and print the result as text or as the content of run.json."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from validate.comparison import Comparison
     from validate.result import TrialResult
 
-Rows = Iterator[tuple[str, str]]  # A label and a text; equal labels that follow each other are printed once
-LABEL_LETTERS = 9  # Width of the column of labels
-LEAST_MM3 = 200.0  # Volume above the face from which it is printed
+Rows = Iterator[tuple[str, str]]  # Pairs of a label and a text. A label that repeats the one before is not printed
+LABEL_LETTERS = 9  # Width of the column of labels, in characters
+LEAST_MM3 = 200.0  # Smallest volume above the face that is printed
 
 
 def run_trial(
@@ -32,9 +32,9 @@ def run_trial(
     trial: "Trial | None" = None,
     threads: int | None = None,
 ) -> None:
-    """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
+    """Run stages of a trial file, and print the result. ``settings`` by dotted name replace values of the file.
 
-    If ``trial`` is given, ``file`` is the photo or the mesh for which it was made.
+    If ``trial`` is given, ``file`` is the photo or the mesh for which that trial was made.
     """
     from sealtwin.core.cluster import cores
     from sealtwin.study import pipeline
@@ -55,9 +55,10 @@ def resume(
     threads: int | None = None,
     uncertainty: bool = False,
 ) -> None:
-    """Run one stage of a run folder's trial and print the result. ``uncertainty`` makes the extra runs first.
+    """Run one stage of a run folder's trial, and print the result.
 
-    ``settings`` by dotted name replace those of RUN/trial.toml, which then records them.
+    ``settings`` by dotted name replace values in RUN/trial.toml, and are written to that file. With ``uncertainty``,
+    the extra runs are computed first.
     """
     from sealtwin.core.cluster import cores
     from sealtwin.core.run_folder import open_folder
@@ -95,14 +96,14 @@ def result_lines(
     can_be_varied: bool = False,
     verbose: bool = False,
 ) -> list[str]:
-    """Return the lines that describe a result, after a command whose last stage was ``last``.
+    """Return the printed lines for a result, after a command whose last stage was ``last``.
 
     Args:
         result: Result of the trial.
         last: Last stage of the command.
         printed: Facts that the command has printed. They are not repeated.
-        can_be_varied: True if 'sealtwin validate RUN --uncertainty' adds something, which is then suggested.
-        verbose: True for all figures and sentences.
+        can_be_varied: True if 'sealtwin validate RUN --uncertainty' can add to the result. The lines then suggest it.
+        verbose: True to include all figures and sentences.
     """
     from validate.sentences import sentence
 
@@ -124,7 +125,7 @@ def result_lines(
 
 
 def _made(result: "TrialResult", last: "StageName") -> Rows:
-    """Yield rows on the sample, and on the fluid if ``last`` is a later stage than digitising."""
+    """Yield rows about the sample, and about the fluid if ``last`` is a stage after digitising."""
     from validate.run_facts import mean_sentence
     from validate.sentences import sentence
 
@@ -143,7 +144,7 @@ def _made(result: "TrialResult", last: "StageName") -> Rows:
 
 
 def _warnings(result: "TrialResult", last: "StageName") -> "Iterator[Fact | str]":
-    """Yield what makes the result unsound or unreliable."""
+    """Yield the reasons why the result may be wrong."""
     from validate.sentences import sentence
 
     yield from result.other_versions
@@ -152,7 +153,7 @@ def _warnings(result: "TrialResult", last: "StageName") -> "Iterator[Fact | str]
         if sample.data == "undeclared":
             yield sentence("terminal_origin", kind="mesh" if sample.mm_per_px is None else "photo")
     if (fluid := result.fluid) is not None and last != "digitise":
-        # The rows on the fluid have the reasons, and the rest in fewer words.
+        # The rows about the fluid already contain these facts.
         yield from without(fluid.warnings, "method.fast", "unfit")
     if last == "validate":
         if result.comparison is None and result.edited:
@@ -162,14 +163,14 @@ def _warnings(result: "TrialResult", last: "StageName") -> "Iterator[Fact | str]
 
 
 def _concluded(result: "TrialResult") -> Rows:
-    """Yield rows on the comparison or the prediction."""
+    """Yield rows about the comparison or the prediction."""
     from validate.report.report_facts import predicted
     from validate.sentences import sentence
 
     if (m := result.comparison) is not None:
         yield from (("Result", text) for text in _compared(m))
         low_mm, high_mm = m.interval_95_mm or (m.mean_error_mm, m.mean_error_mm)
-        # A gate is not applied to a level by the fast model.
+        # No gate is applied to a level that the fast model computed.
         screening = texts(of_keys(m.headline, "verdict.screening"))
         yield "Gate", next(iter(screening), sentence("terminal_gate", m=m, low_mm=low_mm, high_mm=high_mm))
         return
@@ -183,9 +184,9 @@ def _concluded(result: "TrialResult") -> Rows:
 
 
 def _compared(m: "Comparison") -> Iterator[str]:
-    """Yield a line on the mean error and the readings, one on baselines and stations, and one on the worst error.
+    """Yield three lines: the mean error and the readings, the baselines and stations, and the worst error.
 
-    If the mean error is not valid, the lines are the sentences that say why.
+    If the mean error is not valid, the lines say why.
     """
     from validate.metrics.verdict import NEARLY_ALL, nearer_baseline
     from validate.sentences import sentence
@@ -200,7 +201,7 @@ def _compared(m: "Comparison") -> Iterator[str]:
 
 
 def _adds(result: "TrialResult") -> str:
-    """Return what 'sealtwin validate RUN --uncertainty' would add; empty if nothing."""
+    """Return what 'sealtwin validate RUN --uncertainty' would add to the result, or ""."""
     if (m := result.comparison) is None:
         return "a 95 % band" if result.prediction is None else ""
     judged = of_keys(m.headline, "verdict.gate")
@@ -209,7 +210,7 @@ def _adds(result: "TrialResult") -> str:
 
 
 def _details(result: "TrialResult", last: "StageName", *, compared: bool) -> Iterator[str]:
-    """Yield sentences with the figures that the other lines leave out."""
+    """Yield sentences with figures that the other lines leave out."""
     from validate.report.report_facts import prediction_facts
     from validate.sentences import sentence
 

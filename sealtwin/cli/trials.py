@@ -1,4 +1,4 @@
-"""Commands that run a trial or one of its stages, and that start a trial."""
+"""Commands that start a trial, run it or one of its stages, and write its film and its robot programs."""
 
 from pathlib import Path
 from shlex import quote
@@ -26,11 +26,11 @@ FLUID_RUN = "sealtwin.cli.models:FluidRun"
 def film(
     command: Command,
     folder: RunFolderPath,
-    out: Annotated[File, option("File of the film, .gif; default: RUN/fill.gif.", "FILE")] = None,
+    out: Annotated[File, option("GIF file of the film. Default: RUN/fill.gif.", "FILE")] = None,
 ) -> None:
     """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --set output.frames_every_s=0.1' writes.
 
-    Shows a section along the crack and the crack from above, coloured by speed, in real time, as a GIF.
+    The film shows a section along the crack and the crack from above, in real time. Particles are coloured by speed.
     """
     from sealtwin.core.run_folder import look_into
     from sealtwin.trial.exports import make_film
@@ -49,10 +49,10 @@ def film(
 def robot(
     command: Command,
     folder: Annotated[File, argument("RUN", "A digitised run folder.")] = None,
-    cell: Annotated[File, option("The robot's cell file: taught points, limits, languages.", "FILE")] = None,
+    cell: Annotated[File, option("Cell file of the robot: taught points, limits, languages.", "FILE")] = None,
     *,
     options: "ProgramOptions",
-    out: Annotated[File, option("Folder for the files; default: robot/ in the run folder.", "DIR")] = None,
+    out: Annotated[File, option("Folder for the files. Default: robot/ in the run folder.", "DIR")] = None,
     example: Annotated[File, option("Write a commented cell file to start from.", "FILE")] = None,
 ) -> None:
     """Write a run's nozzle path as tables and programs for a robot.
@@ -61,21 +61,21 @@ def robot(
     """
     if example is not None:
         if folder is not None or cell is not None:
-            raise typer.BadParameter("--example only writes a cell file; give it without RUN and --cell")
+            raise typer.BadParameter("--example only writes a cell file; do not give RUN or --cell with it")
         from sealtwin.trial.starter_files import write_example_cell
 
         write_example_cell(example)
         command.reply({"file": example.as_posix()}, [str(example)])
         return
     if folder is None or cell is None:
-        raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
+        raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes an example of a cell file")
     from sealtwin.core.run_folder import open_folder
     from sealtwin.trial.exports import REPORT, write_robot_files
 
     with open_folder(folder, create=False) as run:
         report = write_robot_files(run, cell, options, out)
     for name in report["kept"]:
-        command.warn(f"a robot file was edited since it was written; your version is kept as {name}.")
+        command.warn(f"a robot file was edited after it was written; your version is kept as {name}.")
     for warning in report["warnings"]:
         command.warn(warning)
     frame = report["frame"]
@@ -83,8 +83,8 @@ def robot(
         *report["other_versions"],
         f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, "
         f"{report['sealant_mm3'] / 1000:.3g} ml; "
-        f"the worst of {frame['taught_points']} taught points is off by {frame['worst_residual_mm']:.2f} mm, "
-        f"the face is {frame['tilt_deg']:.1f} degrees from level.",
+        f"the largest residual of {frame['taught_points']} taught points is {frame['worst_residual_mm']:.2f} mm, "
+        f"and the face is tilted by {frame['tilt_deg']:.1f} degrees.",
         *_pump_line(report.get("pump")),
         f"Robot files: {', '.join([*report['files'], REPORT])} in {report['folder']}",
     ]
@@ -97,29 +97,31 @@ def _pump_line(pump: dict[str, Any] | None) -> list[str]:
     requested, wanted = (
         " to ".join(dict.fromkeys(f"{flow:.4g}" for flow in pump[f"{name}_mm3_s"])) for name in ("asked", "wanted")
     )
-    waits = f", and waits {pump['waits_s']:.2g} s at the start" if pump["waits_s"] else ""
+    waits = f". It waits {pump['waits_s']:.2g} s at the start" if pump["waits_s"] else ""
     half_percent = pump["interval_95_percent"]
     within = (
-        "no interval, since all weighings are equal" if half_percent is None else f"95 % within {half_percent:.2g} %"
+        "no interval, since all weighings are equal"
+        if half_percent is None
+        else f"95 % interval ± {half_percent:.2g} %"
     )
-    return [f"Pump: the program requests {requested} mm³/s so that the pump gives {wanted}, {within}{waits}."]
+    return [f"Pump: the program requests {requested} mm³/s, so that the pump gives {wanted} mm³/s ({within}){waits}."]
 
 
 @answers(*PHOTO, *FLUID, device=True, verbose=True)
 def quick(
     command: Command,
-    photo: Annotated[Path, argument("PHOTO", "A photo of the crack from above.")],
+    photo: Annotated[Path, argument("PHOTO", "Photo of the crack from above.")],
     settings: Given,
     caliper: Annotated[File, option("Readings taken after sealing, CSV or XLSX.", "SHEET")] = None,
-    out: Annotated[File, option("Folder for trial.toml and run/; default: reports/<photo name>-quick.", "DIR")] = None,
+    out: Annotated[File, option("Folder for trial.toml and run/. Default: reports/<photo name>-quick.", "DIR")] = None,
 ) -> None:
-    """Go from a photo and a depth to mesh, path, fluid run and report, with the fluid and nozzle of 'sealtwin init'.
+    """Make a mesh, a path, a fluid run and a report from a photo and a depth.
 
-    The run is a draft.
+    The fluid and the nozzle are those of 'sealtwin init', and the run is a draft.
 
     Settings that you do not give are assumed. They are printed, marked in DIR/trial.toml and listed in the report.
-    Correct them there and continue with 'sealtwin run'. Walls are assumed to be upright, since no photo shows them; a
-    liquid weighed into the crack (crack.fill) gives their angle.
+    Correct them in DIR/trial.toml, and continue with 'sealtwin run'. The walls are assumed to be upright, since a photo
+    does not show their angle. To measure the angle, weigh a liquid into the crack (crack.fill).
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
@@ -131,7 +133,7 @@ def quick(
     text, assumed = quick_trial(photo, folder, settings, caliper)
     write_quick_trial(file, text)
     command.warn(f"Assumed, because you did not give them: {', '.join(assumed)}.")
-    command.say(f"Correct them in {file}, then: sealtwin run {quote(str(file))} --out {quote(str(run))}")
+    command.say(f"Correct them in {file}. Then run: sealtwin run {quote(str(file))} --out {quote(str(run))}")
     run_trial(command, file, run, ALL_STAGES)
 
 
@@ -139,14 +141,14 @@ def quick(
 def demo(
     command: Command,
     out: Annotated[
-        File, option("Folder for trial/ and run/, or for measured.html and figures/; default: reports/demo.", "DIR")
+        File, option("Folder for trial/ and run/, or for measured.html and figures/. Default: reports/demo.", "DIR")
     ] = None,
     measured: Annotated[
         bool,
-        flag("--measured", "Compute two dam breaks of a sauce that others measured, and write measured.html instead."),
+        flag("--measured", "Instead, compute two dam breaks of a sauce that others measured, and write measured.html."),
     ] = False,
 ) -> None:
-    """Run the paper's trial, reconstructed: copy its photo, readings and trial, then run all stages."""
+    """Run the reconstruction of the paper's trial: copy its photo, readings and trial, and run all stages."""
     from sealtwin.trial.starter_files import place_paper_trial
 
     folder = out or Path("reports", "demo")
@@ -180,18 +182,18 @@ def _compare_dam_breaks(command: Command, folder: Path) -> None:
 
 @answers(*FLUID, options=FLUID_RUN, device=True, verbose=True)
 def run(command: Command, trial: TrialFile, settings: Given, options: "FluidRun", out: Out = None) -> None:
-    """Bring a whole trial up to date: digitise, simulate, validate, report.
+    """Run all stages of a trial that are not up to date: digitise, simulate, validate and report.
 
-    During the fluid run RUN/progress.json has the progress and health.csv the numerical quality. A checkpoint is
-    written every ten seconds: repeat the command to continue after a kill. The table output sets snapshots, frames and
-    the PDF.
+    During the fluid run, RUN/progress.json shows the progress and RUN/health.csv the numerical quality. A checkpoint is
+    written every ten seconds. If the process is killed, repeat the command to continue. The table output of the trial
+    sets snapshots, frames and the PDF.
     """
     run_trial(command, trial, out, ALL_STAGES, settings, threads=options.threads)
 
 
 @answers(*FLUID, options=FLUID_RUN, device=True, verbose=True)
 def simulate(command: Command, folder: RunFolderPath, settings: Given, options: "FluidRun") -> None:
-    """Run the fluid of a digitised run folder, with the settings of RUN/trial.toml."""
+    """Compute the fluid run of a digitised run folder, with the settings in RUN/trial.toml."""
     resume(command, folder, "simulate", settings, threads=options.threads)
 
 
@@ -204,10 +206,10 @@ def validate(
         bool,
         flag(
             "--uncertainty",
-            "First make extra runs, stored in RUN/uncertainty: three runs each with finer, equal and coarser "
-            "particles, and runs in which each input of the table uncertainty is changed by its declared uncertainty. "
-            "The table's key differences names the model of these runs. Takes 10 to 15 times the computing time of "
-            "RUN, on all cores. Without readings the level is a prediction with a 95 % band.",
+            "First compute extra runs, stored in RUN/uncertainty: three runs each with finer, equal and coarser "
+            "particles, and runs in which each input in the table uncertainty is changed by its declared uncertainty. "
+            "The key differences of that table sets the model of these runs. They take 10 to 15 times the computing "
+            "time of RUN, on all cores. Without readings, the level is a prediction with a 95 % band.",
         ),
     ] = False,
 ) -> None:
@@ -219,8 +221,8 @@ def validate(
 def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
     """Write a commented trial and an empty sheet for readings (XLSX) to start from.
 
-    Its sealant has a viscosity in Pa s and a yield stress. Its walls are upright, since no photo shows them; a liquid
-    weighed into the crack (crack.fill) gives their angle.
+    The sealant of the trial has a viscosity in Pa s and a yield stress. The walls are assumed to be upright, since a
+    photo does not show their angle. To measure the angle, weigh a liquid into the crack (crack.fill).
     """
     from sealtwin.trial.starter_files import write_starter
 

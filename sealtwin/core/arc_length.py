@@ -4,7 +4,7 @@ import numpy as np
 
 from sealtwin.core.arrays import Floats
 
-STRETCH = 8  # Number of segments of a polyline that are searched together; it changes the speed only
+STRETCH = 8  # Number of consecutive segments that are searched together; it affects only the speed
 
 
 def arc_length(points_mm: Floats) -> Floats:
@@ -14,9 +14,10 @@ def arc_length(points_mm: Floats) -> Floats:
 
 
 def arc_length_at(points_mm: Floats, polyline_mm: Floats) -> Floats:
-    """Return the arc length at which a polyline, extended straight beyond its ends, is nearest to each point, (n,).
+    """Return the arc length of the nearest point of a polyline to each of ``points_mm``, (n,).
 
-    Each segment is compared only with the points to which a segment of its stretch may be the nearest.
+    The polyline is extended straight beyond both ends. For speed, its segments are searched in groups. A group is
+    skipped for the points that are certainly nearer to another group.
     """
     begins_mm, steps = arc_length(polyline_mm), np.diff(polyline_mm, axis=0)
     last = len(steps) - 1

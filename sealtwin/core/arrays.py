@@ -1,4 +1,4 @@
-"""Arrays of records: their types, their checks as they are read from JSON, and what a notebook shows in their place."""
+"""Types of the arrays in records, checks of arrays that are read from JSON, and the display of records in notebooks."""
 
 from collections.abc import Mapping
 from html import escape
@@ -13,18 +13,18 @@ from pydantic.json_schema import WithJsonSchema
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
-Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
+Pixels = NDArray[np.uint8]  # RGB picture, (height, width, 3)
 
 
 class Shown:
-    """Base of records that a notebook shows as one line or a small table, in place of all their arrays.
+    """Base class of records that a notebook shows as one line or a small table, without their arrays.
 
-    It is before other bases, and its dataclasses have ``repr=False``.
+    List it before other base classes, and give the dataclass ``repr=False``.
     """
 
     @property
     def main_figures(self) -> Mapping[str, str]:
-        """Names and values that tell one record from another, with units."""
+        """Main figures of the record: name to value with unit."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -39,7 +39,7 @@ class Shown:
 
 
 def _finite(value: Any) -> Floats:
-    """Return a list as an array. Raises ValueError unless it has finite numbers."""
+    """Return a list as an array. Raises ValueError if it is not a list of finite numbers."""
     try:
         numbers = np.array(value, dtype=float)
     except TypeError:
@@ -57,13 +57,13 @@ def _points(value: Any) -> Floats:
 
 
 def unit(vectors: Floats) -> Floats:
-    """Return vectors, a row each, scaled to unit length. A zero vector remains zero."""
+    """Return the rows of ``vectors`` scaled to unit length. A zero vector remains zero."""
     size = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.where(size > 0, size, 1.0)
 
 
 def require_as_long(record: object, first: str, *others: str) -> None:
-    """Raise ValueError unless the arrays ``others`` of a record are as long as the array ``first``. None is skipped."""
+    """Raise ValueError if an array in ``others`` differs in length from the array ``first``. An array may be None."""
     length = len(getattr(record, first))
     for name in others:
         if (values := getattr(record, name)) is not None and len(values) != length:
@@ -71,13 +71,16 @@ def require_as_long(record: object, first: str, *others: str) -> None:
 
 
 def counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
-    """Return ``count[k]`` copies of each index k, and for the copies the numbers first[k], first[k] + 1, and so on."""
+    """Return each index k ``count[k]`` times, and beside these copies the numbers first[k], first[k] + 1, and so on.
+
+    Both arrays have length ``count.sum()``.
+    """
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)
 
 
 AS_LIST = PlainSerializer(np.ndarray.tolist, when_used="json")
 OF_NUMBERS = WithJsonSchema({"type": "array", "items": {"type": "number"}})
-Numbers = Annotated[Floats, PlainValidator(_finite), AS_LIST, OF_NUMBERS]  # Array in a record that is read from JSON
-Points = Annotated[Floats, PlainValidator(_points)]  # Points in a record that is read from JSON, (n, 2)
+Numbers = Annotated[Floats, PlainValidator(_finite), AS_LIST, OF_NUMBERS]  # Array that is checked when read from JSON
+Points = Annotated[Floats, PlainValidator(_points)]  # Points, (n, 2), that are checked when read from JSON
 FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)

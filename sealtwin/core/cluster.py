@@ -1,4 +1,4 @@
-"""Independent tasks on worker processes of this machine, or on the workers of a Dask cluster."""
+"""Run independent tasks on worker processes of this machine, or on the workers of a Dask cluster."""
 
 import ipaddress
 import multiprocessing
@@ -28,24 +28,24 @@ from urllib.parse import urlsplit
 from sealtwin.core.errors import InputError
 
 TRIES = 3  # Number of workers that a task may kill before it counts as lost
-KILLED = f"{TRIES} worker processes were killed while they computed it, most likely because memory ran out"
-NOT_STARTED = "no worker process could start; call sealtwin in a script only below the line: if __name__ == '__main__'"
+KILLED = f"{TRIES} worker processes were killed during this task, probably because memory ran out"
+NOT_STARTED = "no worker process could start; in a script, call sealtwin only below the line: if __name__ == '__main__'"
 WORKER_ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"),
-    # Memory that a run frees goes back to the system.
+    # The C library then returns the memory that a run frees to the system.
     "MALLOC_TRIM_THRESHOLD_": "65536",
 }
-STARTING = Lock()  # Locked while this process has the environment of a worker
+STARTING = Lock()  # Lock that is held while the variables of a worker are set in this process
 CONNECT_S = 20.0  # Longest wait for a scheduler and its first worker, which usually connect within seconds
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-Workers = tuple[Executor, Callable[[], int]]  # And the number of tasks that they take now
+Workers = tuple[Executor, Callable[[], int]]  # Executor, and a function that returns how many tasks it accepts at once
 
 
 @dataclass(frozen=True)
 class Lost:
-    """Outcome of a task that raised an exception, or whose workers were killed or could not start."""
+    """Result of a task that failed: it raised an exception, its workers were killed, or no worker could start."""
 
     reason: str
 
@@ -65,14 +65,14 @@ def run_tasks(
     """Call ``function`` for every task, and yield each result as soon as it is available.
 
     Args:
-        function: Function at the top level of a module, which a worker imports. It should catch its own exceptions.
-        tasks: Pairs of an item, which is returned with the result, and the arguments of the call. Read only as fast as
-            workers take them.
+        function: Function at the top level of a module, so that workers can import it. It should catch its exceptions.
+        tasks: Pairs of an item, which is returned with the result, and the arguments of the call. The next pair is
+            read only when a worker is free.
         processes: Number of worker processes on this machine, one core each. They end with this process, even if it is
             killed. 0 computes in this process.
-        scheduler: Address of a Dask scheduler; its workers are used instead.
-        numbers: Function at the top level of a module that returns the stage numbers of its machine. Each worker must
-            have the same numbers as this process.
+        scheduler: Address of a Dask scheduler, whose workers are used instead of local processes.
+        numbers: Function at the top level of a module that returns the stage numbers of the machine on which it runs.
+            Workers must have the same numbers as this process.
 
     Raises:
         InputError: The scheduler does not respond, lacks workers, disappears, or is not encrypted; Dask is not
@@ -103,7 +103,7 @@ def _outcome(future: Future[Result], scheduler: str | None) -> Result | Lost:
         return future.result()
     except CancelledError:
         raise InputError(
-            f"{scheduler}: the connection to the scheduler was lost; repeat the command to compute the rest."
+            f"{scheduler}: the connection to the scheduler was lost. Repeat the command to compute the rest."
         ) from None
     except Exception as fault:
         return _lost(fault)
@@ -114,24 +114,24 @@ def _lost(fault: Exception) -> Lost:
 
 
 class LocalExecutor(ThreadPoolExecutor):
-    """Threads, each with a worker process of its own, so that a process that is killed costs only its own task.
+    """Executor with one worker process per thread. If a process is killed, only its current task is affected.
 
-    ProcessPoolExecutor would wait forever for a process that was killed while it sent its result.
+    ProcessPoolExecutor would wait forever for a process that was killed while sending its result.
     """
 
     def __init__(self, processes: int) -> None:
         super().__init__(processes, initializer=_block_interrupts)
         self._idle = SimpleQueue[tuple[BaseProcess, Any]]()
         self._context = multiprocessing.get_context("spawn")
-        # Closed when this process ends, even by kill -9.
+        # The system closes this pipe when this process ends, even by kill -9.
         self._parent, self._open = self._context.Pipe(duplex=False)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Call a function in a worker. The future's result is ``Lost`` if it raises, or kills ``TRIES`` workers."""
+        """Call a function in a worker process. The result is ``Lost`` if ``fn`` raises or ``TRIES`` workers die."""
         return super().submit(self._call, partial(fn, *args, **kwargs))
 
     def kill(self) -> None:
-        """End the workers, even during a task."""
+        """End the worker processes at once, even during a task."""
         self._open.close()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -163,23 +163,23 @@ class LocalExecutor(ThreadPoolExecutor):
         with suppress(Empty):
             return self._idle.get_nowait()
         ours, theirs = self._context.Pipe()
-        # As a daemon, so that the interpreter ends it instead of waiting for it if the executor was not closed.
+        # At exit, the interpreter ends a daemon process; it would wait for any other process.
         process = self._context.Process(target=_work, args=(theirs, self._parent), daemon=True)
         with STARTING, _worker_environment():
             process.start()
-        # While it is open, the end of the process is not noticed.
+        # While this end is open here, the end of the process is not noticed.
         theirs.close()
         return process, ours
 
 
 @contextmanager
 def _processes(count: int) -> Iterator[Workers]:
-    """Yield an executor on this machine, and a function that returns how many tasks it takes at once."""
+    """Yield an executor with ``count`` processes, and a function that returns how many tasks it accepts at once."""
     with LocalExecutor(count) as executor:
         try:
             yield executor, lambda: count
         except BaseException:
-            # On Ctrl-C too: otherwise shutdown would wait for the current runs.
+            # Without this, shutdown would wait for the current runs after Ctrl-C.
             executor.kill()
             raise
 
@@ -187,17 +187,17 @@ def _processes(count: int) -> Iterator[Workers]:
 def _block_interrupts() -> None:
     """Block Ctrl-C in this thread and in the processes that it starts.
 
-    Ctrl-C reaches every process of a terminal. Here only the parent handles it, and ends its workers.
+    Ctrl-C reaches every process of a terminal. Only the parent process handles it, and ends its workers.
     """
     if hasattr(signal, "pthread_sigmask"):
-        # multiprocessing starts this tracker with its first process, and unblocks Ctrl-C: start it before.
+        # multiprocessing would start this tracker with the first process, and would then unblock Ctrl-C.
         resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
 @contextmanager
 def _worker_environment() -> Iterator[None]:
-    """Set the variables of a worker, except those that the user has set, while a process is started."""
+    """Set the environment variables of a worker during the block. Variables that the user has set are not changed."""
     absent = {name: value for name, value in WORKER_ENVIRONMENT.items() if name not in os.environ}
     os.environ.update(absent)
     try:
@@ -208,7 +208,7 @@ def _worker_environment() -> Iterator[None]:
 
 
 def _work(connection: Any, parent: Any) -> None:
-    """Compute tasks until ``connection`` is closed. If ``parent`` is closed, end at once, even during a task."""
+    """Run tasks from ``connection`` until it is closed. End at once, even during a task, if ``parent`` is closed."""
     Thread(target=_end_with, args=(parent,), daemon=True).start()
     with suppress(EOFError, OSError):
         while True:
@@ -227,13 +227,16 @@ def _end_with(parent: Any) -> None:
 
 
 class ClusterExecutor(Executor):
-    """The workers of a Dask client. Dask's own executor would wait forever for a result that is lost in transit."""
+    """Executor for the workers of a Dask client.
+
+    Dask's own executor would wait forever for a result that is lost in transit.
+    """
 
     def __init__(self, client: Any) -> None:
         self._client = client
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Call a function in a worker. The future is cancelled if the connection to the scheduler is lost."""
+        """Call a function in a Dask worker. The future is cancelled if the connection to the scheduler is lost."""
         future = Future[Any]()
 
         def settle(task: Any) -> None:
@@ -248,7 +251,7 @@ class ClusterExecutor(Executor):
 
 @contextmanager
 def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[Workers]:
-    """Yield the executor of a scheduler, and a function that returns how many tasks it takes at once."""
+    """Yield an executor for a Dask scheduler, and a function that returns how many tasks it accepts at once."""
     try:
         import asyncio
 
@@ -256,7 +259,7 @@ def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[Workers]:
         from distributed import Client
     except ModuleNotFoundError as missing:
         raise InputError(
-            f"--scheduler {address}: needs Dask ({missing}); 'pip install sealtwin[cluster]' installs it."
+            f"--scheduler {address}: Dask is not installed ({missing}); 'pip install sealtwin[cluster]' installs it."
         ) from None
     _refuse_unencrypted(address)
     try:
@@ -264,21 +267,21 @@ def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[Workers]:
         asyncio.run(asyncio.wait_for(_greet(address), CONNECT_S))
         client: Any = Client(address, timeout=CONNECT_S)
     except (OSError, ValueError, TypeError, MemoryError, TimeoutError) as fault:
-        # The answer of another kind of server, such as a dashboard, is read as the length of a huge message.
+        # Dask reads the response of another kind of server, such as a dashboard, as the length of a huge message.
         reason = str(fault) or f"it sent nothing for {CONNECT_S:g} s"
         raise InputError(
-            f"--scheduler {address}: no scheduler answers there ({reason}). 'dask scheduler' starts one; for tls:// "
-            "Dask's configuration (distributed.comm.tls) names the credentials."
+            f"--scheduler {address}: no scheduler responds at this address ({reason}). 'dask scheduler' starts one. "
+            "For tls://, set the credentials in Dask's configuration (distributed.comm.tls)."
         ) from None
     # Tasks contain the records of a sample; Dask would warn above 10 MB.
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}), client:
         _require_workers(client, address, numbers)
-        # A second task for each core hides the delay of the network.
+        # A second task per core hides the delay of the network.
         yield ClusterExecutor(client), lambda: 2 * max(1, sum(client.nthreads().values()))
 
 
 async def _greet(address: str) -> None:
-    """Connect, exchange the first messages, and disconnect."""
+    """Connect to a scheduler, exchange the first messages, and disconnect."""
     from distributed.comm.core import connect
     from distributed.security import Security
 
@@ -299,9 +302,9 @@ def _refuse_unencrypted(address: str) -> None:
     if local or parts.scheme in {"tls", "wss"} or dask.config.get("distributed.comm.require-encryption") is False:
         return
     raise InputError(
-        f"--scheduler {address}: the connection is not encrypted, and whoever can reach such a scheduler can run code. "
-        "Give it TLS (tls://, distributed.comm.tls in Dask's configuration), or on a network that you trust set "
-        "DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION=False."
+        f"--scheduler {address}: the connection is not encrypted, and anyone who can reach the scheduler can run code. "
+        "Use TLS (tls://, with distributed.comm.tls in Dask's configuration). On a network that you trust, you can "
+        "allow it with DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION=False."
     )
 
 
@@ -312,12 +315,12 @@ def _require_workers(client: Any, address: str, numbers: Callable[[], Any]) -> N
         raise InputError(
             f"--scheduler {address}: the scheduler has no worker. 'dask worker {address}' starts one."
         ) from None
-    # Stage numbers are compared only if the versions are equal. An exception of a worker is returned as its answer.
+    # Stage numbers are compared only if the versions are equal. on_error="return" returns a worker's exception.
     for what, function in (("sealtwin", partial(version, "sealtwin")), ("stage numbers", numbers)):
         value, answers = function(), client.run(function, on_error="return")
         if other := {worker: theirs for worker, theirs in answers.items() if theirs != value}:
             worker, theirs = next(iter(other.items()))
             raise InputError(
-                f"--scheduler {address}: {worker} has {what} {theirs}, but this machine has {value}. Install one "
+                f"--scheduler {address}: {worker} has {what} {theirs}, but this machine has {value}. Install the same "
                 "version everywhere."
             )

@@ -1,4 +1,4 @@
-"""Doubts about input that can be read but may not mean what it seems to, and how a sheet of it was understood."""
+"""Doubts about input that can be read but may be a mistake, and the interpretation of a sheet of readings."""
 
 import json
 from collections.abc import Mapping
@@ -7,36 +7,40 @@ from pathlib import PurePath
 from typing import Any, ClassVar, Literal, NamedTuple
 
 Reader = Literal["trial", "pairing", "python"]
-"""Place in which the answer is written: a trial file or lab.toml, pairing.csv, or an argument of a function."""
-CONFIRMS = "as_written"  # Setting that confirms what is in doubt
-COLUMNS = "columns."  # Settings of [readings.columns]
-UNKNOWN = "..."  # In place of a value that only the user knows
+"""Place where the user answers a doubt: a trial file or lab.toml, pairing.csv, or an argument of a Python function."""
+CONFIRMS = "as_written"  # Setting with which the user confirms a doubtful value
+COLUMNS = "columns."  # Prefix of the settings in [readings.columns]
+UNKNOWN = "..."  # Text shown instead of a value that only the user can give
 
 
 class Location(NamedTuple):
-    """A file, and the part of it that is meant."""
+    """A file, or a part of a file."""
 
     file: PurePath
-    part: str = ""  # Worksheet, row or cell; empty for the whole file
+    part: str = ""  # Worksheet, row or cell. Empty for the whole file
 
     def named(self, file: str = "") -> str:
-        """Return the location in words, with the reader's name of the file. Default: its path."""
+        """Return the location in words. ``file`` replaces the path of the file, if it is given."""
         return ", ".join(filter(None, (file or f"{self.file}", self.part)))
 
 
 @dataclass(frozen=True)
 class Doubt:
-    """Something that is open, or that may be a mistake. Without ``as_written`` among its answers it is a fault."""
+    """A question about the input, or a possible mistake in it.
+
+    If ``as_written`` is not among the answers, the user cannot confirm the input, so it must be corrected.
+    """
 
     kind: str  # "unit", "sign slip", "remark", ...
     where: Location
-    finding: str  # A sentence
-    remedy: str = ""  # What to do to the file or in the settings, as a sentence without names of settings
+    finding: str  # Sentence that says what is doubtful
+    remedy: str = ""  # Sentence that says how to change the file or the settings, without names of settings
     answers: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """Settings of [readings] that settle it, each with a proposal, such as ``{"columns.range": "A1:D8"}``, or None if
-    only the user knows. The entries of ``as_written`` are those that confirm it."""
-    cells: tuple[str, ...] = ()  # Cells ("B7"), rows ("7") or columns ("B") concerned
-    stops: bool = False  # True if it may change all that is read, such as another unit
+    """Settings of [readings] that answer the doubt, each with a proposed value, such as ``{"columns.range": "A1:D8"}``.
+
+    The value is None if only the user can give it. The value of ``as_written`` confirms the input."""
+    cells: tuple[str, ...] = ()  # Cells ("B7"), rows ("7") or columns ("B") that are doubtful
+    stops: bool = False  # True if the answer may change all readings, as another unit would
 
     @property
     def can_be_confirmed(self) -> bool:
@@ -44,25 +48,28 @@ class Doubt:
 
     @property
     def is_open(self) -> bool:
-        """True if it must be settled before anything is read: nothing confirms it, or it may change all readings."""
+        """True if the user must answer before the sheet is read.
+
+        This is so if the input cannot be confirmed, or if the answer may change all readings.
+        """
         return self.stops or not self.can_be_confirmed
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Columns of pairing.csv in which the answers are written."""
+        """Columns of pairing.csv in which the user answers the doubt."""
         return tuple(_column(key) for key in self.answers)
 
     def in_words(self, reader: Reader = "trial", file: str = "") -> str:
-        """Return the doubt and its answers in the words of the place where they are written.
+        """Return the doubt and its possible answers as sentences, in the syntax of the place ``reader``.
 
-        ``file`` is the reader's name of the file. Default: its path.
+        ``file`` replaces the path of the file, if it is given.
         """
         others = {key: value for key, value in self.answers.items() if key != CONFIRMS}
         sentences = [f"{self.where.named(file)}: {self.finding}", self.remedy]
         if others:
             sentences.append(f"Give {' and '.join(_setting(key, value, reader) for key, value in others.items())}.")
         if self.can_be_confirmed:
-            sentences.append(f"If it is right as written, give {_setting(CONFIRMS, self.answers[CONFIRMS], reader)}.")
+            sentences.append(f"If it is correct, give {_setting(CONFIRMS, self.answers[CONFIRMS], reader)}.")
         return " ".join(filter(None, sentences))
 
     def __str__(self) -> str:
@@ -71,26 +78,26 @@ class Doubt:
 
 @dataclass(frozen=True)
 class QuantityMean:
-    """Mean of a quantity that a sheet has beside its readings, such as the temperature."""
+    """Mean of a further quantity in a sheet of readings, such as the temperature."""
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     value: float
-    """Mean over the stations that are read and have a value."""
+    """Mean over the stations that have a value."""
     unit: str
-    """Unit of the value; empty if the sheet has none."""
+    """Unit of the value. Empty if the sheet states no unit."""
     stations: int
-    """Number of these stations."""
+    """Number of stations that have a value."""
 
 
 @dataclass(frozen=True)
 class ReadSheet:
-    """A sheet as it was understood, for the eyes of whoever measured: roles of its columns, and its first rows."""
+    """Interpretation of a sheet of readings, which the person who measured can check."""
 
-    roles: tuple[tuple[str, str], ...]  # Letter and role in words, such as ("A", "s in mm") or ("E", "not read")
-    rows: tuple[tuple[int, tuple[str, ...]], ...]  # Number and texts of the first rows
-    read: frozenset[tuple[int, int]]  # Cells that are read as places and readings: row from 1, column from 0
-    header: frozenset[int] = frozenset()  # Rows of the header
+    roles: tuple[tuple[str, str], ...]  # Letter and role of each column, such as ("A", "s in mm") or ("E", "not read")
+    rows: tuple[tuple[int, tuple[str, ...]], ...]  # Row number and cell texts of each of the first rows
+    read: frozenset[tuple[int, int]]  # Cells read as positions or readings: row from 1, column from 0
+    header: frozenset[int] = frozenset()  # Numbers of the header rows
 
 
 def _column(key: str) -> str:

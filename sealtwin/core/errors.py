@@ -1,4 +1,4 @@
-"""Errors form one tree. Each leaf has an exit code.
+"""Error classes and their exit codes.
 
 SealtwinError              a fault that the user can correct: shown without a traceback
 ├── InputError        3    a photo, a sheet, a mesh or a setting that cannot be used
@@ -18,35 +18,39 @@ Kind = TypeVar("Kind")
 
 
 class SealtwinError(Exception):
-    """Fault that the user can correct. Its message has the place, the value, what is allowed and what to do."""
+    """Fault that the user can correct. The message states the place, the value, what is allowed and what to do."""
 
     exit_code: ClassVar[int] = 1
 
 
 class InputError(SealtwinError):
-    """Input that cannot be used. ``fault`` is the message without the name of the ``file``."""
+    """Input that cannot be used. ``fault`` is the message without the name of ``file``."""
 
     exit_code = 3
 
     def __init__(self, fault: str, file: Path | None = None) -> None:
         super().__init__(fault if file is None else f"{file}: {fault}")
         self.fault = fault
-        self.sentences: Sequence[str] = (str(self),)  # Each fault, if there are several
+        self.sentences: Sequence[str] = (str(self),)  # One message for each fault
 
 
 ShapeKind = Literal[
     "outline", "face", "sides", "size", "mouth", "through", "rivals", "walls", "narrow", "path", "cut", "closed", ""
 ]
-"""Part of a sample that is at fault: the crack's outline; the plane face, the upright sides or the size of the block; a
-mouth that is missing, leads through the underside or exists twice; walls that do not face each other or are too close;
-a given path that is not on the crack; a body that cannot be cut; a mesh that is not a solid."""
+"""Part of a sample that is at fault.
+
+outline: the crack's outline; face: the plane face of the block; sides: its upright sides; size: its size; mouth: there
+is no mouth of a crack; through: the mouth leads through the underside; rivals: there are two mouths; walls: the walls
+do not face each other; narrow: the walls are too close to each other; path: the user's path is not on the crack; cut:
+the body cannot be cut; closed: the mesh is not a solid.
+"""
 
 
 class ShapeError(InputError):
     """Shape that is not a sample with one crack.
 
-    The stage describes the fault. A command that made the shape may replace ``remedy`` by its own for the ``kind`` of
-    fault, because its user did not draw the shape.
+    The stage that finds the fault gives a ``remedy`` for a user who drew the shape. A command that made the shape
+    itself may replace the remedy by one of its own, depending on ``kind``.
     """
 
     def __init__(self, wrong: str, remedy: str = "", kind: ShapeKind = "", file: Path | None = None) -> None:
@@ -66,14 +70,14 @@ class NumericalError(SealtwinError):
 
 
 def present(value: Kind | None, name: str) -> Kind:
-    """Return a value that an earlier check guarantees to exist. Raises ValueError if it is None, which is a bug."""
+    """Return ``value``, which an earlier check has ensured is not None. Raises ValueError if it is None (a bug)."""
     if value is None:
         raise ValueError(f"{name} is missing")
     return value
 
 
 def as_text(path: Path) -> str:
-    """Return a path as text for terminals, pages and JSON. Bytes that are not UTF-8 become escapes."""
+    """Return a path as text for terminals, pages and JSON. Bytes that are not UTF-8 become escape sequences."""
     return os.fsencode(path).decode("utf-8", "backslashreplace")
 
 
@@ -81,8 +85,8 @@ def as_text(path: Path) -> str:
 def naming(path: Path) -> Iterator[None]:
     """Put ``path`` into an OSError that the block raises.
 
-    The error of a full disk names no file, and other errors name a temporary file. Without a file's name, a fault of
-    the machine would be reported as a bug.
+    The error of a full disk names no file, and other errors name a temporary file. An OSError without the name of a
+    file would be reported as a bug.
     """
     try:
         yield

@@ -1,7 +1,7 @@
-"""Facts: what a stage, a run or a comparison states about its result.
+"""Facts: statements of a stage, a run or a comparison about its result.
 
-A program compares the key, the kind or the level of a fact, never its sentence. Page, PDF, JSON and terminal print the
-sentence as it is, and choose facts by their keys.
+Code compares the key, the kind or the level of a fact, never its sentence. The page, the PDF, the JSON file and the
+terminal choose facts by their keys and print their sentences unchanged.
 """
 
 from collections.abc import Iterable
@@ -11,36 +11,36 @@ from typing import ClassVar, Literal
 Kind = Literal["figure", "finding", "doubt", "assumption", "remedy"]
 """Kind of a fact.
 
-figure: a number of the result; finding: a conclusion from figures; doubt: something that may make the result wrong;
-assumption: something that was taken for granted or left out; remedy: what to do.
+figure: a number of the result; finding: a conclusion from figures; doubt: a reason why the result may be wrong;
+assumption: something that was assumed or neglected; remedy: what the user can do.
 """
 
 Level = Literal["plain", "caution", "fault"]
-"""Weight of a fact.
+"""Importance of a fact.
 
-plain: to be read with the result; caution: to be read before it; fault: there is no valid result.
+plain: read it with the result; caution: read it before the result; fault: there is no valid result.
 """
 
 
 @dataclass(frozen=True)
 class Fact:
-    """A statement about a result, in parts and as a sentence."""
+    """A statement about a result: the sentence, and its parts for programs."""
 
-    # Set without pydantic, which takes a tenth of a second to import.
+    # pydantic reads this attribute. Importing pydantic here would take a tenth of a second.
     __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     key: str
-    """Subject, with dots, such as "walls.band"; the same for all values."""
+    """Subject as a dotted name, such as "walls.band". It does not depend on the value."""
     text: str
-    """The sentence, with its numbers and units."""
+    """Sentence with its numbers and units."""
     value: float | int | str | None = None
-    """Main number or name in the sentence; None if there is none."""
+    """Main number or name in the sentence, or None."""
     unit: str = ""
-    """Unit of a number; empty for a pure number or a name."""
+    """Unit of ``value``. Empty for a pure number or a name."""
     kind: Kind = "finding"
-    """figure, finding, doubt, assumption or remedy."""
+    """Kind of the fact: figure, finding, doubt, assumption or remedy."""
     level: Level = "plain"
-    """plain; caution: to be read before the result; fault: there is no valid result."""
+    """Importance: plain; caution: read it before the result; fault: there is no valid result."""
 
     def __str__(self) -> str:
         return self.text
@@ -52,22 +52,22 @@ Facts = tuple[Fact, ...]
 def doubt(
     key: str, text: str, value: float | int | str | None = None, unit: str = "", level: Level = "caution"
 ) -> Fact:
-    """Return a doubt, to be read before the result unless ``level`` says otherwise."""
+    """Return a fact of the kind doubt. Its default level is "caution"."""
     return Fact(key, text, value, unit, "doubt", level)
 
 
 def texts(facts: Iterable[Fact]) -> tuple[str, ...]:
-    """Return the sentences of facts."""
+    """Return the sentence of each fact."""
     return tuple(fact.text for fact in facts)
 
 
 def without(facts: Iterable[Fact], *keys: str) -> Facts:
-    """Return the facts that have none of the keys. A key also stands for those that begin with it and a dot."""
+    """Return the facts with none of the keys. The key "walls" also excludes "walls.band" and all other "walls.*"."""
     return tuple(fact for fact in facts if not _is_of(fact.key, keys))
 
 
 def of_keys(facts: Iterable[Fact], *keys: str) -> Facts:
-    """Return the facts that have one of the keys, as in ``without``."""
+    """Return the facts with one of the keys. The key "walls" also includes "walls.band" and all other "walls.*"."""
     return tuple(fact for fact in facts if _is_of(fact.key, keys))
 
 

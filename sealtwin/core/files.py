@@ -1,4 +1,4 @@
-"""Readers and writers of the files of a run folder. A file is written whole, or not written."""
+"""Readers and writers of the files of a run folder. A file is either written completely or not at all."""
 
 import csv
 import hashlib
@@ -22,21 +22,21 @@ from sealtwin.core.plain_files import LARGEST_HASHED_BYTES
 from sealtwin.core.records import Floats
 
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
-MISSING = re.compile(r"(?<=,)(?=,|\r?$)|^(?=,)", re.MULTILINE)  # An empty field
-TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file, unlikely in a user's file
+MISSING = re.compile(r"(?<=,)(?=,|\r?$)|^(?=,)", re.MULTILINE)  # Pattern of an empty field in a CSV
+TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file. A user's file is unlikely to have it
 TEMPORARY = re.compile(rf"\.{TEMPORARY_MARK}-\d+-[0-9a-f]{{8}}(\..+)?", re.DOTALL)
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
-"""First letters of a cell that spreadsheets run as a formula; some also run the last four, which are full-width."""
+"""First characters of cells that a spreadsheet runs as a formula. Some also accept the last four (full-width)."""
 
 
 @contextmanager
 def replacing(path: Path, *, lasting: bool = True) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and move it to ``path`` if the block ends without an error.
 
-    A loss of power may empty a file that is not ``lasting``.
+    If ``lasting`` is False, the file may be empty after a loss of power.
 
-    It has the suffix of ``path``, because writers choose their format by the suffix. It does not have the stem, which
-    may already be as long as a name can be.
+    The temporary path has the suffix of ``path``, because writers choose the format by the suffix. It does not repeat
+    the stem, which may already have the greatest allowed length.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{TEMPORARY_MARK}-{os.getpid()}-{secrets.token_hex(4)}{path.suffix}")
@@ -52,7 +52,7 @@ def replacing(path: Path, *, lasting: bool = True) -> Iterator[Path]:
 
 
 def is_temporary(path: Path) -> bool:
-    """Return True for a name that ``replacing`` made: a file that a killed process did not finish."""
+    """Return True if ``path`` is a temporary file of ``replacing``, which a killed process has left behind."""
     return TEMPORARY.fullmatch(path.name) is not None
 
 
@@ -71,10 +71,10 @@ def write_if_new(path: Path, content: bytes) -> None:
 
 
 def write_unless_other(contents: Mapping[Path, bytes]) -> None:
-    """Write files. If one of them exists with other content, raises InputError before any is written."""
+    """Write files. Raises InputError, before it writes any file, if one of them exists with different content."""
     for path, content in contents.items():
         if path.exists() and read_bytes(path) != content:
-            raise InputError(f"{path}: already exists and is not overwritten; give another name, or move it away.")
+            raise InputError(f"{path}: already exists and is not overwritten. Give another name, or move the file.")
     for path, content in contents.items():
         write_if_new(path, content)
 
@@ -93,9 +93,9 @@ def write_json(path: Path, content: Any) -> None:
 
 
 def as_json(content: Any) -> str:
-    """Return JSON that any reader accepts: NaN and infinity become null.
+    """Return ``content`` as indented JSON, with each list of numbers on one line.
 
-    The text is indented, with each list of numbers on one line.
+    NaN and infinity become null, because many readers accept only standard JSON.
     """
     text = to_json(content, indent=2, inf_nan_mode="null", fallback=_plain).decode() + "\n"
     return NUMBERS.sub(lambda match: " ".join(match.group().split()).replace("[ ", "[").replace(" ]", "]"), text)
@@ -106,7 +106,7 @@ def _plain(value: Any) -> Any:
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file. Raises InputError, naming the file, if it is missing or not JSON."""
+    """Read a JSON file. Raises InputError with the name of the file if it is missing or not valid JSON."""
     try:
         return parse_json(read_text(path))
     except ValueError as fault:
@@ -116,8 +116,8 @@ def read_json(path: Path) -> Any:
 def parse_json(text: str) -> Any:
     """Return the content of a JSON text.
 
-    Raises ValueError if it is not JSON, and for content that json accepts but no stage writes: NaN, a number too large
-    for a float, half of a surrogate pair, lists nested more than 200 deep.
+    Raises ValueError if the text is not JSON. Also raises ValueError for content that Python's ``json`` accepts but no
+    stage writes: NaN, a number too large for a float, half of a surrogate pair, or more than 200 nested lists.
     """
     content = from_json(text, allow_inf_nan=False)
     if not _is_finite(content):
@@ -126,7 +126,7 @@ def parse_json(text: str) -> Any:
 
 
 def _is_finite(content: Any) -> bool:
-    """Return False if a number is infinite. JSON has no infinity, but 1e999 is read as one."""
+    """Return False if a number in ``content`` is infinite. A number such as 1e999 is read as infinity."""
     if isinstance(content, float):
         return math.isfinite(content)
     parts = content.values() if isinstance(content, dict) else content if isinstance(content, list) else ()
@@ -135,26 +135,26 @@ def _is_finite(content: Any) -> bool:
 
 @contextmanager
 def understood(path: Path) -> Iterator[None]:
-    """Turn errors from the content of an edited file into an InputError with the file and the remedy."""
+    """Convert an error caused by the content of a file into an InputError that states the file and the remedy."""
     try:
         yield
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as fault:
         reason = f"{type(fault).__name__}: {fault}"
-        raise InputError(f"{path}: not as its stage wrote it ({reason}). Run that stage again.") from fault
+        raise InputError(f"{path}: the content is not what its stage wrote ({reason}). Run the stage again.") from fault
 
 
 def sha256(path: Path) -> str:
-    """Return the hash of a file. Raises InputError for a device, a pipe or a file without end."""
+    """Return the SHA-256 hash of a file. Raises InputError for a device, a pipe or a file that is too large."""
     with naming(path), plain_files.opened(path, LARGEST_HASHED_BYTES) as content:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
 def read_text(path: Path) -> str:
-    """Read a text that a stage wrote. Raises InputError if it is not UTF-8, and whatever ``read_bytes`` raises."""
+    """Read a text file that a stage wrote. Raises InputError if it is not UTF-8, or if ``read_bytes`` raises it."""
     try:
         return read_bytes(path).decode("utf-8")
     except UnicodeDecodeError as fault:
-        raise InputError(f"{path}: not a text in UTF-8. Run its stage again.") from fault
+        raise InputError(f"{path}: is not UTF-8 text. Run its stage again.") from fault
 
 
 def read_bytes(path: Path) -> bytes:
@@ -162,12 +162,14 @@ def read_bytes(path: Path) -> bytes:
     try:
         return plain_files.read_bytes(path)
     except FileNotFoundError:
-        raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
+        raise InputError(
+            f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all stages."
+        ) from None
 
 
 def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int = 6) -> None:
-    """Write a CSV of numbers below one header line, with units in the names. NaN becomes an empty field."""
-    # One format for a whole row: one call for each number takes six times as long.
+    """Write a CSV with one header line, ``columns``, and rows of numbers. NaN becomes an empty field."""
+    # A row is formatted in one call. One call for each number takes six times as long.
     line = ",".join([f"%.{decimals}f"] * len(columns)) + "\n"
     body = "".join(line % tuple(row.tolist()) for row in rows)
     write_text(path, ",".join(columns) + "\n" + body.replace("nan", ""))
@@ -178,7 +180,7 @@ def write_sheet(path: Path, columns: Sequence[str], rows: Iterable[Sequence[str 
 
 
 def sheet_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> str:
-    """Return a CSV of text and numbers for spreadsheets, without formulas. None becomes an empty field."""
+    """Return a CSV of texts and numbers for spreadsheets, without formulas. None becomes an empty field."""
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(columns)
@@ -187,26 +189,28 @@ def sheet_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | Non
 
 
 def as_text_cell(text: str) -> str:
-    """Return a cell that a spreadsheet shows as ``text`` instead of running it as a formula."""
+    """Return ``text`` in a form that a spreadsheet shows as text and does not run as a formula."""
     return f"'{text}" if text.startswith(FORMULA) else text
 
 
 def read_table(path: Path, columns: Sequence[str], *, finite: bool = False) -> Floats:
-    """Read a CSV that ``write_table`` wrote, (n, len(columns)). With ``finite``, missing numbers are refused.
+    """Read ``columns`` of a CSV that ``write_table`` wrote, (n, len(columns)).
 
-    Raises InputError, naming file and line.
+    Raises InputError with file and line if the content is not valid. With ``finite``, empty fields are not valid.
     """
     header, _, body = read_text(path).partition("\n")
     names = header.strip().split(",")
     if missing := {*columns} - {*names}:
-        raise InputError(f"{path}, line 1: no column {', '.join(sorted(missing))}; expected {','.join(columns)}.")
+        raise InputError(
+            f"{path}, line 1: no column {', '.join(sorted(missing))}; expected columns are {','.join(columns)}."
+        )
     rows, wanted = np.empty((0, len(columns))), [names.index(name) for name in columns]
     try:
         if body.strip():
             numbers = io.StringIO(MISSING.sub("nan", body))
             rows = np.loadtxt(numbers, delimiter=",", usecols=wanted, comments=None, ndmin=2)
     except ValueError as fault:
-        raise InputError(f"{path}: not as its stage wrote it (row 0 is line 2): {fault!s:.200}") from None
+        raise InputError(f"{path}: the content is not what its stage wrote (row 0 is line 2): {fault!s:.200}") from None
     if finite and len(wrong := np.argwhere(~np.isfinite(rows))):
         row, column = wrong[0]
         cell = f"{columns[column]} = {rows[row, column]:g}"
@@ -218,6 +222,6 @@ def _cell(value: str | float | None) -> str:
     if value is None:
         return ""
     if isinstance(value, str):
-        # Python's writer does not quote a lone carriage return, at which readers begin a new row.
+        # Python's writer does not quote a single carriage return, but readers begin a new row there.
         return as_text_cell(value.replace("\r\n", "\n").replace("\r", "\n"))
     return f"{value:.12g}"

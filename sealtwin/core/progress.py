@@ -1,4 +1,4 @@
-"""Progress of long work: a bar on a terminal, plain lines elsewhere."""
+"""Show the progress of long computations: a bar on a terminal, plain lines elsewhere."""
 
 import math
 import sys
@@ -9,26 +9,29 @@ from typing import Literal
 
 from sealtwin.core.facts import Fact
 
-LINE_EVERY_S = 10.0  # Time between plain lines in a log
-TENTH = 0.1  # Share of the work after which the remaining time is estimated
+LINE_EVERY_S = 10.0  # Time between two lines in a log, in s
+TENTH = 0.1  # Fraction of the work after which the remaining time is estimated
 
 Word = Literal["note", "warning", "fault"]
-"""Word before a fact that is shown during the work."""
+"""Word that is printed before a fact during the work."""
 
 
 class Pace:
-    """Estimate of the remaining time, from the pace of the later half of the steps since the first report.
+    """Estimate the remaining time from the speed of the later half of the finished steps.
 
-    Time before the first report is set-up, such as compiling kernels, and does not count. Early steps do not count
-    either, since they may be quicker: a fill begins with few particles.
+    The time before the first report is not counted, since it is set-up such as compiling kernels. The earlier half of
+    the steps is not counted either, since early steps may be faster: a fill begins with few particles.
     """
 
     def __init__(self, total: float, done: float = 0.0) -> None:
         self._total, self._before = total, done
-        self._reports = list[tuple[float, float]]()  # Steps done and time, if steps were done since the last report
+        self._reports = list[tuple[float, float]]()  # Finished steps and time of each report with new steps
 
     def left_s(self, done: float, now_s: float) -> float | None:
-        """Return the expected time left after ``done`` steps, or None until a tenth of the remaining steps is done."""
+        """Return the expected remaining time in s after ``done`` steps.
+
+        ``now_s`` is the current time. Returns None before a tenth of the remaining steps is finished.
+        """
         if not self._reports or done > self._reports[-1][0]:
             self._reports.append((done, now_s))
         half = (self._reports[0][0] + done) / 2
@@ -39,23 +42,24 @@ class Pace:
 
 
 class Progress(AbstractContextManager["Progress"]):
-    """Base class, which shows nothing.
+    """Base class of progress displays. It shows nothing itself.
 
     Stages call ``start``, ``expect``, ``advance``, ``note`` and ``warn``, and never print.
     """
 
     def start(self, title: str, total: int, done: int = 0) -> None:
-        """Begin work of ``total`` equal steps, including ``done`` steps by an earlier process."""
+        """Begin work of ``total`` equal steps, of which an earlier process has finished ``done``."""
 
     def expect(self, left_s: float) -> None:
-        """Set the remaining time of the current work, if there is a better estimate than the pace of its steps."""
+        """Set the remaining time of the current work in s. It replaces the estimate from the speed of the steps."""
 
     def advance(self, done: int, note: str = "") -> None:
         """Report that ``done`` steps of the current work are finished."""
 
     later_s, later_times = 0.0, 0
-    """Expected time of what the command does after the current work, in s and in times of the current work's own time.
-    Both are part of the time left."""
+    """Expected time of the work that follows the current work: a time in s, plus a multiple of the current work's time.
+
+    Both are included in the remaining time."""
 
     def later(self, left_s: float, times: int = 0) -> None:
         self.later_s, self.later_times = left_s, times
@@ -64,10 +68,10 @@ class Progress(AbstractContextManager["Progress"]):
         """Show a line to the user at once."""
 
     warned: tuple[Fact, ...] = ()
-    """Facts that were shown until now."""
+    """Facts that have been shown."""
 
     def warn(self, fact: Fact, word: Word = "note") -> None:
-        """Show a fact about a result, even if notes are not shown."""
+        """Show a fact about a result, even if notes are hidden."""
         self.warned = (*self.warned, fact)
         self.note(f"{word}: {fact}")
 
@@ -79,17 +83,17 @@ class Progress(AbstractContextManager["Progress"]):
 
 
 class _Timed(Progress):
-    """Progress with an estimate of the remaining time."""
+    """Base class of displays that estimate the remaining time."""
 
     def start(self, title: str, total: int, done: int = 0) -> None:
         self._total, self._pace = total, Pace(total, done)
-        self._ends_s: float | None = None  # Moment of the end of the work, from ``expect``
+        self._ends_s: float | None = None  # Time at which the work is expected to end, set by ``expect``
 
     def expect(self, left_s: float) -> None:
         self._ends_s = time.monotonic() + left_s
 
     def _left(self, done: int) -> str:
-        """Return the command's remaining time in words, or an empty text without an estimate or if the work is done."""
+        """Return the remaining time of the command in words. Returns "" without an estimate or after the last step."""
         now_s = time.monotonic()
         by_pace_s = self._pace.left_s(done, now_s)
         left_s = by_pace_s if self._ends_s is None else max(0.0, self._ends_s - now_s)
@@ -100,7 +104,7 @@ class _Timed(Progress):
 
 
 class QuietProgress(Progress):
-    """Progress that shows warnings only, for a command with --quiet. The Python interface uses ``warnings``."""
+    """Progress that shows only warnings, for commands with --quiet. The Python interface uses ``warnings`` instead."""
 
     def warn(self, fact: Fact, word: Word = "note") -> None:
         super().warn(fact, word)
@@ -157,19 +161,19 @@ class RichProgress(_Timed):
 
 
 def progress_for_stderr() -> Progress:
-    """Return a bar if stderr is a terminal, else lines."""
+    """Return a progress bar if stderr is a terminal, and otherwise a progress display in lines."""
     return RichProgress() if sys.stderr.isatty() else PlainProgress()
 
 
 def wanted(progress: bool | None) -> bool:
-    """Return ``progress``; if it is None, True if a person looks: stderr is a terminal, or this is a notebook."""
+    """Return ``progress``. If it is None, return True in a terminal (stderr) or a notebook."""
     if progress is not None:
         return progress
     return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
 
 
 def in_words(time_s: float) -> str:
-    """Return a time as text: in seconds below two minutes, in minutes below two hours, else in hours."""
+    """Return a time as text: in seconds below two minutes, in minutes below two hours, and in hours above."""
     if time_s < 120:
         return f"{time_s:.0f} s"
     return f"{time_s / 60:.0f} min" if time_s < 7200 else f"{time_s / 3600:.1f} h"

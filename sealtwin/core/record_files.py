@@ -23,7 +23,7 @@ PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "ag
 PROFILE_COLUMNS = ("s_mm", "level_mm")
 PROFILE, LEVEL = "profile.csv", "level.csv"
 LEVEL_COLUMNS = (*PROFILE_COLUMNS, "low_95_mm", "high_95_mm")
-"""Columns of the mean level of several runs, with its band; the level of each run may follow."""
+"""Columns for the mean level of several runs and its 95 % band. A column for the level of each run may follow."""
 
 Positive = Annotated[float, Field(gt=0)]
 Amount = Annotated[float, Field(ge=0)]
@@ -31,7 +31,10 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class Result(BaseModel):
-    """Base class of JSON files that are checked: types must be exact and numbers finite. Further keys are accepted."""
+    """Base class of JSON files whose content is checked.
+
+    Types must be exact and numbers finite. Unknown keys are accepted.
+    """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="allow", allow_inf_nan=False)
 
@@ -41,7 +44,7 @@ FURTHER = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
 
 @with_config(FURTHER)
 class RunFluid(TypedDict, total=False):
-    """Settings of a run's fluid that are read back."""
+    """Settings of a run's fluid that are read from simulation.json."""
 
     density_kg_m3: Positive | None
     yield_stress_pa: Amount
@@ -49,21 +52,21 @@ class RunFluid(TypedDict, total=False):
 
 @with_config(FURTHER)
 class RunSolver(TypedDict, total=False):
-    """Settings of a run's solver that are read back."""
+    """Settings of a run's solver that are read from simulation.json."""
 
     settle_s: Amount
 
 
 @with_config(FURTHER)
 class RunNozzle(TypedDict, total=False):
-    """Settings of a run's nozzle that are read back."""
+    """Settings of a run's nozzle that are read from simulation.json."""
 
     diameter_mm: Positive | None
 
 
 @with_config(FURTHER)
 class RunSettings(TypedDict, total=False):
-    """Settings of a run that are read back."""
+    """Settings of a run that are read from simulation.json."""
 
     fluid: RunFluid
     solver: RunSolver
@@ -72,7 +75,7 @@ class RunSettings(TypedDict, total=False):
 
 
 class Simulation(Result, FilledBy):
-    """Content of simulation.json: a run without its particles."""
+    """Content of simulation.json: the data of a run, except its particles."""
 
     particles: Count
     radius_mm: Positive
@@ -90,19 +93,19 @@ class Simulation(Result, FilledBy):
     @model_validator(mode="after")
     def _has_sealant(self) -> Self:
         if not self.particles and self.has_particles:
-            raise ValueError("particles is 0, but there is no bed of the fast model")
+            raise ValueError("particles is 0, but bed, the fill by the fast model, is missing")
         return self
 
     @property
     def volume_ratio(self) -> float:
-        """Volume of the settled sealant over the dispensed volume. Raises ValueError if it was not recorded."""
+        """Ratio of the settled to the dispensed volume of sealant. Raises ValueError if it was not recorded."""
         if (ratio := self.health.volume_ratio) is None:
             raise ValueError("health.volume_ratio is missing")
         return ratio
 
 
 class SolidFile(Result):
-    """Content of solid.json other than its figures."""
+    """Content of solid.json, except the figures in ``SolidFigures``."""
 
     tilt: str
     wall_angles_deg: tuple[float, float]
@@ -118,7 +121,7 @@ Kind = TypeVar("Kind")
 
 
 def write_outline(folder: Path, outline: Outline) -> None:
-    """Write outline.json: its numbers and words first, then its polylines."""
+    """Write outline.json, with numbers and texts first and polylines last."""
     names = ("length_mm", "mean_width_mm", *(field.name for field in fields(outline)))
     values = {name: getattr(outline, name) for name in names}
     ordered = sorted(values.items(), key=lambda item: isinstance(item[1], np.ndarray))
@@ -130,9 +133,10 @@ def read_outline(folder: Path) -> Outline:
 
 
 def write_solid(folder: Path, solid: Solid) -> None:
-    """Write crack.stl and crack.ply in millimetres, and crack.glb in metres with y up, as glTF requires.
+    """Write crack.stl and crack.ply in millimetres, crack.glb, and solid.json.
 
-    solid.json has what these formats cannot contain: units, labels, volumes.
+    crack.glb is in metres with y up, as glTF requires. solid.json has the data that these formats cannot contain:
+    units, labels of the triangles, and volumes.
     """
     load_trimesh()
     import trimesh
@@ -148,7 +152,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
         **{key: getattr(solid, key) for key in keys},
         "sections": {key: _rounded(values) for key, values in vars(solid.sections).items() if values is not None},
         **solid.figures.recorded(),
-        # A digit for each triangle of crack.ply, in the same order.
+        # The text has one digit for each triangle of crack.ply, in the same order.
         "face_label": "".join(str(label) for label in solid.face_label),
         "face_label_meaning": {str(label.value): label.name.lower() for label in FaceLabel},
     }
@@ -156,7 +160,10 @@ def write_solid(folder: Path, solid: Solid) -> None:
 
 
 def read_solid(folder: Path) -> Solid:
-    """Read the geometry from crack.ply, whose faces are in the order of the labels, and the rest from solid.json."""
+    """Read a solid: its triangles from crack.ply, and everything else from solid.json.
+
+    The triangles of crack.ply are in the same order as the labels in solid.json.
+    """
     path = folder / "solid.json"
     content = read_record(SolidFile, path)
     mesh = read_mesh(folder / "crack.ply", "Digitise again.")
@@ -166,7 +173,7 @@ def read_solid(folder: Path) -> Solid:
                 f"face_label has {len(content.face_label)} labels, but crack.ply has {len(mesh.faces)} faces"
             )
         if content.tilt == "modelled" and not content.sections.by_level:
-            raise ValueError("sections.below_mm2 is missing: the areas between the walls of the mesh below each level")
+            raise ValueError("sections.below_mm2, the area of each section below each level, is missing")
     return Solid(
         vertices_mm=mesh.vertices,
         faces=mesh.faces,
@@ -177,7 +184,7 @@ def read_solid(folder: Path) -> Solid:
 
 
 def write_trajectory(folder: Path, trajectory: Trajectory) -> None:
-    """Write trajectory.csv, and trajectory.txt with x y z in each line for other programs."""
+    """Write trajectory.csv, and for other programs trajectory.txt with "x y z" in mm in each line."""
     rows = np.column_stack(
         [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
     )
@@ -192,7 +199,7 @@ def read_trajectory(folder: Path) -> Trajectory:
 
 
 def write_sample(folder: Path, sample: Sample) -> None:
-    """Write a digitised sample without its readings. The trajectory is last: with it the folder is complete."""
+    """Write a digitised sample without its readings. The trajectory is written last and marks a complete folder."""
     write_outline(folder, sample.outline)
     write_solid(folder, sample.solid)
     write_trajectory(folder, sample.trajectory)
@@ -204,7 +211,7 @@ def read_sample(folder: Path) -> Sample:
 
 
 def write_run(folder: Path, run: Run) -> None:
-    """Write particles.csv, and simulation.json with everything that is not per particle."""
+    """Write particles.csv, and simulation.json with all data of a run except the particles."""
     rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled.astype(float)])
     files.write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
     content: dict[str, Any] = {name: getattr(run, name) for name in Simulation.model_fields}
@@ -215,20 +222,23 @@ def write_run(folder: Path, run: Run) -> None:
 
 
 def read_simulation(folder: Path) -> Simulation:
-    """Read simulation.json. Raises InputError, naming the key that does not fit."""
+    """Read simulation.json. Raises InputError with the first key that is not valid."""
     return read_record(Simulation, folder / "simulation.json")
 
 
 def read_run(folder: Path) -> Run:
-    """Read a run. Raises InputError if a number is missing or impossible, or the two files are of different runs."""
+    """Read a run from particles.csv and simulation.json.
+
+    Raises InputError if a number is missing or not valid, or if the files are from different runs.
+    """
     path = folder / "particles.csv"
     rows = files.read_table(path, PARTICLE_COLUMNS, finite=True)
     simulation = read_simulation(folder)
     counts = len(rows), int((rows[:, 7] > 0).sum())
     if counts != (simulation.particles, simulation.spilled_particles):
         raise InputError(
-            f"{path}: {counts[0]} particles, {counts[1]} of them spilled; simulation.json has {simulation.particles} "
-            f"and {simulation.spilled_particles}. Simulate again."
+            f"{path}: has {counts[0]} particles, {counts[1]} of them spilled, but simulation.json has "
+            f"{simulation.particles} and {simulation.spilled_particles}. Simulate again."
         )
     numbers = ("radius_mm", "particle_volume_mm3", "escaped_particles")
     keys = (*numbers, "device", "health", "fast_fill", "remarks", "doubts")
@@ -239,7 +249,7 @@ def read_run(folder: Path) -> Run:
         spilled=rows[:, 7] > 0,
         **{key: getattr(simulation, key) for key in keys},
         level=None if simulation.fast_fill is None else read_profile(folder),
-        # As written: the record would add defaults and change the order.
+        # The settings are read as JSON, because the record would add defaults and change the order.
         settings=files.read_json(folder / "simulation.json")["settings"],
     )
 
@@ -249,16 +259,22 @@ def write_profile(folder: Path, profile: Profile) -> None:
 
 
 def read_profile(folder: Path, name: str = PROFILE) -> Profile:
-    """Read a profile. Raises InputError if a number is missing, there are fewer than two rows, or s does not grow."""
+    """Read a profile from the file ``name``.
+
+    Raises InputError if a number is missing, if there are fewer than two rows, or if s does not increase.
+    """
     path = folder / name
     rows = files.read_table(path, PROFILE_COLUMNS, finite=True)
     if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
-        raise InputError(f"{path}: expected two rows or more, with s_mm increasing from row to row. Simulate again.")
+        raise InputError(f"{path}: expected at least two rows, with s_mm increasing from row to row. Simulate again.")
     return Profile(*rows.T, source="simulation")
 
 
 def write_level(folder: Path, s_mm: Floats, levels_mm: Mapping[int, Floats], half_mm: float) -> None:
-    """Write the mean of the level of each seed, with its band of half-width ``half_mm``, and each level."""
+    """Write level.csv: the mean level of several seeds, its band of half-width ``half_mm``, and the level of each seed.
+
+    ``levels_mm`` has the levels at ``s_mm``, (k,), by seed.
+    """
     mean_mm = np.mean([*levels_mm.values()], axis=0)
     columns = (*LEVEL_COLUMNS, *map(_column_of, levels_mm))
     rows = np.column_stack([s_mm, mean_mm, mean_mm - half_mm, mean_mm + half_mm, *levels_mm.values()])
@@ -266,12 +282,12 @@ def write_level(folder: Path, s_mm: Floats, levels_mm: Mapping[int, Floats], hal
 
 
 def read_level(folder: Path) -> Profile:
-    """Read the mean level of a run folder's seeds, as ``read_profile`` does."""
+    """Read the mean level of all seeds of a run folder. Raises the same errors as ``read_profile``."""
     return read_profile(folder, LEVEL)
 
 
 def read_levels(folder: Path, seeds: Sequence[int]) -> Floats:
-    """Read the level of each of ``seeds`` from the table of their mean, (seeds, k)."""
+    """Read the level of each of ``seeds`` from level.csv, (seeds, k)."""
     return files.read_table(folder / LEVEL, [*map(_column_of, seeds)], finite=True).T
 
 
@@ -285,18 +301,21 @@ def _adapter(kind: type[Kind]) -> TypeAdapter[Kind]:
 
 
 def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN, *, strict: bool | None = None) -> Kind:
-    """Read a JSON file as a record. With ``strict``, values of another type are not converted.
+    """Read a JSON file as a record of the type ``kind``. With ``strict``, values of another type are not converted.
 
-    Raises InputError with the file, the first key that does not fit, its value, and ``remedy``.
+    Raises InputError with the file, the first key that is not valid, its value, and ``remedy``.
     """
     return as_record(kind, files.read_text(path), path, remedy, strict=strict)
 
 
 def as_record(kind: type[Kind], text: str, where: Path | str, remedy: str, *, strict: bool | None = None) -> Kind:
-    """Read a JSON text as a record. Raises InputError as ``read_record`` does, but with ``where`` for the file."""
+    """Return a JSON text as a record of the type ``kind``.
+
+    Raises InputError as ``read_record`` does. The message begins with ``where``.
+    """
     try:
         record: Kind = _adapter(kind).validate_json(text, strict=strict)
-        # A field of any value takes NaN and infinity, which this reading refuses.
+        # A field of the type Any accepts NaN and infinity; parse_json refuses them.
         files.parse_json(text)
         return record
     except ValidationError as faults:
@@ -304,13 +323,15 @@ def as_record(kind: type[Kind], text: str, where: Path | str, remedy: str, *, st
         key = ".".join(str(part) for part in fault["loc"] if part not in ("int", "float")) or "its content"
         value = "" if fault["type"] == "missing" else f" = {fault['input']!r:.60}"
         reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input ")
-        raise InputError(f"{where}: not as it was written ({key}{value}: {reason}). {remedy}") from None
+        raise InputError(
+            f"{where}: the content differs from what sealtwin wrote ({key}{value}: {reason}). {remedy}"
+        ) from None
     except ValueError as fault:
         raise InputError(f"{where}: not readable JSON ({fault}). {remedy}") from None
 
 
 def _rounded(value: Any) -> Any:
-    """Return an array, or a tuple of arrays, rounded to five decimals; other values stay."""
+    """Return an array, or a tuple of arrays, rounded to five decimals. Other values are returned unchanged."""
     if isinstance(value, tuple):
         return tuple(_rounded(item) for item in value)
     return np.round(value, 5) if isinstance(value, np.ndarray) else value

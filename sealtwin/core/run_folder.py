@@ -1,7 +1,7 @@
-"""Run folder: its lock, and its manifest, which lists the stages, their keys, and the files that they read and wrote.
+"""Run folder with its lock and its manifest, which lists the finished stages, their keys, inputs and outputs.
 
-The key of a result is a hash of everything that it depends on, including the numbers of the stages that compute it. A
-stage number is raised whenever the same input gives another figure in the stage's results. Each stage defines its own.
+The key of a result is a hash of everything that the result depends on, including the stage numbers. Each stage defines
+a stage number, and raises it whenever the same input gives a different result.
 """
 
 import hashlib
@@ -38,51 +38,51 @@ ENTRY = {
     "versions": dict,
     "stage_numbers": dict,
 }
-"""Keys of a finished stage in the manifest, with their types."""
+"""Keys of a finished stage's entry in the manifest, with the types of their values."""
 PACKAGES = (
     *("sealtwin", "numpy", "scipy", "opencv-python-headless", "scikit-image", "trimesh", "manifold3d", "warp-lang"),
     *("similaritymeasures", "matplotlib"),
 )
 UNNUMBERED = 0
-"""Number of a stage that a result does not record, such as validate in a study without readings."""
+"""Stage number that stands for a stage without a recorded number, such as validate in a study without readings."""
 
 
 @dataclass
 class RunFolder:
-    """Folder that this process has locked with ``open_folder``, or has opened for reading with ``look_into``."""
+    """Run folder that ``open_folder`` has locked for this process, or that ``look_into`` has opened for reading."""
 
     path: Path
     manifest: dict[str, Any]
 
     def entry_of(self, stage: str) -> dict[str, Any]:
-        """Return the entry of ``stage`` in the manifest; empty if it is not finished."""
+        """Return the entry of ``stage`` in the manifest. It is empty if the stage is not finished."""
         return self.manifest["stages"].get(stage, {})
 
     def is_current(self, stage: str, key: str) -> bool:
-        """Return True if ``stage`` was finished with this key and its files are still as it wrote them."""
+        """Return True if ``stage`` is finished with this key and its output files are unchanged."""
         entry = self.entry_of(stage)
         return entry.get("key") == key and not self._changed(entry["outputs"])
 
     def settings_of(self, stage: str) -> dict[str, Any] | None:
-        """Return the settings of ``stage``, or None if it is not finished."""
+        """Return the settings of ``stage``, or None if the stage is not finished."""
         return self.entry_of(stage).get("settings")
 
     def numbers_of(self, stage: str) -> dict[str, int]:
-        """Return the stage numbers with which ``stage`` was computed. The result is empty if it is not finished."""
+        """Return the stage numbers with which ``stage`` was computed. Empty if the stage is not finished."""
         return self.entry_of(stage).get("stage_numbers", {})
 
     def edited(self, stage: str) -> list[str]:
-        """Return the files of ``stage`` that were changed since it wrote them."""
+        """Return the output files of ``stage`` that were changed after the stage wrote them."""
         return [name for name in self._changed(self.entry_of(stage).get("outputs", {})) if (self.path / name).is_file()]
 
     def changed_since(self, stage: str) -> list[str]:
-        """Return the inputs of a finished ``stage`` that are missing or have changed."""
+        """Return the input files of a finished ``stage`` that are missing or were changed."""
         return self._changed(self.entry_of(stage)["inputs"])
 
     def clear(self, stage: str) -> list[str]:
-        """Remove ``stage`` from the manifest and delete its files, so that no old file passes for a new one.
+        """Remove ``stage`` from the manifest and delete its output files, so that nobody takes them for new ones.
 
-        A file that was edited is renamed instead. Returns the new names.
+        An edited file is not deleted but renamed. Returns the new names.
         """
         renamed = list[str]()
         for path in (self.path / name for name in self.edited(stage)):
@@ -107,10 +107,10 @@ class RunFolder:
         from_user: Sequence[str] = (),
         **facts: Any,
     ) -> None:
-        """Record a finished ``stage``: its key, its settings, the hashes of its inputs and outputs, and other facts.
+        """Record a finished ``stage``: its key, settings, hashes of inputs and outputs, and other facts.
 
-        ``numbers`` are the stage numbers in its key. ``from_user`` names the user's inputs, as opposed to those from
-        an earlier stage.
+        ``numbers`` has the stage numbers that are part of the key. ``from_user`` names the inputs from the user; an
+        earlier stage wrote the other inputs.
         """
         self.manifest["stages"][stage] = {
             "key": key,
@@ -128,7 +128,7 @@ class RunFolder:
 
     def finished(self) -> list[str]:
         """Return the finished stages whose inputs and outputs are in the folder, in the order of the pipeline."""
-        # A stage that was redone is last in the manifest. The alphabetical order is that of the pipeline.
+        # A stage that was repeated is last in the manifest. Alphabetical order equals the order of the pipeline.
         stages = sorted(self.manifest["stages"].items())
         return [stage for stage, entry in stages if self._is_complete(entry)]
 
@@ -140,17 +140,17 @@ class RunFolder:
         return all((self.path / name).is_file() for name in entry["outputs"]) and not self._changed(from_stages)
 
     def _changed(self, hashes: Mapping[str, str]) -> list[str]:
-        """Return the files that are missing or have another hash."""
+        """Return the files that are missing or have a different hash."""
         paths = {name: self.path / name for name in hashes}
         return [name for name, path in paths.items() if not (path.is_file() and sha256(path) == hashes[name])]
 
 
 @contextmanager
 def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
-    """Lock a run folder until the block ends or the process is killed; ``create`` makes it if it is missing or empty.
+    """Lock a run folder until the block ends or the process is killed.
 
-    Raises InputError for a file, or a folder that is not a run folder or has files that no run wrote, and BusyError if
-    another process has locked it.
+    If the folder is missing or empty, ``create`` makes it. Raises InputError if ``path`` is a file, is not a run
+    folder, or has files that no run wrote. Raises BusyError if another process has locked it.
     """
     _check_usable(path, create)
     with holding(path):
@@ -164,7 +164,7 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
 def look_into(path: Path) -> RunFolder:
     """Open a run folder for reading, even if another process has locked it.
 
-    Raises InputError if it is not a run folder, or its manifest is damaged.
+    Raises InputError if ``path`` is not a run folder, or if the manifest is damaged.
     """
     _check_usable(path, create=False)
     return RunFolder(path, _read_manifest(path))
@@ -172,9 +172,9 @@ def look_into(path: Path) -> RunFolder:
 
 @contextmanager
 def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterator[None]:
-    """Make a folder and lock it until the block ends.
+    """Make a folder if necessary, and lock it until the block ends.
 
-    If another process has locked it, calls ``waiting`` with a sentence and waits; without ``waiting`` raises BusyError.
+    If another process has locked it, calls ``waiting`` with a message and waits. Without ``waiting``, raises BusyError.
     """
     require_folder(path)
     path.mkdir(parents=True, exist_ok=True)
@@ -184,8 +184,8 @@ def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterato
     except Timeout:
         busy = f"{path}: in use by {_holder(path)}"
         if waiting is None:
-            raise BusyError(f"{busy}. Wait for it, stop it, or give another --out.") from None
-        waiting(f"{busy}; waiting for it.")
+            raise BusyError(f"{busy}. Wait for that process, stop it, or give another --out.") from None
+        waiting(f"{busy}; waiting for that process.")
         lock.acquire()
     try:
         since = datetime.now().astimezone().strftime("%H:%M:%S")
@@ -197,34 +197,35 @@ def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterato
 
 
 def require_folder(path: Path) -> None:
-    """Raise InputError if ``path`` or a folder above it is a file, or its name is not UTF-8."""
+    """Raise InputError if ``path`` or one of its parents is a file, or if the path is not UTF-8."""
     if as_text(path) != str(path):
-        raise InputError(f"{as_text(path)}: its name is not UTF-8; rename it, or give another --out.")
+        raise InputError(f"{as_text(path)}: the name is not UTF-8. Rename the folder, or give another --out.")
     for part in (path, *path.parents):
         if part.exists() and not part.is_dir():
-            raise InputError(f"{part}: is a file, but --out must be a folder, new or from an earlier run.")
+            raise InputError(f"{part}: is a file, but --out must be a new folder or the folder of an earlier run.")
 
 
 def refuse_links(path: Path) -> None:
-    """Raise InputError if a folder in ``path`` is a link to a folder outside: files would be written there."""
+    """Raise InputError if ``path`` contains a link to a folder elsewhere, since files would be written there."""
     for part in path.iterdir():
         if part.is_symlink() and part.is_dir() and not part.resolve().is_relative_to(path.resolve()):
             raise InputError(
-                f"{part}: is a link to a folder elsewhere, so files would be written there. Replace the link by a "
+                f"{part}: is a link to a folder elsewhere, so files would be written there. Replace the link by a real "
                 "folder."
             )
 
 
 def refuse_foreign(path: Path, maker: str, names: Sequence[str]) -> None:
-    """Raise InputError if there are ``names``, files in a folder that ``maker`` did not write."""
+    """Raise InputError if ``names``, the files in the folder that ``maker`` did not write, is not empty."""
     if names:
-        raise InputError(f"{path}: has files that no {maker} wrote ({', '.join(names[:3])}); give another --out.")
+        raise InputError(f"{path}: has files that no {maker} wrote ({', '.join(names[:3])}). Give another --out.")
 
 
 def require_own(path: Path, marker: str, maker: str) -> None:
-    """Raise InputError if ``path`` is no folder, or has files but not ``marker``, which each ``maker`` writes.
+    """Raise InputError if ``path`` is not a folder, or is a folder with files that ``maker`` did not write.
 
-    Lock and temporary files, which a killed process may have left, do not count.
+    A folder with the file ``marker`` was written by ``maker``. The lock and temporary files, which a killed process may
+    have left, are ignored.
     """
     require_folder(path)
     if path.is_dir() and not (path / marker).exists():
@@ -242,7 +243,7 @@ def _check_usable(path: Path, create: bool) -> None:
     if create:
         require_own(path, MANIFEST, "run")
     elif not (path / MANIFEST).is_file():
-        raise InputError(f"{path}: not a run folder (it has no {MANIFEST}). 'sealtwin run TRIAL' makes one.")
+        raise InputError(f"{path}: is not a run folder, since it has no {MANIFEST}. 'sealtwin run TRIAL' makes one.")
 
 
 def _holder(path: Path) -> str:
@@ -261,15 +262,18 @@ def _read_manifest(path: Path) -> dict[str, Any]:
         if manifest["version"] == 1 and all(_is_entry(path, entry) for entry in manifest["stages"].values()):
             return manifest
     except (InputError, KeyError, TypeError, AttributeError, ValueError):
-        pass  # Damaged, or of another form: one sentence for both.
+        pass  # The message below is for a damaged manifest and for one of another form.
     raise InputError(
-        f"{path / MANIFEST}: damaged, or written by another version. Delete {path}, and make it again with "
-        f"'sealtwin run TRIAL --out {path}'."
+        f"{path / MANIFEST}: is damaged, or another version of sealtwin wrote it. Delete {path}, and make it again "
+        f"with 'sealtwin run TRIAL --out {path}'."
     )
 
 
 def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
-    """Return True for a valid entry of a stage. Its outputs are deleted with it, so they must be inside the folder."""
+    """Return True if the entry of a stage is valid.
+
+    Its outputs must be inside the folder, because they are deleted when the stage is cleared.
+    """
     home = folder.resolve()
     files = [Path(os.path.normpath(home / name)) for name in entry["outputs"]]
     below = all(home in file.parents and file.parent.resolve().is_relative_to(home) for file in files)
@@ -277,22 +281,25 @@ def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
 
 
 def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any], numbers: Mapping[str, int]) -> str:
-    """Return the key of a result, made from its inputs, its settings, the package version and the stage numbers."""
+    """Return the key of a result: a hash of its inputs, its settings, the package version and the stage numbers."""
     return content_key({"inputs": inputs, "settings": settings, "version": _own_version(), "numbers": numbers})
 
 
 def content_key(content: Mapping[str, Any]) -> str:
-    """Return a hash of JSON content, to compare within one call. It is not stored."""
+    """Return a hash of JSON content. A hash without stage numbers is only for comparison within one call."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def number_words(numbers: Mapping[str, int]) -> str:
-    """Return "digitise 1, simulate 2", with "unknown" for a number that is not recorded."""
+    """Return stage numbers in words, such as "digitise 1, simulate 2". A number that is not recorded is "unknown"."""
     return ", ".join(f"{stage} {number or 'unknown'}" for stage, number in numbers.items()) or "unknown"
 
 
 def other_numbers(recorded: Mapping[str, int], current: Mapping[str, int]) -> str:
-    """Return how ``recorded`` stage numbers differ from ``current``, in words to follow "computed by". "" if equal."""
+    """Return how ``recorded`` stage numbers differ from ``current``, or "" if they are equal.
+
+    The text continues a sentence after "computed by".
+    """
     numbers = {stage: recorded.get(stage, UNNUMBERED) for stage in current}
     before = {stage: number for stage, number in numbers.items() if number != current[stage]}
     now = {stage: current[stage] for stage in before}
@@ -301,5 +308,5 @@ def other_numbers(recorded: Mapping[str, int], current: Mapping[str, int]) -> st
 
 @cache
 def _own_version() -> str:
-    """Return the package's version. Its metadata take a millisecond to parse, and a study has 20,000 keys."""
+    """Return the version of this package. It is cached: parsing takes 1 ms, and a study may compute 20,000 keys."""
     return version("sealtwin")

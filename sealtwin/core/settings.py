@@ -1,4 +1,4 @@
-"""Settings files in TOML, which are checked against a model. Every fault is reported in one sentence."""
+"""Read settings from TOML files and check them against a model. Each fault is reported in one sentence."""
 
 import difflib
 import json
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 else:
 
     class KeywordTables(type(BaseModel)):
-        """Metaclass of tables whose keywords are checked like a file. Their help comes from the fields.
+        """Metaclass of settings tables. Keywords are checked like a file, and None counts as absent.
 
-        None counts as absent.
+        help() shows the docstrings of the fields.
         """
 
         def __call__(cls, *unnamed: Any, **values: Any) -> BaseModel:
             if unnamed:
-                raise InputError(f"{cls.__name__}: give settings by name, as in {next(iter(cls.model_fields))}=...")
+                raise InputError(f"{cls.__name__}: give each setting by name, as in {next(iter(cls.model_fields))}=...")
             return checked(cls, Path(cls.__name__), values)
 
         @property
@@ -40,30 +40,30 @@ else:
 
 
 class _ByDefault:
-    """Placeholder for a default in a signature. The docstring has its value."""
+    """Placeholder for a default value in a signature. The docstring states the value."""
 
     def __repr__(self) -> str:
         return "..."
 
 
 class Settings(BaseModel, metaclass=KeywordTables):
-    """Base of the tables of a trial file. Each field has a docstring below it, and its unit in its name."""
+    """Base class of the tables of a trial file. Each field has a docstring below it, and its unit in its name."""
 
     model_config = ConfigDict(
         frozen=True,
         extra="forbid",
         allow_inf_nan=False,
-        # A quoted "16" is a typo, not a number.
+        # A quoted number such as "16" is refused as a mistake.
         strict=True,
     )
 
     def __repr_args__(self) -> Iterator[tuple[str, Any]]:
-        """Yield the settings that were given; the others have their defaults."""
+        """Yield only the settings that the user gave. The others have their defaults."""
         return ((name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set)
 
     @classmethod
     def __pydantic_init_subclass__(cls, **options: Any) -> None:
-        # help() begins with the signature, which with types and bounds would fill a page.
+        # help() begins with the signature. With types and bounds, it would fill a page.
         names = [Parameter(name, Parameter.KEYWORD_ONLY, default=_ByDefault()) for name in cls.model_fields]
         cls.__signature__ = Signature(names)
 
@@ -71,21 +71,21 @@ class Settings(BaseModel, metaclass=KeywordTables):
 Table = TypeVar("Table", bound=Settings)
 
 LARGEST_BYTES = 200_000
-"""Largest settings file that is read; usual files have some kilobytes."""
+"""Largest settings file that is read, in bytes. Usual files have some kilobytes."""
 DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
-"""Dotted key of 17 parts or more. TOML makes a table for each part: thousands would take gigabytes."""
+"""Pattern of a dotted key with 17 parts or more. Each part becomes a table, so very long keys would fill the memory."""
 MOST_FAULTS = 8
-"""Largest number of faults that are reported at once."""
+"""Largest number of faults that are reported together."""
 LONGEST_VALUE = 60
-"""Largest number of characters of a faulty value that are shown."""
+"""Largest number of characters that are shown of a faulty value."""
 BRANCH = r"float|int|str|one|several|(literal|tuple)\[.*|constrained-.*"
-"""Names of a union's branches: those that pydantic gives, and the tags of settings that take one number or several."""
+"""Pattern of the name of a union's branch: pydantic's names, and our tags for one or several numbers."""
 REASONS = {
-    "missing": "should have more values",  # A list, as one of several kinds of a setting
-    "too_short": "give at least {min_length} values, not {actual_length}",
-    "too_long": "give at most {max_length} values, not {actual_length}",
+    "missing": "should have more values",  # For a setting that may be a list
+    "too_short": "has {actual_length} values; give at least {min_length}",
+    "too_long": "has {actual_length} values; give at most {max_length}",
     "string_too_short": "should not be empty",
-    "string_too_long": "should have at most {max_length} letters",
+    "string_too_long": "should have at most {max_length} characters",
     "string_pattern_mismatch": "must be one line of text, not blank and without control characters",
     "string_type": "should be text",
     "int_type": "should be a whole number",
@@ -99,27 +99,29 @@ REASONS = {
     **dict.fromkeys(("tuple_type", "list_type"), "should be a list"),
     **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "should be a table"),
 }
-"""Words for pydantic's types of errors, with the names of their figures. Its other messages are shown as they are."""
+"""Text for each of pydantic's error types, with pydantic's names of the numbers in braces.
+
+For other error types, pydantic's own message is shown."""
 
 
 def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> Table:
     """Read settings from a TOML file.
 
-    ``name``, such as "trial file", and ``starter``, a sentence on how to get one, are for messages. Raises InputError
-    if the file is missing, is not TOML, or has a key or a value that is not allowed. A message has the key, the value
-    and what is allowed, for every fault.
+    Messages use ``name``, such as "trial file", and ``starter``, a sentence that says how to get such a file. Raises
+    InputError if the file is missing, is not TOML, or has a key or a value that is not allowed. The message states the
+    key, the value and what is allowed, for each fault.
     """
     return checked(kind, path, read_toml(path, name=name, starter=starter))
 
 
 def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
-    """Read a TOML file without checking its keys. Arguments and errors are those of ``read_settings``."""
+    """Read a TOML file without checking its keys. Has the same arguments and errors as ``read_settings``."""
     if path.is_dir():
-        raise InputError(f"{path}: a folder; give the {name}.")
+        raise InputError(f"{path}: is a folder; give the {name}.")
     if not path.is_file():
         raise InputError(f"{path}: no such file. {starter}.")
     if path.stat().st_size > LARGEST_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; not a {name}.")
+        raise InputError(f"{path}: is larger than {LARGEST_BYTES} bytes, so it is not a {name}.")
     try:
         text = read_text(path, LARGEST_BYTES)
         if DEEP_KEY.search(text):
@@ -128,21 +130,21 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
             )
         return tomllib.loads(text)
     except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text in UTF-8; a {name} is TOML. {starter}.") from None
+        raise InputError(f"{path}: is not UTF-8 text; a {name} is a TOML file. {starter}.") from None
     except (ValueError, RecursionError) as fault:
         raise InputError(f"{path}: not valid TOML: {fault}.") from None
 
 
-class SettingsFaults(InputError):  # noqa: N818  It is all that is wrong with settings, not one error.
-    """Settings that are not allowed."""
+class SettingsFaults(InputError):  # noqa: N818  It contains all faults of the settings, not one error.
+    """Settings that are not allowed, with all their faults."""
 
     def __init__(
         self, sentences: Sequence[str], faults: Sequence[tuple[str, str]] = (), types: Collection[str] = ()
     ) -> None:
         super().__init__("\n".join(sentences))
         self.sentences = sentences
-        self.faults = faults  # Dotted key, and the fault as a sentence
-        self.types = types  # Of the faults, in pydantic's names and those of a table's own checks
+        self.faults = faults  # Pairs of a dotted key and a sentence that describes the fault
+        self.types = types  # Types of the faults: pydantic's names, and the names in a table's own checks
 
 
 def checked(
@@ -150,18 +152,20 @@ def checked(
 ) -> Table:
     """Return ``content`` as settings. Raises InputError for a key or a value that is not allowed.
 
-    Lists, tuples and NumPy arrays are equivalent; None counts as absent. Messages begin with ``path``, or with
-    ``origin(dotted_key)`` if ``content`` comes from several files.
+    Lists, tuples and NumPy arrays are equivalent. None counts as absent. Messages begin with ``path``. If ``content``
+    comes from several files, they begin with ``origin(dotted_key)``.
     """
     if as_text(path) != str(path):
-        raise InputError(f"{as_text(path)}: its name is not UTF-8, so no trial file can name it; rename it.")
+        raise InputError(
+            f"{as_text(path)}: the name is not UTF-8, so a trial file cannot refer to it. Rename the file."
+        )
     try:
         values = {name: value for name, value in content.items() if value is not None}
-        # From JSON, strict types still take a list for a tuple and a string for a path.
+        # When they read JSON, strict types accept a list as a tuple and a string as a path.
         text = json.dumps(values, default=as_json)
     except ValueError:
-        # Python reads hexadecimal numbers of any length, but does not write so many digits.
-        raise InputError(f"{path}: a whole number has thousands of digits; no setting takes such a number.") from None
+        # Python reads hexadecimal numbers of any length, but refuses to write thousands of digits.
+        raise InputError(f"{path}: a whole number has thousands of digits; no setting accepts it.") from None
     try:
         return kind.model_validate_json(text)
     except ValidationError as fault:
@@ -171,7 +175,7 @@ def checked(
 
 
 def as_json(value: Any) -> Any:
-    """Return a value in types that JSON has, without importing NumPy."""
+    """Return a value converted to types that JSON has, without importing NumPy."""
     if isinstance(value, Settings):
         return value.model_dump(mode="json", exclude_none=True)
     if isinstance(value, Mapping):
@@ -180,13 +184,13 @@ def as_json(value: Any) -> Any:
 
 
 def _faults(kind: type[Settings], errors: list[ErrorDetails]) -> list[tuple[str, str]]:
-    """Return the key and a sentence for each place in the file.
+    """Return the dotted key and a sentence for each faulty value in the file.
 
-    Branches of a union report the same value; these are merged.
+    pydantic reports one error for each branch of a union. The errors for one value are merged into one sentence.
     """
     places: dict[str, list[ErrorDetails]] = {}
     for error in errors:
-        # pydantic adds the branch of a union to the place of an error.
+        # pydantic adds the name of a union's branch to the location of an error.
         parts = [part for part in error["loc"] if not re.fullmatch(BRANCH, str(part))]
         if error["type"] == "missing" and isinstance(parts[-1], int):
             parts.pop()
@@ -194,22 +198,22 @@ def _faults(kind: type[Settings], errors: list[ErrorDetails]) -> list[tuple[str,
     first = list(places.items())[:MOST_FAULTS]
     sentences = [(where, _fault(kind, where, faults)) for where, faults in first]
     more = len(places) - len(sentences)
-    return [*sentences, ("", f"and {more} more faults.")] if more else sentences
+    return [*sentences, ("", f"there are {more} more faults.")] if more else sentences
 
 
 def _fault(kind: type[Settings], where: str, errors: list[ErrorDetails]) -> str:
     error, input_value = errors[0], errors[0]["input"]
     if error["type"] == "extra_forbidden":
-        # The keys of the table that a misspelt key is in.
+        # These are the keys of the table that contains the misspelt key.
         table = table_of(kind, error["loc"])
         keys = sorted(table.model_fields) if table else []
         close = difflib.get_close_matches(str(error["loc"][-1]), keys, n=1)
         allowed = f"did you mean '{close[0]}'?" if close else f"allowed: {', '.join(keys)}."
         return f"{where}: no such key; {allowed}"
     if error["type"] == "missing" and isinstance(error["loc"][-1], int):
-        return f"{where}: {len(input_value)} given, {len(input_value) + len(errors)} needed."
+        return f"{where}: has {len(input_value)} values; {len(input_value) + len(errors)} are required."
     if error["type"] == "missing":
-        return f"{where} is missing; it has no default, so give it."
+        return f"{where} is missing; it has no default, so you must give it."
     reason = ", or ".join(dict.fromkeys(map(_reason, errors)))
     if isinstance(input_value, dict | list):
         return f"{where}: {reason}." if where else f"{reason}."
@@ -224,7 +228,10 @@ def _reason(error: ErrorDetails) -> str:
 
 
 def table_of(kind: type[Settings], location: Sequence[int | str]) -> type[Settings] | None:
-    """Return the table of the key at a location in a file. Parts of the location that no table has are skipped."""
+    """Return the table that contains the key at ``location``, or None.
+
+    Parts of the location that are not keys, such as list indices, are skipped.
+    """
     table: type[Settings] | None = kind
     for part in location[:-1]:
         if table is not None and part in table.model_fields:
@@ -233,34 +240,37 @@ def table_of(kind: type[Settings], location: Sequence[int | str]) -> type[Settin
 
 
 def names_file(kind: type[Settings], name: str) -> bool:
-    """Return True if the setting of this dotted name may be the name of a file."""
+    """Return True if the setting with this dotted name accepts the name of a file."""
     annotation = _annotation_of(kind, name)
-    # A table may be given by the name of its file.
+    # A table may be given as the name of the file that contains it.
     inner = _settings_in(annotation)
     return _has(annotation, Path) or (inner is not None and "file" in inner.model_fields)
 
 
 def takes(kind: type[Settings], name: str, *parts: type) -> bool:
-    """Return True if the setting of this dotted name may be, or contain, a value of these types; a list is a tuple."""
+    """Return True if the setting with this dotted name accepts, or contains, a value of one of these types.
+
+    A list counts as a tuple.
+    """
     return any(_has(_annotation_of(kind, name), part) for part in parts)
 
 
 def choices(kind: type[Settings], name: str) -> list[str]:
-    """Return the texts that the setting of this dotted name allows; none if it is not a choice."""
+    """Return the texts that the setting with this dotted name allows. Empty if it is not a choice between texts."""
     parts = [part for part in get_args(_annotation_of(kind, name)) if part is not type(None)]
     texts = parts if not parts or isinstance(parts[0], str) else get_args(parts[0])
     return [text for text in texts if isinstance(text, str)]
 
 
 def _annotation_of(kind: type[Settings], name: str) -> Any:
-    """Return the annotation of the setting of this dotted name; None for an unknown name."""
+    """Return the type annotation of the setting with this dotted name, or None for an unknown name."""
     *_, key = parts = name.split(".")
     table = table_of(kind, parts)
     return None if table is None or key not in table.model_fields else table.model_fields[key].annotation
 
 
 def _has(annotation: Any, kind: type) -> bool:
-    """Return True if the annotation, or a part of it, is of this kind."""
+    """Return True if the annotation, or a part of it, is the type ``kind``."""
     return kind in (annotation, get_origin(annotation)) or any(
         _has(part, kind) for part in getattr(annotation, "__args__", ())
     )
@@ -276,23 +286,26 @@ def dotted_names(kind: type[Settings]) -> list[str]:
 
 
 def _settings_in(annotation: Any) -> type[Settings] | None:
-    """Return the settings class inside X, X | None or tuple[X, ...]."""
+    """Return the settings class X if the annotation is X, X | None or tuple[X, ...], and otherwise None."""
     if isinstance(annotation, type) and issubclass(annotation, Settings):
         return annotation
     return next(filter(None, map(_settings_in, getattr(annotation, "__args__", ()))), None)
 
 
 class Likely(NamedTuple):
-    """Range of a setting outside which a value is allowed, but doubted: it may be in another unit."""
+    """Usual range of a setting. A value outside it is allowed but doubted, since it may be in another unit."""
 
     low: float
     high: float
     unit: str
-    slip: str  # Likelier reading of a value outside the range
-    of_width: bool = False  # True if the range is in mean widths of the crack
+    slip: str  # Probable meaning of a value outside the range
+    of_width: bool = False  # True if the range is a multiple of the crack's mean width
 
     def doubts(self, name: str, value: Any, width_mm: float | None) -> list[Fact]:
-        """Return a question if the value, or the largest of a table along the crack, is outside the range."""
+        """Return a doubt if the value is outside the range. Of a table along the crack, the largest value is checked.
+
+        The list is empty if there is no doubt.
+        """
         times = width_mm if self.of_width else 1.0
         if value is None or times is None:
             return []
@@ -302,14 +315,14 @@ class Likely(NamedTuple):
             return []
         usual = f"at most {high:.4g}" if low == 0 else f"{low:.3g} to {high:.4g}"
         usual = f"at least {low:.3g}" if high == math.inf else usual
-        text = f"{name} is {value:g}, but usually {usual} {self.unit}: is it {self.slip}?"
+        text = f"{name} is {value:g}, but is usually {usual} {self.unit}: is it {self.slip}?"
         return [doubt(f"setting.{name}", text, value, self.unit)]
 
 
 def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[Fact, ...]:
-    """Return a question for each setting outside its likely range.
+    """Return a doubt for each setting outside its usual range.
 
-    Without the crack's mean width, no setting is doubted whose range depends on it.
+    Without ``width_mm``, the crack's mean width, settings whose range depends on it are not checked.
     """
     fields = ((table, *field) for table in tables if table for field in type(table).model_fields.items())
     return tuple(

@@ -1,4 +1,4 @@
-"""Describe the allowed values of settings, for reference pages and help(), from the fields of their tables."""
+"""Describe settings and their allowed values for reference pages and help()."""
 
 import ast
 import inspect
@@ -27,17 +27,18 @@ KINDS: dict[Any, tuple[str, str]] = {
     Path: ("path of a file", "paths of files"),
     Any: ("any value", "any values"),
 }
-"""Names of types, singular and plural."""
+"""Name of each type in the singular and the plural."""
 BOUNDS = {"gt": "above", "ge": "from", "lt": "below", "le": "up to"}
-WIDTH = 100  # Characters of a line of help()
+WIDTH = 100  # Characters in a line of help()
 REFUSED = "Raises\n------\nInputError\n    A keyword is unknown, or its value is not allowed."
 
 
 @cache
 def described(kind: type) -> dict[str, str]:
-    """Return the docstring of each field of a table or a record by name, including those of its base classes.
+    """Return the docstring of each field of a table or a record, by field name. Fields of base classes are included.
 
-    Read from the source when first needed: pydantic's ``use_attribute_docstrings`` would add 45 ms to each start.
+    The docstrings are read from the source code when they are first needed. pydantic's ``use_attribute_docstrings``
+    would add 45 ms to each start.
     """
     texts: dict[str, str] = {}
     for base in reversed(kind.__mro__):
@@ -50,7 +51,7 @@ def described(kind: type) -> dict[str, str]:
 
 
 def _body_of(kind: type) -> list[ast.stmt]:
-    """Return the statements of a class at the top level of its module. Only the class is parsed, to be quick."""
+    """Return the statements of a class at the top level of its module. For speed, only the class is parsed."""
     module = inspect.getsource(sys.modules[kind.__module__])
     source = re.search(rf"^class {kind.__name__}\b.*?(?=^[\w@]|\Z)", module, re.MULTILINE | re.DOTALL)
     match ast.parse(source[0] if source else "").body:
@@ -60,7 +61,7 @@ def _body_of(kind: type) -> list[ast.stmt]:
 
 
 def allowed(field: FieldInfo) -> str:
-    """Return the values that a field takes, in words: kind, choices, bounds."""
+    """Return the allowed values of a field in words: type, choices and bounds."""
     return _in_words(field.annotation, field.metadata)
 
 
@@ -94,14 +95,14 @@ def _of_tuple(parts: list[Any], several: bool) -> str:
 
 
 def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
-    # A Field inside an annotation has constraints of its own.
+    # A Field inside an annotation contains a list of constraints.
     flat = [
         bound
         for constraint in constraints
         for bound in (constraint.metadata if isinstance(constraint, FieldInfo) else [constraint])
     ]
     if kind is str:
-        yield from (f"of up to {bound.max_length:,} letters" for bound in flat if getattr(bound, "max_length", None))
+        yield from (f"of up to {bound.max_length:,} characters" for bound in flat if getattr(bound, "max_length", None))
     limits = {name: getattr(bound, name) for name in BOUNDS for bound in flat if hasattr(bound, name)}
     shown = {name: f"{int(limit) if float(limit).is_integer() else limit:,}" for name, limit in limits.items()}
     both = shown.keys() == {"ge", "le"}
@@ -109,7 +110,7 @@ def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
 
 
 def meaning(kind: Table) -> str:
-    """Return the docstring of a table without its fields. If it has none, it is that of its base class."""
+    """Return the docstring of a table, without its fields. If it has none, return the docstring of its base class."""
     return inspect.cleandoc(next(filter(None, (vars(base).get("__doc__") for base in kind.__mro__)), ""))
 
 
@@ -129,14 +130,15 @@ def _entry(kind: Table, name: str, default: Any = None) -> str:
 
 
 KEYWORDS: dict[str, frozenset[str]] = {}
-"""Settings that a function takes as keywords, by the function's name."""
+"""Names of the settings that a function accepts as keywords, by the name of the function."""
 
 
 def keywords_of(*kinds: Table, only: Sequence[str] = (), without: Sequence[str] = ()) -> Callable[[Function], Function]:
-    """Let a function with ``**keywords`` take settings. help() shows the docstrings and defaults of their fields.
+    """Document the settings that a function accepts as ``**keywords``. help() then shows their docstrings and defaults.
 
-    ``only`` names the settings, or ``without`` those that the function does not take. An argument that the function
-    has itself may be a setting too; one that the docstring describes keeps that text.
+    The function accepts the settings of the tables ``kinds``: those named in ``only``, or all except those named in
+    ``without``. A named argument of the function may also be a setting. If the function's docstring already describes
+    an argument, that text is kept.
     """
 
     def documented(function: Function) -> Function:

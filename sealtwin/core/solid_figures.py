@@ -1,4 +1,4 @@
-"""Figures of a solid: widths, volumes, soundness of its mesh, dams, and the nozzle path over it."""
+"""Figures of a solid: widths, volumes, quality of the mesh, dams, and the nozzle's path over it."""
 
 from dataclasses import asdict, dataclass
 from math import hypot
@@ -9,44 +9,46 @@ from pydantic import ConfigDict, with_config
 from sealtwin.core.facts import Fact
 
 EndKind = Literal["open", "closed", "cut"]
-"""Kind of a crack's end. open: at the edge of the face; closed: a tip; cut: the user cut a longer crack here, and a
-wall closes it."""
+"""Kind of a crack's end.
+
+open: at the edge of the face; closed: a tip; cut: the user cut a longer crack here, and a wall closes it."""
 
 Point = tuple[float, float]
-Span = tuple[float, float]  # Least and largest value
+Span = tuple[float, float]  # Smallest and largest value
 
 
 @dataclass(frozen=True)
 class ClosingDepth:
-    """Depth in mm at which the walls of a funnel at these angles meet; None if they do not meet."""
+    """Depth in mm at which two walls that lean towards each other meet. None if they do not meet."""
 
     min: float | None
     mean: float | None
-    share_above_floor: float  # Share of the crack's length along which they meet above the floor
+    share_above_floor: float  # Fraction of the crack's length along which the walls meet above the floor
 
 
 @dataclass(frozen=True)
 class EndOfCrack:
     kind: EndKind
     centre_mm: Point
-    outward: Point  # Unit vector along which the crack leaves
+    outward: Point  # Unit vector along the crack, pointing away from it at this end
 
 
 @dataclass(frozen=True)
 class DamBox:
-    """Dam at an open end: it closes the crack but does not belong to the sample."""
+    """Dam that closes an open end of the crack. It is not part of the sample."""
 
     box_mm: tuple[float, float, float, float, float, float]  # x_min, y_min, z_min, x_max, y_max, z_max
-    end: int | None = None  # Number of the crack's end; None for a solid read from a mesh
+    end: int | None = None  # Number of the crack's end. None for a solid read from a mesh
 
 
 @dataclass(frozen=True)
 class MeshOrigin:
-    """Mesh file of a solid, and the orientation of the face in the file."""
+    """Mesh file from which a solid was made, and the transformation from the file's coordinates."""
 
     file: str
     triangles_read: int
-    sample_from_file: tuple[tuple[float, float, float, float], ...]  # Matrix, (4, 4): mm of the file to mm here
+    sample_from_file: tuple[tuple[float, float, float, float], ...]
+    """Matrix that transforms coordinates of the file to coordinates of the sample, both in mm, (4, 4)."""
     face_tilt_deg: float
     face_roughness_mm: float
     mouth_seen_below_face_mm: float
@@ -54,15 +56,15 @@ class MeshOrigin:
 
 @dataclass(frozen=True)
 class PathFigures:
-    """Figures of a nozzle path without its leads."""
+    """Figures of a nozzle path, without its leads."""
 
     length_mm: float
-    centreline_mm: float  # Length of the part of the centreline that it follows
+    centreline_mm: float  # Length of the part of the centreline that the nozzle follows
     smoothing_mm: float
     off_centreline_rms_mm: float
     off_centreline_worst_mm: float
     largest_turn_deg: float
-    smallest_radius_mm: float | None  # None for a straight path
+    smallest_radius_mm: float | None  # Smallest radius of curvature. None for a straight path
     starts_at_s_mm: float
     ends_at_s_mm: float
     waypoints: int
@@ -73,23 +75,22 @@ class PathFigures:
 
 @dataclass(frozen=True)
 class WeighedCavity:
-    """Cavity measured by weighing a liquid into the crack in steps. Tuples have a value for each step."""
+    """Cavity measured by filling the crack with a liquid in weighed steps. Tuples have a value for each step."""
 
-    levels_mm: tuple[float, ...]  # Mean level from the face, corrected for the meniscus
-    volumes_mm3: tuple[float, ...]  # Volume below it, as weighed
+    levels_mm: tuple[float, ...]  # Mean level relative to the face, corrected for the meniscus
+    volumes_mm3: tuple[float, ...]  # Weighed volume of the liquid
     misfits_mm3: tuple[float, ...]  # Weighed volume minus the volume between the fitted walls
-    misfit_sds_mm3: tuple[float, ...]  # Standard deviation of the misfit: scale, level, density and meniscus
-    width_mm: float  # Mean width by fill and photo together, at the level of the traced outline
+    misfit_sds_mm3: tuple[float, ...]  # Standard deviation of the misfit, from scale, level, density and meniscus
+    width_mm: float  # Mean width from the fill and the photo together, at the level of the traced outline
     wall_angle_deg: float
     depth_mm: float
     steps: tuple[tuple[float, float, float], ...]
-    """Lower triangular root of the covariance of width, angle and depth. Column i has the changes of quantity i and of
-    the quantities after it for one standard deviation of quantity i, with the quantities before it fixed."""
+    """Cholesky factor (lower triangular) of the covariance matrix of width, angle and depth."""
     volume_95_mm3: Span
-    findings: tuple[Fact, ...] = ()  # Contradictions between fill, photo and interpretation of the tilt
+    findings: tuple[Fact, ...] = ()  # Contradictions between the fill, the photo and the declared tilt
 
     def __str__(self) -> str:
-        """Describe each quantity that the fill changed, with twice its standard deviation."""
+        """Return each fitted quantity in words, with twice its standard deviation."""
         values = (("width", self.width_mm, 2, " mm"), ("each wall", self.wall_angle_deg, 1, "°"))
         values += (("depth", self.depth_mm, 1, " mm"),)
         return ", ".join(
@@ -102,11 +103,11 @@ class WeighedCavity:
 @with_config(ConfigDict(strict=True, allow_inf_nan=False))
 @dataclass(frozen=True, kw_only=True)
 class SolidFigures:
-    """Figures of a solid. A figure that does not apply is None or empty. solid.json has those that are not None."""
+    """Figures of a solid. A figure that does not apply is None or empty. solid.json has the figures that apply."""
 
-    photo_width_mm: float | None = None  # Mean width of the crack as traced
-    photo_width_95_mm: Span | None = None  # Its 95 % interval, and the interval of the cavity's volume that follows
-    cavity_volume_95_mm3: Span | None = None
+    photo_width_mm: float | None = None  # Mean width of the crack in the photo
+    photo_width_95_mm: Span | None = None  # 95 % interval of the mean width in the photo
+    cavity_volume_95_mm3: Span | None = None  # Interval of the cavity's volume that follows from the width's interval
     mouth_width_mm: float | None = None
     floor_width_mm: float | None = None
     closing_depth_mm: ClosingDepth | None = None
@@ -116,7 +117,7 @@ class SolidFigures:
     euler: int | None = None  # Vertices minus edges plus faces
     min_edge_mm: float | None = None
     self_intersections: int | None = None
-    jitter_mm: float | None = None  # Random shift of the outline's vertices; 0 if the build succeeded without one
+    jitter_mm: float | None = None  # Random shift of the outline's vertices. 0 if the solid was built without a shift
     ends: tuple[EndOfCrack, ...] | None = None
     dams: tuple[DamBox, ...] = ()
     weighed: WeighedCavity | None = None
@@ -126,6 +127,6 @@ class SolidFigures:
     warnings: tuple[Fact, ...] = ()
 
     def recorded(self) -> dict[str, Any]:
-        """Return the content for solid.json."""
+        """Return the figures that apply, as they are written to solid.json."""
         dams = [{key: value for key, value in asdict(dam).items() if value is not None} for dam in self.dams]
         return {key: value for key, value in asdict(self).items() if value is not None} | {"dams": dams}

@@ -1,6 +1,7 @@
-"""Frames of a fluid run, and their files for ParaView and any VTK reader: PolyData (.vtp), and a collection (.pvd).
+"""Write and read the frames of a fluid run as VTK files: a PolyData file (.vtp) per frame, and a collection (.pvd).
 
-Format: VTK's XML file formats (VTK User's Guide, "VTK File Formats"), appended raw data, little endian, UInt64 headers.
+ParaView and any other VTK reader can open them. The format is VTK XML (VTK User's Guide, "VTK File Formats") with
+appended raw data, little endian, and UInt64 headers.
 """
 
 import re
@@ -23,29 +24,29 @@ TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "
 BEGIN_OF_DATA = b'<AppendedData encoding="raw">_'
 LENGTH = struct.Struct("<Q")
 RESUMED = ", and checkpoint.npz if the run is not finished; then simulate again."
-"""End of a remedy. A resumed run reads the frames that it has written, so it would stop at the same fault again."""
+"""End of the remedy for a damaged frame. A resumed run reads its earlier frames, so it would stop at the same fault."""
 
 
 class ParticleState(IntEnum):
     """State of a particle at one moment."""
 
     MOVING = 0
-    ASLEEP = 1  # Particle at rest below the yield stress, until a faster one meets it
-    FROZEN = 2  # Particle that froze by its age, permanently
-    SPILLED = 3  # Particle that left over the sample's edge
-    ESCAPED = 4  # Particle that went through a wall: a fault
+    ASLEEP = 1  # Particle at rest below the yield stress, until a faster particle touches it
+    FROZEN = 2  # Particle that is permanently fixed because of its age
+    SPILLED = 3  # Particle that left the sample over its edge
+    ESCAPED = 4  # Particle that went through a wall, which is a fault
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Particles that have left the nozzle at one moment of a fluid run, in the order in which they left it."""
+    """Particles at one moment of a fluid run, in the order in which they left the nozzle."""
 
     t_s: float
     position_mm: Floats  # (n, 3)
     velocity_mm_s: Floats  # (n, 3)
-    age_s: Floats  # (n,): since release
-    density: Floats  # (n,): over rest density
-    state: Integers  # (n,), ParticleState values
+    age_s: Floats  # Time since the release, (n,)
+    density: Floats  # Density divided by the rest density, (n,)
+    state: Integers  # ParticleState values, (n,)
 
     @property
     def speed_mm_s(self) -> Floats:
@@ -53,7 +54,7 @@ class Frame:
 
 
 def write_frame(path: Path, frame: Frame) -> None:
-    """Write one .vtp with a vertex for each particle and the particle's state, in millimetres and seconds."""
+    """Write a .vtp file with one vertex and its data for each particle, in millimetres and seconds."""
     count = len(frame.position_mm)
     names = ("speed_mm_s", "velocity_mm_s", "age_s", "density")
     of_points = {name: getattr(frame, name).astype("<f4") for name in names} | {"state": frame.state.astype("u1")}
@@ -97,7 +98,7 @@ def write_frame(path: Path, frame: Frame) -> None:
 
 
 def read_frame(path: Path) -> Frame:
-    """Read a frame that ``write_frame`` wrote. Raises InputError if it is another kind of file, or damaged."""
+    """Read a frame that ``write_frame`` wrote. Raises InputError if the file is damaged or of another kind."""
     head, _, data = read_bytes(path).partition(BEGIN_OF_DATA)
     try:
         arrays = {
@@ -110,31 +111,34 @@ def read_frame(path: Path) -> Frame:
         return Frame(t_s=float(arrays["TimeValue"].text or ""), **read)
     except (ValueError, KeyError, struct.error, ElementTree.ParseError) as fault:
         raise InputError(
-            f"{path}: not a frame of a run, or damaged ({fault}). Delete the folder {path.parent}{RESUMED}"
+            f"{path}: is damaged or not a frame of a run ({fault}). Delete the folder {path.parent}{RESUMED}"
         ) from fault
 
 
 def write_collection(path: Path, frames: Sequence[tuple[float, str]]) -> None:
-    """Write a .pvd that lists frames by time in seconds and by file in the same folder."""
+    """Write a .pvd file that lists the time in seconds and the file of each frame. All files are in one folder."""
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n<Collection>\n'
     lines = [f'<DataSet timestep="{t_s!r}" group="" part="0" file="{name}"/>\n' for t_s, name in frames]
     write_text(path, f"{head}{''.join(lines)}</Collection>\n</VTKFile>\n")
 
 
 def read_collection(path: Path) -> list[tuple[float, Path]]:
-    """Read times in seconds and files of a .pvd that ``write_collection`` wrote, in its order. Raises InputError."""
+    """Read the time in seconds and the file of each frame from a .pvd file, in the order of the file.
+
+    Raises InputError if the file is damaged or of another kind.
+    """
     content = read_bytes(path)
     try:
         sets = list(ElementTree.fromstring(content).iter("DataSet"))
         if not sets:
-            raise ValueError("it lists no frame")
+            raise ValueError("it lists no frames")
         return [(float(each.attrib["timestep"]), path.parent / _plain_name(each.attrib["file"])) for each in sets]
     except (ValueError, KeyError, ElementTree.ParseError) as fault:
-        raise InputError(f"{path}: not a collection of frames, or damaged ({fault}). Delete it{RESUMED}") from fault
+        raise InputError(f"{path}: is damaged or not a collection of frames ({fault}). Delete it{RESUMED}") from fault
 
 
 def _values(array: ElementTree.Element, data: bytes) -> NDArray[Any]:
-    """Return an array of the appended data, with one row for each particle."""
+    """Return an array from the appended data, with one row for each particle."""
     begin, dtype = int(array.attrib["offset"]), TYPES[array.attrib["type"]]
     (size,) = LENGTH.unpack_from(data, begin)
     values = np.frombuffer(data, dtype, size // dtype.itemsize, begin + LENGTH.size)
@@ -143,7 +147,10 @@ def _values(array: ElementTree.Element, data: bytes) -> NDArray[Any]:
 
 
 def _plain_name(name: str) -> str:
-    """Return the name of a frame's file. Raises ValueError for a path, since frames are in the collection's folder."""
+    """Return ``name`` if it is the name of a .vtp file.
+
+    Raises ValueError for a path, because frames are in the folder of the collection.
+    """
     if not re.fullmatch(r"[\w.-]+\.vtp", name):
-        raise ValueError(f"it names {name!r:.60}")
+        raise ValueError(f"the file name {name!r:.60} is not allowed")
     return name

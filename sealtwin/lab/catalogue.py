@@ -1,4 +1,4 @@
-"""The catalogue of a lab: its trials, their original files, the faults of its ingests, and the runs of its samples."""
+"""Read and write the catalogue of a lab, which lists its trials, their files and all faults, and run its samples."""
 
 import time
 from collections import defaultdict
@@ -25,46 +25,46 @@ from validate.readings.words import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
 CATALOGUE = "catalogue.json"
-RECORD = "record.json"  # File in each trial's folder: the files and words that it was made of
-RUN = "run"  # Folder beside a trial's files with the results of its run
+RECORD = "record.json"  # File in each trial's folder that lists the files and settings from which the trial was made
+RUN = "run"  # Folder with the results of a trial's run, in the trial's folder
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
-REPORT_S = 4.0  # Time to compare a run and to draw its report, on one core
-REMEDY = "Move it away and ingest the same folders again, which rebuilds it from the trials' records and pairing.csv."
-OF_RECORD = "Move its folder away, and ingest the same folders again."
-NOT_SOUND = "it has open questions, and its files are not in the lab's folder. Ingest them, or move its trial away."
+REPORT_S = 4.0  # Time in s to compare a run with its readings and to draw its report, on one core
+REMEDY = "Move this file elsewhere, and ingest the same folders again: it is rebuilt from all records and pairing.csv."
+OF_RECORD = "Move the folder of this file elsewhere, and ingest the same folders again."
+NOT_SOUND = "it has open questions, but its files are no longer in the folder. Ingest them again, or remove its trial."
 
 
 @dataclass(frozen=True)
 class Record:
     name: str
-    revision: int  # From 1; a trial that was run or edited stays, and its sample's next one is a new revision
+    revision: int  # Number from 1. A trial that was run or edited is kept; the sample's next trial is a new revision
     folder: str
-    source: str  # Name of the lab's folder, with a hash of its place
+    source: str  # Name of the lab's folder, and a hash of its path
     files: tuple[KeptFile, ...]
-    dialect: str | None  # Dialect of the sheet of readings, as a sentence
+    dialect: str | None  # Sentence that says how the sheet of readings was interpreted
     date: str | None
     operator: str | None
-    said: Mapping[str, Any]  # Settings in its notes, by dotted key
+    said: Mapping[str, Any]  # Settings in the sample's notes, by dotted key
     remarks: tuple[str, ...]
     ingested_utc: str
-    trial_sha256: str = ""  # Of trial.toml as it was written
-    sound: bool = True  # False if files or settings are in question, or if writing it was interrupted
+    trial_sha256: str = ""  # SHA-256 hash of trial.toml when it was written
+    sound: bool = True  # False if there are open questions, or if writing the trial was interrupted
 
     @property
     def key(self) -> str:
-        """Key of its sample's name, which is equal for all spellings."""
+        """Key of the sample's name. All spellings of the name have the same key."""
         return sample_key(self.name)
 
 
 @dataclass(frozen=True)
 class SourceFile:
-    """A lab's folder in catalogue.json."""
+    """Entry of catalogue.json for a folder that was ingested."""
 
     decisions: Placed
-    """The user's decisions, by file: the rows of the pairing file that differ from what the names give."""
+    """The user's decisions, by file: the rows of the pairing file that differ from the pairing by names."""
     faults: list[CatalogueFault]
 
 
@@ -74,26 +74,28 @@ class CatalogueFile:
 
     version: Literal[6] = 6
     pairing: str = ""
-    """Hash of the pairing file as the last ingest read or wrote it, or "" without one. A file with another hash was
-    edited by the user."""
+    """Hash of the pairing file when the last ingest read or wrote it, or "" if there was none.
+
+    If the hash of the file differs, the user has edited the file."""
     sources: dict[str, SourceFile] = field(default_factory=dict)
 
 
 class Catalogue:
     """The trials of a lab, read from the record in each trial's folder, and the content of catalogue.json.
 
-    Lock the lab before a change, and save the catalogue after it. A killed process never leaves an incomplete file.
+    Lock the lab before you change the catalogue, and save the catalogue afterwards. If the process is killed, no file
+    is incomplete.
     """
 
     def __init__(self, lab: Path) -> None:
-        """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
+        """Read the catalogue of a lab. The lab may be empty. Raises InputError if its files cannot be read."""
         self.lab, path = lab, lab / CATALOGUE
         records = (
             replace(record_files.read_record(Record, path, OF_RECORD), folder=path.parent.name)
             for path in lab.glob(f"[!.]*/{RECORD}")
         )
         self.records = sorted(records, key=lambda record: (record.key, record.revision))
-        self.latest = {record.key: record for record in self.records}  # By the key of the sample
+        self.latest = {record.key: record for record in self.records}  # Latest record of each sample, by its key
         self.content = record_files.read_record(CatalogueFile, path, REMEDY) if path.is_file() else CatalogueFile()
 
     @classmethod
@@ -106,9 +108,9 @@ class Catalogue:
         return cls(lab)
 
     def faults(self) -> Mapping[str, list[CatalogueFault]]:
-        """Return the faults of the last ingest of each source, by the key of the sample's name.
+        """Return the faults that the last ingest of each folder found, by the key of the sample's name.
 
-        A sample whose files were removed before its questions were answered has a fault too.
+        They include a fault for each sample whose files were removed before its questions were answered.
         """
         by_sample = defaultdict[str, list[CatalogueFault]](list)
         for source in self.content.sources.values():
@@ -120,13 +122,13 @@ class Catalogue:
         return by_sample
 
     def save(self, source: str, decisions: Placed, faults: list[CatalogueFault]) -> None:
-        """Store the user's decisions on the files of a source, and the faults that its ingest found."""
+        """Store the user's decisions about the files of an ingested folder, and the faults that were found in it."""
         self.content.sources[source] = SourceFile(decisions=decisions, faults=faults)
         files.write_json(self.lab / CATALOGUE, asdict(self.content))
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
-    """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults of the lab's last ingests."""
+    """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults that the last ingests found."""
     catalogue, rows = Catalogue.of(lab), list[dict[str, Any]]()
     faults = catalogue.faults()
     for key, record in catalogue.latest.items():
@@ -149,12 +151,12 @@ def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]
 
 
 def export(lab: Path, out: Path) -> int:
-    """Write a CSV with a row for each sample's latest trial and for each fault, and return the number of rows.
+    """Write a CSV with a row for the latest trial of each sample and for each fault. Returns the number of rows.
 
     Raises InputError if ``out`` exists.
     """
     if out.exists():
-        raise InputError(f"{out}: already exists and is not overwritten; give another name, or move it away.")
+        raise InputError(f"{out}: already exists and is not overwritten. Give another name, or move the file.")
     rows, faults = latest_trials(lab)
     rows += [{"sample": fault.name, "state": "failed", "reason": fault.sentence} for fault in faults]
     files.write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
@@ -162,7 +164,7 @@ def export(lab: Path, out: Path) -> int:
 
 
 def read_run(lab: Path, record: Record) -> TrialResult | None:
-    """Return the result of the trial's run, or None if there is none yet."""
+    """Return the result of a trial's run, or None if the trial was not run."""
     folder = lab / record.folder / RUN
     return read_result(folder) if (folder / RESULT).is_file() else None
 
@@ -178,15 +180,15 @@ def progress_of(result: TrialResult | None) -> str:
 
 @dataclass(frozen=True)
 class SampleRun:
-    """Result of one sample."""
+    """Result of running one sample."""
 
     name: str
     state: Literal["done", "up to date", "failed", "left out"]
-    folder: str | None = None  # Folder of its trial, in the lab
+    folder: str | None = None  # Name of the trial's folder in the lab
     mean_error_mm: float | None = None  # None without readings
-    passed: bool | None = None  # Result of the gate; None if the trial has none
+    passed: bool | None = None  # True if the gate is passed. None if the trial has no gate
     report: str | None = None
-    reason: str | None = None  # Why it failed, or was left out
+    reason: str | None = None  # Reason why the sample failed or was left out
     warnings: tuple[str, ...] = ()
     bug: bool = False
     wall_s: float = 0.0
@@ -195,8 +197,8 @@ class SampleRun:
 def run_samples(lab: Path, options: StudyOptions, progress: Progress) -> list[SampleRun]:
     """Run the latest trial of each sound sample, and return the results of all samples.
 
-    Finished runs are not computed again. Samples with open questions are left out. A run that fails does not stop the
-    others. Raises InputError if the folder is not a lab.
+    Finished runs are not computed again. Samples with open questions are left out. If one run fails, the others
+    continue. Raises InputError if the folder is not a lab.
     """
     catalogue = Catalogue.of(lab)
     faults = catalogue.faults()
@@ -208,12 +210,12 @@ def run_samples(lab: Path, options: StudyOptions, progress: Progress) -> list[Sa
 
     def keep(run: StudyRun, result: SampleRun | Lost) -> StudyRun:
         if isinstance(result, Lost):
-            result = SampleRun(records[run.key].name, "failed", run.key, reason=f"{result.reason}: give fewer --jobs.")
+            result = SampleRun(records[run.key].name, "failed", run.key, reason=f"{result.reason}. Give fewer --jobs.")
         results.append(result)
         return replace(run, state="failed" if result.state == "failed" else "done", wall_s=result.wall_s)
 
     def left_s(run: StudyRun) -> float | None:
-        """Return the time that a run needs still, as it has written it, or None if it has not."""
+        """Return the remaining time of a run in s, which the run writes to a file. None if it has not written it."""
         with suppress(InputError, OSError, KeyError, TypeError):
             return files.read_json(lab / run.key / RUN / PROGRESS)["eta_s"]
 
@@ -227,7 +229,7 @@ def run_samples(lab: Path, options: StudyOptions, progress: Progress) -> list[Sa
 
 
 def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
-    """Run one sample in its own folder. The list has one entry."""
+    """Run one sample in its folder. Returns a list with one entry."""
     began, progress, folder = time.monotonic(), Progress(), lab / record.folder
     result = SampleRun(record.name, "failed", record.folder)
     try:
@@ -236,8 +238,8 @@ def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
     except (SealtwinError, OSError) as fault:
         result = replace(result, reason=f"{fault}")
     except Exception as fault:
-        # A bug in one run must not stop the others; the command ends with code 1.
-        reason = f"{type(fault).__name__}: {fault}. A bug: please report {write_trace(folder / RUN)}."
+        # A bug in one run must not stop the others. The command then ends with exit code 1.
+        reason = f"{type(fault).__name__}: {fault}. This is a bug; please report {write_trace(folder / RUN)}."
         result = replace(result, reason=reason, bug=True)
     else:
         comparison = finished.result.comparison
@@ -253,7 +255,10 @@ def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
 
 
 def _work_s(lab: Path, record: Record) -> float:
-    """Return the computing time of a run by the model; little if it is finished, or if its worker reports a fault."""
+    """Return the estimated computing time of a run in s.
+
+    The time is short if the run is finished, or if its files have a fault, which the worker process reports.
+    """
     folder = lab / record.folder
     with suppress(InputError, OSError):
         result = read_run(lab, record)

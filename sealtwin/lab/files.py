@@ -1,6 +1,6 @@
-"""Photos, sheets and notes in a lab's folder, with the sample and the role that their names or pairing.csv give.
+"""Find the photos, sheets and notes in a lab's folder, and their samples and roles, from their names or pairing.csv.
 
-Links are not followed, and no file of the folder is opened.
+Links are not followed, and the files are not opened.
 """
 
 import os
@@ -19,7 +19,7 @@ from validate.readings.words import WORDS, plain_letters, sample_key
 from validate.settings import Columns, Declared
 
 Role = Literal["photo", "mask", "readings", "fill", "note", "ignore"]
-"""Role of a file. A "fill" is the CSV of a liquid weighed into the crack."""
+"""Role of a file. A "fill" is the CSV about a liquid that was weighed into the crack."""
 
 ROLES: tuple[Role, ...] = get_args(Role)
 NAMED_FILES: Mapping[Role, str] = {
@@ -28,7 +28,7 @@ NAMED_FILES: Mapping[Role, str] = {
     "readings": "readings.file",
     "fill": "crack.fill.file",
 }
-"""Settings of a trial that name a file, by the file's role."""
+"""Setting of a trial that names the file, for each role."""
 PAIRING = "pairing.csv"
 SETTING = {
     **{name: f"readings.columns.{name}" for name in Columns.model_fields},
@@ -36,20 +36,21 @@ SETTING = {
     "sign": "readings.quantity",
     "crack": "photo.crack",
 }
-"""Settings of a trial by the column of the pairing file that answers them."""
-SETTINGS = "settings"  # Column of the pairing file for other settings of the trial
+"""Setting of a trial that each column of the pairing file gives."""
+SETTINGS = "settings"  # Column of the pairing file for all other settings of the trial
 ANSWERS = (*SETTING, SETTINGS)
-"""Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
-file has those that are needed; a user may add any of them."""
+"""Columns of the pairing file for the user's answers: about a sheet, the number of the crack, and other settings.
+
+The file is written with the columns that are needed. A user may add any of the others."""
 NAMES = ("file", "role", "sample")
 COLUMNS = (*NAMES, *ANSWERS, "question")
-PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a file a row is about
+PART = ("sheet", "range", "s", "levels")  # Columns that say which part of a file a row describes
 NOTE_SUFFIX = ".toml"
-TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
+TRIAL = "trial.toml"  # Name of a trial file
 TEXT_SUFFIXES = {".txt", ".md"}
 TABLE_SUFFIXES = {
     ".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab",
-    ".xls", ".xlsb", ".numbers", ".sxc", ".gsheet",  # Not read, but they contain a lab's numbers
+    ".xls", ".xlsb", ".numbers", ".sxc", ".gsheet",  # These cannot be read, but contain a lab's numbers
 }  # fmt: skip
 POSSIBLE: Mapping[str, tuple[Role, ...]] = {
     **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask")),
@@ -57,25 +58,25 @@ POSSIBLE: Mapping[str, tuple[Role, ...]] = {
     **dict.fromkeys(TEXT_SUFFIXES, ("note", "readings", "fill")),
     NOTE_SUFFIX: ("note",),
 }
-"""Roles that a file may have, by its ending. The first is the default."""
-TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of tables of numbers
-WORD = re.compile(r"[^\s._-]+")  # In a name
+"""Roles that a file may have, by file suffix. The first role is the default."""
+TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of files with tables of numbers
+WORD = re.compile(r"[^\s._-]+")  # Pattern of a word in a file name
 OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
-DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
-MOST_ENTRIES = 50_000  # Files and folders; more means that a disk was given by mistake
+DEFAULTS = "lab.toml"  # Name of the file at the top of a lab's folder with settings of all samples
+MOST_ENTRIES = 50_000  # Largest number of files and folders. With more, the user probably gave a disk by mistake
 HIDDEN = (".", "~$")
-NOT_READ = "its ending is not read."
-UNSHOWN = "its name has characters that no text can show; rename it."
-CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that control a text
+NOT_READ = "files with this suffix are not read."
+UNSHOWN = "the name has characters that cannot be displayed. Rename the file."
+CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode categories of control characters
 
 
 @dataclass(frozen=True)
 class FilePlace:
-    """Sample and role of a file or of a part of it, by its name or by a row of the pairing file."""
+    """Sample and role of a file, or of part of a file, read from the file's name or from a row of the pairing file."""
 
     sample: str
     role: Role
-    answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
+    answers: Mapping[str, str] = field(default_factory=dict)  # Cells in the answer columns of the pairing file
 
     @property
     def key(self) -> str:
@@ -83,12 +84,14 @@ class FilePlace:
 
 
 Placed = dict[PurePath, list[FilePlace]]
-"""Samples and roles by file. A file of several samples has several, each with the answers that say what is read."""
+"""Samples and roles of each file. A file of several samples has one entry for each sample.
+
+The answers of an entry say which part of the file is read."""
 
 
 @dataclass(frozen=True)
 class KeptFile:
-    """A file of the lab, and its copy in a trial's folder."""
+    """A file in the lab's folder, and its copy in a trial's folder."""
 
     role: Role
     original: str  # Path in the lab's folder
@@ -99,17 +102,17 @@ class KeptFile:
 
 @dataclass(frozen=True, order=True)
 class CatalogueFault:
-    name: str  # Name of the sample, or of a file that belongs to none
+    name: str  # Name of the sample, or of a file that belongs to no sample
     sentence: str
-    can_be_confirmed: bool = False  # True for a doubt about readings
+    can_be_confirmed: bool = False  # True for a doubt about readings, which the user can confirm
 
 
 def place_of(file: PurePath) -> FilePlace | None:
-    """Return the sample and the role that a path relative to the lab's folder gives; None if its ending is not read.
+    """Return the sample and the role of a file from its path relative to the lab's folder, or None if it is not read.
 
-    The sample is the stem without words for a role at its ends, or the whole name if it has no other words. Folders
-    count too: photos/P01.jpg and sheets/P01.csv belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a
-    note unless its own name has another role.
+    The sample's name is the stem of the file name, without words for a role at its ends. If there are no other words,
+    it is the whole file name. Names of folders are treated alike: photos/P01.jpg and sheets/P01.csv belong to one
+    sample, but May/P01.jpg and June/P01.jpg belong to two. A text file is a note, unless its name states another role.
     """
     possible, names = POSSIBLE.get(file.suffix.lower()), dict[str, str]()
     if not possible:
@@ -118,16 +121,16 @@ def place_of(file: PurePath) -> FilePlace | None:
     stem = "" if file.name == TRIAL else file.stem
     for part in (*file.parent.parts, stem):
         name, meant = _without_words(part, possible if part == stem else ROLES)
-        # The folder of a sample often has files with the same name.
+        # A sample's folder and the files in it often have the same name.
         names |= {sample_key(name): name} if name else {}
         roles = [*meant, *(roles if file.suffix.lower() not in TEXT_SUFFIXES else ())]
-    # A mask in a folder of photos is a mask: roles other than the default of the ending count.
+    # Roles other than the default of the suffix have priority: a mask in a folder of photos is a mask.
     roles = [role for role in roles if role in possible[1:]] or [*possible]
     return FilePlace(as_label("-".join(names.values()) or file.name), roles[0])
 
 
 def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
-    """Return a name without the words at its ends that mean one of ``roles``, and the roles that they mean."""
+    """Return a name without the words at its ends that mean one of ``roles``, and the roles of these words."""
     words = [*WORD.finditer(name)]
     meant = list[Role]()
     for end in (-1, 0):
@@ -143,32 +146,33 @@ def _role_of(word: str, roles: Sequence[Role]) -> Role | None:
 
 
 def as_label(text: str) -> str:
-    """Return a text as a sample's name that reports and spreadsheets can show. Other marks are replaced by their code.
+    """Return a text as a sample's name that reports and spreadsheets can show.
 
-    Different names stay different.
+    Other characters are replaced by their Unicode number, so that different names remain different.
     """
     return OUTSIDE_LABELS.sub(lambda mark: f"u{ord(mark[0]):04x}", text.strip())
 
 
 def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueFault], list[CatalogueFault]]:
-    """Return the photos, sheets and notes in ``folder`` and its subfolders, the files that are not used, and lost ones.
+    """Find the photos, sheets and notes in ``folder`` and its subfolders.
 
-    Files and folders are lost if they may have data of the lab, but cannot be read. Paths are relative to ``folder``.
-    Hidden files are skipped, such as macOS's ._photo.jpg and Excel's ~$sheet.xlsx.
-    Raises InputError if it is not a folder, or if it contains more than ``MOST_ENTRIES`` files and folders.
+    Returns the entry of each file by path relative to ``folder``, then the files that are not used, then the lost files
+    and folders. Lost ones may have data of the lab, but cannot be read. Hidden files are skipped, such as ._photo.jpg
+    (macOS) and ~$sheet.xlsx (Excel). Raises InputError if ``folder`` is not a folder, or contains more than
+    ``MOST_ENTRIES`` files and folders.
     """
     if not folder.is_dir():
-        raise InputError(f"{as_text(folder)}: no such folder; give the folder of photos, sheets and notes.")
+        raise InputError(f"{as_text(folder)}: no such folder. Give the folder of photos, sheets and notes.")
     files, unused, lost, entries = dict[PurePath, FilePlace](), list[CatalogueFault](), list[CatalogueFault](), 0
 
     def shut(fault: OSError) -> None:
-        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
+        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it elsewhere."
         lost.append(CatalogueFault(plain(as_text(Path(fault.filename).relative_to(folder))), reason))
 
     for parent, folders, names in os.walk(folder, onerror=shut):
         entries += len(folders) + len(names)
         if entries > MOST_ENTRIES:
-            raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
+            raise InputError(f"{folder}: has more than {MOST_ENTRIES:,} files. Give parts of it one by one.")
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
         names += [name for name in folders if Path(parent, name).is_symlink()]
         for file in (Path(parent, name).relative_to(folder) for name in names if not name.startswith(HIDDEN)):
@@ -183,7 +187,7 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueF
 
 
 def plain(text: str) -> str:
-    """Return ``text`` on one line, with "?" for characters that move a terminal's cursor or reverse the writing."""
+    """Return ``text`` on one line, with "?" for control characters, which may move the cursor or reverse the text."""
     return "".join("?" if unicodedata.category(letter) in CONTROLS else letter for letter in text)
 
 
@@ -194,9 +198,9 @@ def rows_of(placed: Placed) -> list[tuple[PurePath, FilePlace]]:
 
 
 def pairing_text(placed: Placed, questions: Mapping[tuple[PurePath, str], Sequence[str]], asked: set[str]) -> str:
-    """Return the text of the pairing file: a row for each file and sample, sorted by sample.
+    """Return the text of the pairing file, with a row for each file and sample, sorted by sample.
 
-    ``questions`` are by file and key of the sample, ``asked`` the columns for their answers.
+    ``questions`` has the questions by file and sample key. ``asked`` names the columns for the answers.
     """
     rows = [
         {
@@ -213,27 +217,27 @@ def pairing_text(placed: Placed, questions: Mapping[tuple[PurePath, str], Sequen
 
 
 def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
-    """Return the user's decisions: the rows of a pairing file that differ from what the names of the files give.
+    """Return the user's decisions: the rows of a pairing file that differ from the pairing by names.
 
-    The file may be as any spreadsheet program saves it. Raises InputError with every fault: an unknown column, a file
-    that does not exist or is not read, rows of a file that are not of different parts, a role that is not possible.
+    Any spreadsheet program may have saved the file. Raises InputError with all faults: an unknown column, a file that
+    does not exist or is not read, several rows for the same part of a file, or a role that the file cannot have.
     """
     faults = list[str]()
     by_name = {file.as_posix(): file for file in named}
     decisions: Placed = {}
     for line, texts in table_of(path)[1]:
-        # Without the mark that stops a spreadsheet from calculating a cell.
+        # Remove the apostrophe that stops a spreadsheet from running a cell as a formula.
         bare = ((name, text[as_text_cell(text[1:]) == text :]) for name, text in texts)
         where, cells = f"{path}, line {line}", {name: text for name, text in bare if text}
         faults += [
-            f"{where}: {cells[name]!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
+            f"{where}: {cells[name]!r:.80} is in the column {name!r:.80}; allowed columns are {', '.join(COLUMNS)}."
             for name in cells.keys() - {*COLUMNS}
         ]
         written, role = cells.get("file", ""), cells.get("role", "")
         if (file := by_name.get(written)) is None:
-            faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")
+            faults.append(f"{where}: {written!r:.80} is not a file that is read. Correct or delete the row.")
         elif role not in (possible := (*POSSIBLE[file.suffix.lower()], "ignore")):
-            faults.append(f"{where}: {file} cannot be {role!r:.40}; write one of {', '.join(possible)}.")
+            faults.append(f"{where}: {file} cannot have the role {role!r:.40}; write one of {', '.join(possible)}.")
         else:
             answers = {name: cells[name] for name in ANSWERS if name in cells}
             sample = as_label(cells.get("sample", named[file].sample))
@@ -241,7 +245,7 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
     for file, places in decisions.items():
         parts = {"".join(entry.answers.get(name, "") for name in PART).upper() for entry in places} - {""}
         if len(parts) < len(places) != 1:
-            faults.append(f"{path}: {file} has several rows; keep one, or give each its own range, sheet or levels.")
+            faults.append(f"{path}: {file} has several rows. Keep one, or give each another range, sheet or levels.")
     if faults:
         raise InputError("\n".join(faults))
     return {file: places for file, places in decisions.items() if places != [named[file]]}

@@ -26,8 +26,8 @@ from sealtwin.trial.job import start_job
 from sealtwin.trial.trial_file import Trial, folder_name, load_trial, trial_text
 from validate.units import counted
 
-INCOMING = f".incoming.{files.TEMPORARY_MARK}"  # Folder in which a new trial is written first; no user has this name
-OWNED = {PAIRING, *OWN}  # Files that an ingest writes at the top of a lab
+INCOMING = f".incoming.{files.TEMPORARY_MARK}"  # Temporary folder in which a new trial is written
+OWNED = {PAIRING, *OWN}  # Names of the files that an ingest writes at the top of a lab
 
 
 @dataclass
@@ -35,16 +35,16 @@ class Ingested:
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool
-    samples: list[LabSample]  # And files that belong to no photo
+    samples: list[LabSample]  # Samples, and behind them files that belong to no photo
     unused: list[CatalogueFault]  # Files that are not used
-    lost: list[CatalogueFault]  # Files that are not used and may have data of the lab
+    lost: list[CatalogueFault]  # Files that cannot be read, but may have data of the lab
     placed: Placed
     decisions: Placed
-    traced: Batch | None = None  # None if nothing was to be traced
+    traced: Batch | None = None  # Results of tracing. None if no photo was traced
 
     @property
     def faults(self) -> list[CatalogueFault]:
-        """Faults of samples, of files without a sample, and of files that are lost."""
+        """Faults of samples, of files without a sample, and of lost files."""
         faults = [
             CatalogueFault(sample.name, sentence, question.can_be_confirmed)
             for sample in self.samples
@@ -54,22 +54,22 @@ class Ingested:
 
 
 def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False, jobs: int = 0) -> Ingested:
-    """Take a folder of photos, sheets and notes into ``lab``: a trial for each sample, and a catalogue.
+    """Make a trial in ``lab`` for each sample in a folder of photos, sheets and notes, and update the catalogue.
 
-    A sample that the lab already has is skipped; the trial of a changed one is written again, or stays beside a new
-    revision if it was run or edited. Waits for another ingest into the same lab. If the process is killed, repeat the
-    same call to complete the ingest. The user's corrections and answers come from the lab's pairing file if it was
-    edited. The catalogue stores them for ``folder``. The trials are traced and checked by ``jobs`` processes; 0 leaves
-    that out.
+    An unchanged sample of the lab is skipped. The trial of a changed sample is written again. If that trial was run or
+    edited, it is kept, and the new one gets a new revision. If the pairing file was edited, the user's corrections and
+    answers are read from it, and the catalogue stores them for ``folder``. ``jobs`` processes trace and check the
+    trials; with 0, this step is left out.
 
-    Raises InputError if the folder, its lab.toml or the pairing cannot be used.
+    Waits until other ingests into the same lab have ended. If the process is killed, repeat the call to complete the
+    ingest. Raises InputError if the folder, its lab.toml or the pairing file cannot be used.
     """
     _require_usable(folder, lab)
     folder = folder.resolve()
     named, unused, lost = find_files(folder)
     defaults = read_defaults(folder)
     way = os.path.relpath(folder, lab.resolve())
-    # Without the path of the folder; it does not change if folder and lab are moved together.
+    # The name does not contain the folder's path, so it does not change if folder and lab are moved together.
     source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
     with nullcontext() if dry_run else holding(lab, progress.note):
         catalogue = Catalogue(lab)
@@ -81,7 +81,7 @@ def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False
         samples = pair(folder, placed, [fault.name for fault in lost])
         ingested = Ingested(lab, source, dry_run, samples, unused, lost, placed, decisions)
         if not samples and not ingested.faults:
-            raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
+            raise InputError(f"{folder}: has no photos, sheets or notes. Give the folder that contains them.")
         progress.start(f"Taking in {counted(len(samples), 'sample')}", len(samples))
         for done, sample in enumerate(samples, start=1):
             _take_in(ingested, catalogue, sample, defaults, progress)
@@ -95,23 +95,23 @@ def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False
 
 
 def _require_usable(folder: Path, lab: Path) -> None:
-    """Raise InputError if ``lab`` is not outside the lab's folder, or has files that no ingest wrote."""
+    """Raise InputError if ``folder`` or ``lab`` is inside the other one, or if ``lab`` has files of other programs."""
     inner, outer = folder.resolve(), lab.resolve()
     if inner.is_relative_to(outer) or outer.is_relative_to(inner):
         raise InputError(
-            f"{as_text(lab)}: --out must be neither inside nor around the lab's folder {as_text(folder)}, so that the "
-            "lab's own files stay untouched; give --out another folder."
+            f"{as_text(lab)}: --out must not be inside the lab's folder {as_text(folder)} and must not contain it, so "
+            "that your files are not changed. Give another folder as --out."
         )
     if lab.is_dir() and not (lab / CATALOGUE).is_file():
-        # Hidden files are the system's, or those of another process that has just begun here.
+        # Hidden files belong to the system, or to another process that has just started in this folder.
         shown = [path for path in lab.iterdir() if not (path.name in OWNED or path.name.startswith("."))]
         refuse_foreign(lab, "ingest", sorted(path.name for path in shown if not (path / RECORD).is_file()))
 
 
 def _save(ingested: Ingested, catalogue: Catalogue) -> None:
-    """Write the catalogue, and the pairing file with each question in the row of the file that it is about.
+    """Write the catalogue, and the pairing file with each question in the row of its file.
 
-    A pairing file that the user has edited since it was read or written is left as it is; the next ingest reads it.
+    If the user has edited the pairing file in the meantime, it is not changed. The next ingest reads it.
     """
     path = catalogue.lab / PAIRING
     if _pairing_sha256(catalogue.lab) == catalogue.content.pairing:
@@ -127,14 +127,15 @@ def _save(ingested: Ingested, catalogue: Catalogue) -> None:
 
 
 def _pairing_sha256(lab: Path) -> str:
-    """Return the hash of the pairing file, or "" without one."""
+    """Return the hash of the pairing file, or "" if there is none."""
     return files.sha256(lab / PAIRING) if (lab / PAIRING).is_file() else ""
 
 
 def _take_in(ingested: Ingested, catalogue: Catalogue, sample: LabSample, defaults: Note, progress: Progress) -> None:
     """Read the files of a sample and write its trial.
 
-    Its errors become its questions and stop no other sample; a failure of the lab's own disk is raised.
+    Errors become questions about the sample, and the other samples are still read. An error of the disk with the lab is
+    raised.
     """
     try:
         gather(sample, defaults)
@@ -149,28 +150,28 @@ def _take_in(ingested: Ingested, catalogue: Catalogue, sample: LabSample, defaul
             raise
         sample.fault(f"{fault.strerror}. Make it readable.", file=path.relative_to(sample.folder))
     except Exception as fault:
-        # A bug in one sample must not stop the others; the command ends with code 1.
+        # A bug in one sample must not stop the others. The command then ends with exit code 1.
         progress.note(traceback.format_exc())
         sample.fate, sample.questions = "bug", {}
-        sample.fault(f"{type(fault).__name__}: {fault}. A bug: please report it.")
+        sample.fault(f"{type(fault).__name__}: {fault}. This is a bug; please report it.")
 
 
 def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Trial) -> None:
-    """Write the trial of a sample, unless the lab has it already, and set the sample's record and fate.
+    """Write the trial of a sample, unless the lab already has it, and set the sample's record and fate.
 
-    The sample's latest trial is written again, unless it was run or edited: then it stays, and the sample gets a new
-    revision in another folder. Raises InputError if the name, or the name of the folder, is that of another sample, and
-    whatever ``_write`` raises.
+    The trial replaces the sample's latest trial. If that trial was run or edited, it is kept, and the new one is
+    written to another folder as a new revision. Raises InputError if another sample has the same name or folder, and
+    the same errors as ``_write``.
     """
     lab, latest, name, revision = ingested.lab, catalogue.latest.get(sample.key), folder_name(sample.name), 1
     fate: Fate = "new"
     if latest is not None:
-        # A sample of the same name from another folder is another sample, unless its photo is the same.
+        # A sample with the same name from another folder is a different sample, unless its photo is the same.
         photos = {raw.sha256 for raw in (*sample.raw, *latest.files) if raw.role == "photo"}
         if len(photos) > 1 and latest.source != ingested.source:
             raise InputError(
-                f"a sample {latest.name} with another photo came from {latest.source}; give this one another name in "
-                "the pairing file."
+                f"the lab already has a sample {latest.name} with another photo, from {latest.source}. Give this "
+                "sample another name in the pairing file."
             )
         name, revision, home = latest.folder, latest.revision, lab / latest.folder
         written = {TRIAL: latest.trial_sha256} | {file.kept_as: file.sha256 for file in latest.files}
@@ -179,21 +180,21 @@ def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Tri
         fate = "unchanged" if is_same and len(present) == len(written) else "revised"
         is_edited = not present.items() <= written.items()
         if is_edited or (home / RUN / PROFILE).exists():
-            # The number of a later revision follows an @, which no sample's name contains.
+            # The revision number follows an @. The names of samples never contain an @.
             revision += 1
             name = f"{name.partition('@')[0]}@{revision}"
     sample.record = latest
     if fate != "unchanged" and not ingested.dry_run:
         if name != (latest and latest.folder) and (lab / name).exists():
             raise InputError(
-                f"the folder {lab / name} exists already; give this sample another name in the pairing file."
+                f"the folder {lab / name} already exists. Give this sample another name in the pairing file."
             )
         sample.record = _write(ingested, sample, trial, name, revision)
     sample.fate = "failed" if sample.questions else fate
 
 
 def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revision: int) -> Record:
-    """Write a trial's folder: copies of its files, trial.toml and record.json; return its record.
+    """Write a trial's folder with copies of the files, trial.toml and record.json. Returns the record.
 
     Raises InputError if a file has changed since it was read.
     """
@@ -215,7 +216,7 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
         trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
         sound=not sample.questions,
     )
-    # If the process is killed, the trial is not complete: 'lab run' leaves it out, and the next ingest completes it.
+    # If the process is killed, the trial is marked as not sound. 'lab run' leaves it out; the next ingest completes it.
     files.write_json(folder / RECORD, asdict(replace(record, sound=False)))
     for raw in sample.raw:
         content = read_bytes(sample.folder / raw.original)
@@ -230,11 +231,11 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
 
 
 def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
-    """Trace each trial with a scale in the folder of its run, check it as its run would, and ask about the faults.
+    """Trace each trial that has a scale in its run folder, check it as its run would, and add questions about faults.
 
-    A page with all walls, and with the sheets in question, is written at the top of the lab. Samples with questions are
-    traced too, so that all questions are asked together. A fault in one sample does not stop the others. Raises
-    InputError if the lab has another program's contact sheet.
+    Samples with questions are traced too, so that all questions are asked together. A fault in one sample does not stop
+    the others. Also writes a page with all traced walls and the doubtful sheets to the top of the lab. Raises
+    InputError if the lab contains a contact sheet of another program.
     """
     lab, traced, planned = ingested.lab, dict[str, LabSample](), list[PlannedPhoto]()
     for sample in ingested.samples:
@@ -243,7 +244,7 @@ def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
             traced[run] = sample
             planned.append(PlannedPhoto(sample.trial_folder / TRIAL, run, _omitted(sample)))
     sheets = {f"{each.file('readings')}": sheet for each in ingested.samples if (sheet := each.sheet_in_question)}
-    # Without notes: what they say of faults is in the answer, in the names of the lab's own files.
+    # Notes are not shown, because the result of the command lists the faults with the names of the user's files.
     steps = Progress()
     steps.start, steps.advance, steps.close = progress.start, progress.advance, progress.close
     batch = ingested.traced = digitise_many(planned, lab, steps, jobs, locked=True, sheets=sheets)
@@ -254,14 +255,17 @@ def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
 
 
 def _omitted(sample: LabSample) -> dict[str, None]:
-    """Return what is left out of a trial to trace it: readings that cannot be read, a fill in undescribed walls."""
+    """Return the settings that must be removed from a trial before it is traced.
+
+    These are readings that could not be read, and a fill if it is in question or depth and tilt are unknown.
+    """
     omitted = {"readings", "gate"} if sample.dialect is None else set[str]()
     is_open = sample.is_in_question("fill") or sample.stand_ins.keys() & {DEPTH, "crack.tilt"}
     return dict.fromkeys(omitted | {"crack.fill"} if is_open else omitted)
 
 
 def _check(sample: LabSample, row: BatchRow) -> None:
-    """Ask about the faults that prevent the run of the traced trial, and doubts about its readings."""
+    """Add questions about faults that prevent the run of a traced trial, and about doubtful readings."""
     if row.status != "ok":
         sample.fault(row.reason)
         return

@@ -1,4 +1,4 @@
-"""Notes: settings that no photo shows, as keys of a trial, in TOML or in lines of a text."""
+"""Read notes, which give settings that a photo does not show, as keys of a trial in TOML or in lines of a text."""
 
 import re
 import tomllib
@@ -22,10 +22,12 @@ from validate.settings import SIGNS
 
 DATE, OPERATOR = "date", "operator"
 OWN = ("name", DATE, OPERATOR)
-"""Keys that do not go into the trial: its name is that of the photo, and the others go into the catalogue."""
+"""Keys of a note that are not copied to the trial.
+
+The name of the trial is the name of the photo. Date and operator are stored in the catalogue."""
 ORIGINS = ("photo.data", "readings.data")
-"""Settings that the key data of a note stands for: the origin of photo and readings."""
-OF_READINGS = ("readings.", "gate.")  # Prefixes of keys that only samples with readings need
+"""Settings that the key ``data`` of a note sets: the origin of the photo and of the readings."""
+OF_READINGS = ("readings.", "gate.")  # Prefixes of keys that apply only to samples with readings
 SCALE, DEPTH = "photo.mm_per_px", "crack.depth_mm"
 ALTERNATIVES = (
     (
@@ -35,34 +37,35 @@ ALTERNATIVES = (
     ),
     ({"fluid.U", "fluid.D_cm"}, *({f"fluid.{key}"} for key in VISCOSITIES_PA_S)),
 )
-"""Sets of settings that replace each other. If a sample gives a setting of one set, the folder's defaults for the other
-sets are dropped."""
+"""Groups of alternative sets of settings. If a sample's note gives a setting of one set, the folder's defaults for the
+other sets of its group are dropped."""
 OF_ONE = "readings.as_written"  # Key that cannot apply to all samples of a folder
-STARTER = 'Write a note with what no photo shows: data = "measured", and depth_mm = 16.0 in [crack]'
-KEYS = "no such key; write one of a trial ('sealtwin init DIR' shows them), or data, date or operator."
+STARTER = 'Write a note with what a photo does not show: data = "measured", and depth_mm = 16.0 in [crack]'
+KEYS = "there is no such key. Write a key of a trial ('sealtwin init DIR' shows them), or data, date or operator."
 NOT_READ = (
-    "is not read, since not each of its lines is key = value with a key of a trial. Write its settings into its row, "
-    "such as settings = crack.depth_mm = 9.0; if it has readings, set its role to readings; if neither, to ignore."
+    "is not read, since some lines are not key = value with a key of a trial. If it has settings, write them into the "
+    "column settings of its row, such as crack.depth_mm = 9.0. If it has readings, set its role to readings. "
+    "Otherwise, set its role to ignore."
 )
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
 LONGEST = 200
 ISO_DATE = re.compile(r"\d{4}-\d\d-\d\d")
-CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
+CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Pattern of a cell or a column. Words about a whole sheet are longer
 
 
 @dataclass
 class Note:
-    """Settings in notes by dotted key, the files that give them, and the faults of the notes."""
+    """Settings from notes by dotted key, the location of each setting, and the faults of the notes."""
 
     values: dict[str, Any] = field(default_factory=dict)
     origins: dict[str, Location] = field(default_factory=dict)
     faults: list[Doubt] = field(default_factory=list)
 
     def over(self, defaults: "Note", without: tuple[str, ...] = ()) -> "Note":
-        """Return this note, with ``defaults`` for settings that it does not give.
+        """Return a note with the settings of this note, and with ``defaults`` for the settings that it does not give.
 
-        Defaults whose keys begin with one of ``without`` are left out.
+        Defaults whose keys begin with a text in ``without`` are left out.
         """
         replaced = [ways for ways in ALTERNATIVES if any(way & self.values.keys() for way in ways)]
         dropped = {key for ways in replaced for way in ways if not way & self.values.keys() for key in way}
@@ -71,7 +74,7 @@ class Note:
         return Note(values, defaults.origins | self.origins, [*defaults.faults, *self.faults])
 
     def take_tables(self, content: Mapping[str, Any], where: Location) -> None:
-        """Add the settings of TOML tables, and a fault for each key that no trial has."""
+        """Add the settings in TOML tables, and a fault for each key that is not a key of a trial."""
         for key, value in content.items():
             if isinstance(value, dict) and key not in known_keys():
                 self.take_tables({f"{key}.{name}": inner for name, inner in value.items()}, where)
@@ -79,7 +82,7 @@ class Note:
                 self.take(key, value, where)
 
     def take(self, key: str, value: Any, where: Location) -> None:
-        """Add a setting by its dotted key. One that another file gives is a fault."""
+        """Add a setting by its dotted key. A setting that another file also gives is a fault."""
         if key in (DATE, OPERATOR):
             value = plain(f"{value}"[:LONGEST])
         for each in ORIGINS if key == "data" else (key,):
@@ -87,9 +90,9 @@ class Note:
             if each not in known_keys():
                 fault = KEYS
             elif origin != where:
-                fault = f"also given in {origin.named()}; keep one of the two."
+                fault = f"this key is also given in {origin.named()}. Keep only one of the two."
             elif key == DATE and not ISO_DATE.match(value):
-                fault = "is not a date; write 2026-12-31."
+                fault = "this is not a date. Write a date such as 2026-12-31."
             if fault:
                 self.faults.append(Doubt("note", where, f"{key} = {quoted(f'{value}')}: {fault}"))
             else:
@@ -97,10 +100,10 @@ class Note:
 
 
 def read_note(folder: Path, file: PurePath, sample: str, note: Note, *, answered: bool = False) -> None:
-    """Add to ``note`` the settings of a TOML file, or of a text if each of its lines is ``key = value`` of a known key.
+    """Add to ``note`` the settings in a TOML file, or in a text file with only lines ``key = value`` of known keys.
 
-    Another file is a fault if it may have settings, that is a known key, a number that is not in the key of its
-    ``sample``, or letters that are not UTF-8, unless its row has been ``answered``.
+    Any other text file is a fault if it may contain settings: a known key, a number that is not part of the name of its
+    ``sample``, or characters that are not UTF-8. It is not a fault if the user has ``answered`` its row.
     """
     path, where = folder / file, Location(file)
     try:
@@ -113,8 +116,8 @@ def read_note(folder: Path, file: PurePath, sample: str, note: Note, *, answered
         note.faults.append(Doubt("note", where, f"{fault}"))
         return
     text = content.decode("utf-8-sig", errors="replace")
-    is_cut = "\ufffd" in text or len(content) == LARGEST_READ_BYTES  # The mark stands for letters that are not UTF-8
-    if not is_cut and "#" not in text:  # A comment may change the meaning of a setting
+    is_cut = "\ufffd" in text or len(content) == LARGEST_READ_BYTES  # \ufffd replaces characters that are not UTF-8
+    if not is_cut and "#" not in text:  # A comment may change the meaning of a setting, so a person must read it
         with suppress(ValueError, RecursionError):
             settings, alone = tomllib.loads(text), Note()
             alone.take_tables(settings, where)
@@ -127,12 +130,12 @@ def read_note(folder: Path, file: PurePath, sample: str, note: Note, *, answered
 
 
 def read_defaults(folder: Path) -> Note:
-    """Read lab.toml, if there is one. Raises InputError with all its faults, since each would affect every sample."""
+    """Read lab.toml, if there is one. Raises InputError with all faults of the file, since it affects every sample."""
     note, file = Note(), PurePath(DEFAULTS)
     if (folder / file).is_file() and not (folder / file).is_symlink():
         read_note(folder, file, "", note)
     if OF_ONE in note.values:
-        finding = f"{OF_ONE} applies to one sample only; move it into that sample's note."
+        finding = f"{OF_ONE} can apply to one sample only. Move it to the note of that sample."
         note.faults.append(Doubt("note", Location(file), finding))
     if note.faults:
         raise InputError("\n".join(map(str, note.faults)))
@@ -140,7 +143,10 @@ def read_defaults(folder: Path) -> Note:
 
 
 def value_of(text: str) -> Any:
-    """Return the value in a cell: a number, a value of TOML, or the text, such as 1,234, which may be two numbers."""
+    """Return the value in a cell: a number, a TOML value, or the text itself.
+
+    An ambiguous number such as 1,234 is returned as text.
+    """
     if is_ambiguous(text):
         return text
     if (value := number(text)) is not None:
@@ -157,13 +163,16 @@ READ_AS = {
     "sign": lambda text: SIGNS.get(text, text),
     "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text,
 }
-"""Functions that read a value in a column of the pairing file. Other texts are values as they are."""
+"""Functions that read the values in some columns of the pairing file. Values in other columns are texts."""
 LISTS = ("levels", "places", "skip", "as_written")
-"""Columns with several values. A unit of places is a single one."""
+"""Columns of the pairing file with a list of values. The column places may also have a unit, which is not a list."""
 
 
 def note_of_answers(answers: Mapping[str, str], file: PurePath) -> Note:
-    """Return the settings in the answers of a file's row. Its column of settings is TOML, separated by semicolons."""
+    """Return the settings in the answers of a file's row.
+
+    The column settings has TOML, with semicolons between the lines.
+    """
     note, where = Note(), Location(file, f"row in {PAIRING}")
     for name, text in ((name, answers[name]) for name in SETTING if name in answers):
         read, parts = READ_AS.get(name, str), re.split(r"(?:[\s;]|,(?!\d))+", text)
@@ -173,7 +182,7 @@ def note_of_answers(answers: Mapping[str, str], file: PurePath) -> Note:
         note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
     except (ValueError, RecursionError) as fault:
         example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
-        finding = f"settings = {quoted(answers[SETTINGS])}: {fault}. Write for example {example}."
+        finding = f"settings = {quoted(answers[SETTINGS])}: {fault}. Write, for example, {example}."
         note.faults.append(Doubt("note", where, finding))
     return note
 

@@ -1,4 +1,4 @@
-"""The samples of a lab's folder during an ingest: their files, settings and trials, and their questions."""
+"""Samples of a lab's folder during an ingest, with their files, settings, trials and questions."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,53 +35,58 @@ from validate.readings.words import sample_key
 from validate.settings import Declared
 
 Fate = Literal["new", "revised", "unchanged", "failed", "bug"]
-"""State of a sample's trial after an ingest; "failed" if its files raise questions."""
+"""State of a sample's trial after an ingest. It is "failed" if there are questions about the sample."""
 ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
 STARTER = ASSUMED | {"crack.tilt": "lean", ANGLE: 11.0, "path.fill": 1.0, "path.trim_mm": 10.0}
-"""Settings that are used if no note gives them: those of fluid and solver are of 'sealtwin init', which let the sealant
-settle before its level is measured; the others are the defaults of a trial."""
+"""Settings that are used if no note gives them.
+
+The settings of fluid and solver are the same as in 'sealtwin init'. With them, the sealant settles before its level is
+measured. The others are the defaults of a trial."""
 EXCLUDED = {
     "path.plan": "path.",
     "path.weighed": "path.volume_ml",
-    "solver.model": "solver.",  # The fast model has neither particles nor a rest.
+    "solver.model": "solver.",  # The fast model has no particles and no time of rest
     "fluid.freeze_after_s": "fluid.yield_stress_pa",
     FILL: ANGLE,
 }
-"""Beginnings of settings of the starter that a given setting excludes."""
+"""Prefix of the settings of ``STARTER`` that are not used if the user gives a certain setting, by that setting."""
 ORIGIN = 'write data = "measured" (or "reconstructed", "synthetic")'
 NEEDED = {
     "photo.data": ("photo", "synthetic", ORIGIN),
-    DEPTH: ("photo", 16.0, "no photo shows it: write [crack] depth_mm = 16.0"),
+    DEPTH: ("photo", 16.0, "a photo does not show it: write [crack] depth_mm = 16.0"),
     "crack.tilt": (
         "fill",
         "funnel",
-        "the steps of a fill need it: write [crack] tilt = 'funnel' or, for walls that open downward, 'undercut' if "
-        "the photo shows the mouth's width, 'flare' if it shows the floor's",
+        "the steps of a fill require it: write [crack] tilt = 'funnel' if the crack is narrower at the floor. If it is "
+        "wider at the floor, write 'undercut' if the photo shows the width of the mouth, or 'flare' if it shows the "
+        "width of the floor",
     ),
     "readings.data": ("readings", "synthetic", ORIGIN),
     "readings.role": (
         "readings",
         "held-out",
-        'write [readings] role = "held-out", or "calibrated-on" if they were used to choose the fluid',
+        'write [readings] role = "held-out", or "calibrated-on" if the readings were used to choose the fluid',
     ),
     SCALE: ("photo", 0.1, SCALES),
 }
-"""Required settings that no photo shows: role of the file that requires it, value with which the rest is checked, and
-what to write."""
+"""Required settings that a photo does not show, by key.
+
+Each has the role of the file that requires it, the value with which the other settings are checked, and what to
+write."""
 SHEET_ALONE = (
-    "Write its sample into the column sample; if it has several, add a row of this file for each, with its own range, "
-    "sheet or levels; if it has none, set the role to ignore."
+    "Write its sample into the column sample. If it has several samples, add a row with this file for each, and give "
+    "each row another range, sheet or levels. If it has no sample, set the role to ignore."
 )
 NOTE_ALONE = (
-    "Write its sample into the column sample, and settings that are not lines key = value into the column settings; if "
-    "it has readings, set its role to readings; if it has no sample, to ignore."
+    "Write its sample into the column sample, and settings that are not lines key = value into the column settings. If "
+    "it has readings, set its role to readings. If it has no sample, set its role to ignore."
 )
 ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 
 
 @dataclass(frozen=True)
 class SampleQuestion:
-    """A question in the rows of its files in the pairing file."""
+    """Files in whose rows of the pairing file a question is written, and whether the user can confirm the input."""
 
     rows: frozenset[PurePath]
     can_be_confirmed: bool
@@ -89,37 +94,41 @@ class SampleQuestion:
 
 @dataclass
 class LabSample:
-    """A photo and its files, or files of one name that belong to no photo. It is sound if it has no questions."""
+    """A photo and its files, or files with the same name that belong to no photo. It is sound without questions."""
 
-    folder: Path  # The lab's
+    folder: Path  # Path of the lab's folder
     name: str
     files: dict[Role, list[PurePath]] = field(default_factory=dict)
-    """Files by role. Several of one role but notes are in question. An empty list of readings waits for a sheet."""
-    answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
-    questions: dict[str, SampleQuestion] = field(default_factory=dict)  # By sentence
-    columns: set[str] = field(default_factory=set)  # Of the pairing file, for the answers
+    """Files by role. Several files of one role raise a question, except notes. If the list of readings is empty, the
+    sheet may be one of the files that belong to no photo."""
+    answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Answers in the pairing file
+    questions: dict[str, SampleQuestion] = field(default_factory=dict)  # Questions by their sentence
+    columns: set[str] = field(default_factory=set)  # Columns of the pairing file for the answers
     fate: Fate = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
     remarks: list[str] = field(default_factory=list)
     trial: Trial | None = None  # None if the settings cannot be used
-    stand_ins: dict[str, Any] = field(default_factory=dict)  # Of required settings that were not given
-    dialect: str | None = None  # Format of the sheet of readings, as a sentence; None if it could not be read
-    understood: ReadSheet | None = None  # The sheet of readings as it was understood
-    record: Record | None = None  # Of its trial in the lab; None for a new one in a dry run
-    trial_folder: Path = Path()  # Folder of its trial in the lab
+    stand_ins: dict[str, Any] = field(default_factory=dict)  # Temporary values of required settings that are missing
+    dialect: str | None = None  # How the sheet of readings was interpreted, as a sentence. None if it was not read
+    understood: ReadSheet | None = None  # Interpretation of the sheet of readings
+    record: Record | None = None  # Record of the sample's trial in the lab. None for a new sample in a dry run
+    trial_folder: Path = Path()  # Folder of the sample's trial in the lab
 
     @property
     def key(self) -> str:
         return sample_key(self.name)
 
     def file(self, role: Role) -> PurePath | None:
-        """Return the file of a role; None if there is none, or several."""
+        """Return the file with a role. Returns None if there is no such file, or if there are several."""
         files = self.files.get(role, [])
         return files[0] if len(files) == 1 else None
 
     def ask(self, *doubts: Doubt, rows: Iterable[PurePath] = ()) -> None:
-        """Add questions, each to the row of the file that it is about, else to that of the photo; or to ``rows``."""
+        """Add questions. Each is written to the row of its file in the pairing file, or to the rows of ``rows``.
+
+        If the file has no row, the question is written to the row of the first file: the photo, if there is one.
+        """
         files = [*chain(*self.files.values())]
         paths = {self.folder / file: file for file in files}
         paths |= {self.trial_folder / raw.kept_as: PurePath(raw.original) for raw in self.raw}
@@ -130,12 +139,12 @@ class LabSample:
             self.columns |= {column if column in ANSWERS else SETTINGS for column in doubt.columns or (SETTINGS,)}
 
     def fault(self, finding: str, remedy: str = "", file: PurePath | None = None) -> None:
-        """Ask about a fault of a file. Default: of the photo, or the first file without one."""
+        """Add a question about a fault of a file. Default: the photo, or the first file if there is no photo."""
         file = file or next(chain(*self.files.values()))
         self.ask(Doubt("fault", Location(file), finding, remedy))
 
     def refuse(self, fault: InputError, file: PurePath | None = None) -> None:
-        """Add the questions of an error: those of a sheet, those of settings, or one about a file."""
+        """Add the questions that follow from an error: several about a sheet or settings, or one about a file."""
         match fault:
             case SheetFaults():
                 self.understood = fault.understood or self.understood
@@ -146,25 +155,25 @@ class LabSample:
                 self.fault(f"{fault}", file=file)
 
     def is_in_question(self, role: Role) -> bool:
-        """Return True if a question is about the file of a role."""
+        """Return True if there is a question about the file with a role."""
         return any(self.file(role) in question.rows for question in self.questions.values())
 
     @property
     def sheet_in_question(self) -> ReadSheet | None:
-        """The sheet of readings as it was understood, if a question is about it."""
+        """Interpretation of the sheet of readings, if there is a question about the sheet."""
         return self.understood if self.is_in_question("readings") else None
 
     @property
     def said(self) -> Mapping[str, Any]:
-        """Settings in its notes, by dotted key, as JSON has them."""
+        """Settings in the sample's notes, by dotted key, with values converted to JSON types."""
         return json.loads(json.dumps(self.note.values, default=str))
 
 
 def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
-    """Return the samples, sorted by name, and behind them the files without a photo. Ignored files are omitted.
+    """Return the samples sorted by name, and behind them the files that belong to no photo. Ignored files are left out.
 
-    ``lost`` names files that cannot be read. While a sheet has no photo, or one of these may be a sheet, photos without
-    a sheet are held back.
+    ``lost`` names files that cannot be read. If there are lost files, or sheets that belong to no photo, each photo
+    without a sheet gets a question, since one of these files may be its sheet.
     """
     samples = dict[str, LabSample]()
     for file, entry in rows_of(placed):
@@ -181,38 +190,38 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
             if "photo" not in sample.files:
                 remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
                 for file in of_role:
-                    sample.fault(f"no photo is called {sample.name!r}.", remedy, file)
+                    sample.fault(f"there is no photo with the name {sample.name!r}.", remedy, file)
                 waiting += map(str, of_role if role in TABLES else ())
             elif len(of_role) > 1 and role != "note":
                 where = Location(of_role[0], listed([*map(str, of_role[1:])]))
-                doubt = Doubt("files", where, f"{len(of_role)} files are its {role}.", ONE_OF_SEVERAL)
+                doubt = Doubt("files", where, f"{len(of_role)} files have the role {role}.", ONE_OF_SEVERAL)
                 sample.ask(doubt, rows=of_role)
     for sample in lacking if waiting else ():
         sample.files["readings"] = []
-        finding = f"{listed(waiting)} may be the sheet of a photo that has none, so these photos wait."
+        finding = f"this photo has no sheet, but {listed(waiting)} may be its sheet, so the sample is left out."
         sample.ask(Doubt("files", Location(PurePath(PAIRING)), finding))
     return order
 
 
 def gather(sample: LabSample, defaults: Note) -> None:
-    """Read a sample's notes and hash its files; does not read photos and sheets.
+    """Read a sample's notes and hash its files, without reading photos and sheets.
 
-    ``defaults`` are settings of all samples.
+    ``defaults`` has the settings of all samples.
     """
     note = Note()
     for role, every in sample.files.items():
         for count, file in enumerate(every):
             path, limit = sample.folder / file, LARGEST_FILE_BYTES if role in ("photo", "mask") else LARGEST_SHEET_BYTES
             if path.is_symlink() or not path.is_file():
-                sample.fault("not a plain file; links are not followed: copy the file itself.", file=file)
+                sample.fault("this is a link or not a plain file. Replace it by a copy of the file.", file=file)
             elif (size := path.stat().st_size) > limit:
-                sample.fault(f"{size / 1e6:,.0f} MB; the limit for such a file is {limit / 1e6:,.0f} MB.", file=file)
+                sample.fault(f"has {size / 1e6:,.0f} MB, but at most {limit / 1e6:,.0f} MB are allowed.", file=file)
             else:
                 copy = _copy_of(role, file, count)
                 sample.raw.append(KeptFile(role, file.as_posix(), copy, files.sha256(path), size))
                 if role == "note" and "photo" in sample.files:
                     read_note(sample.folder, file, sample.key, note, answered=SETTINGS in sample.answers[role, file])
-    # The folder's settings of readings, fills and walls may be for other samples.
+    # The folder's settings of readings, fills and walls may apply to other samples only.
     others = (ANGLE if "fill" in sample.files else FILL, *(() if "readings" in sample.files else OF_READINGS))
     sample.note = note.over(defaults, others)
     for (role, file), answers in sample.answers.items():
@@ -222,14 +231,14 @@ def gather(sample: LabSample, defaults: Note) -> None:
 
 
 def _copy_of(role: Role, file: PurePath, count: int = 0) -> str:
-    """Return the path of the copy of a sample's file in the folder of its trial."""
+    """Return the path of a file's copy, relative to the folder of the trial."""
     return f"inputs/{role}{f'-{count}' if count else ''}{file.suffix.lower()}"
 
 
 def prepare(sample: LabSample) -> None:
-    """Read the sheets of a sample and make its trial, even if it has questions; add all others.
+    """Read the sheets of a sample, make its trial even if there are questions, and add all questions.
 
-    Settings that are missing have a stand-in, so that the rest is checked at the same time.
+    Missing settings get a temporary value, so that all other settings are checked at the same time.
     """
     from digitise.photo import offer_of_markers
 
@@ -253,9 +262,9 @@ def prepare(sample: LabSample) -> None:
     if not sample.files.get("readings"):
         content = {name: value for name, value in content.items() if name not in ("readings", "gate")}
     if assumed := [f"{key} = {toml_value(starter[key])}" for key in starter if key in names_in(content) - names]:
-        sentence = f"Assumed, since no note of the lab gives it: {', '.join(assumed)}."
+        sentence = f"Assumed, since no note gives these settings: {', '.join(assumed)}."
         content["note"] = f"{sentence} {settings.get('note', '')}".strip()
-        sample.remarks.append(f"{sentence} Write your own values, best into {DEFAULTS}.")
+        sample.remarks.append(f"{sentence} Write your values into {DEFAULTS} or the sample's note.")
     try:
         trial = checked(Trial, sample.folder, content)
     except InputError as fault:
@@ -270,15 +279,18 @@ def prepare(sample: LabSample) -> None:
 
 
 def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
-    """Read the sheets of readings as a run does, and ask about them. ``length_mm`` is of the crack, None if unknown."""
+    """Read the sheets of readings as a run does, and add questions about them.
+
+    ``length_mm`` is the length of the crack, or None if it is unknown.
+    """
     depth_mm = sample.note.values.get(DEPTH)
-    # Without a photo, the name of the file is in question too.
+    # Without a photo, the sample's name is open too.
     name = sample.name if "photo" in sample.files else None
     settings = with_settings({"readings": {"sample": name}}, sample.note.values)["readings"]
     try:
         declared = checked(Declared, sample.folder, {key: settings.get(key) for key in Declared.model_fields})
     except InputError:
-        return  # A fault of its key. With a wrong answer, all others would be asked about again.
+        return  # The settings have a question already. Reading with a wrong setting would add wrong questions.
     for file in (PurePath(raw.original) for raw in sample.raw if raw.role == "readings"):
         try:
             single_mm = depth_mm if isinstance(depth_mm, int | float) else None
@@ -292,22 +304,25 @@ def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
 
 
 def _settings_of(sample: LabSample) -> dict[str, Any]:
-    """Return the settings of a trial by dotted key, from its notes and its files."""
+    """Return the settings of a sample's trial by dotted key, from its notes and its files."""
     note = sample.note
     settings = {key: value for key, value in note.values.items() if key not in OWN}
     settings |= {"name": sample.name, "readings.sample": sample.name}
     for role, key in NAMED_FILES.items():
         file = next(iter(sample.files.get(role, ())), None)
         if key in note.values and PurePath(f"{settings[key]}").name != (file and file.name):
-            finding = f"{key} = {str(settings[key])!r:.80}, but the sample's {role} is {file or 'no file'};"
-            remedy = "delete the key, and choose the file in the pairing file."
+            finding = f"{key} = {str(settings[key])!r:.80}, but the sample's {role} is {file or 'no file'}."
+            remedy = "Delete the key, and choose the file in the pairing file."
             sample.ask(Doubt("setting", note.origins[key], finding, remedy))
         settings[key] = file and _copy_of(role, file)
     return {key: value for key, value in settings.items() if value is not None}
 
 
 def _origin_of(sample: LabSample, key: str) -> Location:
-    """Return the places that give a setting or a table's settings, otherwise a note of the sample."""
+    """Return the locations that give a setting or the settings of a table.
+
+    If there are none, return the location of the sample's note.
+    """
     notes = sample.note.origins.items()
     origins = {origin for name, origin in notes if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
     if not origins:

@@ -1,4 +1,4 @@
-"""Measure a paste by a spread, a bead or a flow curve: facts that all methods need, their result, and material.toml."""
+"""Measure a paste from a spread, a bead or a flow curve. This file has the settings and results of all methods."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -13,38 +13,40 @@ from sealtwin.core.settings import Settings, checked
 from simulate.material_file import Material
 
 EDGE_N_M = 0.005
-"""Coefficient lambda of surface tension for cement pastes (Roussel et al. 2005). Surface tension carries the stress
-lambda R^2 / V, which is subtracted to get the yield stress."""
-EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for an unmeasured paste: the value has one digit
+"""Coefficient lambda of surface tension for cement pastes, in N/m (Roussel et al. 2005).
+
+Surface tension carries the stress lambda R^2 / V, with R the radius and V the volume of the spread. This stress is
+subtracted to get the yield stress."""
+EDGE_ERROR_N_M = 0.0015  # Standard uncertainty of lambda, in N/m, if it was not measured. Its value has only one digit
 DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density from a weighed syringe
 MEASURED = "A measured paste, written by 'sealtwin material'. Errors are standard uncertainties."
-CALIBRATED = "A paste determined by the levels of trials, with 'sealtwin calibrate'. Errors are standard uncertainties."
-USE = "In a trial file: [fluid] material = the name of this file; not_for lists what these numbers are not valid for."
+CALIBRATED = "A paste calibrated on the levels of trials by 'sealtwin calibrate'. Errors are standard uncertainties."
+USE = "To use this file, give its name as material in [fluid] of a trial. not_for lists cases without validity."
 
 
 class PasteSettings(Settings):
-    """Facts about a paste that every method of measuring it needs. Errors are standard uncertainties."""
+    """Settings of a paste that every method of measurement requires. Errors are standard uncertainties."""
 
     data: Literal["measured", "reconstructed", "synthetic"]
-    """Origin of the photo or table."""
+    """Origin of the photo or the table."""
     density_kg_m3: float = Field(ge=100, le=2e4)
     """Density of the paste, for example from a weighed syringe."""
     density_error_kg_m3: float | None = Field(default=None, gt=0, le=2e4)
-    """Standard uncertainty of the density; default: 1 % of the density."""
+    """Standard uncertainty of the density. Default: 1 % of the density."""
     date: day | None = None
-    """Day of the measurement; default: today."""
+    """Day of the measurement. Default: today."""
 
     @property
     def spread_of_density(self) -> float:
-        """Standard uncertainty of the density in kg/m3: the given one, or ``DENSITY_ERROR`` of the density."""
+        """Standard uncertainty of the density in kg/m3, with its default."""
         return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
 
 
 class PasteOnPlate(PasteSettings):
-    """A paste that lies on a plate, and the surface tension that carries a part of its stress."""
+    """Settings of a paste on a plate, including the surface tension, which carries a part of the stress."""
 
     edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
-    """Coefficient lambda of surface tension. The default is that of cement paste."""
+    """Coefficient lambda of surface tension. The default is a value for cement paste."""
     edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
     """Standard uncertainty of lambda."""
 
@@ -60,10 +62,10 @@ class PasteValue:
 
 @dataclass(frozen=True)
 class MeasuredPaste:
-    """A paste, with further results of its measurement."""
+    """A measured paste, with further results of the measurement."""
 
     material: Material
-    figures: dict[str, Any] = field(default_factory=dict)  # For the JSON answer
+    figures: dict[str, Any] = field(default_factory=dict)  # Further figures, which --json prints
     sentences: Sequence[str] = ()
 
 
@@ -72,9 +74,10 @@ def four_digits(value: float) -> float:
 
 
 def measured_material(path: Path, paste: PasteSettings, stress_pa: PasteValue, **measured: Any) -> Material:
-    """Return a measured paste. Numbers and intervals in ``measured``, fields of the file, are rounded to four digits.
+    """Return a measured paste. ``measured`` has further fields of the material file.
 
-    Raises InputError, naming ``path``, for a number out of range.
+    Numbers and intervals are rounded to four digits. Raises InputError, whose message begins with ``path``, for a
+    number out of range.
     """
     measured |= {
         "yield_stress_pa": stress_pa.value,
@@ -97,7 +100,7 @@ def measured_material(path: Path, paste: PasteSettings, stress_pa: PasteValue, *
 
 
 def by_source(parts_pa: Mapping[str, float]) -> str:
-    """Return a sentence with the contribution of each source to the standard uncertainty of a yield stress."""
+    """Return a sentence that lists the contribution of each source to the standard uncertainty of a yield stress."""
     return (
         f"standard uncertainty in Pa by source: {', '.join(f'{name} {value:.2g}' for name, value in parts_pa.items())}"
     )

@@ -1,4 +1,4 @@
-"""Determine a pump's flow and a paste's yield stress from one bead on a plate that was weighed and photographed."""
+"""Determine a pump's flow and a paste's yield stress from a weighed and photographed bead on a plate."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,49 +17,52 @@ from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED
 from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.spread_law import GRAVITY_M_S2
 
-MASS_ERROR_G = 0.03  # Standard uncertainty: a scale with steps of 0.05 g, and paste that sticks to the nozzle
-SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a straight line
-LAW_ERROR = 0.057  # Relative standard uncertainty of a yield stress: RMS over simulated beads
-SECTION = 0.03  # Relative standard uncertainty of the section in the middle, from the same beads
+MASS_ERROR_G = 0.03  # Standard uncertainty of the mass in g: scale steps of 0.05 g, and paste left on the nozzle
+SPEED_ERROR = 0.005  # Relative standard uncertainty of a robot's speed on a straight line
+LAW_ERROR = 0.057  # Relative standard uncertainty of the yield stress due to the law: RMS over simulated beads
+SECTION = 0.03  # Relative standard uncertainty of the cross-section in the middle, from the same simulated beads
 STIFFEST = 0.16
-"""Largest stress divided by rho g sqrt(A), for a section A. A stiffer bead hardly flows, so it does not show its yield
-stress."""
-SHORTEST = 4.0  # Least laid length over the root of the section: in a shorter bead the ends drain the middle
+"""Largest yield stress that a bead shows, divided by rho g sqrt(A) (density, gravity, cross-section A).
+
+A stiffer bead hardly flows."""
+SHORTEST = (
+    4.0  # Smallest length of a bead, divided by sqrt(A). In a shorter bead, paste flows from the middle to the ends
+)
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
-END = 0.1  # Standard uncertainty of where the bead begins, over its width: ends spread irregularly
-BINS = 40  # Classes of the distance to the edge
-MARK_WIDTHS = 0.5  # Largest distance of the start mark from the bead's line, over its width
+END = 0.1  # Standard uncertainty of the position where a bead begins, divided by its width. Ends spread irregularly
+BINS = 40  # Number of classes of the distance to the edge
+MARK_WIDTHS = 0.5  # Largest distance between the start mark and the bead's line, divided by the bead's width
 BEAD_NOT_FOR = (
     *NOT_FOR,
-    "flows other than the bead's: a pump needs weighings at two flows or more, each repeated",
+    "other flows than the flow of the bead: a pump requires repeated weighings at two or more flows",
 )
 
 
 class LaidBead(PasteOnPlate):
-    """A bead as a robot's program laid it: options of 'sealtwin material bead'."""
+    """Settings of a bead that a robot's program laid: options of 'sealtwin material bead'."""
 
     mass_g: float = Field(gt=0, le=1e5)
     """Mass of the bead."""
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     """Standard uncertainty of the mass."""
     asked_mm3_s: float = Field(ge=1e-3, le=1e6)
-    """Flow in the program that laid the bead."""
+    """Flow that the program requested for the bead."""
     speed_mm_s: float = Field(ge=0.01, le=5000)
     """Speed of the nozzle that laid the bead."""
     start_mm: tuple[OnFace, OnFace] | None = None
-    """Start of the nozzle's path, in mm from the lower left corner of the frame's opening, to measure the pump's delay.
-    """
+    """Start of the nozzle's path, in mm from the lower left corner of the frame's opening. With it, the pump's delay is
+    measured."""
 
 
 @dataclass(frozen=True)
 class BeadEstimate:
     stress_pa: PasteValue
     flow_mm3_s: PasteValue
-    delay_s: PasteValue | None  # None without a mark of the start
-    time_s: float  # Time of dispensing
-    section_mm2: float  # Cross-section in the middle
-    stiffness: float  # tau / (rho g sqrt(A))
-    parts_pa: dict[str, float]  # Standard uncertainty of the yield stress by source
+    delay_s: PasteValue | None  # None if the start of the path is not given
+    time_s: float  # Duration of dispensing
+    section_mm2: float  # Cross-section in the middle of the bead
+    stiffness: float  # Yield stress divided by rho g sqrt(A) (density, gravity, cross-section)
+    parts_pa: dict[str, float]  # Standard uncertainty of the yield stress in Pa, by source
 
     def pump_row(self, laid: LaidBead) -> dict[str, float]:
         row = {"asked_mm3_s": laid.asked_mm3_s, "weighed_g": laid.mass_g, "time_s": four_digits(self.time_s)}
@@ -67,7 +70,7 @@ class BeadEstimate:
 
 
 def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
-    """Return the pump's flow, the paste's yield stress and the delay.
+    """Return the pump's flow and delay, and the paste's yield stress.
 
     Raises InputError if the bead does not determine them.
     """
@@ -81,14 +84,16 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
         volume = 1e6 * (laid.mass_g + laid.mass_error_g * off["mass"]) / density
         scale, outward = 1 + bead.scale_error * off["scale"], bead.edge_error_mm * off["edge"]
         if (np.minimum(volume, np.minimum(density, bead.width_mm / 4 + outward)) <= 0).any():
-            raise InputError("the uncertainty of mass, density or edge is as large as its value: measure it better.")
+            raise InputError(
+                "the uncertainty of mass, density or edge is as large as the value. Measure this value more precisely."
+            )
         per_mm = footprint.per_mm(volume, scale, outward, STRETCH)
         raw = footprint.volume_mm3(per_mm, scale, outward, STRETCH)[1]
         section = laid_section(per_mm, raw) * (1 + SECTION * off["section"])
         weight_pa_mm = density * GRAVITY_M_S2 * 1e-3
         whole = weight_pa_mm * slumped_stress(per_mm, raw) * (1 + LAW_ERROR * off["law"])
         edge = np.maximum(0.0, laid.edge_n_m + laid.edge_error_n_m * off["surface tension"])
-        # For a disc it is lambda R^2 / V (Roussel, Stefani and Leroy 2005); the area generalises it to any outline.
+        # For a disc, this is lambda R^2 / V (Roussel, Stefani and Leroy 2005). The area extends it to any outline.
         stress = whole - 1e3 * edge * bead.area_mm2 * scale**2 / (np.pi * volume)
         flow = section * laid.speed_mm_s * (1 + SPEED_ERROR * off["speed"])
         stiffness = whole / (weight_pa_mm * np.sqrt(section))
@@ -99,26 +104,26 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     section = flow / laid.speed_mm_s
     if (long := volume / section**1.5) < SHORTEST:
         raise InputError(
-            f"the bead is {volume / section:.0f} mm long with a section of {section:.3g} mm²; its length is "
-            f"{long:.1f} times the square root of its section, but at least {SHORTEST:g} are needed, since paste "
-            "flows from the middle towards the ends. Lay a longer bead, or less paste per mm."
+            f"the bead is {volume / section:.0f} mm long with a cross-section of {section:.3g} mm². The length is "
+            f"{long:.1f} times the square root of the cross-section, but must be at least {SHORTEST:g} times, since "
+            "paste flows from the middle towards the ends. Lay a longer bead, or less paste per mm."
         )
     if stiffness > STIFFEST:
         slower = laid.speed_mm_s * (STIFFEST / stiffness) ** 2
         raise InputError(
-            f"with a yield stress of {stress:.2g} Pa, a bead of {section:.3g} mm² nearly keeps the shape in which it "
-            f"was laid, so it does not show its yield stress. Lay it at {slower:.2g} mm/s or slower with the same "
-            f"flow, at least {SHORTEST * np.sqrt(flow / slower):.0f} mm long, or spread a cone of the paste."
+            f"with a yield stress of {stress:.2g} Pa, a bead of {section:.3g} mm² hardly changes its shape, so it does "
+            f"not show the yield stress. Lay a bead at {slower:.2g} mm/s or slower with the same flow, at least "
+            f"{SHORTEST * np.sqrt(flow / slower):.0f} mm long, or measure the spread of a cone of the paste."
         )
     if not stress > 0:
         raise InputError(
-            f"the bead spread to {bead.width_mm:.0f} mm, as far as water would against surface tension: this shows no "
-            "yield stress. Check mass and density, or take a thicker paste."
+            f"the bead spread to a width of {bead.width_mm:.0f} mm, as water would do, so no yield stress can be "
+            "determined. Check mass and density, or use a stiffer paste."
         )
     if not 1 / MISTYPED < flow / laid.asked_mm3_s < MISTYPED:
         raise InputError(
-            f"the bead shows {flow:.3g} mm³/s, but --asked-mm3-s is {laid.asked_mm3_s:g}: no pump is off by a "
-            f"factor of {MISTYPED:g}. Check the units: --asked-mm3-s in mm³/s, --mass-g in g, --density-kg-m3 in "
+            f"the bead shows a flow of {flow:.3g} mm³/s, but --asked-mm3-s is {laid.asked_mm3_s:g}. No pump is wrong "
+            f"by a factor of {MISTYPED:g}. Check the units: --asked-mm3-s in mm³/s, --mass-g in g, --density-kg-m3 in "
             "kg/m³, --speed-mm-s in mm/s."
         )
     parts = {name: float(computed(name)[0].std()) for name in SOURCES[:-2]}
@@ -140,9 +145,9 @@ def _estimate(value: float, drawn: Floats) -> PasteValue:
 
 
 def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) -> PasteValue:
-    """Return the time between the nozzle's start and the bead's beginning.
+    """Return the time between the start of the nozzle and the beginning of the bead.
 
-    Raises InputError if the mark of the start is not on the bead's line.
+    Raises InputError if the start of the path is not on the line of the bead.
     """
     near, far = bead.tips_mm[np.argsort(np.linalg.norm(bead.tips_mm - start_mm, axis=1))]
     forth = (far - near) / bead.length_mm
@@ -153,15 +158,15 @@ def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) 
     if aside > MARK_WIDTHS * bead.width_mm or begins_mm < -3 * error_mm:
         raise InputError(
             f"--start-mm {start_mm[0]:g},{start_mm[1]:g} is not the start of the bead, which begins {begins_mm:.1f} mm "
-            f"farther along its line and {aside:.1f} mm to the side: give x and y in mm from the lower left corner of "
-            "the opening."
+            f"farther along its line and {aside:.1f} mm to the side. Give x and y in mm from the lower left corner of "
+            "the frame's opening."
         )
     delay, error = max(0.0, begins_mm / laid.speed_mm_s), error_mm / laid.speed_mm_s
     return PasteValue(delay, error, (max(0.0, delay - 2 * error), delay + 2 * error))
 
 
 def footprint_of(bead: BeadOutline) -> PasteArea:
-    """Return the area of a bead in classes of the distance to its edge."""
+    """Return the area of a bead, divided into classes by the distance to the edge."""
     ends = np.linspace(0, bead.inward_mm.max() * (1 + 1e-9), BINS + 1)
     piece_mm = MIDDLE * bead.length_mm
     middle = np.abs(bead.along_mm) < piece_mm / 2
@@ -172,13 +177,16 @@ def footprint_of(bead: BeadOutline) -> PasteArea:
 
 
 def material_of_bead(photo: PhotoInput, laid: LaidBead, warn: Callable[[str], None]) -> MeasuredPaste:
-    """Measure a bead in a photo, and return the paste and the pump's flow. Raises InputError if it shows neither."""
+    """Measure a bead in a photo, and return the paste and the pump's flow.
+
+    Raises InputError if the bead does not determine them.
+    """
     if (start := laid.start_mm) is not None and photo.face_mm is not None:
         for name, coordinate, side in zip("xy", start, photo.face_mm, strict=True):
             if not 0 <= coordinate <= side:
                 raise InputError(
-                    f"--start-mm {start[0]:g},{start[1]:g}: {name} is outside the sheet's opening of "
-                    f"{photo.face_mm[0]:g} x {photo.face_mm[1]:g} mm: give mm from its lower left corner."
+                    f"--start-mm {start[0]:g},{start[1]:g}: {name} is outside the frame's opening of "
+                    f"{photo.face_mm[0]:g} x {photo.face_mm[1]:g} mm. Give mm from the opening's lower left corner."
                 )
     bead = measure_bead(photo, Path())
     for warning in bead.warnings:
@@ -188,11 +196,11 @@ def material_of_bead(photo: PhotoInput, laid: LaidBead, warn: Callable[[str], No
         photo.file,
         laid,
         estimate.stress_pa,
-        method="bead on a plate, closed form with stretching by its whole outline, surface tension's term subtracted",
+        method="bead on a plate: closed form with stretching, from the whole outline, minus surface tension",
         basis=(
-            f"bead of {laid.mass_g:g} g, {bead.length_mm:.2f} mm long and {bead.width_mm:.2f} mm wide in the "
-            f"middle, where its section is {estimate.section_mm2:.4g} mm²",
-            f"yield stress over weight and root of the section {estimate.stiffness:.3f}, at most {STIFFEST:g}",
+            f"bead of {laid.mass_g:g} g, {bead.length_mm:.2f} mm long, {bead.width_mm:.2f} mm wide and with a "
+            f"cross-section of {estimate.section_mm2:.4g} mm² in the middle",
+            f"yield stress divided by rho g sqrt(cross-section) {estimate.stiffness:.3f}, at most {STIFFEST:g}",
             by_source(estimate.parts_pa),
         ),
         not_for=BEAD_NOT_FOR,
@@ -213,11 +221,12 @@ def material_of_bead(photo: PhotoInput, laid: LaidBead, warn: Callable[[str], No
     low, high = (end / laid.asked_mm3_s for end in flow.interval)
     sentences = [
         f"The pump gave {flow.value:.4g} mm³/s, {flow.value / laid.asked_mm3_s:.3f} times the requested "
-        f"{laid.asked_mm3_s:g} mm³/s, 95 % {low:.3f} to {high:.3f}."
+        f"{laid.asked_mm3_s:g} mm³/s (95 % interval {low:.3f} to {high:.3f})."
     ]
     if delay is not None:
         sentences.append(
-            f"The pump began {delay.value:.2f} s late, 95 % {delay.interval[0]:.2f} to {delay.interval[1]:.2f} s."
+            f"The pump began {delay.value:.2f} s late "
+            f"(95 % interval {delay.interval[0]:.2f} to {delay.interval[1]:.2f} s)."
         )
     sentences.append(f"Row for pump.csv ({','.join(row)}): {','.join(f'{value:g}' for value in row.values())}")
     return MeasuredPaste(material, figures, sentences)

@@ -1,4 +1,4 @@
-"""A paste by a rheometer's flow curve: Herschel and Bulkley's law, or Bingham's line, at the shear rates of a fill."""
+"""Fit a paste's Herschel-Bulkley law, or a Bingham line, to a rheometer's flow curve at the shear rates of a fill."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,78 +13,83 @@ from sealtwin.core.records import Booleans, Floats, Integers
 from sealtwin.material import MeasuredPaste, PasteSettings, four_digits, measured_material
 from sealtwin.material.flow_law import FlowLaw, fit_flow_law
 
-RATE, STRESS = "shear_rate_per_s", "stress_pa"  # Columns of the file
+RATE, STRESS = "shear_rate_per_s", "stress_pa"  # Names of the columns in the file
 MOST_ROWS = 10_000
 LEAST_ROWS = 5
-LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a smaller range determines no law
+LEAST_RANGE = 3.0  # Smallest ratio of the largest to the smallest shear rate. A smaller range does not determine a law
 SLOWEST = 1 / 30
-"""Smallest shear rate that matters, divided by the crack's shear rate. At this rate, and with n = 0.5, the viscous
-stress is less than a fifth of that in the flow, so that the yield stress dominates."""
-EDGE = 0.02  # Share by which a row may be outside of the shear rates: rheometers regulate to about a percent
-THINNEST_PA_S = 0.005  # Least apparent viscosity at the largest rate; water has 0.001, resins to inject have 0.1
-STIFFEST_PA = 1e4  # Largest stress: the largest yield stress that a run takes
-MOST_ERROR = 0.5  # Largest relative standard uncertainty of a viscosity: above it the 95 % interval includes 0
-LEAST_RISE = 0.01  # Least rise of the law over the rates, over its stress: less may be drift of the instrument
-LEAST_AGAIN = 3  # Least number of repeated rates by which a change of the paste is detected
-MOST_CHANGE = 0.05  # Largest mean change of stress at repeated rates if the paste has not changed
-MOST_ALIKE = 0.8  # Share of these changes with one sign from which they are systematic
-WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress is interpolated, in logarithms
-MOST_MISS = 0.1  # Largest RMS of the misfit over the stress: rheometers repeat to a few percent
-MISFITS = 3.0  # RMS misfits by which a row may be off, beside the yield stress's interval: one of 400 is by chance
+"""Smallest relevant shear rate, as a fraction of the shear rate in the crack.
+
+At this rate and with n = 0.5, the viscous stress is less than a fifth of its value in the flow. The yield stress then
+dominates."""
+EDGE = 0.02  # Fraction by which a row may be outside the shear rates. Rheometers regulate the rate to about 1 %
+THINNEST_PA_S = 0.005  # Smallest apparent viscosity at the largest rate. Water has 0.001, injection resins have 0.1
+STIFFEST_PA = 1e4  # Largest stress, which is also the largest yield stress of a run
+MOST_ERROR = 0.5  # Largest relative standard uncertainty of a viscosity. Above it, the 95 % interval includes 0
+LEAST_RISE = 0.01  # Smallest relative increase of the stress over the rates. Less may be a drift of the instrument
+LEAST_AGAIN = 3  # Smallest number of repeated rates for which a change of the paste is detected
+MOST_CHANGE = 0.05  # Largest mean relative change of the stress at repeated rates for an unchanged paste
+MOST_ALIKE = 0.8  # Fraction of changes with the same sign above which they are systematic
+WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress is interpolated (in logarithms)
+MOST_MISS = 0.1  # Largest RMS relative misfit of a law. Rheometers repeat to a few percent
+MISFITS = 3.0  # Largest deviation of a slow row in RMS misfits, beyond the interval of the yield stress
 Rate = Annotated[float, Field(gt=0, le=1e9)]
 Row = Annotated[int, Field(ge=1, le=MOST_ROWS + 1)]
 INDEX = (0.2, 2.0)  # Range of fluid.flow_index
-BY_HAND = "by hand in [fluid], and note how they were found"
+BY_HAND = "by hand in [fluid], and note how you found them"
 NOT_FOR = (
-    "shear rates outside the measured range, in particular lower ones, at which the paste's curve deviates from the "
+    "shear rates outside the measured range, in particular lower rates, at which the paste's curve deviates from the "
     "law",
     "a paste of another age, batch or temperature",
-    "comparison with a number from another geometry, unless both geometries are named: rheometers differ by more "
-    "than repeats on one of them",
+    "comparison with a number from another geometry, unless both geometries are named: different rheometers differ "
+    "more than repeats on one of them",
 )
 
 
 class FlowCurve(PasteSettings):
-    """A flow curve's paste and the fill that it is measured for: options of 'sealtwin material rheometer'.
+    """Settings of a flow curve, and of the fill for which it was measured: options of 'sealtwin material rheometer'.
 
-    The defaults of nozzle, flow and width are the paper's, whose shear rates are 1 to 100 /s.
+    The default nozzle, flow and width are from the paper. They give shear rates of 1 to 100 /s.
     """
 
     nozzle_mm: float = Field(default=2.4, ge=0.01, le=100)
-    """Inner diameter of the nozzle, for the shear rates."""
+    """Inner diameter of the nozzle, from which the largest shear rate follows."""
     flow_mm3_s: float = Field(default=160.0, ge=1e-3, le=1e6)
     """Flow of the fill."""
     width_mm: float = Field(default=3.1, ge=0.01, le=1000)
     """Width of the crack."""
     shear_rates: tuple[Rate, Rate] | None = None
-    """Smallest and largest shear rate in 1/s that the fit uses; default: those of nozzle, flow and crack."""
+    """Smallest and largest shear rate in 1/s that the fit uses. Default: computed from nozzle, flow and crack."""
     rows: tuple[Row, Row] | None = None
-    """First and last row that are used, of one sweep among several; row 1 is the header."""
+    """First and last row that the fit uses, to select one of several sweeps. Row 1 is the header."""
 
     @field_validator("shear_rates", "rows")
     @classmethod
     def _in_order(cls, ends: tuple[float, float] | None) -> tuple[float, float] | None:
         if ends is not None and not ends[0] < ends[1]:
-            raise ValueError(f"{ends[0]:g} to {ends[1]:g}: give a smaller and a larger number")
+            raise ValueError(f"{ends[0]:g} to {ends[1]:g} is not a range; give the smaller number first")
         return ends
 
     @model_validator(mode="after")
     def _shear_rates_once(self) -> Self:
         if self.shear_rates and (others := self.model_fields_set & {"nozzle_mm", "flow_mm3_s", "width_mm"}):
-            raise ValueError(f"shear_rates and {' and '.join(sorted(others))} are both given: give one of them")
+            raise ValueError(
+                f"shear_rates cannot be combined with {' and '.join(sorted(others))}; give only one of them"
+            )
         if self.spread_of_density > self.density_kg_m3 / 2:
             raise ValueError(
-                f"density_error_kg_m3 is {self.spread_of_density:g}, more than half of density_kg_m3, "
-                f"{self.density_kg_m3:g}: give the standard uncertainty of the density, or omit it"
+                f"density_error_kg_m3 is {self.spread_of_density:g}, more than half of density_kg_m3 = "
+                f"{self.density_kg_m3:g}; give the standard uncertainty of the density, or omit density_error_kg_m3"
             )
         return self
 
     @property
     def shear_rates_per_s(self) -> tuple[float, float]:
-        """Smallest and largest shear rate that matter, to one digit if they follow from the fill.
+        """Smallest and largest relevant shear rate. They are rounded to one digit if they follow from the fill.
 
-        The largest is at the wall of the nozzle, 32 Q / (pi D^3), or at that of the crack if it is narrow. A stream as
-        wide as the crack moves at Q / w^2, and its wall shears at 6 Q / w^3. The smallest is ``SLOWEST`` of that.
+        The shear rate at the nozzle's wall is 32 Q / (pi D^3), for a flow Q and a diameter D. The shear rate at the
+        crack's walls is 6 Q / w^3, for a stream as wide as the crack's width w. The largest relevant rate is the larger
+        of the two. The smallest is the rate in the crack, multiplied by ``SLOWEST``.
         """
         if self.shear_rates is not None:
             return self.shear_rates
@@ -95,7 +100,7 @@ class FlowCurve(PasteSettings):
 
 @dataclass(frozen=True)
 class _Rows:
-    """Rows of a flow curve: shear rates, stresses, and their numbers in the file, (n,) each."""
+    """Rows of a flow curve: shear rates, stresses, and row numbers in the file, (n,) each."""
 
     path: Path
     rate: Floats
@@ -110,14 +115,14 @@ class _Rows:
 
 
 def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
-    """Fit a law to the flow curve in a CSV. Raises InputError if neither law fits."""
+    """Fit a law to the flow curve in a CSV file. Raises InputError if neither law fits."""
     low, high = paste.shear_rates_per_s
     columns = read_columns(path, {RATE: (0, 1e9), STRESS: (-1e9, 1e9)}, (RATE, STRESS), (1, MOST_ROWS))
     every = _Rows(path, np.array(columns[RATE]), np.array(columns[STRESS]), np.array(columns["row"], dtype=int))
     first, last = paste.rows or (0, MOST_ROWS + 1)
     every = every.only((every.number >= first) & (every.number <= last))
     if not len(every):
-        raise InputError(f"{path}: no row has a number from {first} to {last}; row 1 is the header.")
+        raise InputError(f"{path}: there are no rows {first} to {last}; row 1 is the header.")
     slower, faster = every.rate < low * (1 - EDGE), every.rate > high * (1 + EDGE)
     curve = every.only(~(slower | faster))
     _refuse_no_curve(curve, every, low, high)
@@ -125,7 +130,7 @@ def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
     rate, law = curve.rate, fit_flow_law(curve.rate, curve.stress)
     _refuse_misfit(path, law, rate)
     k, n, bingham = law.consistency_pa_s_n, law.flow_index, law.is_bingham
-    name, includes = ("Bingham's line", "includes") if bingham else ("Herschel and Bulkley's law", "excludes")
+    name, includes = ("Bingham line", "includes") if bingham else ("Herschel-Bulkley law", "excludes")
     n_95 = [*map(four_digits, n.interval)]
     thick = {"consistency_pa_s_n": k.value, "consistency_95_pa_s_n": k.interval, "flow_index": n.value}
     doubts = _left_out(law, every.only(slower))
@@ -133,17 +138,17 @@ def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
         path,
         paste,
         law.yield_stress_pa,
-        method=f"rheometer's flow curve, {name} by least squares of relative differences",
+        method=f"rheometer's flow curve: {name}, fitted by least squares of relative differences",
         viscosity_error_percent=law.viscosity_percent,
         flow_index_95=n.interval,
         shear_rates_per_s=(rate.min(), rate.max()),
         basis=(
-            f"{len(curve)} of {len(every)} rows, {rate.min():g} to {rate.max():g} /s, within the shear rates of the "
-            f"fill, {low:g} to {high:g} /s",
-            f"{name}, since the 95 % interval of n, {n_95[0]:.3g} to {n_95[1]:.3g}, {includes} 1; it misses the "
-            f"stresses by {100 * law.misfit:.2g} % (RMS), Bingham's line by {100 * law.bingham_misfit:.2g} %",
+            f"{len(curve)} of {len(every)} rows, {rate.min():g} to {rate.max():g} /s, are within the shear rates of "
+            f"the fill, {low:g} to {high:g} /s",
+            f"{name}, since the 95 % interval of n, {n_95[0]:.3g} to {n_95[1]:.3g}, {includes} 1; the RMS misfit is "
+            f"{100 * law.misfit:.2g} %, and {100 * law.bingham_misfit:.2g} % for the Bingham line",
             f"rows {curve.number[0]} to {curve.number[-1]} of the file",
-            "intervals include the misfit, 3 % of the stress and 2 % of the rate common to all rows",
+            "intervals include the misfit, and common errors of all rows: 3 % of the stress and 2 % of the rate",
         ),
         not_for=NOT_FOR,
         doubts=doubts,
@@ -158,9 +163,10 @@ def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
 
 
 def _left_out(law: FlowLaw, slower: _Rows) -> tuple[str, ...]:
-    """Return a sentence on rows below the shear rates of the fill that the law misses by more than its error.
+    """Return a sentence about rows at lower shear rates that differ from the law by more than its uncertainty.
 
-    At rest such stresses carry the bed, which a law of higher rates does not describe.
+    Sealant at rest is held by the stresses at low shear rates. A law that was fitted at higher rates does not describe
+    them.
     """
     law_pa = law.stress_pa(slower.rate)
     off_pa = slower.stress - law_pa
@@ -170,74 +176,76 @@ def _left_out(law: FlowLaw, slower: _Rows) -> tuple[str, ...]:
     far = int(np.abs(off_pa).argmax())
     slope = "steeper" if off_pa[far] > 0 else "flatter"
     return (
-        f"{count} of {len(slower)} slower rows, left out, differ from the law by more than its error, at "
-        f"{slower.rate[far]:g} /s to {slower.stress[far] / law_pa[far]:.2g} times: a bed at rest may be that much "
-        f"{slope}. To include it, declare uncertainty.yield_stress_pa = {abs(off_pa[far]) / 2:.2g}, or "
-        "fluid.structuration_pa_per_s.",
+        f"{count} of {len(slower)} rows at lower shear rates, which were not fitted, differ from the law by more than "
+        f"its uncertainty. At {slower.rate[far]:g} /s, the stress is {slower.stress[far] / law_pa[far]:.2g} times the "
+        f"law's stress, so sealant at rest may be {slope}. To include this, declare uncertainty.yield_stress_pa = "
+        f"{abs(off_pa[far]) / 2:.2g}, or fluid.structuration_pa_per_s.",
     )
 
 
 def _refuse_no_curve(curve: _Rows, every: _Rows, low: float, high: float) -> None:
-    """Raise InputError if too few rows are within the shear rates, or if a stress cannot be that of a paste."""
+    """Raise InputError if too few rows are within the shear rates, or if a stress is not possible for a paste."""
     path, rate, stress = curve.path, curve.rate, curve.stress
     if len(rate) < LEAST_ROWS or rate.max() < LEAST_RANGE * rate.min():
         raise InputError(
-            f"{path}: {len(rate)} of {len(every)} rows have shear rates from {low:g} to {high:g} /s; a fit needs "
-            f"{LEAST_ROWS} rows that differ by a factor of at least {LEAST_RANGE:g}. The file has rates from "
-            f"{every.rate.min():g} to {every.rate.max():g} /s. Measure more rows there, or give the shear rates of "
-            "your fill (--nozzle-mm, --flow-mm3-s and --width-mm, or --shear-rates)."
+            f"{path}: {len(rate)} of {len(every)} rows have shear rates from {low:g} to {high:g} /s, but a fit needs "
+            f"{LEAST_ROWS} rows with rates that differ by a factor of at least {LEAST_RANGE:g}. The file has rates "
+            f"from {every.rate.min():g} to {every.rate.max():g} /s. Measure more rows in this range, or give the shear "
+            "rates of your fill (--nozzle-mm, --flow-mm3-s and --width-mm, or --shear-rates)."
         )
     odd = (stress <= 0) | (stress > STIFFEST_PA)
     if odd.any():
         row = int(odd.argmax())
         raise InputError(
-            f"{path}, row {curve.number[row]}, column {STRESS}: {stress[row]:g} Pa; the stress of a paste that flows "
+            f"{path}, row {curve.number[row]}, column {STRESS}: {stress[row]:g} Pa, but the stress of a flowing paste "
             f"is above 0 and at most {STIFFEST_PA:g} Pa. Check the unit, and select the rows of one sweep (--rows)."
         )
     row = int(rate.argmax())
     if (thin := stress[row] / rate[row]) < THINNEST_PA_S:
         raise InputError(
-            f"{path}, row {curve.number[row]}, column {STRESS}: {stress[row]:.3g} Pa at {rate[row]:.3g} /s is a "
-            f"viscosity of {thin:.2g} Pa s, below {THINNEST_PA_S:g}, nearly as thin as water. Check the unit of the "
-            "stress: is it kPa?"
+            f"{path}, row {curve.number[row]}, column {STRESS}: {stress[row]:.3g} Pa at {rate[row]:.3g} /s gives a "
+            f"viscosity of {thin:.2g} Pa s. Below {THINNEST_PA_S:g} Pa s, a paste would be nearly as thin as water. "
+            "Check the unit of the stress: is it kPa?"
         )
 
 
 def _refuse_misfit(path: Path, law: FlowLaw, rate: Floats) -> None:
-    """Raise InputError if neither law fits, or if the rows do not determine it."""
+    """Raise InputError if neither law fits, or if the rows do not determine the law."""
     if law.misfit > MOST_MISS:
         raise InputError(
-            f"{path}: Herschel and Bulkley's law misses the stresses by {law.misfit:.0%} (RMS, limit {MOST_MISS:.0%}), "
-            f"and Bingham's line by {law.bingham_misfit:.0%}: two pastes, a paste that changed while it was sheared, "
-            "slip, or a wrong column. Measure again, keep the rows of one sweep (--rows), or restrict --shear-rates."
+            f"{path}: the misfit of the Herschel-Bulkley law is {law.misfit:.0%} (RMS, limit {MOST_MISS:.0%}), and the "
+            f"misfit of the Bingham line is {law.bingham_misfit:.0%}. Possible causes are two pastes, a paste that "
+            "changed while it was sheared, wall slip, or a wrong column. Measure again, keep the rows of one sweep "
+            "(--rows), or restrict --shear-rates."
         )
     n, thick = law.flow_index.value, law.consistency_pa_s_n.value
     at_ends = law.stress_pa(np.array([rate.min(), rate.max()]))
     rise = float(at_ends[1] / at_ends[0]) - 1
     if law.viscosity_percent > 100 * MOST_ERROR or rise < LEAST_RISE or thick <= 0:
         raise InputError(
-            f"{path}: rates from {rate.min():g} to {rate.max():g} /s do not determine viscosity_pa_s: over them the "
-            f"law rises by {100 * rise:.2g} % of its {at_ends[0]:.3g} Pa (at least {100 * LEAST_RISE:g} %), and its "
-            f"viscous stress is uncertain by {law.viscosity_percent:.2g} % (at most {100 * MOST_ERROR:g} %). Measure "
-            f"at higher rates, or give yield_stress_pa and viscosity_pa_s {BY_HAND}."
+            f"{path}: rates from {rate.min():g} to {rate.max():g} /s do not determine viscosity_pa_s. The stress "
+            f"increases by {100 * rise:.2g} % from {at_ends[0]:.3g} Pa (at least {100 * LEAST_RISE:g} % is required), "
+            f"and the viscous stress has an uncertainty of {law.viscosity_percent:.2g} % (at most "
+            f"{100 * MOST_ERROR:g} % is allowed). Measure at higher rates, or give yield_stress_pa and viscosity_pa_s "
+            f"{BY_HAND}."
         )
     if not INDEX[0] <= n <= INDEX[1]:
         raise InputError(
-            f"{path}: flow_index is {n:.3g}; {INDEX[0]:g} to {INDEX[1]:g} can be run. The curve "
-            f"{'is nearly flat: slip' if n < 1 else 'bends upward: the gap or the sample may be unstable'}. Measure "
-            "again, or restrict --shear-rates."
+            f"{path}: flow_index is {n:.3g}, but {INDEX[0]:g} to {INDEX[1]:g} is allowed. The curve "
+            f"{'is nearly flat, as with wall slip' if n < 1 else 'bends upward; the gap or sample may be unstable'}. "
+            "Measure again, or restrict --shear-rates."
         )
 
 
 def _refuse_two_pastes(curve: _Rows) -> None:
-    """Raise InputError if stresses at repeated rates are nearly all higher, or nearly all lower, than before.
+    """Raise InputError if nearly all stresses at repeated rates are higher, or nearly all are lower, than before.
 
-    Shear has then changed the paste between two sweeps, or the table has the stresses of two pastes.
+    Then shear has changed the paste between two sweeps, or the table has the stresses of two pastes.
     """
     rows, changes = list[int](), list[float]()
     logs, log_stress = np.log(curve.rate), np.log(curve.stress)
     for row in range(2, len(curve)):
-        # Several earlier rows at the same rate: their mean.
+        # Earlier rows at the same rate are replaced by their mean.
         earlier, of_rate = np.unique(logs[:row], return_inverse=True)
         level = np.bincount(of_rate, log_stress[:row]) / np.bincount(of_rate)
         after = int(np.searchsorted(earlier, logs[row]))
@@ -251,7 +259,7 @@ def _refuse_two_pastes(curve: _Rows) -> None:
     if abs(mean) < MOST_CHANGE or float((np.sign(changes) == np.sign(mean)).mean()) < MOST_ALIKE:
         return
     raise InputError(
-        f"{curve.path}: {len(rows)} rows, {min(rows)} to {max(rows)}, repeat earlier rates with stresses "
-        f"{abs(mean):.0%} {'lower' if mean < 0 else 'higher'} on average: shear changed the paste between two sweeps, "
-        "or the table has two pastes. Keep the rows of one sweep (--rows); use the last one for a paste that flows."
+        f"{curve.path}: {len(rows)} rows, {min(rows)} to {max(rows)}, repeat earlier rates, with stresses that are "
+        f"{abs(mean):.0%} {'lower' if mean < 0 else 'higher'} on average. Shear changed the paste between two sweeps, "
+        "or the table has two pastes. Keep the rows of one sweep (--rows); use the last sweep for a flowing paste."
     )

@@ -1,4 +1,4 @@
-"""Determine a paste's yield stress from its spread on a plate."""
+"""Determine the yield stress of a paste from its spread on a plate."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,12 +16,14 @@ from sealtwin.material import MeasuredPaste, PasteOnPlate, PasteValue, by_source
 from simulate.spread_law import HIGHEST, flat_stress_pa, heap_height_mm, stretched_stress_pa
 
 DRAWS, SEED = 4000, 16
-CONE_ERROR_MM = 0.1  # Standard uncertainty of each size of a cone, by caliper
-MASS_ERROR_G = 0.1  # Standard uncertainty: a kitchen scale, and paste that sticks to the cone
-FORMULA = 0.25  # Standard uncertainty of the closed form over its stretching term: higher orders are neglected
+CONE_ERROR_MM = 0.1  # Standard uncertainty of each dimension of a cone in mm, measured with a caliper
+MASS_ERROR_G = 0.1  # Standard uncertainty of the mass in g: a kitchen scale, and paste left in the cone
+FORMULA = (
+    0.25  # Standard uncertainty of the closed form, as a fraction of its stretching term (neglected higher orders)
+)
 NOT_FOR = (
     "a paste of another age, batch or temperature: pastes stiffen with time and thin when sheared",
-    "flow that is faster than a spread, unless the viscosity was measured with a rheometer",
+    "a flow that is faster than a spread, unless the viscosity was measured with a rheometer",
     "walls on which the paste slips: the plate is assumed to be rough",
     "comparison with a number from another method, unless both methods are named",
 )
@@ -31,12 +33,12 @@ ConeSize = Annotated[float, Field(ge=0.5, le=1000)]
 
 
 class Heap(PasteOnPlate):
-    """Amount, density and initial shape of a paste that spreads: options of 'sealtwin material spread'."""
+    """Settings of a paste that spreads on a plate: options of 'sealtwin material spread'."""
 
     cone_mm: tuple[ConeSize, ConeSize, ConeSize] | None = None
-    """The cone's inner diameters below and above, and its height: 38x19x57 for Kantro's mini-cone."""
+    """Lower and upper inner diameter of the cone, and its height: 38x19x57 for Kantro's mini-cone."""
     mass_g: float | None = Field(default=None, gt=0, le=1e5)
-    """Mass of the paste on the plate; default: the mass of the full cone."""
+    """Mass of the paste on the plate. Default: the mass of the full cone."""
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     """Standard uncertainty of the mass."""
 
@@ -44,34 +46,40 @@ class Heap(PasteOnPlate):
     @classmethod
     def _wider_below(cls, cone_mm: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
         if cone_mm is not None and cone_mm[1] > cone_mm[0]:
-            raise ValueError(f"the larger end of the cone is below, so {cone_mm[1]:g} comes before {cone_mm[0]:g}")
+            raise ValueError(
+                f"the upper diameter {cone_mm[1]:g} is larger than the lower diameter {cone_mm[0]:g}; give the larger, "
+                "lower diameter first"
+            )
         return cone_mm
 
     @model_validator(mode="after")
     def _has_an_amount(self) -> Self:
         if self.mass_g is None and self.cone_mm is None:
-            raise ValueError("a spread needs the amount of paste: give mass_g, or cone_mm if the cone was full")
+            raise ValueError("the amount of paste is missing; give mass_g, or cone_mm if the cone was full")
         return self
 
 
 @dataclass(frozen=True)
 class PasteEstimate(PasteValue):
-    """Yield stress in Pa, with the figures that it was computed from."""
+    """Yield stress in Pa, with further figures of the spread."""
 
-    flat_pa: float  # By Roussel and Coussot's formula alone
+    flat_pa: float  # Yield stress in Pa from the formula of Roussel and Coussot for a flat spread
     height_to_radius: float
     volume_mm3: float
-    parts: dict[str, float]  # Standard uncertainty by source, Pa
+    parts: dict[str, float]  # Standard uncertainty in Pa, by source
 
 
 def estimate(heap: Heap, spread: SpreadBlob) -> PasteEstimate:
-    """Return the yield stress that a spread shows. Raises InputError if the spread does not determine it."""
+    """Return the yield stress that follows from a spread. Raises InputError if the spread does not determine it."""
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in ("density", "radius", "surface tension", "law", "mass")}
     sizes = random.standard_normal((3, DRAWS))
 
     def computed(*sources: str) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return stress, stress with the part of surface tension, flat formula and volume, with errors of sources."""
+        """Return four values for random errors of ``sources``.
+
+        They are the yield stress, the stress including surface tension, the stress by the flat formula, and the volume.
+        """
         off = {name: values * (name in sources) for name, values in noise.items()}
         density = heap.density_kg_m3 + heap.spread_of_density * off["density"]
         if heap.mass_g is not None:
@@ -83,11 +91,13 @@ def estimate(heap: Heap, spread: SpreadBlob) -> PasteEstimate:
         radius = spread.radius_mm + spread.radius_error_mm * off["radius"]
         edge = np.maximum(heap.edge_n_m + heap.edge_error_n_m * off["surface tension"], 0.0)
         if (np.minimum(volume, np.minimum(radius, density)) <= 0).any():
-            raise InputError("the uncertainty of mass, density or spread is as large as its value: measure it better.")
+            raise InputError(
+                "the uncertainty of mass, density or spread is as large as the value. Measure this value more exactly."
+            )
         flat = flat_stress_pa(volume, radius, density)
         closed = stretched_stress_pa(volume, radius, density)
         closed += FORMULA * off["law"] * (flat - closed)
-        # Surface tension carries lambda R^2 / V of the stress.
+        # Surface tension carries a stress of lambda R^2 / V.
         return closed - edge * (1e-3 * radius) ** 2 / (1e-9 * volume), closed, flat, volume
 
     drawn = computed(*noise)[0]
@@ -96,13 +106,13 @@ def estimate(heap: Heap, spread: SpreadBlob) -> PasteEstimate:
     height = float(heap_height_mm(exact[1], spread.radius_mm, heap.density_kg_m3)[0]) / spread.radius_mm
     if height > HIGHEST:
         raise InputError(
-            f"the heap's height is {height:.2f} times its radius; the closed form is valid up to {HIGHEST:g}: spread "
-            "more paste, or use a rheometer."
+            f"the height of the spread is {height:.2f} times its radius, but the formula is only valid up to "
+            f"{HIGHEST:g}. Spread more paste, or use a rheometer."
         )
     if not stress > 0:
         raise InputError(
-            f"the paste spread to {2 * spread.radius_mm:.0f} mm, as far as water would against surface tension: this "
-            "shows no yield stress. Check mass and density, or take a thicker paste."
+            f"the paste spread to a diameter of {2 * spread.radius_mm:.0f} mm, as water would do, so no yield stress "
+            "can be determined. Check mass and density, or use a stiffer paste."
         )
     low, high = np.quantile(drawn, (0.025, 0.975)).tolist()
     parts = {name: float(computed(name)[0].std()) for name in noise}
@@ -111,7 +121,7 @@ def estimate(heap: Heap, spread: SpreadBlob) -> PasteEstimate:
 
 
 def material_of(photo: PhotoInput, heap: Heap, warn: Callable[[str], None]) -> MeasuredPaste:
-    """Measure a spread in a photo and return the paste. Raises InputError if the photo does not determine it."""
+    """Measure a spread in a photo, and return the paste. Raises InputError if the photo does not determine it."""
     spread = measure_spread(photo, Path())
     for warning in spread.warnings:
         warn(warning.text)
@@ -121,11 +131,11 @@ def material_of(photo: PhotoInput, heap: Heap, warn: Callable[[str], None]) -> M
         photo.file,
         heap,
         stress,
-        method="spread, closed form with stretching, surface tension's term subtracted",
+        method="spread: closed form with stretching, minus surface tension",
         basis=(
-            f"spread of {2 * spread.radius_mm:.2f} mm by its area ({small:.1f} to {large:.1f} mm across), "
-            f"{stress.volume_mm3 / 1000:.4g} ml",
-            f"height over radius {stress.height_to_radius:.3f}; Roussel and Coussot's flat formula alone gives "
+            f"spread with a mean diameter of {2 * spread.radius_mm:.2f} mm from its area ({small:.1f} to "
+            f"{large:.1f} mm across), {stress.volume_mm3 / 1000:.4g} ml",
+            f"height divided by radius {stress.height_to_radius:.3f}; the flat formula of Roussel and Coussot gives "
             f"{stress.flat_pa:.4g} Pa",
             by_source(stress.parts),
         ),

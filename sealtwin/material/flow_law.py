@@ -1,12 +1,16 @@
-"""Fit of Herschel and Bulkley's law, tau = yield stress + K rate^n, to a flow curve, with 95 % intervals.
+"""Fit the Herschel-Bulkley law, stress = yield stress + K rate^n, to a flow curve, with 95 % intervals.
 
-For a given n the law is linear in yield stress and K, which least squares of the relative differences then determine;
-neither may be below 0. An interval of a parameter has the values at which the best fit is not worse than the overall
-best by more than Student's t allows (profile likelihood), since an ellipse would be too short for curves that hardly
-determine n. Bingham's law, n = 1, is chosen if the interval of n includes 1, and the intervals remain those of a free
-n: the choice is made from the same rows, and intervals at n = 1 would be too short for a paste of n = 0.95.
+For each n, the law is linear in the yield stress and K. Least squares of the relative differences determine both, and
+neither may be less than 0.
 
-The package rheofit fits more laws, but needs pandas, openpyxl and matplotlib; two parameters of this law are linear.
+The interval of a parameter contains the values for which the best fit is not significantly worse than the overall best
+fit (profile likelihood with Student's t). An interval from a covariance matrix would be too short for curves that
+hardly determine n.
+
+If the interval of n includes 1, the Bingham law (n = 1) is chosen. The other intervals are still computed with a free
+n, because n was chosen from the same rows. With n = 1 fixed, they would be too short for a paste with n = 0.95.
+
+The package rheofit fits more laws, but requires pandas, openpyxl and matplotlib.
 """
 
 from collections.abc import Callable
@@ -18,29 +22,29 @@ import numpy as np
 from sealtwin.core.records import Floats
 from sealtwin.material import PasteValue
 
-TORQUE = 0.03  # Relative standard uncertainty of the stress that is common to all rows: calibration, edge, fill
-GAP = 0.02  # Relative standard uncertainty of the shear rate that is common to all rows: 20 um in a gap of 1 mm
+TORQUE = 0.03  # Relative standard uncertainty of all stresses together: calibration, edge and filling of the gap
+GAP = 0.02  # Relative standard uncertainty of all shear rates together: 20 um in a gap of 1 mm
 NORMAL_95 = 1.96
 LEAST_N, MOST_N = 0.1, 2.5
-"""Range in which n is sought. It is wider than that of fluid.flow_index, so that a paste outside of it is noticed."""
+"""Range in which n is searched. It is wider than the range of fluid.flow_index, to notice a paste outside it."""
 GRID = np.linspace(LEAST_N, MOST_N, 97)
-PRECISE = 1e-6  # Relative precision of an interval's ends
-DIGITS = 1e-4  # Least relative scatter of the stresses: their digits
+PRECISE = 1e-6  # Relative precision of the ends of an interval
+DIGITS = 1e-4  # Smallest relative scatter of the stresses, since they are rounded
 
 
 @dataclass(frozen=True)
 class FlowLaw:
-    """Herschel and Bulkley's law of a paste. ``flow_index`` is 1 if Bingham's law was chosen."""
+    """Herschel-Bulkley law of a paste. ``flow_index`` is 1 if the Bingham law was chosen."""
 
     yield_stress_pa: PasteValue
     consistency_pa_s_n: PasteValue
-    """K: the viscous stress at a shear rate of 1/s, or the viscosity if n is 1."""
+    """Consistency K: the viscous stress at a shear rate of 1/s. If n is 1, it is the viscosity."""
     flow_index: PasteValue
-    free_index: float  # n of the best fit, also if Bingham's law was chosen
+    free_index: float  # Best n, even if the Bingham law was chosen
     viscosity_percent: float
-    """Standard uncertainty of the viscous stress K rate^n at the rates' geometric mean; of the viscosity if n is 1."""
-    misfit: float  # RMS of the relative differences between law and stress
-    bingham_misfit: float
+    """Relative standard uncertainty of the viscous stress K rate^n at the geometric mean of the rates, in percent."""
+    misfit: float  # RMS relative difference between the law and the stresses
+    bingham_misfit: float  # RMS relative difference between the Bingham line and the stresses
 
     @property
     def is_bingham(self) -> bool:
@@ -55,14 +59,14 @@ class _Best(NamedTuple):
     squares: float  # Sum of the squared relative differences
     n: float
     stress: float
-    thick: float  # K per rate of ``_Curve.middle``
+    thick: float  # Viscous stress at the rate ``_Curve.middle``
 
 
-Thickness = Callable[[Floats], Floats]  # Returns K for each of some indices n
+Thickness = Callable[[Floats], Floats]  # Function that returns K for each flow index n
 
 
 class _Curve:
-    """Rows of a flow curve. Rates are divided by their geometric mean, so that K and n hardly depend on each other."""
+    """Rows of a flow curve. Rates are divided by their geometric mean, so that K and n are hardly correlated."""
 
     def __init__(self, rate: Floats, stress: Floats) -> None:
         order = np.argsort(rate, kind="stable")
@@ -73,7 +77,7 @@ class _Curve:
     def at(
         self, n: Floats, stress: float | None = None, thick: Thickness | None = None
     ) -> tuple[Floats, Floats, Floats]:
-        """Return the least sum of squares for each n, with its yield stress and K, of which one may be given."""
+        """Return the smallest sum of squares for each n, with its yield stress and K. One of these may be fixed."""
         a = self.inverse
         b = self.rate ** n[:, None] * self.inverse
         aa, a1 = a @ a, a.sum()
@@ -87,7 +91,7 @@ class _Curve:
         else:
             determinant = np.maximum(aa * bb - ab**2, 1e-300)
             stresses, thicks = (bb * a1 - ab * b1) / determinant, (aa * b1 - ab * a1) / determinant
-            # The sum is convex: if one is below 0 it is 0 at the best, and the other follows.
+            # The sum is convex. If one of them would be below 0, it is 0 at the best fit, and the other follows.
             thicks = np.where(stresses < 0, b1 / bb, thicks)
             stresses = np.where(thicks < 0, a1 / aa, np.maximum(stresses, 0.0))
             thicks = np.maximum(thicks, 0.0)
@@ -114,9 +118,9 @@ class _Curve:
         return fit.stress * self.inverse + fit.thick * self.rate**fit.n * self.inverse - 1
 
     def variance(self, fit: _Best, parameters: int) -> float:
-        """Return the variance of a row's relative difference, raised if neighbouring rows have similar differences.
+        """Return the variance of a row's relative difference. It is increased if neighbouring differences are similar.
 
-        These are a misfit of the law or a drift, and carry less information than their number.
+        Similar differences are due to a misfit of the law or a drift, so the rows carry less information.
         """
         off = self.misses(fit)
         alike = max(0.0, float(off[1:] @ off[:-1]) / max(float(off @ off), 1e-300))
@@ -124,7 +128,7 @@ class _Curve:
 
 
 def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
-    """Fit the law to rates in 1/s and stresses in Pa, (n,), all above 0, of four rows or more."""
+    """Fit the law to shear rates in 1/s and stresses in Pa, (n,) each. All are above 0, and n is at least 4."""
     from scipy.stats import t
 
     curve = _Curve(rate, stress)
@@ -159,7 +163,7 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
 
 
 def _ends(best: float, bounds: tuple[float, float], beyond: Callable[[float], float]) -> tuple[float, float]:
-    """Return where ``beyond`` crosses 0 below and above ``best``, or the bound if it does not."""
+    """Return the values below and above ``best`` at which ``beyond`` crosses 0, or the bounds if it does not."""
     from scipy.optimize import brentq
 
     if beyond(best) >= 0:
@@ -175,9 +179,9 @@ def _ends(best: float, bounds: tuple[float, float], beyond: Callable[[float], fl
 
 
 def _value(value: float, free: float, ends: tuple[float, float], common: float) -> PasteValue:
-    """Return a value whose interval includes the relative standard uncertainty ``common`` to all rows.
+    """Return ``value`` with an interval that includes the relative standard uncertainty ``common`` to all rows.
 
-    ``ends`` are those around the value of the ``free`` fit; the chosen one is within them.
+    ``ends`` is the interval around ``free``, the value of the fit with a free n. The result includes ``value``.
     """
     low, high = (float(np.hypot(end - free, NORMAL_95 * common * free)) for end in ends)
     interval = max(0.0, min(free - low, value)), max(free + high, value)
@@ -185,7 +189,10 @@ def _value(value: float, free: float, ends: tuple[float, float], common: float) 
 
 
 def _relative_error(curve: _Curve, fit: _Best, bingham: bool) -> float:
-    """Return the relative standard uncertainty of K at the middle rate, to first order; infinite if K is 0."""
+    """Return the relative standard uncertainty of the viscous stress at the middle rate. Infinite if K is 0.
+
+    It is computed to first order.
+    """
     from scipy.stats import t
 
     if fit.thick == 0:
@@ -198,6 +205,6 @@ def _relative_error(curve: _Curve, fit: _Best, bingham: bool) -> float:
     except np.linalg.LinAlgError:
         return np.inf
     parameters = slopes.shape[1]
-    # Twice the standard uncertainty is half the 95 % interval, as for the yield stress.
+    # As for the yield stress, twice the standard uncertainty is half of the 95 % interval.
     wider = float(t.ppf(0.975, curve.count - parameters)) / NORMAL_95
     return wider * float(np.sqrt(curve.variance(fit, parameters) * covariance[1, 1]))

@@ -1,4 +1,4 @@
-"""Plan a trial: search a plan on the fast model, judge it by particles, and search again with their levels."""
+"""Plan a trial: search a plan with the fast model, check it with particles, and search again with a correction."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -55,26 +55,26 @@ from validate.uncertainty.computed import Z_95, further_run_mm2, require_differe
 
 REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
 VERIFICATION, SAMPLE = "verification", "sample"
-SEARCHED, JUDGED = 4, 24  # Number of draws of a posterior for a search, and for counting chances
+SEARCHED, JUDGED = 4, 24  # Numbers of posterior draws: for the search, and for the probabilities of overfilling
 MORE_FLOW, LESS_STRESS = 1.10, 0.85
-SEARCH_S = 3.0  # Time of a search on one draw, on one core of the machine in docs/accuracy.md
-MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Limits of volume and level above the face whose chances are counted
+SEARCH_S = 3.0  # Time in s of a search for one draw, on one core of the machine in docs/accuracy.md
+MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Volume and level above the face whose probabilities are counted
 
 
 def aim_of(options: PlanOptions, sections: Trapezoids) -> Floats:
-    """Return the area to fill in each section. Raises InputError if the plan aims below a floor."""
+    """Return the area to fill in each cross-section. Raises InputError if the plan aims below the crack's floor."""
     aims_mm, shallowest_mm = options.aim_mm, float(sections.depth_mm.min())
     if aims_mm >= shallowest_mm:
         raise InputError(
-            f"--margin-mm {options.margin_mm:g} and --reserve-mm {options.reserve_mm:g}: the crack is only "
-            f"{shallowest_mm:.3g} mm deep in places; aim less than that below the face."
+            f"--margin-mm {options.margin_mm:g} and --reserve-mm {options.reserve_mm:g}: their sum must be less than "
+            f"the smallest depth of the crack, {shallowest_mm:.3g} mm. Give smaller values."
         )
     return target_of(sections, aims_mm)
 
 
 @dataclass(frozen=True)
 class MadePlan:
-    """Result of planning a trial: the content of plan.json or rest.json, and sentences on the plan."""
+    """Result of planning a trial: the content of plan.json or rest.json, and sentences about the plan."""
 
     content: dict[str, Any]
     sentences: list[str]
@@ -82,30 +82,33 @@ class MadePlan:
 
 @dataclass(frozen=True)
 class PlanInputs:
-    """A trial to plan, with the robot's cell and its pump's table."""
+    """A trial to plan, with the robot's cell and the table of the cell's pump."""
 
     file: Path
-    file_trial: Trial  # As in the file
-    trial: Trial  # With the files that it names, and without readings
+    file_trial: Trial  # Trial as it is in the file
+    trial: Trial  # Trial with the content of the files that it names, and without readings
     cell: CellFile | None
 
     @classmethod
     def read(cls, file: Path, settings: SettingValues | None, cell_file: Path | None) -> "PlanInputs":
-        """Read the files. Raises InputError if the trial has no fluid for a plan, or the cell has a steady flow."""
+        """Read the trial and the cell. Raises InputError if one of them is not suitable for a plan."""
         file_trial = load_trial(file, settings)
         require_sample(file_trial, file.parent)
         trial = require_plannable(file_trial.loaded(file.parent), str(file))
         cell = None if cell_file is None else CellFile.read(cell_file)
         if cell is not None and (steady := cell.settings.steady_settings):
             raise InputError(
-                f"{cell_file}: {' and '.join(steady)}: such a program has only one speed or one flow, but a plan "
+                f"{cell_file}: with {' and '.join(steady)}, a program has only one speed or one flow, but a plan "
                 "varies both. Change this setting, or remove the format from formats."
             )
         return cls(file, file_trial, trial, cell)
 
     @contextmanager
     def digitised(self, folder: Path, progress: Progress) -> Iterator[Sample]:
-        """Digitise the crack in the folder of a plan, and hold the folder. Raises InputError if it cannot be used."""
+        """Lock the folder of a plan during the block, and digitise the crack in it.
+
+        Raises InputError if the folder or the crack cannot be used.
+        """
         require_own(folder, SAMPLE, "plan")
         with holding(folder), progress:
             with open_folder(folder / SAMPLE, create=True) as home:
@@ -116,7 +119,7 @@ class PlanInputs:
             yield sample
 
     def write_programs(self, folder: Path, table: str, sample: Sample, trajectory: Trajectory) -> dict[str, Any]:
-        """Write the robot's programs for a path. Return their names for JSON, or an empty dict without a cell."""
+        """Write the robot programs for a path. Returns their names for the JSON file. Empty without a cell."""
         if self.cell is None:
             return {}
         origin = origin_of(folder, self.trial.name, sample.outline, [table])
@@ -129,7 +132,7 @@ class PlanInputs:
 
 
 def case_of(sample: Sample, trial: Trial) -> Case:
-    """Return a trial as a case for the fast model. Raises InputError if the fast model does not support its paste."""
+    """Return a trial as a case for the fast model. Raises InputError if the fast model does not support the paste."""
     pour = trial.pour(sample)
     return Case(pour, paste_of(pour))
 
@@ -141,10 +144,10 @@ def plan_on(
     limits_by: tuple[RobotCell | None, PumpTable | None] = (None, None),
     where: Path = Path("trial.toml"),
 ) -> Planned:
-    """Make a plan for a digitised crack. ``limits_by`` has the robot's cell and its pump's table.
+    """Make a plan for a digitised crack. ``limits_by`` has the robot's cell and the table of its pump.
 
-    ``draws`` are trials with settings drawn from a posterior; the plan is for the trial itself if there are none.
-    Raises InputError if no plan is possible, NumericalError if a particle run fails.
+    ``draws`` are trials with settings drawn from a posterior. Without draws, the plan is for the trial's own settings.
+    Raises InputError if no plan is possible, and NumericalError if a particle run fails.
     """
     sample, trial, progress, drafts = verifier.sample, verifier.trial, verifier.progress, not options.accurate
     nominal = case_of(sample, trial)
@@ -166,16 +169,19 @@ def plan_on(
         verifier.ahead_s += verifier.work_s(runs, drafts=drafts)
     progress.note(
         f"Two baselines, {options.verify} rounds and {options.seeds} seeds: about "
-        f"{in_words(verifier.corrected_s(verifier.ahead_s))} in all, from a model; the first runs will correct it."
+        f"{in_words(verifier.corrected_s(verifier.ahead_s))} in total, from a model, which the first runs will correct."
     )
     rounds, baselines = list[Round](), verifier.judge("Baselines by particles", paths, drafts=drafts)
 
     def corrected(name: str, start: Floats, apart_mm2: Floats, *, drafts: bool) -> Round:
-        """Search a plan from ``start`` with the fast model corrected by ``apart_mm2``, and judge it by particles."""
+        """Search a plan and check it with particles.
+
+        The search begins at ``start``. The areas of the fast model are corrected by ``apart_mm2``.
+        """
         verifier.ahead_s -= search_s
         progress.start(f"Searching, {name}", MOST_STEPS)
         progress.later(verifier.corrected_s(verifier.ahead_s))
-        # Corrections keep the reserve: if the fast model is right, sealant that they add is over the face.
+        # With a reserve, corrections do not add sealant. If the fast model were right, it would rise above the face.
         most = rounds[0].plan if rounds and options.reserve_mm > 0 else None
         goal = Goal(target_mm2, apart_mm2)
         plan = search(few, knots, limits, goal, start, progress.advance, most)
@@ -184,8 +190,8 @@ def plan_on(
         expected_mm = corrected_level_mm(nominal.along(path), apart_mm2)
         off_mm = float(np.abs(judged.level.level_at_mm(sections.s_mm) - expected_mm).mean())
         progress.note(
-            f"{name}: {judged.misfit.under_mm3:.0f} mm3 are missing below the face and {judged.misfit.over_mm3:.0f} "
-            f"mm3 are above it; prediction and particles differ by {off_mm:.2f} mm"
+            f"{name}: {judged.misfit.under_mm3:.0f} mm3 are missing below the face, and {judged.misfit.over_mm3:.0f} "
+            f"mm3 are above it. The predicted level and the level of the particles differ by {off_mm:.2f} mm."
         )
         return replace(judged, off_mm=off_mm, plan=plan)
 
@@ -206,18 +212,18 @@ def plan_on(
     if drafts:
         (run,) = verifier.judge("Accurate run of the plan", [(draft.name, draft.path, trial.seed)])
         best = replace(draft, level=run.level, misfit=run.misfit)
-        # Constant flow has only a draft: an accurate run of it would differ as that of the plan differs from its draft.
+        # For constant flow there is only a draft. Its accurate level is estimated with the change found for the plan.
         accurate_mm = steady.level.level_mm + run.level.level_at_mm(s_mm) - draft.level.level_mm
         steady = replace(steady, level=replace(steady.level, level_mm=accurate_mm))
         if len(draft.plan):
-            # A draft's particles are larger, and the plan suits them: the accurate run corrects it once.
+            # The plan was fitted to drafts, whose particles are larger. The accurate run corrects it once.
             apart_mm2 = discrepancy(nominal.along(draft.path), run.level)
             again = corrected("corrected by the accurate run", draft.plan, apart_mm2, drafts=False)
             best = min(best, again, key=_cost_mm3)
         level, it, runs = best.level, best.misfit, 1
     variance = np.zeros(len(level.s_mm))
     if len(judged) > 1:
-        # Variance of a further run about the mean of these. Drafts scatter at least as much as accurate runs.
+        # This is the variance of a further run about the mean. Drafts scatter at least as much as accurate runs.
         variance += further_run_mm2(levels_mm, runs)
     trajectory = path_over(sample, best.path)
     apart_mm2, chances = discrepancy(nominal.along(best.path), level), None
@@ -248,7 +254,7 @@ def _cost_mm3(judged: Round) -> float:
 
 
 def _over_with_more_mm3(case: Case, path: NozzlePath, level: Profile) -> float:
-    """Return the volume over the face if the pump gives more and the paste is softer, by the corrected fast model."""
+    """Return the volume above the face if the pump gives more and the paste is softer, by the corrected fast model."""
     soft = replace(case, paste=replace(case.paste, yield_stress_pa=LESS_STRESS * case.paste.yield_stress_pa))
     trajectory = path_over(case.pour.sample, path)
     poured = soft.fill(replace(trajectory, flow_mm3_s=MORE_FLOW * trajectory.flow_mm3_s))
@@ -266,9 +272,9 @@ def _chances(misfits: Sequence[Misfit]) -> dict[str, float]:
 
 
 def read_draws(path: Path, trial: Trial) -> list[Trial]:
-    """Return trials with settings drawn from a posterior, a CSV of settings of the fluid with a draw in each row.
+    """Return trials with settings of the fluid from a posterior, a CSV with one draw in each row.
 
-    At most ``JUDGED`` draws are returned, evenly spaced in the file. Raises InputError if it cannot be used.
+    At most ``JUDGED`` draws are returned, evenly spaced in the file. Raises InputError if the file cannot be used.
     """
     names = [name for name in SETTINGS if name.startswith("fluid.")]
     columns = read_columns(path, dict.fromkeys(names, (-1e9, 1e9)), [], (2, 100_000))
@@ -290,16 +296,16 @@ def make_plan(
     jobs: int = 1,
     settings: SettingValues | None = None,
 ) -> MadePlan:
-    """Plan a trial in a folder of its own, by default reports/NAME-plan.
+    """Plan a trial, and write the plan to ``out`` (default: reports/NAME-plan).
 
-    ``settings`` by dotted name replace those of the trial file. If the process is killed, the same command repeats the
-    search, which takes seconds, but not the finished particle runs. Raises InputError if the trial, the cell or the
-    posterior cannot be used, and NumericalError if a run fails.
+    ``settings`` by dotted name replace those of the trial file. If the process is killed, repeat the command: the
+    search, which takes seconds, is repeated, but the finished particle runs are not. Raises InputError if the trial,
+    the cell or the posterior cannot be used, and NumericalError if a run fails.
     """
     inputs = PlanInputs.read(file, settings, options.cell)
     file_trial, trial = inputs.file_trial, inputs.trial
     if trial.path.plan is not None:
-        raise InputError(f"{file}: path.plan is already a plan. Remove it, and give path.speed_mm_s for a new plan.")
+        raise InputError(f"{file}: path.plan already has a plan. Remove it, and give path.speed_mm_s for a new plan.")
     draws = [] if options.posterior is None else read_draws(options.posterior, trial)
     folder = out or Path("reports", f"{file_trial.folder_name}-plan")
     with inputs.digitised(folder, progress) as sample:
@@ -309,7 +315,7 @@ def make_plan(
         content = _write(folder, planned, trial.name, warned)
         write_plan_page(folder / PAGE, trial.name, planned, warned)
         files.write_text(folder / "trial.toml", _trial_beside(file_trial, file.parent, folder))
-        # Before the program: if the cell refuses that, the plan stays.
+        # The plan is written before the robot programs, so that it remains if the cell's limits refuse them.
         files.write_json(folder / REPORT, content)
         if planned.verified:
             content |= inputs.write_programs(folder, TABLE, sample, planned.trajectory)
@@ -320,7 +326,10 @@ def make_plan(
 def write_tables(
     folder: Path, table: str, trajectory: Trajectory, level: Profile, half_mm: Floats | float = np.nan
 ) -> PathTable:
-    """Write a plan's path, and its level with the half-width of its band, as tables. Return the path as written."""
+    """Write the path of a plan, and the level with its band of half-width ``half_mm``, as tables.
+
+    Returns the path as it was written.
+    """
     path = planned_path(trajectory)
     rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
     files.write_table(folder / table, COLUMNS, rows)
@@ -330,7 +339,7 @@ def write_tables(
 
 
 def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[str]) -> dict[str, Any]:
-    """Write the plan's path and level as tables, and return the content of plan.json."""
+    """Write the path and the level of a plan as tables, and return the content of plan.json."""
     half_mm = np.nan if planned.half_width_mm is None else planned.half_width_mm
     path = write_tables(folder, TABLE, planned.trajectory, planned.level, half_mm)
     return {
@@ -362,7 +371,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
 
 
 def _trial_beside(trial: Trial, source: Path, folder: Path) -> str:
-    """Return the text of a trial file with the plan as its path. The file names in it are relative to ``folder``."""
+    """Return the text of a trial file whose path is the plan. File names in the text are relative to ``folder``."""
     content = seen_from(folder, trial.model_dump(exclude_none=True), source)
     content["path"] = {"plan": TABLE}
     content["note"] = f"{trial.note} Planned by 'sealtwin plan'.".strip()[:2000]

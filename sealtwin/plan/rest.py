@@ -1,4 +1,4 @@
-"""Plan the rest of a pour by the fast model, which is corrected by the levels that were measured so far."""
+"""Plan the rest of a paused pour with the fast model, corrected by the levels that were measured so far."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -34,21 +34,21 @@ from simulate.slot.fill import Filled
 
 REPORT, TABLE = "rest.json", "rest.csv"
 BOUNDS = {"s_mm": (0.0, 10_000.0), "level_mm": (-1000.0, 100.0)}
-ROUNDS = 8  # Number of fills for the flow factor. Each leaves less than half of the error of the one before
+ROUNDS = 8  # Number of fills to find the flow factor. Each fill reduces the error to less than half
 FLOW_FACTORS = (0.6, 1.5)  # Plausible range of the flow factor
-LOW_MM = 0.5  # Depth below the aim from which a place is poured again
-LEAST_PAUSE_S = 0.1  # Times of a path must increase
+LOW_MM = 0.5  # Depth in mm below the aim from which a position is poured again
+LEAST_PAUSE_S = 0.1  # Smallest pause in s, since the times of a path must increase
 
 
 @dataclass(frozen=True, kw_only=True)
 class Continued(Case):
-    """A case of which a part is poured already, by a pump that gives ``flow_factor`` of the flow of its path."""
+    """A case whose first part is already poured. The pump gives ``flow_factor`` times the flow of the path."""
 
     poured: Trajectory
     flow_factor: float
 
     def fill(self, trajectory: Trajectory) -> Filled:
-        """Pour the first part, let it settle, and pour ``trajectory``."""
+        """Fill the crack along the first part, let it settle, and fill it along ``trajectory``."""
         first, pause_s = self.poured, max(self.pour.solver.settle_s, LEAST_PAUSE_S)
         later = replace(trajectory, t_s=trajectory.t_s - trajectory.t_s[0] + first.t_s[-1] + pause_s)
         names = vars(first).keys() - {"made_of"}
@@ -58,37 +58,38 @@ class Continued(Case):
 
 @dataclass(frozen=True)
 class Rest:
-    """The rest of a pour, and levels at its end by the fast model, which the measured levels have corrected."""
+    """The planned rest of a pour, and the level after it, from the fast model corrected by the measured levels."""
 
     trajectory: Trajectory
-    reached_mm: float  # Station at which the pour paused
-    flow_factor: float  # Sealant in the crack divided by the sealant of the path so far
+    reached_mm: float  # Arc length s at which the pour paused
+    flow_factor: float  # Sealant in the crack divided by the sealant that the path dispensed so far
     level: Profile
     misfit: Misfit
-    unchanged: Misfit  # Of the first path, if it is poured to its end
+    unchanged: Misfit  # Misfit if the original path is poured to its end
 
 
 def read_levels(levels: Any) -> Floats:
-    """Return stations and their levels, (n, 2), by s, from a CSV of s_mm and level_mm or from rows of both.
+    """Return rows of station and level in mm, sorted by station, (n, 2).
 
-    Raises InputError.
+    ``levels`` is a CSV file with the columns s_mm and level_mm, or such rows. Raises InputError if it is neither.
     """
     if isinstance(levels, str | PathLike):
         columns = read_columns(Path(levels), BOUNDS, list(BOUNDS), (2, 10_000))
         levels = np.column_stack([columns[name] for name in BOUNDS])
     rows = np.asarray(levels, dtype=float)
     if rows.ndim != 2 or rows.shape[1] != 2 or len(rows) < 2 or not np.isfinite(rows).all():
-        raise InputError(f"levels: its shape is {rows.shape}; give two or more rows of s_mm and level_mm, in mm.")
+        raise InputError(f"levels: the shape is {rows.shape}; give at least two rows of s_mm and level_mm, in mm.")
     return rows[np.argsort(rows[:, 0])]
 
 
 def rest_of(
     case: Case, path: Trajectory, levels: Floats, limits: Limits, options: PlanOptions, where: str = "levels"
 ) -> Rest:
-    """Plan what follows the part of ``path`` up to the last of the stations with ``levels``.
+    """Plan the rest of a pour that paused at the last station in ``levels``.
 
-    The rest begins at the first place that would stay low, and ends with the path. The pump is taken to give the same
-    share of what it is asked as so far. Raises InputError if levels and path contradict each other.
+    The rest begins at the first position that would remain too low, and ends at the end of ``path``. It is assumed that
+    the pump continues to give the same fraction of the requested flow. Raises InputError if the levels contradict the
+    path.
     """
     (s_mm, level_mm), sample, part = levels.T, case.pour.sample, path.giving
     onward = 1.0 if path.s_mm[part][-1] > path.s_mm[part][0] else -1.0
@@ -97,7 +98,7 @@ def rest_of(
     if s_mm[-1] > sample.outline.length_mm or onward * reached_mm <= way_mm[0]:
         raise InputError(
             f"{where}: s_mm is from {s_mm[0]:g} to {s_mm[-1]:g}, but the path begins at {path.s_mm[part][0]:.1f} in a "
-            f"crack of {sample.outline.length_mm:.1f} mm. Measure from the beginning of the pour up to the nozzle."
+            f"crack of {sample.outline.length_mm:.1f} mm. Measure from the beginning of the pour to the nozzle."
         )
     poured = _until(path, float(np.interp(onward * reached_mm, np.maximum.accumulate(way_mm), path.t_s[part])))
     factor, bed, seen = _flow_factor(case, poured, Profile(s_mm, level_mm), where)
@@ -109,7 +110,10 @@ def rest_of(
     begin_mm = min([onward * reached_mm, *(onward * sections.s_mm[low])])
     begin = part.start + max(0, int(np.searchsorted(np.maximum.accumulate(way_mm), begin_mm, side="right")) - 1)
     if begin >= part.stop - 1:
-        raise InputError(f"{where}: the pour has come to its end, and no place is over {LOW_MM:g} mm too low.")
+        raise InputError(
+            f"{where}: there is no rest to plan. The pour has reached its end, and no position is more than "
+            f"{LOW_MM:g} mm too low."
+        )
     knots = Knots(_evenly(path, begin), options.knots)
     lacks_mm2 = np.maximum(target_mm2 - bed.read_mm2 - apart_mm2, 0.0) / factor
     rest = Continued(**vars(case), poured=poured, flow_factor=factor)
@@ -123,9 +127,9 @@ def rest_of(
 
 
 def _flow_factor(case: Case, poured: Trajectory, measured: Profile, where: str) -> tuple[float, Filled, Profile]:
-    """Return the factor of the flow at which the fast model has the measured volume, its bed, and the level.
+    """Return the flow factor for which the fast model has the measured volume, its filled crack, and the level.
 
-    The level is that of the bed if there is no station.
+    The level is measured where there are stations, and computed elsewhere.
     """
     factor, bed, s_mm = 1.0, case.fill(poured), measured.s_mm
     covered = (bed.sections.s_mm >= s_mm[0]) & (bed.sections.s_mm <= s_mm[-1])
@@ -134,7 +138,7 @@ def _flow_factor(case: Case, poured: Trajectory, measured: Profile, where: str) 
         factor *= float(measured_mm3 / max(bed.read_mm2[covered].sum(), 1e-9))
         if not FLOW_FACTORS[0] <= factor <= FLOW_FACTORS[1]:
             raise InputError(
-                f"{where}: level_mm means {factor:.2g} times the sealant of the path so far; {FLOW_FACTORS[0]:g} to "
+                f"{where}: level_mm gives {factor:.2g} times the sealant of the path so far; {FLOW_FACTORS[0]:g} to "
                 f"{FLOW_FACTORS[1]:g} is allowed. Check nozzle and paste, and that levels below the face are negative."
             )
         bed = case.fill(_scaled(poured, factor))
@@ -147,7 +151,7 @@ def _scaled(path: Trajectory, factor: float) -> Trajectory:
 
 
 def _until(path: Trajectory, end_s: float) -> Trajectory:
-    """Return a path up to a time."""
+    """Return the part of a path up to the time ``end_s``."""
     before = path.t_s < end_s
     t_s = np.append(path.t_s[before], end_s)
     place_mm = np.column_stack([np.interp(t_s, path.t_s, axis_mm) for axis_mm in path.position_mm.T])
@@ -156,7 +160,7 @@ def _until(path: Trajectory, end_s: float) -> Trajectory:
 
 
 def _evenly(path: Trajectory, begin: int) -> Trajectory:
-    """Return a path from a waypoint on, at its median speed and its mean flow."""
+    """Return the part of a path from the waypoint ``begin`` on, with the path's median speed and mean flow."""
     part = path.giving
     speed = float(np.median(path.speed_mm_s[part][:-1]))
     t_s = arc_length(path.position_mm[begin:]) / speed
@@ -175,10 +179,10 @@ def plan_rest(
     *,
     settings: Mapping[str, Any] | None = None,
 ) -> MadePlan:
-    """Plan the rest of a trial's pour in a folder, by default reports/NAME-rest.
+    """Plan the rest of a trial's pour, and write it to ``out`` (default: reports/NAME-rest).
 
-    ``levels`` is a CSV of s_mm and level_mm, or rows of both. Raises InputError if the trial, the cell or the levels
-    cannot be used.
+    ``levels`` is a CSV file with the columns s_mm and level_mm, or such rows. Raises InputError if the trial, the cell
+    or the levels cannot be used.
     """
     rows, inputs = read_levels(levels), PlanInputs.read(file, settings, options.cell)
     where = str(levels) if isinstance(levels, str | PathLike) else "levels"
@@ -207,9 +211,9 @@ def plan_rest(
     return MadePlan(
         content,
         [
-            f"Up to s = {rest.reached_mm:.1f} mm the crack has {rest.flow_factor:.2f} times the sealant of the path. "
-            f"With the rest, {at_end.under_mm3:.0f} mm3 will be missing below the face and {at_end.over_mm3:.0f} mm3 "
-            f"will be above it, by the fast model; with the unchanged path {unchanged.under_mm3:.0f} mm3 and "
+            f"Up to s = {rest.reached_mm:.1f} mm, the crack has {rest.flow_factor:.2f} times the sealant of the path. "
+            f"According to the fast model, the planned rest leaves {at_end.under_mm3:.0f} mm3 missing below the face "
+            f"and {at_end.over_mm3:.0f} mm3 above it. The unchanged path would leave {unchanged.under_mm3:.0f} mm3 and "
             f"{unchanged.over_mm3:.0f} mm3.",
         ],
     )

@@ -1,7 +1,7 @@
-"""The numbers of a plan, their bounds, and their search on the fast model.
+"""Search the numbers of a plan with the fast model, within bounds.
 
-The numbers are flow and speed at knots along the path, and the dwell at each end. The fast model is corrected by
-particle runs (space mapping, Bandler et al. 1994).
+The numbers of a plan are the flow and the speed at knots along the path, and the dwell time at each end. Particle runs
+correct the fast model (space mapping, Bandler et al. 1994).
 """
 
 from collections.abc import Callable, Sequence
@@ -22,26 +22,34 @@ from simulate.slot.run import bed_of
 from simulate.slot.sections import Trapezoids
 
 CELLS, STEPS = 32, 60
-"""Cells and time steps of the fast model in a search. A run takes a third of the usual time. The discrepancy (particles
-minus fast model) includes the resulting change of level."""
+"""Numbers of cells and time steps of the fast model in a search, which takes a third of the usual time.
+
+The discrepancy (particles minus fast model) includes the resulting change of level."""
 OVER_WEIGHT = 1.3  # Weight of overfill relative to underfill
 BEND_WEIGHT, SPEED_WEIGHT, DWELL_WEIGHT = 0.02, 0.01, 0.004
-"""Three weights, relative to the weight of the areas' mean relative error: for second differences of flow and speed,
-for the logarithm of the speed divided by the trial's, and for a dwell of 1 s. They are small, and cost a plan about 1 %
-of its gain."""
+"""Weights of the smoothness of flow and speed, of the difference from the trial's speed, and of the dwell times.
+
+They are relative to the weight of the areas' mean relative error. The smoothness is measured by second differences, the
+difference of speed by a logarithm, and the dwell times in s. The weights are small, and cost a plan about 1 % of its
+gain."""
 MOST_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
-"""Largest number of steps; widest step, in logarithms and seconds; relative gain below which slopes are computed anew;
-and a positive number close to 0. If the slopes are new already, such a small gain ends the search."""
-STEP = 2e-2  # Step of the differences, in logarithms and seconds, far above the tolerance of the model's iteration
+"""Constants of the search: the largest number of steps, the widest step (in logarithms and seconds), the smallest
+relative gain, and a positive number close to 0.
+
+If the gain of a step is smaller than the smallest gain, the slopes are computed again. If they are already new, the
+search ends."""
+STEP = 2e-2  # Step for computing slopes, in logarithms and seconds. It is far above the model's iteration tolerance
 DECIMALS = 3
-"""Decimals to which the result of a search is rounded. Further decimals depend on the processor, since
-BLAS orders sums differently, and any difference makes pours by particles diverge."""
-SMOOTHED_MM = 3.0  # Standard deviation of the smoothing of a discrepancy: the level of one run has noise of 0.2 mm
-LONGEST_DWELL_S = 5.0  # Longest dwell at each end; a longer one overfills it
-SHORTEST_S = 1e-6  # Least distance of two bounds, for example of a pump with one flow
+"""Number of decimals to which the result of a search is rounded.
+
+Further decimals depend on the processor, because BLAS adds numbers in different orders. Even a small difference makes
+particle runs diverge."""
+SMOOTHED_MM = 3.0  # Standard deviation in mm for smoothing a discrepancy. The level of one run has a noise of 0.2 mm
+LONGEST_DWELL_S = 5.0  # Longest dwell time in s at each end. A longer time would overfill the end
+SHORTEST_S = 1e-6  # Smallest difference between two bounds, for example for a pump with only one flow
 SLOWER, FASTER = 4.0, 2.0  # Largest factors by which a plan may be slower or faster than the trial
-SMALLEST_SHARE = 0.02  # Least flow as a share of the trial's, without a pump's table
-LARGEST_MM3_S = 1e4  # Largest flow without a cell and without --flow-max: more than a lab's pump gives
+SMALLEST_SHARE = 0.02  # Smallest flow without a pump's table, as a fraction of the trial's flow
+LARGEST_MM3_S = 1e4  # Largest flow without a cell and without --flow-max. It is more than a lab's pump gives
 
 
 @dataclass(frozen=True)
@@ -52,11 +60,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Knots:
-    """A trial's path, with the knots at which its flow and speed are free.
+    """Path of a trial, with knots at which flow and speed are chosen.
 
-    Knots are evenly spaced along the part of the path with sealant. Between them the logarithms of flow and speed are
-    linear. The nozzle dwells by moving very slowly over the first and the last step of that part, since robot programs
-    do not stop.
+    The knots are evenly spaced along the part of the path that dispenses sealant. Between knots, the logarithms of flow
+    and speed are linear. Robot programs cannot stop on the path, so the nozzle dwells by moving very slowly over the
+    first and the last step of that part.
     """
 
     path: Trajectory
@@ -65,7 +73,7 @@ class Knots:
     def trajectory(self, plan: Floats) -> Trajectory:
         """Return the path with the flow and speed of a plan.
 
-        ``plan`` has the logarithms of flow in mm3/s and of speed in mm/s at the knots, and the dwell at each end in s.
+        ``plan`` has the logarithms of flow in mm3/s and of speed in mm/s at the knots, and the dwell times in s.
         """
         part = self.path.giving
         steps = slice(part.start, part.stop - 1)
@@ -74,7 +82,7 @@ class Knots:
         knots = np.arange(self.count)
         flow, speed = (np.exp(np.interp(middle, knots, part_of)) for part_of in self.parts(plan)[:2])
         lasts_s = np.diff(self.path.t_s)
-        # On a ramp, the trial's path is slower than its speed, and its flow is smaller.
+        # On a ramp, the trial's path is slower and its flow is smaller. The plan keeps these ratios.
         ramp = self.path.speed_mm_s[steps] / self.path.speed_mm_s[steps].max()
         given_s = np.diff(way_mm) / (speed * ramp)
         volume_mm3 = flow * ramp * given_s
@@ -89,11 +97,11 @@ class Knots:
         return replace(self.path, t_s=t_s, speed_mm_s=speed_mm_s, flow_mm3_s=flow_mm3_s)
 
     def parts(self, plan: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the parts of a plan: logarithms of flow and of speed, each (count,), and the dwells, (2,)."""
+        """Return the parts of a plan: logarithms of flow and of speed, (count,) each, and the dwell times, (2,)."""
         return plan[: self.count], plan[self.count : -2], plan[-2:]
 
     def first_guess(self, area_mm2: Floats, s_mm: Floats, limits: Limits) -> Floats:
-        """Return the plan that fills the sections, whose areas at ``s_mm`` are ``area_mm2``, at the path's speed.
+        """Return the plan that fills the areas ``area_mm2`` at the stations ``s_mm`` at the path's speed.
 
         Flow and speed are clipped to ``limits``.
         """
@@ -132,28 +140,29 @@ def limits_of(
 
 
 def require_possible(limits: Limits, area_mm2: Floats, s_mm: Floats, trajectory: Trajectory, where: Path) -> None:
-    """Raise InputError if a section cannot be filled because the flow would be out of bounds at every allowed speed."""
+    """Raise InputError if a section cannot be filled, because its flow is out of bounds at every allowed speed."""
     at_mm = trajectory.s_mm[trajectory.giving]
     needed = np.interp(at_mm, s_mm, area_mm2)
     (least, most), (slowest, fastest) = limits.flow_mm3_s, limits.speed_mm_s
     if (too_much := needed * slowest).max() > most:
         worst = int(too_much.argmax())
         raise InputError(
-            f"{where}: s = {at_mm[worst]:.1f} mm needs {too_much[worst]:.4g} mm3/s even at {slowest:.3g} mm/s, but the "
-            f"limit is {most:.4g} mm3/s: slow down (a lower path.speed_mm_s, without --keep-speed), or allow more flow."
+            f"{where}: at s = {at_mm[worst]:.1f} mm, a flow of {too_much[worst]:.4g} mm3/s is needed even at "
+            f"{slowest:.3g} mm/s, but the limit is {most:.4g} mm3/s. Give a lower path.speed_mm_s, omit --keep-speed, "
+            "or allow more flow."
         )
     if (too_little := needed * fastest).min() < least:
         worst = int(too_little.argmin())
         raise InputError(
-            f"{where}: s = {at_mm[worst]:.1f} mm needs only {too_little[worst]:.4g} mm3/s even at {fastest:.3g} mm/s, "
-            f"but the pump's smallest weighed flow is {least:.4g} mm3/s: give a higher path.speed_mm_s, or weigh "
-            "smaller flows."
+            f"{where}: at s = {at_mm[worst]:.1f} mm, a flow of only {too_little[worst]:.4g} mm3/s is needed even at "
+            f"{fastest:.3g} mm/s, but the pump's smallest weighed flow is {least:.4g} mm3/s. Give a higher "
+            "path.speed_mm_s, or weigh smaller flows."
         )
 
 
 @dataclass(frozen=True)
 class Case:
-    """A pour and its paste in the fast model, to be filled along other paths."""
+    """A pour, and its paste in the fast model. It can be filled along other paths."""
 
     pour: Pour
     paste: HerschelBulkley
@@ -167,21 +176,22 @@ class Case:
 
 @dataclass(frozen=True)
 class Goal:
-    """Target areas of the bed, and a correction that is added to the areas of the fast model."""
+    """Target areas of the filled sections, and a correction that is added to the areas of the fast model."""
 
-    target_mm2: Floats  # (cells,)
-    discrepancy_mm2: Floats  # (cells,): particles minus fast model, for the plan of the latest run
+    target_mm2: Floats  # Target area of each section, (cells,)
+    discrepancy_mm2: Floats  # Particles minus fast model for the plan of the latest run, (cells,)
 
 
 def target_of(sections: Trapezoids, margin_mm: float) -> Floats:
-    """Return the area of each section, (cells,), if it is filled to ``margin_mm`` below the face."""
+    """Return the area of each section if it is filled to ``margin_mm`` below the face, (cells,)."""
     return sections.area_mm2(sections.depth_mm - margin_mm)[0]
 
 
 def discrepancy(filled: Filled, level: Profile) -> Floats:
-    """Return the smoothed difference of areas, (cells,): those of a level by particles minus those of the fast model.
+    """Return the smoothed difference between the areas of a particle run and of the fast model, in mm2, (cells,).
 
-    Both are areas under the level on the crack's centreline, since a plan is judged by this level.
+    ``level`` is the level of the particle run. Both areas are computed from the level on the crack's centreline,
+    because a plan is judged by this level.
     """
     sections = filled.sections
     apart = np.exp(-0.5 * ((sections.s_mm[:, None] - sections.s_mm) / SMOOTHED_MM) ** 2)
@@ -189,9 +199,9 @@ def discrepancy(filled: Filled, level: Profile) -> Floats:
 
 
 def corrected_level_mm(filled: Filled, discrepancy_mm2: Floats, sections: Trapezoids | None = None) -> Floats:
-    """Return the level in the middle of each section, (cells,), if the areas of the fast model are corrected.
+    """Return the level in each section from the corrected areas of the fast model, (cells,).
 
-    ``sections`` are those of the paste for which the discrepancy was found; by default those of the filled one.
+    ``sections`` are the sections for the paste with which the discrepancy was computed. Default: those of ``filled``.
     """
     sections = sections or filled.sections
     return sections.bottom_mm + sections.height_mm(np.maximum(filled.read_mm2 + discrepancy_mm2, 0.0))
@@ -202,7 +212,7 @@ def path_over(sample: Sample, path: NozzlePath) -> Trajectory:
 
 
 def areas_of(sections: Trapezoids, level: Profile) -> Floats:
-    """Return the area of each section, (cells,), under the mean of a level in its cell."""
+    """Return the area of each section below the mean level in its cell, (cells,)."""
     fine_mm = np.linspace(-0.5, 0.5, 11)[:, None] * sections.step_mm + sections.s_mm
     return sections.area_mm2(level.level_at_mm(fine_mm).mean(axis=0) - sections.bottom_mm)[0]
 
@@ -216,12 +226,12 @@ def search(
     report: Callable[[int], None] = lambda _: None,
     most: Floats | None = None,
 ) -> Floats:
-    """Return the plan within the limits that has the least mean squared area error over ``cases``.
+    """Return the plan within the limits that has the smallest mean squared area error over ``cases``.
 
-    If the plan ``most`` is given, the flow is nowhere above it, and speed and dwell are its own.
-    The search begins at the plan ``start``. The error of a cell is relative to the mean target. The method is bounded
-    Gauss-Newton steps; slopes are updated by Broyden's formula, and computed from differences if the gain is small.
-    ``report`` is called with the number of each step.
+    The search begins at the plan ``start``. If the plan ``most`` is given, the flow does not exceed its flow, and its
+    speed and dwell times are used. The error of a section is relative to the mean target area. The method is
+    Gauss-Newton with bounds. Slopes are updated by Broyden's formula, and computed from differences again if the gain
+    is small. ``report`` is called with the number of each step.
     """
     from scipy.optimize import lsq_linear
 
@@ -244,7 +254,7 @@ def search(
     def slopes(plan: Floats, residual: Floats) -> Floats:
         columns = []
         for number in range(len(plan)):
-            # Inwards at a bound.
+            # At an upper bound, the step is taken inwards.
             step = STEP if plan[number] + STEP <= high[number] else -STEP
             moved = plan.copy()
             moved[number] += step

@@ -1,6 +1,6 @@
-"""Judge paths over one crack with particle runs, in a folder like that of a sweep; show and describe a finished plan.
+"""Compute particle runs along planned paths, in a folder that is built like a sweep's, and describe a finished plan.
 
-Importing this loads Matplotlib.
+Importing this module loads Matplotlib.
 """
 
 from collections.abc import Sequence
@@ -31,19 +31,19 @@ from validate.units import counted
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LOW_MM, SHORTEST_LOW_MM = 1.0, 5.0  # Least depth and length of a low stretch that a plan's sentence names
-CELLS = 160  # Number of cells along the crack for a misfit: 0.5 mm for 80 mm, finer than readings
-AGREES_MM = 0.4  # Mean difference of prediction and particles above which the page mentions it
+LOW_MM, SHORTEST_LOW_MM = 1.0, 5.0  # Smallest depth and length in mm of a low stretch that is mentioned
+CELLS = 160  # Number of cells along the crack for a misfit. For 80 mm they are 0.5 mm long, finer than readings
+AGREES_MM = 0.4  # Mean difference in mm between prediction and particles above which the page mentions it
 BASELINES = {"constant flow": "--", "flow by local area": ":"}
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """Volume of sealant that is missing below the face, volume above it, and the highest level from the face."""
+    """Volume of sealant that is missing below the face, volume above the face, and the highest level."""
 
     under_mm3: float
     over_mm3: float
-    """Volume above the crack's mouth. Sealant beside the mouth does not count."""
+    """Volume above the crack's mouth. Sealant on the face beside the mouth is not counted."""
     highest_mm: float
 
     @property
@@ -52,17 +52,20 @@ class Misfit:
 
     @property
     def cost_mm3(self) -> float:
-        """Total with the weight of a search on the volume above the face. The best plan has the least."""
+        """Sum of the volumes, in which the volume above the face has the weight of a search.
+
+        The best plan has the smallest sum.
+        """
         return self.under_mm3 + OVER_WEIGHT * self.over_mm3
 
     @property
     def figures(self) -> dict[str, float]:
-        """The volumes and the highest level by name, for JSON."""
+        """Volumes and highest level by name, for the JSON file."""
         return {**asdict(self), "total_mm3": self.total_mm3}
 
 
 def misfit(sample: Sample, level: Profile) -> Misfit:
-    """Return the volume that a level along a crack lacks below the face, and the volume that it has above the face."""
+    """Return the misfit of a level: the volume that is missing below the face, and the volume above the face."""
     sections = sections_of(sample.outline, sample.solid, CELLS, reach_per_mm=0.0)
     level_mm = level.level_at_mm(sections.s_mm)
     filled_mm2, _ = sections.area_mm2(np.minimum(level_mm, 0.0) - sections.bottom_mm)
@@ -79,19 +82,19 @@ def mean_of(misfits: Sequence[Misfit]) -> Misfit:
 
 @dataclass(frozen=True)
 class Round:
-    """A path that particles judged, with its level and misfit."""
+    """A path that was computed with particles, with its level and misfit."""
 
     name: str
     path: NozzlePath
     level: Profile
     misfit: Misfit
-    off_mm: float | None = None  # Mean difference from the expected level; None for a baseline
-    plan: Floats = field(default_factory=lambda: np.zeros(0))  # Numbers of the path's plan; none for a baseline
+    off_mm: float | None = None  # Mean difference from the expected level. None for a baseline
+    plan: Floats = field(default_factory=lambda: np.zeros(0))  # Numbers of the plan. Empty for a baseline
 
 
 @dataclass(frozen=True)
 class WithMore:
-    """Volumes over the face if the pump gives more and the paste is softer than planned, by the fast model."""
+    """Volumes above the face, from the fast model, if the pump gives more and the paste is softer than planned."""
 
     over_mm3: float
     constant_flow_over_mm3: float
@@ -99,26 +102,29 @@ class WithMore:
 
 @dataclass(frozen=True)
 class Planned:
-    """A finished plan, with its rounds and baselines. Without ``options.accurate`` they and the seeds are drafts."""
+    """A finished plan, with its rounds and baselines.
+
+    Without ``options.accurate``, the rounds, the baselines and the runs with other seeds are drafts.
+    """
 
     options: PlanOptions
     best: Round
     rounds: tuple[Round, ...]
     baselines: tuple[Round, ...]
-    trajectory: Trajectory  # Path of the best
-    level: Profile  # Mean of the seeds, or that of the accurate run if the seeds are drafts
+    trajectory: Trajectory  # Path of the best plan
+    level: Profile  # Mean level of the seeds. If the seeds are drafts, the level of the accurate run
     half_width_mm: Floats | None
-    """Half-width of the 95 % band for a further run's level; None if the plan has one seed, which shows no scatter."""
-    misfit: Misfit  # Misfit of the level: the mean of the seeds', or the accurate run's
+    """Half-width of the 95 % band for the level of a further run. None for one seed, which does not show a scatter."""
+    misfit: Misfit  # Mean misfit of the seeds. If the seeds are drafts, the misfit of the accurate run
     misfits: tuple[Misfit, ...]  # Misfit of each seed
     chances: dict[str, float] | None
     with_more: WithMore
-    of_draft: Misfit | None  # Misfit of the best plan as a draft, before the accurate run corrected it
-    unfilled_mm3: float  # Volume below the face of a crack that is filled up to the level that the plan aims at
+    of_draft: Misfit | None  # Misfit of the best draft, before the accurate run corrected the plan
+    unfilled_mm3: float  # Volume between the face and the level that the plan aims at
 
     @property
     def verified(self) -> bool:
-        """True if a plan is better than both baselines according to the particle runs."""
+        """True if a plan was better than both baselines in the particle runs."""
         return self.best.off_mm is not None
 
     @property
@@ -127,7 +133,10 @@ class Planned:
 
     @property
     def low_stretches(self) -> list[dict[str, float]]:
-        """Stretches of the crack, at least ``SHORTEST_LOW_MM`` long, with a level over ``LOW_MM`` below its target."""
+        """Stretches of the crack where the level is more than ``LOW_MM`` below its target.
+
+        Stretches shorter than ``SHORTEST_LOW_MM`` are left out.
+        """
         s_mm, lacks_mm = self.level.s_mm, -self.options.margin_mm - self.level.level_mm
         parts = np.split(np.arange(len(s_mm)), np.flatnonzero(np.diff(lacks_mm > LOW_MM)) + 1)
         return [
@@ -142,12 +151,12 @@ class Planned:
 
 
 NamedPath = tuple[str, NozzlePath, int]
-"""A path to judge, with a short name before it and the seed of its run after it."""
+"""A path to be computed: a short name, the path, and the seed of the run."""
 
 
 @dataclass
 class Verifier:
-    """Runs one trial along paths that are not its own."""
+    """Runs a trial along other paths."""
 
     folder: Path
     trial: Trial
@@ -156,11 +165,11 @@ class Verifier:
     progress: Progress
     jobs: int = 1
     ahead_s: float = 0.0
-    """Expected time, by the model of ``sealtwin.study.estimate``, of the work of the command that has not begun."""
+    """Time in s that the model in ``sealtwin.study.estimate`` expects for the command's remaining work."""
     _runs: list[study_folder.StudyRun] = field(default_factory=list)
 
     def judge(self, title: str, paths: Sequence[NamedPath], *, drafts: bool = False) -> list[Round]:
-        """Return a round for each of ``paths``. Arguments and faults are those of ``levels``."""
+        """Return a round for each of ``paths``. Has the same arguments and errors as ``levels``."""
         self.ahead_s -= self.work_s(len(paths), drafts=drafts)
         levels = self.levels(title, paths, drafts=drafts) if paths else []
         return [
@@ -169,9 +178,9 @@ class Verifier:
         ]
 
     def levels(self, title: str, paths: Sequence[NamedPath], *, drafts: bool = False) -> list[Profile]:
-        """Return the level by particles for each of ``paths``, by drafts of the trial if ``drafts`` is True.
+        """Return the level of a particle run along each of ``paths``. If ``drafts`` is True, the runs are drafts.
 
-        Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
+        Raises InputError if the particles are too large or too small for the crack, and NumericalError if a run fails.
         """
         wanted = list[WantedRun]()
         for number, (label, path, seed) in enumerate(paths, start=len(self._runs) + 1):
@@ -196,30 +205,33 @@ class Verifier:
         return [study_folder.read_level(self.folder, run) for run in asked]
 
     def corrected_s(self, model_s: float) -> float:
-        """Return a time by the model, corrected by the runs that are finished."""
+        """Return a time from the model, corrected by the finished runs."""
         return Forecast(1, timings_of(self._runs)).scaled_s(model_s)
 
     def work_s(self, runs: int, *, drafts: bool) -> float:
-        """Return the time by the model of particle runs of which ``jobs`` are computed side by side."""
+        """Return the time in s that the model expects for a number of particle runs, with ``jobs`` at the same time."""
         trial = drafted(self.trial, self.sample) if drafts else self.trial
         return size_of(trial.pour(self.sample)).work_s * -(-runs // max(1, self.jobs))
 
     @property
     def fluid_warnings(self) -> list[str]:
-        """Cautions about the fluid in the runs that are finished so far."""
+        """Warnings about the fluid in the finished runs."""
         return study_folder.fluid_warnings(self._runs)
 
 
 def require_plannable(trial: Trial, where: str) -> Trial:
-    """Return the trial with particles and without readings, for verification. Raises InputError if it is unsuitable."""
+    """Return the trial with particles and without readings, for verification.
+
+    Raises InputError if the trial is not suitable for a plan.
+    """
     if trial.fluid is None:
-        raise InputError(f"{where}: a plan needs a [fluid] table: give viscosity_pa_s and yield_stress_pa in it.")
+        raise InputError(f"{where}: a plan requires a table [fluid]. Give viscosity_pa_s and yield_stress_pa in it.")
     refuse_seeds(trial, where)
     if trial.fluid.U is not None:
         raise InputError(
-            f"{where}: fluid.U = {trial.fluid.U:g} means a viscosity that changes with the flow, so a plan cannot use "
-            "it. Give viscosity_pa_s instead. For a paste with a yield stress, health.viscosity_pa_s in "
-            "simulation.json is the value of a run."
+            f"{where}: fluid.U = {trial.fluid.U:g} cannot be used for a plan, since its viscosity changes with the "
+            "flow. Give viscosity_pa_s instead. For a paste with a yield stress, use health.viscosity_pa_s in "
+            "simulation.json of a run."
         )
     solver = trial.solver.model_copy(update={"model": None})
     return trial.model_copy(update={"solver": solver, "readings": None, "gate": None})
@@ -252,11 +264,12 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
         for name, share in chances.items()
         if name != "draws"
     ]
-    caption = "Level by particles along the crack; 0 is the face."
+    caption = "Level along the crack, computed with particles. 0 is the face."
     flow = {"s_mm": trajectory.s_mm, "speed_mm_s": trajectory.speed_mm_s, "flow_mm3_s": trajectory.flow_mm3_s}
     page = Page(
         title=f"Plan: {name}",
-        lead="Flow and speed along the path, chosen by the fast model and judged by particles. No number is measured.",
+        lead="Flow and speed along the path, chosen with the fast model and checked with particles. No number is "
+        "measured.",
         cautions=plan_cautions(planned, fluid_warnings),
         finding=plan_finding(planned),
         key_figures=key_figures,
@@ -276,44 +289,46 @@ def plan_finding(planned: Planned) -> str:
     )
     drafts = ""
     if (draft := planned.of_draft) is not None:
-        drafts = f"; as drafts, the best round has {draft.under_mm3:.0f} mm3 and {draft.over_mm3:.0f} mm3, and"
+        drafts = f". As drafts, the best round leaves {draft.under_mm3:.0f} mm3 and {draft.over_mm3:.0f} mm3, and the"
     return (
         f"{misfit.under_mm3:.0f} mm3 are missing below the face and {misfit.over_mm3:.0f} mm3 are above it, according "
-        f"to particles{drafts or ';'} the better baseline ({better.name}) has {better.misfit.under_mm3:.0f} mm3 and "
-        f"{better.misfit.over_mm3:.0f} mm3." + (f" {low[0].upper()}{low[1:]}." if low else "")
+        f"to the particles{drafts or '. The'} better baseline ({better.name}) leaves {better.misfit.under_mm3:.0f} mm3 "
+        f"and {better.misfit.over_mm3:.0f} mm3." + (f" {low[0].upper()}{low[1:]}." if low else "")
     )
 
 
 def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
     """Return cautions about the fluid and the plan.
 
-    There is one about the plan if it has no band, is worse than a baseline, or differs much from the fast model.
+    There is a caution if the plan has no band, is worse than a baseline, may overfill the crack, or differs much from
+    the fast model.
     """
     cautions = [*fluid_warnings]
     if planned.band_95_mm is None:
         cautions.append(
-            "Only one seed judged this plan, so the scatter of single runs is unknown and its level has no "
+            "This plan was computed with only one seed, so the scatter between runs is unknown and the level has no "
             "band. Use --seeds 3."
         )
     if planned.best.off_mm is None:
-        not_verified = f"NOT VERIFIED: no plan was better than {planned.best.name}, which is the result."
+        not_verified = f"NOT VERIFIED: no plan was better than {planned.best.name}, which is used as the result."
         if planned.unfilled_mm3 > planned.best.misfit.cost_mm3:
             not_verified += (
-                f" A plan aims {planned.options.aim_mm:.2f} mm below the face, which leaves "
-                f"{planned.unfilled_mm3:.0f} mm3 unfilled by itself: give a smaller --margin-mm or --reserve-mm."
+                f" A plan aims {planned.options.aim_mm:.2f} mm below the face, and this alone leaves "
+                f"{planned.unfilled_mm3:.0f} mm3 unfilled. Give a smaller --margin-mm or --reserve-mm."
             )
         return [f"{not_verified} No robot program is written.", *cautions]
     over_mm3, steady_mm3 = planned.with_more.over_mm3, planned.with_more.constant_flow_over_mm3
     if over_mm3 > steady_mm3:
         cautions.append(
-            f"If the pump gives 10 % more and the yield stress is 15 % lower, the plan leaves {over_mm3:.0f} mm3 over "
-            f"the face and constant flow {steady_mm3:.0f} mm3, by the fast model: aim lower (--reserve-mm)."
+            "According to the fast model, if the pump gives 10 % more and the yield stress is 15 % lower, the plan has "
+            f"{over_mm3:.0f} mm3 above the face, and constant flow has {steady_mm3:.0f} mm3. Give a larger "
+            "--reserve-mm."
         )
     if planned.best.off_mm > AGREES_MM:
         cautions.append(
-            f"Fast model and particles still differ by {planned.best.off_mm:.2f} mm on average. The level is "
-            "that of the particles; another round (--verify), or corrections that add sealant (--reserve-mm 0), may be "
-            "better."
+            f"The fast model and the particles still differ by {planned.best.off_mm:.2f} mm on average. The level is "
+            "from the particles. Another round (--verify), or corrections that add sealant (--reserve-mm 0), may "
+            "improve the plan."
         )
     return cautions
 

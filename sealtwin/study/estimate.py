@@ -1,4 +1,4 @@
-"""Estimates of the time, memory and disk space of a study, by a model that is corrected by finished runs."""
+"""Estimate the time, memory and disk space of a study with a model. The times of finished runs correct the model."""
 
 import heapq
 import time
@@ -13,21 +13,23 @@ from sealtwin.study.study_folder import StudyRun
 from simulate.pour import Pour
 
 SETUP_S = 0.2
-"""Time to set up walls and distances and to measure the profile. This and the next two times are for one core of the
-machine in docs/accuracy.md."""
-REPORT_S = 5.0  # Time of pictures and report after the last frame
-FAST_S = 0.2  # Time of a run of the fast model
-PROCESS_BYTES = 300e6  # Python and its libraries, in a process that has done some runs
+"""Time in s to prepare walls and distances and to measure the profile, on one core of the machine in docs/accuracy.md.
+
+``REPORT_S`` and ``FAST_S`` were measured on the same machine."""
+REPORT_S = 5.0  # Time in s for pictures and report after the last frame
+FAST_S = 0.2  # Time in s for a run of the fast model
+PROCESS_BYTES = 300e6  # Memory of Python and its libraries in a worker process, in bytes
 WALLS_BYTES = 18e3
-"""Memory of the distance grid and the wall particles, divided by the number of particles of sealant. In total it is 270
-and 115 MB at radii of 0.4 and 0.6 mm."""
-PARTICLE_BYTES = 240.0  # Position, velocity, age, sorting for the neighbour search and a share of its cells
+"""Memory of the distance grid and the wall particles, in bytes per particle of sealant.
+
+In total this is 270 MB for a particle radius of 0.4 mm, and 115 MB for 0.6 mm."""
+PARTICLE_BYTES = 240.0  # Memory of one particle in bytes: position, velocity, age and neighbour search
 MOVER_BYTES = 1810.0
-"""Memory of one moving particle: a list of 224 neighbours of 4 bytes, 128 pairs of 6 bytes, and work space."""
-TIME_TOLERANCE = 0.1  # Runs whose expected times differ by less than this share count as of one size
-OVERDUE = 0.1  # A run that takes longer than expected is expected to take this share of its time so far in addition
-RUN_BYTES = 25e3  # Files of a run without fill.npz
-FILL_PARTICLE_BYTES = 25  # Of fill.npz, which has some moments of the run; measured, per particle
+"""Additional memory of one moving particle in bytes: 224 neighbours of 4 bytes, 128 pairs of 6 bytes, work space."""
+TIME_TOLERANCE = 0.1  # Largest relative difference of the expected times of runs of about the same size
+OVERDUE = 0.1  # Remaining time of a run that takes longer than expected, as a fraction of its time so far
+RUN_BYTES = 25e3  # Size of a run's files in bytes, without fill.npz
+FILL_PARTICLE_BYTES = 25  # Size of fill.npz in bytes per particle, as measured
 
 
 @dataclass(frozen=True)
@@ -36,12 +38,12 @@ class RunSize:
 
     particles: int
     moving: int  # Largest number of particles that move at the same time
-    work_s: float  # Computing time on one core, by the model
-    substeps: int = 0  # Substeps per frame, equal in all runs of one launch
+    work_s: float  # Computing time on one core, estimated by the model
+    substeps: int = 0  # Substeps per frame. All runs of one launch have the same number
 
     @property
     def bytes(self) -> float:
-        """Memory of the run's arrays on the device. Each further run in a launch needs as much again."""
+        """Memory of the run's arrays on the device, in bytes. Each run in a launch needs this memory."""
         return self.particles * PARTICLE_BYTES + self.moving * MOVER_BYTES
 
 
@@ -50,15 +52,15 @@ class Estimate:
     """The resources that the waiting runs of a study need."""
 
     runs: int
-    time_s: float  # Time until the last one is finished
-    processor_s: float  # Computing time of all runs
-    measured: bool  # True if finished runs have corrected the model, which by itself may be off by a factor of three
+    time_s: float  # Time until the last run is finished
+    processor_s: float  # Total computing time of all runs
+    measured: bool  # True if finished runs have corrected the model. Otherwise, it may be wrong by a factor of three
     memory_bytes: float  # Memory of all processes
     disk_bytes: float
 
     @property
     def sentence(self) -> str:
-        basis = "from the runs that are done" if self.measured else "from a model; the first runs will correct it"
+        basis = "from the finished runs" if self.measured else "from a model, which the first runs will correct"
         return (
             f"{self.runs} runs to compute: about {in_words(self.time_s)}, {in_words(self.processor_s)} of computing "
             f"time ({basis}), {self.memory_bytes / 1e9:.1f} GB of memory, {self.disk_bytes / 1e6:.1f} MB on disk."
@@ -66,15 +68,15 @@ class Estimate:
 
 
 def size_of(pour: Pour) -> RunSize:
-    """Return the size of a run. Raises InputError as ``checked_size`` does."""
+    """Return the size of a run. Raises the same errors as ``checked_size``."""
     return checked_size(pour)[0]
 
 
 def checked_size(pour: Pour) -> tuple[RunSize, list[Fact]]:
-    """Return the size of a run, and doubts: settings in doubt, and properties of the sealant that it cannot show.
+    """Return the size of a run, and doubts about its settings and about properties of the sealant that it cannot show.
 
-    Raises InputError if the settings do not fit the crack, the path gives no sealant or more particles than are
-    allowed, or the sealant is too stiff for such particles.
+    Raises InputError if the settings cannot be used for the crack, if the path dispenses no sealant or more particles
+    than are allowed, or if the sealant is too viscous for particles of this size.
     """
     if not pour.solver.has_particles:
         return RunSize(0, 0, FAST_S), [*pour.doubts]
@@ -91,13 +93,13 @@ def checked_size(pour: Pour) -> tuple[RunSize, list[Fact]]:
 
 @dataclass
 class WorkAhead:
-    """Expected time, by the model, of the work of a command that has not begun."""
+    """Time that the model expects for the work of a command that has not begun."""
 
     model_s: float = 0.0
 
 
 Timing = tuple[float, float]
-"""Computing time of a finished run in seconds: the model's estimate, and the measured time."""
+"""Computing time of a finished run in s: the model's estimate, and the measured time."""
 
 
 def estimate(
@@ -107,9 +109,9 @@ def estimate(
     batch: int,
     timings: Sequence[Timing] = (),
 ) -> Estimate:
-    """Estimate the resources that the waiting runs among ``runs`` need with ``jobs`` processes.
+    """Estimate the resources that the waiting runs in ``runs`` need with ``jobs`` processes.
 
-    ``timings`` of other runs, and the finished ones among ``runs``, correct the model.
+    The finished runs in ``runs``, and ``timings`` of other runs, correct the model.
     """
     waiting = [run for run in runs if run.state == "waiting"]
     jobs, batch = (max(1, min(most, len(waiting))) for most in (jobs, batch))
@@ -130,9 +132,9 @@ def timings_of(runs: Iterable[StudyRun]) -> list[Timing]:
 
 
 def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
-    """Return the expected time of a run: the model's ``work_s``, corrected by finished runs of about the same size.
+    """Return the expected time of a run in s: the model's ``work_s``, corrected by ``timings`` of runs of similar size.
 
-    Other runs are not used, since the model's error depends on the particle radius.
+    Timings of other sizes are not used, because the model's error depends on the particle radius.
     """
     if not timings:
         return work_s
@@ -142,9 +144,10 @@ def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
 
 
 def time_of_all(waiting_s: Iterable[float], busy_s: Sequence[float]) -> float:
-    """Return the time until all tasks are finished.
+    """Return the time until all tasks are finished, in s.
 
-    ``busy_s`` is the time for which each process is still busy, ``waiting_s`` that of each task, started in this order.
+    ``busy_s`` has the remaining time of each process's current task, and ``waiting_s`` the time of each waiting task.
+    Waiting tasks are started in this order.
     """
     free = [*busy_s]
     heapq.heapify(free)
@@ -154,30 +157,30 @@ def time_of_all(waiting_s: Iterable[float], busy_s: Sequence[float]) -> float:
 
 
 class Forecast:
-    """The remaining time of the launches of a study, while they are computed."""
+    """Estimate the remaining time of a study while its launches are computed."""
 
     def __init__(self, jobs: int, timings: Sequence[Timing]) -> None:
         self._jobs, self._timings = max(1, jobs), [*timings]
         self._begun: dict[str, float] = {}
-        self._reports: dict[str, tuple[float, float]] = {}  # Remaining time, and the moment of that report
+        self._reports: dict[str, tuple[float, float]] = {}  # Remaining time of a launch, and the time of this report
 
     def begin(self, key: str, now_s: float) -> None:
-        """Record that a launch begins. ``key`` is the key of its first run."""
+        """Record that a launch begins. ``key`` is the key of the launch's first run."""
         self._begun[key] = now_s
 
     def finish(self, key: str, runs: Iterable[StudyRun]) -> None:
-        """Record that a launch has ended, with the outcomes of its runs."""
+        """Record that a launch has ended. ``runs`` are the runs of the launch with their outcomes."""
         self._begun.pop(key, None)
         self._reports.pop(key, None)
         self._timings += timings_of(runs)
 
     def report(self, key: str, left_s: float | None) -> None:
-        """Record the remaining time that a running launch has written itself; None changes nothing."""
+        """Record the remaining time that a running launch has reported. None is ignored."""
         if left_s is not None:
             self._reports[key] = left_s, time.monotonic()
 
     def done_s(self, groups: Iterable[Sequence[StudyRun]], now_s: float) -> float:
-        """Return the finished part of the running launches, in time of the model."""
+        """Return the work that the running launches have finished, in seconds of the model."""
         done_s = 0.0
         for group in groups:
             work_s, taken_s = sum(run.work_s for run in group), now_s - self._begun.get(group[0].key, now_s)
@@ -185,7 +188,7 @@ class Forecast:
         return done_s
 
     def left_s(self, groups: Iterable[Sequence[StudyRun]], now_s: float) -> float:
-        """Return the time until all launches in ``groups`` are finished. Each has begun or is waiting."""
+        """Return the time until all launches in ``groups`` are finished, in s. A launch is running or waiting."""
         groups, busy_s, timings = [*groups], dict[str, float](), [*self._timings]
         for group in groups:
             key = group[0].key
@@ -198,7 +201,7 @@ class Forecast:
         return time_of_all(waiting_s, [*busy_s.values()] + [0.0] * (self._jobs - len(busy_s)))
 
     def _busy_s(self, group: Sequence[StudyRun], taken_s: float, now_s: float) -> float:
-        """Return the remaining time of a running launch, after ``taken_s``."""
+        """Return the remaining time of a running launch in s. ``taken_s`` is its time so far."""
         if (report := self._reports.get(group[0].key)) is not None:
             left_s, at_s = report
             return max(left_s - (now_s - at_s), 0.0)
@@ -206,25 +209,25 @@ class Forecast:
         return max(expected_s - taken_s, OVERDUE * taken_s)
 
     def scaled_s(self, model_s: float) -> float:
-        """Return a time by the model, corrected by all finished runs."""
+        """Return a time from the model, corrected by the times of all finished runs."""
         if not self._timings:
             return model_s
         return model_s * sum(wall for _, wall in self._timings) / sum(work for work, _ in self._timings)
 
 
 def require_disk(expected: Estimate, free_bytes: float, folder: str) -> None:
-    """Raises InputError if the results do not fit on the disk."""
+    """Raise InputError if the results do not fit on the disk."""
     if expected.disk_bytes > free_bytes:
         raise InputError(
             f"{folder}: {free_bytes / 1e6:.0f} MB are free, but the results need {expected.disk_bytes / 1e6:.0f} MB. "
-            "Set --out to another disk."
+            "Give a folder on another disk as --out."
         )
 
 
 def require_memory(expected: Estimate, free_bytes: float, device: str, batch: int) -> None:
-    """Raises InputError if a launch of ``batch`` runs does not fit into the memory of a GPU."""
+    """Raise InputError if a launch of ``batch`` runs does not fit into the memory of a GPU."""
     if expected.memory_bytes > free_bytes:
         raise InputError(
-            f"--batch {batch}: that many runs in one launch need {expected.memory_bytes / 1e9:.1f} GB, but "
+            f"--batch {batch}: these runs together need {expected.memory_bytes / 1e9:.1f} GB, but "
             f"{free_bytes / 1e9:.1f} GB are free on {device}. Give a smaller --batch, or fewer --jobs."
         )

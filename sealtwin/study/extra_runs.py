@@ -1,8 +1,9 @@
-"""Extra runs of a finished trial: with other seeds, for the mean level, and for the uncertainty of its level.
+"""Compute extra runs of a finished trial: with other seeds for the mean level, and for the uncertainty of the level.
 
-For the uncertainty there are three runs of each particle size, and runs with inputs moved: a design moves the inputs of
-particle runs, and random draws move those of the fast model. The runs are in RUN/seeds and RUN/uncertainty, folders
-like a sweep's. They are computed once: if the process is killed, the same command computes the remaining runs.
+For the uncertainty there are three runs of each of three particle sizes, and runs with changed inputs. The inputs are
+changed by a factorial design in particle runs, and by random draws in runs of the fast model. The runs are in RUN/seeds
+and RUN/uncertainty, which are built like the folder of a sweep. If the process is killed, the same command computes the
+remaining runs.
 """
 
 import math
@@ -59,32 +60,36 @@ from validate.uncertainty.computed import (
 )
 
 RATIO = 1.3
-"""Ratio of neighbouring particle sizes. It is the least that Celik et al. 2008 recommend: a finer run already takes
-four times the computing time, and of larger particles too few would fit across the crack."""
+"""Ratio of neighbouring particle sizes: the smallest ratio that Celik et al. 2008 recommend.
+
+A larger ratio would be too expensive, since the finer run already takes four times the computing time. Also, too few of
+the larger particles would fit across the crack."""
 REPLICATES = 3
-"""Runs of each particle size, with different seeds. With two runs the error would have 4 instead of 7 degrees of
-freedom and sqrt(3/2) times the noise: an interval 1.4 times as wide."""
-MOST_SEED = 2**31  # Seeds of a trial are below it
+"""Number of runs with different seeds for each particle size.
+
+With two runs, the error would have 4 instead of 7 degrees of freedom and sqrt(3/2) times the noise. Its interval would
+be 1.4 times as wide."""
+MOST_SEED = 2**31  # Upper limit of a trial's seed, excluded
 
 Variant = tuple[dict[str, float], Trial, Sample]
-"""A variant: the settings in which it differs from the trial (particle size and seed, or steps of inputs), its own
-trial, and its sample."""
+"""A variant of a trial: the settings that differ (particle size and seed, or changes of inputs), the changed trial, and
+its sample."""
 
 
 def compute_other_seeds(job: Job) -> bool:
-    """Bring the mean level of the trial's seeds up to date; return True if anything was computed.
+    """Bring the mean level of the trial's seeds up to date. Returns True if anything was computed.
 
     Raises:
-        InputError: The trial's own run is not finished, or other stage numbers than this version's computed it; or two
+        InputError: The trial's first run is not finished, or a version with other stage numbers computed it. Or two
             seeds gave the same level.
-        NumericalError: A run failed. The message names it, and the same command tries it again.
+        NumericalError: A run failed. The message names the run, and the same command computes it again.
     """
     from simulate.device import choose_device
 
     count, inputs = job.trial.seeds or 1, inputs_of(job)
     settings: dict[str, Any] = {**stage_settings(job.trial, "simulate"), "seeds": count}
     numbers = numbers_up_to("simulate")
-    # Without the device: a report written on another machine keeps the levels that it finds.
+    # The key does not contain the device, so a report that is written on another machine keeps these levels.
     key = stage_key(inputs, settings, numbers)
     if job.folder.is_current(SEEDS, key):
         return False
@@ -115,25 +120,25 @@ def compute_other_seeds(job: Job) -> bool:
 
 
 def _other_warnings(job: Job, base: Base, runs: list[StudyRun]) -> list[Fact]:
-    """Return the warnings of the other runs' fluid, without those that the own run has with other numbers."""
+    """Return the warnings about the fluid of the other runs, without those that the first run has too."""
     keys = [fact.key for fact in fluid_warnings(base.run, record_files.read_simulation(job.path).volume_ratio)]
     others = {run.number + 1: without(run.figures.fluid_warnings, *keys) if run.figures else () for run in runs}
     return facts_of_runs(others, len(runs) + 1)
 
 
 def rounds_of_seeds(job: Job) -> int:
-    """Return how many times the time of one run the other seeds take. They are computed side by side on a CPU."""
+    """Return the time for the other seeds as a multiple of the time of one run. A CPU computes several at a time."""
     jobs = max(1, job.jobs) if job.device == "cpu" else 1
     return 0 if job.trial.seeds is None else math.ceil((job.trial.seeds - 1) / jobs)
 
 
 def vary(job: Job) -> bool:
-    """Bring RUN/uncertainty.json up to date; return True if anything was computed.
+    """Bring RUN/uncertainty.json up to date. Returns True if anything was computed.
 
     Raises:
-        InputError: The trial's run is not finished, or other stage numbers than this version's computed it; or an input
-            cannot be varied as declared.
-        NumericalError: An extra run failed. The message names it, and the same command tries it again.
+        InputError: The trial's run is not finished, or a version with other stage numbers computed it. Or an input
+            cannot be changed as declared.
+        NumericalError: An extra run failed. The message names the run, and the same command computes it again.
     """
     from simulate.device import choose_device
 
@@ -151,12 +156,12 @@ def vary(job: Job) -> bool:
         return False
     if not (particles or drawn):
         raise InputError(
-            f"{job.path / 'trial.toml'}: [uncertainty] declares no input, such as volume_ml, and the fast model has no "
-            "numerical error to assess. Declare an input, or leave --uncertainty out."
+            f"{job.path / 'trial.toml'}: [uncertainty] declares no input, such as volume_ml, and the numerical error "
+            "of the fast model is not assessed. Declare an input, or leave out --uncertainty."
         )
     began, folder = time.monotonic(), job.path / UNCERTAINTY
     folder.mkdir(exist_ok=True)
-    # Draws take seconds: an input that cannot be moved is refused before particles run for minutes.
+    # Draws take seconds. They come first, so that an input that cannot be changed is refused before the long runs.
     draws = draw(base, cores(), job.progress) if drawn else None
     drew_s = time.monotonic() - began
     runs = list[StudyRun]()
@@ -172,11 +177,11 @@ def vary(job: Job) -> bool:
 
 
 def _variants(base: Base, *, designed: bool) -> list[Variant]:
-    """Return the runs of each particle size, but not those of the trial's seeds, and those of the design.
+    """Return the runs of each particle size, without those that the trial's seeds already give, and the design's runs.
 
-    The longest runs, with the finest particles, come first, so that no process waits long for the last one. The design,
-    left out if ``designed`` is False, moves each declared input by a standard uncertainty. It uses the coarsest
-    particles, which are quick.
+    The runs with the finest particles take longest and come first, so that no process waits long for the last run. If
+    ``designed`` is True, the runs of a factorial design follow. It changes each declared input by its standard
+    uncertainty, with the coarsest particles, which take least time.
     """
     inputs, variants = base.inputs, list[Variant]()
     for size_mm in _sizes_mm(base):
@@ -189,10 +194,10 @@ def _variants(base: Base, *, designed: bool) -> list[Variant]:
         for signs in two_level_design(len(inputs)):
             steps = {name: float(sign * standard) for sign, (name, standard) in zip(signs, inputs.items(), strict=True)}
             if "wall_share" in steps:
-                # A share that cannot grow so far is lowered by as much more: the two moves stay as far apart.
+                # If the share would exceed 1, both its values are lowered. Their difference remains the same.
                 steps["wall_share"] -= max(0.0, base.wall_share + inputs["wall_share"] - 1)
             if "pump_delay_s" in steps:
-                # Likewise, since no pump begins early.
+                # Both delays are increased, since a pump cannot begin early. Their difference remains the same.
                 steps["pump_delay_s"] += inputs["pump_delay_s"]
             sample = moved_sample(base, steps)
             variants.append((steps, _same_physics(base, sample, _sizes_mm(base)[-1], steps), sample))
@@ -204,16 +209,16 @@ def _sizes_mm(base: Base) -> tuple[float, float, float]:
 
 
 def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[str, float]) -> Trial:
-    """Return the trial at another particle size with the same viscosity, and with inputs moved by ``steps``.
+    """Return the trial with another particle size but the same viscosity, and with inputs changed by ``steps``.
 
-    Raises InputError if its settings cannot be used.
+    Raises InputError if the changed settings cannot be used.
     """
     from simulate.setup.release_schedule import same_fluid
 
     trial, run = base.trial, base.run
     changes = {"fluid.D_cm": trial.given_fluid.D_cm, **moved_paste(base, steps)}
     if (weight := trial.given_fluid.U) is not None:
-        # A viscosity in physical units moves particles differently from the trial's U.
+        # The trial has U, so U is changed. A viscosity in physical units would move the particles differently.
         thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
         changes |= {"fluid.U": weight * thicker, "fluid.viscosity_pa_s": None}
     changed, release = base.changed(changes), (run.radius_mm, base.sample.trajectory)
@@ -238,28 +243,28 @@ def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -
         return Spread(trial_profile.s_mm, sizes, (), None, None, draws, fast_mm, unfit)
     effects_mm, scatter_mm = effects_of(designed, len(inputs))
     if scatter_mm is None:
-        # From single runs of this size: an effect is the mean of half of the runs less that of the other half.
+        # An effect is the difference of the means of two halves of the runs. Its scatter follows from that of one run.
         scatter_mm = float(np.sqrt(coarser.var(axis=0, ddof=1).mean() / len(designed)))
     effects = (Effect(*declared, level_mm) for declared, level_mm in zip(inputs.items(), effects_mm, strict=True))
     return Spread(trial_profile.s_mm, sizes, tuple(effects), scatter_mm, radii_mm[-1], None, fast_mm, unfit)
 
 
 def inputs_of(job: Job) -> dict[str, str]:
-    """Return the hashes of the files of the trial's own run.
+    """Return the hashes of the files of the trial's first run.
 
-    Raises InputError if it is not finished, or if other stage numbers than this version's computed it.
+    Raises InputError if that run is not finished, or if a version with other stage numbers computed it.
     """
     inputs = {**made_by(job, "digitise", DIGITISED), **made_by(job, "simulate", ("particles.csv", "profile.csv"))}
     if other := job.other_numbers("simulate"):
         raise InputError(
-            f"{job.path}: its level was computed by {other}, so extra runs would come from another solver. Run "
-            f"'sealtwin run TRIAL --out {job.path}' first."
+            f"{job.path}: the level was computed by {other}, so extra runs would use a different solver. First run "
+            f"'sealtwin run TRIAL --out {job.path}'."
         )
     return inputs
 
 
 def with_seed(trial: Trial, number: int) -> Trial:
-    """Return the trial of one run, whose seed is larger by ``number``."""
+    """Return the trial with one run, whose seed is the trial's seed plus ``number``."""
     return trial.model_copy(update={"seed": (trial.seed + number) % MOST_SEED, "seeds": None})
 
 
@@ -273,19 +278,19 @@ def compute_variants(
     jobs: int,
     why: str,
 ) -> list[StudyRun]:
-    """Compute the variants that are not done yet in ``folder``, and return the runs of all.
+    """Compute the variants that are not yet finished in ``folder``, and return the runs of all variants.
 
-    ``inputs`` are the hashes of the trial's own run; ``why`` completes "Extra runs for ". Raises InputError if
-    particles do not fit a crack, and NumericalError if a run failed.
+    ``inputs`` has the hashes of the files of the trial's first run. ``why`` completes the text "Extra runs for ".
+    Raises InputError if the particles are too large or too small for a crack, and NumericalError if a run failed.
     """
     if holds_study(folder):
         remove_temporary_files(folder)
     wanted = list[WantedRun]()
     for number, (moved, trial, sample) in enumerate(variants, start=1):
-        # Runs of another particle size or seed have the trial's own sample.
+        # Runs with another particle size or seed have the same sample as the trial.
         steps = {} if moved.keys() & {"solver.radius_mm", "seed"} else moved
         home = stage_key(inputs, {"moved": steps}, numbers_up_to("digitise"))[:12]
-        # The settings of a sloping sample have a table "sample" already.
+        # The settings of a sloping sample already have a table "sample".
         depends = {"sample" if trial.sample.level else "bench": home}
         wanted.append(WantedRun(number, moved, trial, sample, home, inputs, depends))
         write_sample(folder, wanted[-1])
@@ -293,8 +298,8 @@ def compute_variants(
         runs, largest, doubts = schedule(wanted, device, numbers_up_to("simulate"))
     except InputError as fault:
         raise InputError(
-            f"{folder}: an extra run is not possible. {fault}\nExtra runs may have smaller and larger particles than "
-            "the trial's: give the trial another solver.radius_mm."
+            f"{folder}: an extra run is not possible. {fault}\nExtra runs have smaller and larger particles than the "
+            "trial. Give the trial another solver.radius_mm."
         ) from None
     plan = Plan(folder.name, runs, numbers=numbers_up_to("simulate"))
     options = StudyOptions(device, jobs, later_s=REPORT_S, retry=True)
@@ -303,16 +308,16 @@ def compute_variants(
     require_done(folder, plan.runs, f"there is no result for {why}")
     if finer := [words_of(run.settings) for run in plan.runs if run.figures and run.figures.health.finer]:
         text = (
-            f"{len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
-            f"({finer[0]}). They may differ from the others by more than by the seed: give the trial a number of "
-            "solver.substeps with which none fails."
+            f"{len(finer)} of {len(runs)} extra runs failed, and were computed again with more substeps "
+            f"({finer[0]}). Their difference from the other runs may not be due to the seed alone. Give the trial more "
+            "solver.substeps, so that no run fails."
         )
         job.progress.warn(doubt("runs.finer", text, len(finer)))
     return plan.runs
 
 
 def own_timing(base: Base) -> list[Timing]:
-    """Return the time of the trial's own run if it was recorded, for the first estimate of the extra runs' time."""
+    """Return the timing of the trial's first run, if it was recorded, for the first estimate of the extra runs."""
     health = base.run.health
     if health.setup_s is None or health.frames_s is None:
         return []

@@ -1,6 +1,6 @@
-"""Dam breaks that others filmed, their fronts computed by particles, and the page of 'sealtwin demo --measured'.
+"""Compute dam breaks that others have filmed, and write the page of 'sealtwin demo --measured'.
 
-Facts and sources are in measured.toml.
+The data and their sources are in measured.toml.
 """
 
 import csv
@@ -27,10 +27,10 @@ from validate.figures.theme import MEASURED, SIMULATED, label_axes, themed, wide
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SHOWN = "okonomiyaki"  # Material of 'sealtwin demo --measured'
-STYLES = (("-", "o"), ("--", "s"))  # Line and marker of each dam break in the figure
+SHOWN = "okonomiyaki"  # Material that 'sealtwin demo --measured' shows
+STYLES = (("-", "o"), ("--", "s"))  # Line style and marker of each dam break in the figure
 Course = tuple[Floats, Floats]
-"""Times in s from the moment at which the gate is gone, and fronts in mm."""
+"""Course of a dam break: times in s after the gate was removed, and the positions of the front in mm."""
 
 
 @cache
@@ -40,14 +40,14 @@ def content() -> dict[str, Any]:
 
 @cache
 def table(name: str) -> tuple[dict[str, Any], ...]:
-    """Return the rows of a CSV beside measured.toml. All columns but ``material`` are numbers."""
+    """Return the rows of a CSV in the folder of measured.toml. All columns except ``material`` are numbers."""
     rows = csv.DictReader(read_text(shipped_measured() / name).splitlines())
     return tuple({key: text if key == "material" else float(text) for key, text in row.items()} for row in rows)
 
 
 @dataclass(frozen=True)
 class DamBreak:
-    """A block of fluid behind a gate, and the fronts that were measured after the gate was pulled up."""
+    """A block of fluid behind a gate, and the positions of the front that were measured after the gate was opened."""
 
     material: str
     length_mm: float
@@ -63,13 +63,13 @@ class DamBreak:
 
     @property
     def measured_mm(self) -> Floats:
-        """Fronts at outlines 0 to 8; 0 at first."""
+        """Measured positions of the front at outlines 0 to 8, in mm. The first one is 0."""
         fronts = {row["outline"]: row["front_mm"] for row in table("fronts.csv") if dam_break_of(row) == self}
         return np.array([0.0, *(fronts[float(outline)] for outline in range(1, 9))])
 
     @property
     def radius_mm(self) -> float:
-        """Radius of the particles."""
+        """Radius of the simulated particles."""
         boxes = content()["boxes"]
         least, most = boxes["radii_mm"]
         shortest_mm = min(self.length_mm, self.height_mm, boxes["width_mm"])
@@ -86,7 +86,7 @@ def dam_breaks(materials: Sequence[str]) -> list[DamBreak]:
 
 @cache
 def fluid_of(material: str) -> Fluid:
-    """Return a material as its flow curve gives it, or as its authors fitted that."""
+    """Return the settings of a material, from a fit to its flow curve or from the fit that its authors published."""
     facts = content()["materials"][material]
     fluid = {key: value for key, value in facts.items() if key != "curve"}
     if "curve" in facts:
@@ -94,7 +94,7 @@ def fluid_of(material: str) -> Fluid:
         fitted = material_of_table(shipped_measured() / facts["curve"], paste).material
         thickness = fitted.thickness
         if thickness is None:
-            raise ValueError(f"{material}: its curve gives no viscosity")
+            raise ValueError(f"{material}: no viscosity can be fitted to the flow curve")
         fluid |= {"yield_stress_pa": fitted.yield_stress_pa, thickness[0]: thickness[1]}
         fluid |= {} if fitted.flow_index is None else {"flow_index": fitted.flow_index}
     return Fluid.model_validate({"freeze_after_s": "never", **fluid})
@@ -108,7 +108,7 @@ def course_of(
     device: str = "cpu",
     progress: Progress | None = None,
 ) -> Course:
-    """Compute the front of a dam break until one outline after the last."""
+    """Simulate a dam break until shortly after the last measured outline, and return the course of its front."""
     outline_s = content()["clock"]["outline_s"]
     block = FluidBlock(
         length_mm=case.length_mm,
@@ -125,14 +125,17 @@ def course_of(
 
 
 def computed_mm(course: Course, shift: float | None = None) -> Floats:
-    """Return the fronts at outlines 0 to 8, with the clock ``shift`` outlines ahead. Default: the fitted shift."""
+    """Return the computed positions of the front at outlines 0 to 8, in mm.
+
+    ``shift`` is the time by which the simulation is ahead of the film, in outlines. Default: the fitted shift.
+    """
     t_s, front_mm = course
     ahead: float = content()["calibrated"]["shift_outlines"] if shift is None else shift
     return np.interp((np.arange(9) + ahead) * content()["clock"]["outline_s"], t_s, front_mm)
 
 
 def measured_page(courses: Mapping[DamBreak, Course]) -> Page:
-    """Return the page on the dam breaks of ``courses``, which are of the material ``SHOWN``."""
+    """Return the page about the dam breaks in ``courses``, whose material is ``SHOWN``."""
     step_s, fluid = content()["clock"]["outline_s"], fluid_of(SHOWN)
     shift_ms = f"{1000 * content()['calibrated']['shift_outlines'] * step_s:.0f} ms"
     seen_mm = np.array([case.measured_mm for case in courses])
@@ -140,18 +143,18 @@ def measured_page(courses: Mapping[DamBreak, Course]) -> Page:
     ratios, gaps_mm = fronts_mm[:, -1] / seen_mm[:, -1], np.abs(fronts_mm - seen_mm)[:, 1:].max(axis=0)
     differences = " and ".join(f"{100 * (ratio - 1):+.0f} %" for ratio in ratios)
     caption = (
-        "Lines are computed fronts, markers measured ones. Time is that of the films; the computed gate is gone "
-        f"{shift_ms} before its 0. The largest difference is {gaps_mm.max():.1f} mm, at "
-        f"{(gaps_mm.argmax() + 1) * step_s:.2f} s."
+        "Lines show the computed fronts, and markers the measured fronts. The time is the time of the films. In the "
+        f"simulation, the gate is removed {shift_ms} before time 0. The largest difference is {gaps_mm.max():.1f} mm, "
+        f"at {(gaps_mm.argmax() + 1) * step_s:.2f} s."
     )
     return Page(
         title="Two dam breaks that others measured",
         lead=f"Two blocks of {SHOWN} sauce flow onto a plate. Their fronts are computed from its flow curve: yield "
         f"stress {fluid.yield_stress_pa:.3g} Pa, K {fluid.consistency_pa_s_n:.3g} Pa s^n, n {fluid.flow_index:.3g}.",
-        cautions=["Nothing here is a crack: these flows test the fluid solver, not a fill."],
-        finding=f"The computed fronts differ by {differences} from the measured ones after {8 * step_s:.2f} s. One "
-        f"clock shift of {shift_ms} is fitted to the films, the same in all cases, and nothing else. With half of the "
-        "time step fronts are a little longer: they are not converged in it.",
+        cautions=["These flows are not in a crack: they test the fluid solver, not the filling of a crack."],
+        finding=f"The computed fronts differ by {differences} from the measured fronts after {8 * step_s:.2f} s. Only "
+        f"one number is fitted to the films: a time shift of {shift_ms}, the same in all cases. With half the time "
+        "step, the fronts are a little longer, so they have not converged with the time step.",
         key_figures=[
             (
                 f"front of the block of {case.size}",
@@ -168,7 +171,7 @@ def measured_page(courses: Mapping[DamBreak, Course]) -> Page:
 
 @themed()
 def _draw(courses: Mapping[DamBreak, Course]) -> "Figure":
-    """Draw the fronts over the time of the films."""
+    """Draw the positions of the fronts over the time of the films."""
     _, axes = wide_axes(3.8)
     step_s, shift = content()["clock"]["outline_s"], content()["calibrated"]["shift_outlines"]
     for (case, (t_s, front_mm)), (line, marker) in zip(courses.items(), STYLES, strict=True):

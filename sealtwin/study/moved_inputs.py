@@ -1,4 +1,7 @@
-"""Move the uncertain inputs of a trial: crack, path and paste for other values, and draws of them by the fast model."""
+"""Change the uncertain inputs of a trial: crack, path and paste. Compute the effect of random draws (fast model).
+
+In this package, a "moved" input has a value that differs from the trial's value.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,20 +26,23 @@ from validate.settings import ANGLE, OF_THE_WALLS
 from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
 OF_THE_PATH = ("speed_mm_s", "start_mm")
-PART = 50  # Runs of the fast model in a task
+PART = 50  # Number of runs of the fast model in one task
 STEP_FACTOR = 2
-"""Number of usual time steps of the fast model that one step replaces here. The error of longer steps cancels, since
-only differences of levels are used."""
-PLACES = 121  # Places of a level: twice the cells of the fast model and one, which resolves all of its level
+"""Factor by which the time step of the fast model is longer here than usual.
+
+The error of longer steps cancels, since only differences of levels are used."""
+PLACES = 121  # Number of stations of a level: twice the number of cells of the fast model, plus one
 LONGEST_DELAY = 0.25
-"""Largest uncertainty of the pump's delay over the time of flow. Draws reach nearly four times it."""
+"""Largest allowed uncertainty of the pump's delay, as a fraction of the time in which the path dispenses sealant.
+
+Random draws reach nearly four times the uncertainty."""
 
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """The trial's own run, with which extra runs are compared. It can be sent to another process."""
+    """A trial with its first run, with which extra runs are compared. It can be sent to another process."""
 
-    path: Path  # Run folder
+    path: Path  # Path of the run folder
     trial: Trial
     sample: Sample
     run: Run
@@ -45,7 +51,7 @@ class Base:
 
     @classmethod
     def of(cls, job: Job) -> "Base":
-        """Read a finished run."""
+        """Read a finished trial from its run folder."""
         run, profile, seeds = record_files.read_run(job.path), record_files.read_profile(job.path), read_seeds(job)
         others_mm = None if seeds is None else record_files.read_levels(job.path, seeds.seeds[1:])
         sample = record_files.read_sample(job.path)
@@ -53,13 +59,13 @@ class Base:
 
     @property
     def levels_mm(self) -> Floats:
-        """Level of each of the trial's seeds, (seeds, k), that of this run first."""
+        """Level of each of the trial's seeds, (seeds, k). The first row is the level of ``run``."""
         own_mm = self.profile.level_mm[None]
         return own_mm if self.others_mm is None else np.vstack([own_mm, self.others_mm])
 
     @property
     def inputs(self) -> dict[str, float]:
-        """Standard uncertainty of each moved input, by name."""
+        """Standard uncertainty of each input that is changed, by name."""
         return self.trial.known_inputs(self.sample.outline, self.sample.solid).moved
 
     @property
@@ -67,51 +73,55 @@ class Base:
         return self.trial.given_fluid.wall_share or 1.0
 
     def changed(self, changes: SettingValues) -> Trial:
-        """Return the trial with ``changes`` by dotted name; None unsets a setting. Raises InputError if invalid."""
-        where = Path(f"{self.path / 'trial.toml'}, moved by its [uncertainty]")
+        """Return the trial with ``changes`` of settings by dotted name. None removes a setting.
+
+        Raises InputError if a changed setting is not valid.
+        """
+        where = Path(f"{self.path / 'trial.toml'}, with an input changed by its [uncertainty]")
         return self.trial.changed(changes, where)
 
 
 def refuse_immovable(base: Base) -> None:
-    """Raise InputError if a declared input does not apply to this sample or path."""
+    """Raise InputError if a declared uncertain input cannot be changed for this sample or path."""
     crack, outline, inputs = base.trial.crack, base.sample.outline, base.inputs
     walls, width_mm, fault = [name for name in OF_THE_WALLS if name in inputs], inputs.get("width_mm", 0.0), None
     flows_s = float(np.ptp(base.sample.trajectory.t_s[base.sample.trajectory.giving]))
     if base.trial.path.plan is not None and (fixed := [name for name in OF_THE_PATH if name in inputs]):
-        fault = f"{', '.join(fixed)}: path.plan sets the path, and only its volume can be uncertain. Leave it out."
+        fault = f"{', '.join(fixed)}: path.plan sets the path, so only its volume can be uncertain. Remove this key."
     elif walls and crack is None:
-        fault = f"{', '.join(walls)}: the sample is a mesh, whose walls are fixed. Leave it out."
+        fault = f"{', '.join(walls)}: the sample is a mesh, whose walls are fixed. Remove this key."
     elif width_mm and outline.branches_kept:
-        fault = "width_mm: the outline has side cracks, and only a main crack can be widened. Leave it out."
+        fault = "width_mm: the outline has side cracks, but only a main crack can be widened. Remove this key."
     elif width_mm > outline.mean_width_mm / 2:
         fault = (
             f"width_mm = {width_mm:g} is more than half of the crack's mean width, {outline.mean_width_mm:.2f} mm; "
             "give a smaller uncertainty."
         )
     elif crack is not None and crack.tilt == "vertical" and ANGLE in walls:
-        fault = f"{ANGLE}: the walls are vertical. Leave it out, or set crack.tilt to one that has an angle."
+        fault = f"{ANGLE}: the walls are vertical. Remove this key, or set crack.tilt to a tilt with an angle."
     elif inputs.get("pump_delay_s", 0.0) > LONGEST_DELAY * flows_s:
         fault = (
             f"pump_delay_s = {inputs['pump_delay_s']:g} is more than a quarter of the {flows_s:.3g} s in which the "
-            "path gives sealant; give a smaller uncertainty."
+            "path dispenses sealant; give a smaller uncertainty."
         )
     elif "wall_share" in inputs and base.trial.given_fluid.D_cm is not None:
         fault = (
-            "wall_share: fluid.D_cm is the drag of the walls. Leave it out, or give fluid.viscosity_pa_s, not U and D."
+            "wall_share: fluid.D_cm already sets the drag of the walls. Remove wall_share, or give "
+            "fluid.viscosity_pa_s instead of U and D_cm."
         )
     if fault is not None:
         raise InputError(f"{base.path / 'trial.toml'}: [uncertainty] {fault}")
 
 
 def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True) -> Sample:
-    """Return the sample with crack and path moved by ``steps``. The path is still planned on the crack as traced.
+    """Return the sample with crack and path changed by ``steps``. The path is still planned for the traced crack.
 
-    If ``meshed`` is False, only the sections of the solid are moved, since the fast model does not read the mesh.
+    If ``meshed`` is False, only the sections of the solid are changed, since the fast model does not use the mesh.
     """
     from digitise.trajectory import begun_late, plan_trajectory
 
     trial, sample = base.trial, base.sample
-    # After a weighed fill the errors of width, angle and depth are correlated, so the three move together.
+    # After a weighed fill, the errors of width, angle and depth are correlated, so all three change together.
     step = dict.fromkeys((*OF_THE_WALLS, "speed_mm_s", "volume_ml"), 0.0) | dict(steps)
     shape, weighed = trial.crack, sample.solid.figures.weighed
     if weighed is not None and shape is not None:
@@ -119,7 +129,7 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
         root, wall_steps = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])
         signs = np.divide(wall_steps, root.diagonal(), out=np.zeros(len(wall_steps)), where=root.diagonal() > 0)
         step |= dict(zip(OF_THE_WALLS, (root @ signs).tolist(), strict=True))
-        # Past vertical the tilt would be another one.
+        # Walls beyond the vertical would be a different tilt.
         step[ANGLE] = max(step[ANGLE], -weighed.wall_angle_deg)
     first_mm, last_mm = trial.path.trims_mm
     start_mm = steps.get("start_mm", 0.0)
@@ -154,7 +164,7 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
             return Sample(outline, build_solid(outline, walls), trajectory)
         from digitise.solid.sections import crack_sections
 
-        # Ring and mesh take longer than a run of the fast model.
+        # Making the ring and the mesh would take longer than a run of the fast model.
         moved = {"depth_mm": walls.deepest_mm, "wall_angles_deg": walls.wall_angles_deg}
         outline = walls_apart(outline, step["width_mm"] / outline.mean_width_mm)
         solid = replace(solid, sections=crack_sections(outline, walls), **moved)
@@ -162,7 +172,7 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
 
 
 def _fresh_pa_s(base: Base) -> float:
-    """Return the viscosity of the run's sealant in Pa s, computed from its U if the run recorded none."""
+    """Return the viscosity of the run's sealant in Pa s. It is computed from U if the run did not record it."""
     from simulate.setup.rheology import dynamic_viscosity
     from simulate.setup.signed_distance import CM
 
@@ -175,12 +185,12 @@ def _fresh_pa_s(base: Base) -> float:
 
 
 def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
-    """Return the settings of the paste, moved by ``steps``, by dotted name. They have physical units, but no U."""
+    """Return the settings of the paste, changed by ``steps``, by dotted name. They are in physical units, without U."""
     from simulate.material_curve import MaterialCurve
 
     fluid = base.trial.given_fluid
     thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
-    # The material file has the measured numbers, not the moved ones.
+    # The material file is removed, since it has the measured numbers and not the changed ones.
     changes: dict[str, Any] = {"fluid.material": None}
     if "wall_share" in steps:
         changes["fluid.wall_share"] = min(1.0, max(LEAST_WALL_SHARE, base.wall_share + steps["wall_share"]))
@@ -199,17 +209,18 @@ def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
 
 
 def takes_draws(base: Base) -> bool:
-    """Return True if the fast model runs the moved inputs.
+    """Return True if the fast model computes the effect of changed inputs.
 
-    It does if the trial declares so, if the fast model computes the level, or by default if the case is in its domain.
-    Raises InputError if the trial declares particles for the differences, but the fast model for the level.
+    It does if the trial declares so, or if the fast model also computes the level. By default, it does if the fast
+    model is valid for the case. Raises InputError if the trial declares particles for the differences, but the fast
+    model for the level.
     """
     declared, solver = base.trial.uncertainty.differences, base.trial.solver
     if not solver.has_particles:
         if declared == PARTICLES:
             raise InputError(
                 f'{base.path / "trial.toml"}: uncertainty.differences = "{declared}" cannot be combined with '
-                f'solver.model = "{solver.model}": that model also computes the differences. Remove differences.'
+                f'solver.model = "{solver.model}", since that model also computes the differences. Remove differences.'
             )
         return True
     if declared is not None:
@@ -218,7 +229,10 @@ def takes_draws(base: Base) -> bool:
 
 
 def fast_level(base: Base) -> tuple[Profile | None, tuple[Fact, ...]]:
-    """Return the fast model's level of a trial, None if it does not have the paste, and reasons why it is unfit."""
+    """Return the level of a trial by the fast model, and the reasons why the fast model is not valid.
+
+    The level is None if the fast model cannot compute the paste.
+    """
     from simulate.slot.run import pour
 
     try:
@@ -229,10 +243,10 @@ def fast_level(base: Base) -> tuple[Profile | None, tuple[Fact, ...]]:
 
 
 def draw(base: Base, jobs: int, progress: Progress, runs: int = RUNS) -> InputDraws:
-    """Return the change of level that each draw of the inputs causes, computed by the fast model.
+    """Return the change of level that each random draw of the inputs causes, computed with the fast model.
 
     Raises:
-        InputError: The fast model does not support the paste, or an input cannot be moved as far as a draw moves it.
+        InputError: The fast model does not support the paste, or a drawn value of an input is out of range.
         NumericalError: Memory ran out.
     """
     refuse_immovable(base)
@@ -245,17 +259,17 @@ def draw(base: Base, jobs: int, progress: Progress, runs: int = RUNS) -> InputDr
     levels_mm = np.empty((runs, PLACES))
     for done, (first, part_mm) in enumerate(run_tasks(levels_of, tasks, min(jobs, len(parts))), start=1):
         if isinstance(part_mm, Lost):
-            raise NumericalError(f"{base.path}: {part_mm.reason}. Give the same command again.")
+            raise NumericalError(f"{base.path}: {part_mm.reason}. Repeat the command.")
         if isinstance(part_mm, str):
             raise InputError(part_mm)
         levels_mm[first : first + PART] = part_mm
         progress.advance(done, f"{PART} runs of the fast model each")
-    # Tenths of a micrometre keep the file small.
+    # Rounding to tenths of a micrometre keeps the file small.
     return InputDraws(s_mm, inputs, np.round(levels_mm - level_of(base, {}, s_mm), 4))
 
 
 def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Floats | str:
-    """Return the level of a run for each of ``moves``, (runs, k); an error message if an input cannot move so far."""
+    """Return the level of a run for each of ``moves``, (runs, k), or an error message if an input is out of range."""
     levels_mm = []
     for steps in moves:
         try:
@@ -263,13 +277,17 @@ def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Fl
         except InputError as fault:
             moves_text = ", ".join(f"{name} {step:+.3g}" for name, step in steps.items())
             return (
-                f'{fault} A draw is out of range ({moves_text}); uncertainty.differences = "particles" needs no draws.'
+                f"{fault} A random draw of the inputs is out of range ({moves_text}). "
+                'uncertainty.differences = "particles" does not use random draws.'
             )
     return np.array(levels_mm)
 
 
 def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
-    """Return the fast model's level at ``s_mm`` with inputs moved by ``steps``. Raises InputError if out of range."""
+    """Return the level at ``s_mm`` by the fast model, with inputs changed by ``steps``.
+
+    Raises InputError if an input is out of range.
+    """
     from simulate.slot.fill import STEPS
     from simulate.slot.run import bed_of, paste_of
 
@@ -279,9 +297,9 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
 
 
 def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
-    """Return how far each input is moved. ``z`` has the same distances in standard uncertainties.
+    """Return the change of each input. ``z`` has the changes in standard uncertainties.
 
-    For a viscosity, the logarithm is drawn. A yield stress and a wall angle are not moved below 0.
+    The change of a viscosity applies to its logarithm. A yield stress and a wall angle do not become less than 0.
     """
     inputs, trial = base.inputs, base.trial
     steps = {name: value * inputs[name] for name, value in z.items()}

@@ -1,4 +1,4 @@
-"""Digitise many photos in one command, which writes a run folder for each, a table and a contact sheet of all."""
+"""Digitise many photos in one command. Writes a run folder for each photo, and a table and a contact sheet of all."""
 
 import base64
 import glob
@@ -28,23 +28,23 @@ from validate.readings.grid import letters, table_of
 from validate.result import SampleFigures
 
 BUG, SOME_FAILED = 1, 6
-REMEDY = "the same command digitises the remaining photos; give it fewer --jobs."
-LISTING = "batch.json"  # Marks a folder as a batch's, and lists its photos for programs
+REMEDY = "Repeat the command with fewer --jobs to digitise the remaining photos."
+LISTING = "batch.json"  # File that marks the folder of a batch, and lists the photos for programs
 CSV, SHEET = "photos.csv", "index.html"
 FAULT = "fault.txt"
-THUMBNAIL_PX = 720  # Walls are visible at this size, and a page of a hundred photos still loads
+THUMBNAIL_PX = 720  # Length of a thumbnail's longer side. It shows the walls, and a page of 100 photos still loads
 OWN = {LISTING, CSV, SHEET}
 
 
 @dataclass(frozen=True)
 class PlannedPhoto:
-    file: Path  # The photo, or a trial file that names one
-    name: str  # Name of its run folder
+    file: Path  # The photo, or a trial file that names the photo
+    name: str  # Name of the photo's run folder
     settings: SettingValues  # Settings from the command line, by dotted name
 
     @property
     def crack(self) -> int | str | None:
-        """Number of the crack in the photo that is digitised; None if the user has not chosen one."""
+        """Number of the crack that is digitised in the photo. None if the user has not chosen one."""
         return self.settings.get("photo.crack")
 
     def trial(self) -> Trial:
@@ -56,7 +56,7 @@ class PlannedPhoto:
 
 @dataclass(frozen=True)
 class BatchRow:
-    """Result of one photo. Lengths and volumes are None if it failed. A path without walls has only a length."""
+    """Result of one photo. Lengths and volumes are None if the photo failed. A path without walls has only a length."""
 
     file: str
     folder: str
@@ -95,7 +95,7 @@ class Batch:
         return SOME_FAILED if self.failed else 0
 
     def content(self) -> dict[str, Any]:
-        """Return the content of batch.json, which is also the --json object."""
+        """Return the content of batch.json. The command prints the same object with --json."""
         return {
             "version": 1,
             "photos": [vars(row) for row in self.rows],
@@ -105,19 +105,20 @@ class Batch:
 
 
 def are_several(targets: Sequence[Path]) -> bool:
-    """Return True if ``targets`` are several photos, a folder, or a pattern that the shell has not expanded."""
+    """Return True if ``targets`` are several photos, a folder, or a file pattern that the shell has not expanded."""
     return len(targets) > 1 or targets[0].is_dir() or _is_pattern(targets[0])
 
 
 def plan(targets: Sequence[Path], settings: SettingValues) -> list[PlannedPhoto]:
-    """Return an entry for each photo, in the order given.
+    """Return an entry for each photo, in the order of ``targets``.
 
-    ``settings`` by dotted name replace those of a trial file that is given. They do not apply to a photo that has a
-    trial file of the same name in its folder. Raises InputError if a folder or a pattern has no photo.
+    ``settings`` by dotted name apply to photos, and replace settings of trial files in ``targets``. If a photo has a
+    trial file with the same name in its folder, that file is used without ``settings``. Raises InputError if a folder
+    or a pattern has no photo.
     """
     named = [file for target in targets for file in _photos(target)]
     files = [trial if (trial := file.with_suffix(".toml")).is_file() else file for file in named]
-    # A mask is part of another photo's trial.
+    # A picture that belongs to another photo's trial, such as a mask, is not digitised.
     parts = {part for file in set(files) if _is_trial(file) for part in _parts(file)}
     chosen = list(
         dict.fromkeys(file for photo, file in zip(named, files, strict=True) if photo.absolute() not in parts)
@@ -138,12 +139,12 @@ def digitise_many(
     locked: bool = False,
     sheets: Mapping[str, ReadSheet] | None = None,
 ) -> Batch:
-    """Digitise every photo into a folder below ``out``; a photo that fails does not stop the others.
+    """Digitise each photo into a folder in ``out``. If a photo fails, the others are still digitised.
 
-    Finished photos are not digitised again. The user may choose the crack of a photo without a trial file by its number
-    in the table of an earlier call.
-    ``locked`` is True if the caller has locked ``out`` already. The page shows ``sheets`` by the name of their file.
-    Raises InputError if ``out`` has other files.
+    Finished photos are not digitised again. For a photo without a trial file, the user may choose a crack by writing
+    its number into the table of an earlier call. ``locked`` is True if the caller has already locked ``out``. The page
+    shows the doubtful ``sheets``, which are given by file name. Raises InputError if ``out`` has files of other
+    programs.
     """
     _refuse_foreign(out)
     with nullcontext() if locked else holding(out), progress:
@@ -156,13 +157,13 @@ def digitise_many(
         try:
             tasks = ((item, (item, out)) for item in planned)
             for done, (item, outcome) in enumerate(run_tasks(_digitise_one, tasks, processes), start=1):
-                row = _failed(item, f"{outcome.reason}: {REMEDY}") if isinstance(outcome, Lost) else outcome
+                row = _failed(item, f"{outcome.reason}. {REMEDY}") if isinstance(outcome, Lost) else outcome
                 rows[row.folder] = row
                 if row.status != "ok":
                     progress.note(f"{row.folder}: {row.reason}")
                 progress.advance(done, row.folder)
         finally:
-            # If interrupted, list the photos that are finished.
+            # After an interruption, the table lists the photos that are finished.
             batch = Batch(out, [rows[item.name] for item in planned if item.name in rows])
             files.write_json(out / LISTING, batch.content())
             write_csv(out / CSV, batch.rows)
@@ -171,12 +172,17 @@ def digitise_many(
 
 
 def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
-    """Return the photos with the cracks that the user chose in the table. Raises InputError if it cannot be read."""
+    """Return the photos, with the cracks that the user chose in the table.
+
+    Raises InputError if the table cannot be read.
+    """
     if not table.is_file():
         return [*planned]
     head, rows = table_of(table)
     if "file" not in head:
-        raise InputError(f"{table}: no column file; move it away, and the batch writes it again.")
+        raise InputError(
+            f"{table}: there is no column file. Move this table, and repeat the command to write a new one."
+        )
     cells = [dict(row) for _, row in rows]
     cracks = {row["file"]: int(text) if text.isdecimal() else text for row in cells if (text := row.get("crack"))}
     chosen = {item.file: number for item in planned if (number := cracks.get(files.as_text_cell(as_text(item.file))))}
@@ -190,13 +196,15 @@ def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
 
 def _photos(target: Path) -> list[Path]:
     if target.is_dir():
-        # Without hidden files, like a shell's patterns: macOS writes a ._photo.jpg for each photo that it copies.
+        # Hidden files are skipped, as by a shell. macOS writes a hidden ._photo.jpg for each photo that it copies.
         visible = [file for file in target.iterdir() if not file.name.startswith(".")]
         photos = [file for file in visible if file.suffix.lower() in PHOTO_SUFFIXES]
     else:
         photos = [Path(file) for file in glob.glob(str(target))] if _is_pattern(target) else [target]  # noqa: PTH207
     if not photos:
-        raise InputError(f"{target}: no photos; expected files ending in {', '.join(sorted(PHOTO_SUFFIXES))}.")
+        raise InputError(
+            f"{target}: there are no photos; expected files ending in {', '.join(sorted(PHOTO_SUFFIXES))}."
+        )
     return sorted(photos)
 
 
@@ -222,8 +230,10 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
     except OSError as fault:
         return _failed(item, f"{fault.filename or item.file}: {fault.strerror}.")
     except Exception as fault:
-        # A bug in one photo must not lose the results of the others; the command ends with code 1.
-        return _failed(item, f"{type(fault).__name__}: {fault}. A bug: please report {write_trace(folder)}.", "bug")
+        # A bug in one photo must not stop the others. The command then ends with exit code 1.
+        return _failed(
+            item, f"{type(fault).__name__}: {fault}. This is a bug; please report {write_trace(folder)}.", "bug"
+        )
 
 
 def _failed(item: PlannedPhoto, reason: str, status: str = "failed") -> BatchRow:
@@ -231,7 +241,7 @@ def _failed(item: PlannedPhoto, reason: str, status: str = "failed") -> BatchRow
 
 
 def write_trace(folder: Path) -> str:
-    """Write the current traceback to a file and return the path; on a full disk, return the traceback."""
+    """Write the current traceback to a file, and return its path. If the disk is full, return the traceback."""
     try:
         files.write_text(folder / FAULT, traceback.format_exc())
     except OSError:
@@ -260,7 +270,7 @@ def _done(item: PlannedPhoto, folder: Path, sample: SampleFigures) -> BatchRow:
 
 
 def _parts(trial_file: Path) -> set[Path]:
-    """Return the files that a trial's sample has besides its photo. A trial that cannot be read is reported later."""
+    """Return the files of a trial's sample, except the photo. A trial that cannot be read is reported later."""
     try:
         named = sample_files(load_trial(trial_file))
     except InputError:
@@ -269,7 +279,10 @@ def _parts(trial_file: Path) -> set[Path]:
 
 
 def _names(photos: Sequence[Path]) -> list[str]:
-    """Return a folder's name for each photo: unique on any file system, not hidden, not that of a file of the batch."""
+    """Return the name of a folder for each photo.
+
+    The names are unique on any file system. They are not hidden, and differ from the files of the batch.
+    """
     names = [as_text(Path(file.stem)) for file in photos]
     times = Counter(name.casefold() for name in names)
     taken = {*OWN, *times}
@@ -287,9 +300,9 @@ def _refuse_foreign(out: Path) -> None:
         if files.read_json(out / LISTING)["version"] == 1:
             return
     except (InputError, OSError, KeyError, TypeError):
-        pass  # No listing, or another program's.
+        pass  # There is no listing, or another program wrote it.
     if foreign := [name for name in (LISTING, MANIFEST, CSV, SHEET) if (out / name).exists()]:
-        raise InputError(f"{out}: has {foreign[0]}, which no batch wrote; give --out another folder.")
+        raise InputError(f"{out}: has a file {foreign[0]} that no batch wrote. Give another folder as --out.")
 
 
 def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
@@ -305,7 +318,10 @@ def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
 def write_contact_sheet(
     path: Path, folder: Path, rows: Sequence[BatchRow], sheets: Mapping[str, ReadSheet] | None
 ) -> None:
-    """Write a self-contained page; its pictures link to the run folders. ``sheets`` are in question."""
+    """Write a self-contained page with a picture of each photo, which links to the photo's run folder.
+
+    ``sheets`` are doubtful sheets of readings, which the page also shows.
+    """
     from validate.figures.page import page_environment
 
     refused = [row.folder for row in rows if (folder / row.folder / REFUSED).is_file()]
@@ -327,13 +343,13 @@ def write_contact_sheet(
 
 
 def _thumbnail(overlay: Path) -> str:
-    """Return a small copy of the picture as a data URI."""
+    """Return a small copy of a picture as a data URI."""
     import cv2
     import numpy as np
 
     picture = cv2.imdecode(np.frombuffer(files.read_bytes(overlay), dtype=np.uint8), cv2.IMREAD_COLOR)
     if picture is None:
-        raise InputError(f"{overlay}: not a picture that can be read. Digitise again.")
+        raise InputError(f"{overlay}: the picture cannot be read. Digitise again.")
     shrink = min(1.0, THUMBNAIL_PX / max(picture.shape))
     small = cv2.resize(picture, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 82])

@@ -1,4 +1,4 @@
-"""Run the stages of one trial, in order. A stage runs again only if its inputs, settings or number changed."""
+"""Run the stages of one trial in order. A stage is computed again only if its inputs, settings or number changed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -47,8 +47,8 @@ from validate.result import (
 class FinishedStages:
     result: TrialResult
     redone: tuple[StageName, ...]
-    can_be_planned: bool  # True if 'sealtwin plan' takes the sealant
-    can_be_varied: bool  # True if 'sealtwin validate RUN --uncertainty' adds something
+    can_be_planned: bool  # True if 'sealtwin plan' supports the sealant
+    can_be_varied: bool  # True if 'sealtwin validate RUN --uncertainty' can add to the result
 
 
 def run_trial(
@@ -61,9 +61,9 @@ def run_trial(
     threads: int | None = None,
     jobs: int = 0,
 ) -> FinishedStages:
-    """Bring stages of a trial up to date in ``out``, by default reports/NAME. The trial's files are in ``source``.
+    """Bring ``stages`` of a trial up to date in ``out`` (default: reports/NAME). ``source`` has the trial's files.
 
-    ``jobs`` is the number of worker processes of the runs with other seeds; 0 computes them in this process.
+    ``jobs`` is the number of worker processes for the runs with other seeds. 0 computes them in this process.
     """
     require_sample(trial, source)
     with open_folder(out or Path("reports", trial.folder_name), create=True) as folder:
@@ -74,9 +74,8 @@ def run_trial(
 def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     """Bring ``stages`` up to date, in their order.
 
-    A stage that fails leaves the folder unchanged, except refused.png and the checkpoint of a fluid run. Raises
-    InputError or NumericalError if a stage fails. After all files are written, raises NumericalError if a particle
-    escaped.
+    If a stage fails, raises InputError or NumericalError. The folder is then unchanged, except for refused.png and the
+    checkpoint of a fluid run. If a particle escaped, raises NumericalError after all files are written.
     """
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
     redone, more = list[StageName](), False
@@ -84,11 +83,11 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         if stage in stages and stage != "digitise":
             require_solid(job)
         both = stage == "simulate" and {"simulate", "validate"} <= set(stages)
-        # Read the sheet first, so that a typo is found before minutes of simulation.
+        # The sheet is read first, so that a mistake in it is found before the long simulation.
         if both and (readings := validate_stage.readings_of(job)) is not None:
             validate_stage.note_doubts(job, readings)
         if both and "simulate" not in job.folder.finished():
-            # The distances to the walls take one core.
+            # The stage begins with the distances to the walls, on one core. Another core can import the report.
             Thread(target=import_module, args=["validate.report.write_report"], daemon=True).start()
         job.progress.later(REPORT_S if both else 0.0, rounds_of_seeds(job))
         if stage == "validate" and {"simulate", "validate"} & set(stages):
@@ -100,7 +99,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     if (escaped := result.fluid and result.fluid.escaped_particles) and stages[-1] != "digitise":
         raise NumericalError(
             f"{job.path}: {escaped} particles went through a wall, which must never happen. The files are complete, "
-            "but do not use them. Please report this with the trial file."
+            "but must not be used. Please report this bug with the trial file."
         )
     if not redone and not more:
         job.progress.note(f"{job.path}: complete and up to date; nothing to redo.")
@@ -111,7 +110,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
 
 
 def _bring_seeds_up_to_date(job: Job) -> bool:
-    """Compute the runs with the other seeds of the trial, or delete their mean if it has one seed.
+    """Compute the runs with the trial's other seeds. If the trial has one seed, delete the mean of earlier seeds.
 
     Returns True if a file was changed.
     """
@@ -123,9 +122,10 @@ def _bring_seeds_up_to_date(job: Job) -> bool:
 
 
 def check_run(job: Job) -> Profile | None:
-    """Make all checks that a run of a trial makes before its first frame; return its readings with their doubts.
+    """Check a trial as a run does before its first frame, and return the readings with their doubts.
 
-    Digitises first if needed; uses the simulated level if there is one. Raises InputError as the run would.
+    Digitises first if needed. If there is a simulated level, the readings are checked with it. Raises the same
+    InputError as a run.
     """
     digitise_stage.bring_up_to_date(job)
     require_solid(job)
@@ -200,7 +200,7 @@ def _fluid(job: Job) -> FluidFigures:
     run, bed = record_files.read_simulation(job.path), record_files.read_run(job.path)
     counts = ("particles", "escaped_particles", "spilled_particles")
     return FluidFigures(
-        # The fast model has no particles.
+        # For the fast model, which has no particles, the counts are None.
         **{name: getattr(run, name) if run.has_particles else None for name in counts},
         above_face_mm3=(1 - bed.share_below_face) * run.volume_ratio * run.dispensed_volume_mm3,
         unfit=None if run.has_particles else run.unfit,
@@ -211,7 +211,7 @@ def _fluid(job: Job) -> FluidFigures:
 
 
 def _compared(job: Job) -> dict[str, Any]:
-    """Return the records that the validate stage wrote, by field of ``TrialResult``."""
+    """Return the records that the stage validate wrote, by field of ``TrialResult``."""
     folder, has_readings = job.path, job.trial.readings is not None
     predicted = not has_readings and (folder / PREDICTION).is_file()
     return {

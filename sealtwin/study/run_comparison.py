@@ -38,24 +38,25 @@ LISTED = (
     "beats_baseline",
     "role",
     "fitted",
-)  # Figures of a comparison in compare.json
-NOT_SETTINGS = ("name", "note", "output")  # Tables of a trial that change no result
-WITHOUT_EFFECT = ("gate.", "uncertainty.")  # Tables of a trial that change neither a level nor its error
+)  # Figures of a comparison that are written to compare.json
+NOT_SETTINGS = ("name", "note", "output")  # Keys and tables of a trial that do not change the result
+WITHOUT_EFFECT = ("gate.", "uncertainty.")  # Prefixes of settings that change neither the level nor its error
 
 
 def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Page]:
-    """Write compare.html, compare.json and figures/ into ``out``; return the content of compare.json, and the page.
+    """Write compare.html, compare.json and figures/ into ``out``. Returns the content of compare.json, and the page.
 
-    Raises InputError if a folder is not a finished run or is named twice, if its settings or files were changed after
-    its results were written, or if there are too many folders.
+    Raises InputError if a folder is not a finished run or is given twice, if settings or files of a run were changed
+    after the results were written, or if there are too many folders.
     """
     if len(folders) > MOST_RUNS:
         raise InputError(
-            f"{len(folders)} runs: at most {MOST_RUNS} can be distinguished in a plot; 'sealtwin map' shows a study."
+            f"{len(folders)} runs are given, but at most {MOST_RUNS} can be distinguished in a plot. To show a study, "
+            "use 'sealtwin map'."
         )
     twice = [str(folder) for folder, times in Counter(folder.resolve() for folder in folders).items() if times > 1]
     if twice:
-        raise InputError(f"{twice[0]}: named twice; name each run once.")
+        raise InputError(f"{twice[0]}: this run is given twice; give each run once.")
     jobs = [_finished(folder) for folder in folders]
     names = Counter(job.trial.name for job in jobs)
     sides = [
@@ -105,7 +106,7 @@ def _listed(comparison: Comparison | None) -> dict[str, Any]:
 
 
 def _finished(folder: Path) -> Job:
-    """Read a run and check its stages by its manifest, as 'sealtwin validate' does."""
+    """Read a run, and check its files with the manifest, as 'sealtwin validate' does."""
     job = resume_job(look_into(folder), "cpu", Progress())
     made_by(job, "digitise", DIGITISED)
     made_by(job, "simulate", SIMULATED)
@@ -113,14 +114,14 @@ def _finished(folder: Path) -> Job:
         made_by(job, "validate", [COMPARISON])
         if changed := job.folder.changed_since("validate"):
             raise InputError(
-                f"{job.path}: {changed[0]} was changed since the readings were compared. Run 'sealtwin validate "
+                f"{job.path}: {changed[0]} was changed after the readings were compared. Run 'sealtwin validate "
                 f"{job.path}' again."
             )
     return job
 
 
 def _unused(side: Side) -> Sequence[Fact]:
-    """Return declared errors that the readings contradict."""
+    """Return facts about declared errors that were not used, because the readings contradict them."""
     uncertainty = side.comparison and side.comparison.uncertainty
     return uncertainty.unused if uncertainty is not None else ()
 
@@ -160,7 +161,7 @@ def _side(job: Job, name: str) -> Side:
 
 def _without_effect(trial: Trial, run: record_files.Simulation, settings: Iterable[str]) -> Iterator[str]:
     """Yield the settings that change neither the level nor its error."""
-    # The fit of a weighed fill depends on two of the uncertainties, and the fast model on few settings of the solver.
+    # A weighed fill depends on some of the uncertainties. The fast model depends on few settings of the solver.
     fitted = {f"uncertainty.{name}" for name in stage_settings(trial, "digitise").get("known", ())}
     solver = {f"solver.{name}" for name in run.settings.get("solver", {})}
     for name in settings:
@@ -171,7 +172,7 @@ def _without_effect(trial: Trial, run: record_files.Simulation, settings: Iterab
 
 
 def _flat(content: dict[str, Any], before: str = "") -> dict[str, Any]:
-    """Return settings by dotted name, without those that are not set."""
+    """Return the settings that are set, by dotted name. ``before`` is the prefix of the names."""
     flat: dict[str, Any] = {}
     for key, value in content.items():
         if isinstance(value, dict):

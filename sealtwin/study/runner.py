@@ -1,4 +1,4 @@
-"""Compute runs of a study on digitised cracks: inject the sealant, measure the level, compare it, write the results."""
+"""Compute the runs of a study: inject the sealant, measure and compare the level, and write the results."""
 
 import pickle
 import shutil
@@ -51,21 +51,21 @@ from sealtwin.trial.trial_file import Trial
 from validate.run_facts import facts_of_runs
 from validate.settings import Readings
 
-SHOWN_EVERY_S = 2.0  # Time between two looks at the progress of runs
-MOST_NUMBERS = 8  # Most coefficients of a baseline curve; a sweep of more settings is compared with that curve
+SHOWN_EVERY_S = 2.0  # Time in s between two updates of the progress display
+MOST_NUMBERS = 8  # Largest number of coefficients of a baseline curve, also for a sweep of more settings
 
 SUMMARY = "summary.json"
-INPUTS = "inputs"  # Folder of the copied readings, in a run folder
+INPUTS = "inputs"  # Name of the folder in a run folder with the copied readings
 
 
 @dataclass(frozen=True)
 class Sealing:
-    """Result of a run that did not fail: its level, its figures and its computing time."""
+    """Result of a successful run: its level, figures and computing time."""
 
     profile: Profile
     figures: RunFigures
     wall_s: float
-    fill: bytes | None = None  # Content of fill.npz, if it is written too
+    fill: bytes | None = None  # Content of fill.npz. None if that file is not written
 
 
 @dataclass(frozen=True)
@@ -73,20 +73,20 @@ class StudyOptions:
     """Options for computing the waiting runs of a study."""
 
     device: str
-    jobs: int  # Worker processes on this machine; 0 computes in the calling process
+    jobs: int  # Number of worker processes on this machine. 0 computes in the calling process
     batch: int = 1  # Largest number of runs in one launch
-    keep_fills: bool = False  # Keep how the crack fills, of launches of one run by particles
-    later_s: float = 0.0  # Expected time of what follows these runs in the command, by the model of ``estimate``
-    scheduler: str | None = None  # Address of a Dask scheduler whose workers compute instead
-    retry: bool = False  # Compute failed runs again
+    keep_fills: bool = False  # True to store how the crack fills, for launches of a single particle run
+    later_s: float = 0.0  # Time that the model expects for the command's work after these runs
+    scheduler: str | None = None  # Address of a Dask scheduler whose workers compute the runs
+    retry: bool = False  # True to compute failed runs again
     dry_run: bool = False
-    drafts: bool = True  # Compute drafts of the trials, unless the study or the caller sets the solver's resolution
-    traced: dict[str, Any] = field(default_factory=dict)  # Of ``Job``, shared by the study's samples
+    drafts: bool = True  # True to compute drafts, unless the study or the caller sets the solver's resolution
+    traced: dict[str, Any] = field(default_factory=dict)  # Same as ``Job.traced``, shared by all samples of the study
 
 
 @dataclass(frozen=True)
 class WantedRun:
-    """A run that a study wants. Its sample is in a folder below samples/."""
+    """A run that a study requires. Its sample is in a folder in samples/."""
 
     number: int  # Position in the study, from 1
     settings: dict[str, Any]  # Varied settings
@@ -94,15 +94,15 @@ class WantedRun:
     sample: Sample
     home: str  # Name of the sample's folder
     inputs: Mapping[str, str]  # Hashes of the files that the run depends on
-    depends: Mapping[str, Any]  # What it depends on besides the files, the device and the settings of its stage
+    depends: Mapping[str, Any]  # Further values that the run depends on, besides files, device and stage settings
 
 
 def schedule(
     wanted: Sequence[WantedRun], device: str, numbers: Mapping[str, int]
 ) -> tuple[list[StudyRun], RunSize, list[Fact]]:
-    """Return the runs with their keys, the size of the largest, and doubts about them.
+    """Return the runs with their keys, the size of the largest run, and doubts about the runs.
 
-    Raises InputError, with each fault and the numbers of its runs, if settings do not fit a crack.
+    Raises InputError if settings cannot be used for a crack. The message lists each fault with the numbers of its runs.
     """
     runs, sizes = list[StudyRun](), list[RunSize]()
     doubts, faults = dict[int, list[Fact]](), dict[str, list[int]]()
@@ -123,7 +123,7 @@ def schedule(
 
 
 def write_sample(folder: Path, run: WantedRun) -> None:
-    """Write the sample of a run that was not digitised in its folder, unless it is there."""
+    """Write the sample of a run to its folder in samples/, unless the files are already there."""
     home = folder / "samples" / run.home
     if not all((home / file).is_file() for file in DIGITISED):
         record_files.write_sample(home, run.sample)
@@ -140,12 +140,10 @@ def bring_up_to_date(
     doubts: Sequence[Fact] = (),
     timings: Sequence[Timing] = (),
 ) -> Plan:
-    """Compute the runs of a plan that are not done, unless it is a dry run, and return the plan with all outcomes.
+    """Compute the runs of a plan that are not done, and return the plan with all outcomes. A dry run computes nothing.
 
-    ``announced`` precedes a note on the resources that the runs need; nothing is noted if it is empty. ``timings`` of
-    other runs improve the estimate.
-
-    Raises InputError if disk or GPU are too small.
+    ``announced`` is the beginning of a note about the resources that the runs need. If it is empty, there is no note.
+    ``timings`` of other runs improve the estimate. Raises InputError if the disk or the memory of the GPU is too small.
     """
     from simulate.device import free_bytes
 
@@ -164,17 +162,20 @@ def bring_up_to_date(
 
 
 def require_done(folder: Path, runs: Sequence[StudyRun], so: str) -> None:
-    """Raise NumericalError if a run failed, which names each with its reason. ``so`` is the consequence."""
+    """Raise NumericalError if a run failed. The message lists the failed runs and their reasons.
+
+    ``so`` states the consequence, to complete a sentence.
+    """
     if failed := [run for run in runs if run.state == "failed"]:
         reasons = "\n".join(f"{words_of(run.settings)}: {run.reason}" for run in failed)
         raise NumericalError(
-            f"{folder}: {len(failed)} of {len(runs)} runs failed, so {so}. The same command tries only these again.\n"
+            f"{folder}: {len(failed)} of {len(runs)} runs failed, so {so}. Repeat the command to try them again.\n"
             f"{reasons}"
         )
 
 
 def words_of(settings: Mapping[str, Any]) -> str:
-    """Describe a run by the settings that vary: values, or how far a seed or an input is moved."""
+    """Return the varied settings of a run in words: their values, or the change of a seed or an input."""
     return ", ".join(
         f"{name} = {value}" if "." in name or isinstance(value, str) else f"{name} {value:+g} from the trial's"
         for name, value in settings.items()
@@ -189,7 +190,7 @@ def compute(
     progress: Progress,
     timings: Sequence[Timing] = (),
 ) -> list[StudyRun]:
-    """Compute the waiting runs, write each result at once, and return all runs with their outcomes.
+    """Compute the waiting runs, and return all runs with their outcomes. Each result is written immediately.
 
     If the process is killed, the next call computes the runs that were not finished. ``timings`` of other runs improve
     the estimate of the remaining time.
@@ -204,8 +205,10 @@ Work = tuple[
     Callable[[Sequence[StudyRun]], tuple[Any, ...]],
     Callable[[StudyRun, Any], StudyRun],
 ]
-"""Function of a worker, which returns an outcome for each run of a launch; function that returns its arguments; and
-function that writes an outcome, or that of a lost worker, and returns the run with it."""
+"""Three functions that define the work for a launch.
+
+The first runs in a worker, and returns an outcome for each run of the launch. The second returns the arguments of the
+first. The third writes an outcome, which may be ``Lost``, and returns the run with the outcome."""
 
 
 def launch(
@@ -217,15 +220,15 @@ def launch(
     timings: Sequence[Timing] = (),
     left_s: Callable[[StudyRun], float | None] | None = None,
 ) -> list[StudyRun]:
-    """Do ``work`` for the waiting runs, and return all runs with their outcomes. ``timings`` as for ``compute``.
+    """Do ``work`` for the waiting runs, and return all runs with their outcomes.
 
-    ``left_s`` returns the remaining time of a run that is being computed, or None if it is unknown; with it, progress
-    is shown during the runs too.
+    ``timings`` are the same as for ``compute``. ``left_s`` returns the remaining time of a running run in s, or None if
+    it is unknown. If it is given, progress is also shown during the runs.
     """
     function, arguments, keep = work
     current = {run.key: run for run in runs}
     work_s = sum(run.work_s for run in runs if run.state == "waiting")
-    # In hundredths of a second, since a bar counts whole steps.
+    # The unit is a hundredth of a second, since a progress bar counts whole steps.
     progress.start(title, max(1, round(100 * work_s)))
     launches = {group[0].key: group for group in _groups(runs, options.batch)}
     jobs = min(options.jobs, len(launches))
@@ -234,7 +237,7 @@ def launch(
 
     def tasks() -> Iterator[tuple[list[StudyRun], tuple[Any, ...]]]:
         for key, group in [*launches.items()]:
-            # A task is read when a local worker takes it. A scheduler's workers, of unknown number, take some ahead.
+            # A local worker starts a task as soon as it is read. A scheduler reads more tasks than its workers start.
             if options.scheduler is None:
                 forecast.begin(key, time.monotonic())
             yield group, arguments(group)
@@ -248,7 +251,7 @@ def launch(
         states = Counter(run.state for run in current.values())
         counts = ", ".join(f"{states[state]} {state}" for state in STATES if state in states)
         running_s = 0.0 if left_s is None else forecast.done_s(launches.values(), now_s)
-        # Of a run that is slower than it was thought, less may be done than before.
+        # If a run is slower than expected, the estimate of its finished work may decrease. The bar must not.
         reached[0] = max(reached[0], round(100 * (work_s - waiting_s + running_s)))
         progress.advance(reached[0], counts)
 
@@ -280,17 +283,17 @@ def launch(
 
 
 def seal_in_worker(sample: bytes, trials: Sequence[Trial], options: StudyOptions) -> list[Sealing | Outcome]:
-    """Call ``seal`` with a pickled ``Sample``. A process caches the last sample, with its wall particles."""
+    """Call ``seal`` with a pickled ``Sample``. The process caches the last sample and its wall particles."""
     return seal(_unpickled(sample), trials, options)
 
 
 def seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> list[Sealing | Outcome]:
-    """Compute runs that differ only in the fluid, in one launch. A run's result is the same as in a launch of its own.
+    """Compute runs that differ only in the fluid, in one launch. The result of a run does not depend on the others.
 
-    If a launch raises an exception, its runs are computed one by one, and an exception fails only its own run.
+    If the launch raises an exception, its runs are computed one by one, and only the runs with an exception fail.
     """
     began = time.monotonic()
-    # With the explicit solve the stiffest fluid sets the number of passes, which would change the other results.
+    # In the explicit solve, the most viscous fluid sets the number of passes, which would change the other results.
     if len(trials) == 1 or trials[0].solver.viscosity_solve == "implicit":
         try:
             return [*_seal(sample, trials, options)]
@@ -301,7 +304,7 @@ def seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> list
 
 
 def _groups(runs: Sequence[StudyRun], batch: int) -> list[list[StudyRun]]:
-    """Group the waiting runs into launches of at most ``batch`` runs of equal ``kin``, in the order of the study."""
+    """Group the waiting runs into launches of at most ``batch`` runs with equal ``kin``, in the order of the study."""
     alike: dict[str, list[StudyRun]] = {}
     for run in runs:
         if run.state == "waiting":
@@ -321,7 +324,7 @@ def _inputs(folder: Path, group: Sequence[StudyRun]) -> tuple[bytes, list[Trial]
 
 @lru_cache(maxsize=1)
 def _pickled(folder: Path, settings_json: str) -> bytes:
-    """Return a digitised sample with its readings, pickled, and cached for the next runs of the same sample.
+    """Return a digitised sample with its readings, pickled. The result is cached for further runs of the same sample.
 
     Raises InputError if a file is missing or cannot be read.
     """
@@ -338,15 +341,15 @@ def _pickled(folder: Path, settings_json: str) -> bytes:
 
 @lru_cache(maxsize=1)
 def _unpickled(sample: bytes) -> Sample:
-    # The parent process made these bytes and Dask carried them like the task itself; they come from no file.
+    # Unpickling is safe here: the bytes come from the parent process and not from a file.
     return pickle.loads(sample)
 
 
 def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> StudyRun:
-    """Write the files of a run, with its outcome as the last one, and return the run with its outcome."""
+    """Write the files of a run, the outcome last, and return the run with its outcome."""
     if isinstance(outcome, Lost):
         outcome = Outcome(
-            "failed", 0.0, reason=f"{outcome.reason}: repeat the command with fewer --jobs and with --retry."
+            "failed", 0.0, reason=f"{outcome.reason}. Repeat the command with fewer --jobs and with --retry."
         )
     home = run_path(folder, run)
     if isinstance(outcome, Sealing):
@@ -362,7 +365,10 @@ def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> Stu
 
 
 def _seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> list[Sealing | Outcome]:
-    """Compute one launch. Raises InputError if settings of a run cannot be used, and NumericalError if all diverge."""
+    """Compute one launch.
+
+    Raises InputError if settings of a run cannot be used, and NumericalError if all runs diverge.
+    """
     from simulate.injection import ComputeOptions
     from simulate.run import fill_each
     from simulate.watchers import KeptFill
@@ -396,8 +402,8 @@ def _figures(run: Run) -> dict[str, Any]:
 
     if run.escaped_particles:
         raise NumericalError(
-            f"{run.escaped_particles} particles went through a wall, which must never happen; the results of this run "
-            "are discarded. Please report it with its settings."
+            f"{run.escaped_particles} particles went through a wall, which must never happen. The results of this run "
+            "are discarded. Please report this bug with the settings of the run."
         )
     names = ("particles", "escaped_particles", "spilled_particles")
     counts = {name: getattr(run, name) for name in names} if run.has_particles else {"unfit": run.unfit}
@@ -407,7 +413,7 @@ def _figures(run: Run) -> dict[str, Any]:
 
 
 def _compared(simulated: Profile, measured: Profile | None) -> dict[str, Any]:
-    """Return the errors of a run's level against the readings; empty if there are no readings."""
+    """Return the errors of a run's level relative to the readings. Empty if there are no readings."""
     if measured is None:
         return {}
     from validate.metrics.curve_distances import are_compared, error_figures, level_difference
@@ -425,5 +431,5 @@ def _compared(simulated: Profile, measured: Profile | None) -> dict[str, Any]:
 def _failure(fault: Exception, wall_s: float) -> Outcome:
     if isinstance(fault, SealtwinError):
         return Outcome("failed", wall_s, reason=str(fault))
-    reason = f"{type(fault).__name__}: {fault}. A bug: please report it with the trace in the run's {OUTCOME}."
+    reason = f"{type(fault).__name__}: {fault}. This is a bug; please report it with the trace in the run's {OUTCOME}."
     return Outcome("failed", wall_s, reason=reason, trace="".join(traceback.format_exception(fault)))

@@ -1,4 +1,4 @@
-"""The study file, which lists the settings with which one trial is run many times."""
+"""Read study files. A study file lists the settings with which one trial is run many times."""
 
 import itertools
 import math
@@ -21,13 +21,16 @@ from sealtwin.trial.trial_file import (
     no_such_setting,
 )
 
-MOST_RUNS = 20_000  # At a second each, a night on one core; more is likely a mistake in a grid
+MOST_RUNS = 20_000  # Largest number of runs of a study. More runs are probably a mistake in a grid
 
 Value = TypeVar("Value")
 
 
 def _by_dotted_name(table: Any) -> Any:
-    """Return settings by dotted name. TOML reads fluid.U without quotes as a key in a table; it becomes "fluid.U"."""
+    """Return settings by dotted name.
+
+    TOML reads fluid.U without quotes as the key U in the table fluid. It becomes the name "fluid.U".
+    """
     if not isinstance(table, dict):
         return table
     named: dict[str, Any] = {}
@@ -36,7 +39,7 @@ def _by_dotted_name(table: Any) -> Any:
         for dotted, content in {f"{name}.{key}": value[key] for key in value}.items() if is_table else [(name, value)]:
             if dotted in named:
                 raise ValueError(f"{dotted} is given twice")
-            # After a validator pydantic treats the value as Python's, and its strict mode refuses a list for a tuple.
+            # After a validator, pydantic treats the value as a Python object, and refuses a list in place of a tuple.
             named[dotted] = tuple(content) if isinstance(content, list) else content
     return named
 
@@ -50,7 +53,7 @@ class Rows(Settings):
     columns: Annotated[tuple[str, ...], Field(min_length=1)]
     """Dotted names of the settings that vary."""
     rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]
-    """One row for each run. Give a value for every column in every row."""
+    """One row for each run, with a value for each column."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -68,35 +71,35 @@ class Range(Settings):
     high: float
     """Upper end of the range."""
     scale: Literal["linear", "log"] = "linear"
-    """Scale on which draws are uniform: the values themselves, or their logarithms."""
+    """Scale on which values are drawn uniformly: linear for the values, log for their logarithms."""
     whole: bool = False
-    """Round to whole numbers, for settings that are counts."""
+    """True to round values to whole numbers, for settings that are counts."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if not self.low < self.high:
-            raise ValueError(f"low is {self.low:g} and high {self.high:g}: low must be below high")
+            raise ValueError(f"low is {self.low:g} and high is {self.high:g}, but low must be below high")
         if self.scale == "log" and self.low <= 0:
-            raise ValueError(f'low is {self.low:g}: give a value above 0, or scale = "linear"')
+            raise ValueError(f'low is {self.low:g}; give a value above 0, or scale = "linear"')
         return self
 
     def at(self, share: float) -> float | int:
-        """Return the value at ``share`` of the range; 0 is its lower end and 1 its upper end."""
+        """Return the value at the fraction ``share`` of the range. 0 is the lower end and 1 the upper end."""
         if self.scale == "log":
             value = self.low * (self.high / self.low) ** share
         else:
             value = self.low + (self.high - self.low) * share
-        # Six digits are more precise than any setting is known, and are easy to read.
+        # Six digits are easy to read, and more precise than any setting is known.
         return round(value) if self.whole else float(f"{value:.6g}")
 
 
 class Latin(Settings):
-    """A Latin hypercube: each range is cut into ``count`` slices, and one value is drawn in each."""
+    """A Latin hypercube: each range is cut into ``count`` slices, and one value is drawn in each slice."""
 
     count: Annotated[int, Field(ge=2, le=MOST_RUNS)]
     """Number of runs."""
     seed: Seed = 0
-    """Seed of the draws."""
+    """Seed of the random draws."""
     ranges: Annotated[Named[Range], Field(min_length=1)]
 
     def rows(self) -> Iterator[tuple[float | int, ...]]:
@@ -114,9 +117,9 @@ class Study(Settings):
     trial: Path
     """Trial file, relative to the study file's folder or absolute."""
     fixed: Named[Any] = Field(default={})
-    """Settings that replace the trial's own in all runs, by dotted name, for example a coarser radius."""
+    """Settings that replace those of the trial in all runs, by dotted name, for example a coarser radius."""
     grid: Annotated[Named[tuple[Any, ...]], Field(min_length=1)] | None = None
-    """All combinations of the values of the settings; the setting that is named first varies slowest."""
+    """Values of each setting. All combinations are run, and the setting that is given first varies slowest."""
     list: Rows | None = None
     latin: Latin | None = None
 
@@ -125,20 +128,22 @@ class Study(Settings):
         designs = [name for name in ("grid", "list", "latin") if getattr(self, name) is not None]
         if len(designs) != 1:
             these = "none is" if not designs else f"{' and '.join(designs)} are"
-            raise ValueError(f"give one of [grid], [list] and [latin], the settings that vary; {these} given")
+            raise ValueError(
+                f"give exactly one of [grid], [list] and [latin] for the settings that vary; {these} given"
+            )
         varied, runs, _ = self._design()
         if unknown := [name for name in (*self.fixed, *varied) if name not in SETTINGS]:
             raise ValueError("; ".join(no_such_setting(name) for name in unknown))
         if twice := sorted({name for name in varied if name in self.fixed or varied.count(name) > 1}):
-            raise ValueError(f"{', '.join(twice)}: named twice; name each setting once")
+            raise ValueError(f"{', '.join(twice)}: given twice; give each setting once")
         if empty := [name for name, values in (self.grid or {}).items() if not values]:
-            raise ValueError(f"grid.{empty[0]}: no values are given; give one or more")
+            raise ValueError(f"grid.{empty[0]}: the list of values is empty; give at least one value")
         if runs > MOST_RUNS:
-            raise ValueError(f"{runs} runs; at most {MOST_RUNS} are allowed")
+            raise ValueError(f"there are {runs} runs, but at most {MOST_RUNS} are allowed")
         return self
 
     def _design(self) -> tuple[tuple[str, ...], int, Iterable[tuple[Any, ...]]]:
-        """Return the names of the varied settings, the number of runs, and their values."""
+        """Return the names of the varied settings, the number of runs, and the values for each run."""
         if self.grid is not None:
             values = self.grid.values()
             return tuple(self.grid), math.prod(map(len, values)), itertools.product(*values)
@@ -169,20 +174,20 @@ class PlannedRun:
     number: int  # Position in the study, from 1
     settings: dict[str, Any]  # Varied settings, by dotted name
     trial: Trial
-    accurate: bool = False  # True if it is no draft in a study of drafts
+    accurate: bool = False  # True for an accurate run in a study of drafts
 
 
 def load_study(path: Path) -> Study:
-    """Read a study file. Raises InputError if it is missing, is not TOML, or has an unusable key or value."""
-    starter = "'sealtwin sweep --example study.toml' writes one to start from"
+    """Read a study file. Raises InputError if it is missing, is not TOML, or has a key or value that is not allowed."""
+    starter = "'sealtwin sweep --example study.toml' writes an example"
     return read_settings(Study, path, name="study file", starter=starter)
 
 
 def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
-    """Return a checked trial for each run of a study. ``base`` is the study's trial, and messages name ``path``.
+    """Return a checked trial for each run of a study. ``base`` is the study's trial.
 
-    Raises InputError if settings cannot be used, or if two runs are the same. Its message has each fault once, with the
-    numbers of its runs.
+    Raises InputError if settings cannot be used, or if two runs are the same. The message begins with ``path``, and
+    lists each fault once, with the numbers of its runs.
     """
     planned: list[PlannedRun] = []
     faults: dict[str, list[int]] = {}
@@ -199,17 +204,17 @@ def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
     for run in planned:
         same = first.setdefault(run.trial.model_dump_json(), run.number)
         if same != run.number:
-            raise InputError(f"{path}: runs {same} and {run.number} have the same settings; each must differ.")
+            raise InputError(f"{path}: runs {same} and {run.number} have the same settings; all runs must differ.")
     return planned
 
 
 def raise_faults(faults: Mapping[str, list[int]]) -> None:
-    """Raise InputError if there are faults. Its message has each fault once, with the numbers of its runs."""
+    """Raise InputError if there are faults. The message lists each fault once, with the numbers of its runs."""
     if not faults:
         return
     shown = [f"{_runs(numbers)}: {sentence}" for sentence, numbers in list(faults.items())[:MOST_FAULTS]]
     more = len(faults) - len(shown)
-    raise InputError("\n".join([*shown, f"and {more} more faults."] if more else shown))
+    raise InputError("\n".join([*shown, f"There are {more} more faults."] if more else shown))
 
 
 def _runs(numbers: list[int]) -> str:

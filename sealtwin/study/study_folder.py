@@ -1,7 +1,8 @@
-"""The folder of a study: its plan, and a folder for each finished run, named by the run's key.
+"""Read and write the folder of a study: its plan, and a folder for each finished run, named after the run's key.
 
-A key is the hash of everything that a result depends on. ``outcome.json`` is the last file that a run writes, and each
-file is written whole or not at all, so a killed process leaves a run either waiting or finished.
+A key is a hash of everything that a result depends on. ``outcome.json`` is the last file that a run writes, and each
+file is either written completely or not at all. If the process is killed, a run is therefore either waiting or
+finished.
 """
 
 import json
@@ -26,14 +27,14 @@ from validate.metrics.verdict import kept_volume
 from validate.run_facts import facts_of_runs
 
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
-FILL = "fill.npz"  # How a run filled its crack, for the pictures of a map
-AGAIN = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes what is missing."
+FILL = "fill.npz"  # File that shows how a run filled its crack, for the pictures of a map
+AGAIN = "Give another --out, or delete this file; 'sealtwin sweep STUDY.toml' then computes what is missing."
 State = Literal["waiting", "done", "failed"]
 STATES: tuple[State, ...] = get_args(State)
 
 
 class RunErrors(Result):
-    """Errors of a run's level against the readings, named as in ``Comparison``; None if there are no readings."""
+    """Errors of a run's level relative to the readings, named as in ``Comparison``. None if there are no readings."""
 
     mean_error_mm: Amount | None = None
     worst_error_mm: Amount | None = None
@@ -58,20 +59,20 @@ class RunFigures(RunErrors):
 class StudyFigures(RunFigures):
     """Figures of a finished run that are written to its outcome.json."""
 
-    profile_sha256: str  # Hash of profile.csv, to detect that the file was changed
+    profile_sha256: str  # SHA-256 hash of profile.csv, which shows if the file was changed
 
 
 @with_config(FROM_JSON)
 @dataclass(frozen=True)
 class Outcome:
-    """Content of outcome.json; a run without that file is waiting."""
+    """Content of outcome.json. A run without this file is waiting."""
 
     state: State = "waiting"
     wall_s: Amount | None = None
     finished_unix_s: Amount | None = None
-    reason: str | None = None  # One sentence on why the run failed
-    trace: str | None = None  # Traceback, if a bug made it fail
-    figures: StudyFigures | None = None  # Set if the run is done. Runs of one launch have the same health
+    reason: str | None = None  # Sentence that says why the run failed
+    trace: str | None = None  # Traceback, if the run failed because of a bug
+    figures: StudyFigures | None = None  # Figures of a finished run. All runs of one launch have the same health
 
     @model_validator(mode="after")
     def _have_figures(self) -> Self:
@@ -81,7 +82,7 @@ class Outcome:
 
 
 def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
-    """Check the tables solver and readings. They are read without the rest, which another version may have written."""
+    """Check the tables solver and readings. The other tables are not checked: another version may have written them."""
     if not isinstance(trial.get("solver"), dict):
         raise ValueError("solver is missing")
     if not isinstance(trial.get("readings") or {}, dict):
@@ -91,15 +92,15 @@ def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ScheduledRun:
-    """One run of a study without its outcome. It is written to plan.json."""
+    """One run of a study without its outcome, as it is written to plan.json."""
 
     number: Annotated[int, Field(ge=1)]  # Position in the study, from 1
     key: Annotated[str, Field(pattern="^[0-9a-f]{16,}$")]
     settings: dict[str, Any]  # Varied settings by dotted name, for example {"fluid.U": 30.0, "fluid.D_cm": 0.3}
-    trial: Annotated[dict[str, Any], AfterValidator(_with_tables)] = field(repr=False)  # All settings
-    sample: Annotated[str, Field(pattern=r"^[\w-]+$")]  # Folder of the digitised crack, below samples/
-    kin: str  # Equal for runs that may share a launch: those that differ only in the fluid, with equal substeps
-    work_s: Amount  # Expected computing time on the machine that the estimate was calibrated on
+    trial: Annotated[dict[str, Any], AfterValidator(_with_tables)] = field(repr=False)  # All settings of the trial
+    sample: Annotated[str, Field(pattern=r"^[\w-]+$")]  # Name of the folder in samples/ with the digitised crack
+    kin: str  # Hash that is equal for runs that may share a launch: only their fluid differs, with equal substeps
+    work_s: Amount  # Expected computing time on the machine for which the model was calibrated
 
 
 @with_config(FROM_JSON | ConfigDict(extra="forbid"))
@@ -118,7 +119,7 @@ class StudyRun(Outcome, ScheduledRun):
 
     @property
     def ranked(self) -> bool:
-        """False if the run is not ranked: its volume is off by over 5 %, or the fast model is unfit for the case."""
+        """False if the run's volume is wrong by over 5 %, or if the fast model is not valid for the case."""
         return self.figures is None or (kept_volume(self.figures.volume_ratio) and not self.figures.unfit)
 
     @property
@@ -135,11 +136,11 @@ class Plan:
     runs: list[StudyRun]
     started_unix_s: Amount = 0.0  # Time of the last start
     numbers: Annotated[Mapping[str, int], Field(validation_alias="stage_numbers")] = field(default_factory=dict)
-    """Stage numbers that the keys contain; empty before the first run is planned."""
+    """Stage numbers that the keys contain. Empty before the first run is planned."""
 
 
 def profile_path(folder: Path, run: ScheduledRun) -> Path:
-    """Return the path of a run's profile, its level along the crack."""
+    """Return the path of a run's profile, which is the level along the crack."""
     return run_path(folder, run) / PROFILE
 
 
@@ -159,15 +160,15 @@ def holds_study(folder: Path) -> bool:
 def read_plan(folder: Path) -> Plan:
     """Read the plan with the outcomes so far. Raises InputError if the plan is missing or a file is damaged."""
     if not holds_study(folder):
-        raise InputError(f"{folder}: not a study (it has no {PLAN}). 'sealtwin sweep STUDY.toml' makes one.")
+        raise InputError(f"{folder}: is not a study, since it has no {PLAN}. 'sealtwin sweep STUDY.toml' makes one.")
     plan = read_record(Plan, folder / PLAN, AGAIN)
     return replace(plan, runs=[with_outcome(folder, run) for run in plan.runs])
 
 
 def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> list[str]:
-    """Return a sentence if finished runs were computed by other stage numbers, up to ``stage``, than this version's.
+    """Return a sentence if a version with other stage numbers, up to ``stage``, computed finished runs.
 
-    A study without readings does not depend on validate and does not record its number.
+    A study without readings does not depend on the stage validate, and does not record its number.
     """
     numbers = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
     others = _computed_by_others(plan, numbers)
@@ -175,7 +176,7 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
 
 
 def _computed_by_others(plan: Plan, numbers: Mapping[str, int]) -> str:
-    """Return a sentence on finished runs computed by other stage numbers than ``numbers``; empty if there are none."""
+    """Return a text about finished runs that were computed with other stage numbers than ``numbers``, or ""."""
     done = sum(run.state == "done" for run in plan.runs)
     runs = "one finished run was" if done == 1 else f"{done} finished runs were"
     other = other_numbers(plan.numbers, numbers)
@@ -183,13 +184,13 @@ def _computed_by_others(plan: Plan, numbers: Mapping[str, int]) -> str:
 
 
 def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
-    """Return warnings about the fluid of finished runs, each once, with the number of runs that have it."""
+    """Return the warnings about the fluid of finished runs. Each warning states the number of its runs."""
     warnings = {run.number: run.figures.fluid_warnings for run in runs if run.figures is not None}
     return [*texts(facts_of_runs(warnings, len(warnings)))]
 
 
 def write_plan(folder: Path, plan: Plan) -> None:
-    """Write the plan. Outcomes are separate files, so the plan is never locked or updated for one of them."""
+    """Write the plan. Outcomes are in separate files, so the plan is not written again when a run ends."""
     runs = [_part(ScheduledRun, run) for run in plan.runs]
     content = {"version": 1, "study": plan.study, "started_unix_s": plan.started_unix_s}
     content |= {"stage_numbers": plan.numbers, "runs": runs}
@@ -197,7 +198,7 @@ def write_plan(folder: Path, plan: Plan) -> None:
 
 
 def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
-    """Return a run with the outcome in its folder. A run that has none yet is returned unchanged."""
+    """Return a run with the outcome in its folder. A run without an outcome is returned unchanged."""
     path = run_path(folder, run) / OUTCOME
     if not path.is_file():
         return run
@@ -205,7 +206,7 @@ def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
 
 
 def write_outcome(folder: Path, run: StudyRun) -> None:
-    """Mark a run as finished. All its other files must be written before."""
+    """Mark a run as finished. All other files of the run must be written before."""
     outcome = _part(Outcome, run)
     if run.figures is not None:
         outcome["figures"] = run.figures.model_dump(exclude_unset=True)
@@ -223,9 +224,10 @@ def _part(record_type: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str,
 
 
 def resume(folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool) -> list[StudyRun]:
-    """Write a plan, and return its runs with their outcomes so far. ``note`` gets a sentence on runs to recompute.
+    """Write a plan, and return its runs with their outcomes so far.
 
-    A run waits again if its files were changed. So does a failed run if ``retry`` is True.
+    A run is waiting again if its files were changed, or if it failed and ``retry`` is True. ``note`` is called with a
+    sentence about runs that are computed again because another version computed them.
     """
     if holds_study(folder) and (others := _computed_by_others(read_plan(folder), plan.numbers)):
         note(f"{folder}: {others}, so they are computed again.")
@@ -238,7 +240,7 @@ def resume(folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool
 
 
 def is_intact(folder: Path, run: StudyRun) -> bool:
-    """Return True if the run is done and its profile was not changed since."""
+    """Return True if the run is done and its profile is unchanged."""
     profile = profile_path(folder, run)
     if run.figures is None or not profile.is_file():
         return False
@@ -246,7 +248,7 @@ def is_intact(folder: Path, run: StudyRun) -> bool:
 
 
 def remove_temporary_files(folder: Path) -> None:
-    """Remove half-written files of a killed process. Only the process that locked the folder may call this."""
+    """Remove incomplete files of a killed process. Only the process that locked the folder may call this function."""
     for path in folder.rglob(".*"):
         if files.is_temporary(path):
             path.unlink()

@@ -1,4 +1,4 @@
-"""Map a study: compare all its runs with one sheet of readings, and draw the figures of the paper."""
+"""Map a study: compare all runs of the study with one sheet of readings, and draw the figures of the paper."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -48,22 +48,22 @@ from validate.figures.page import Page, write_page
 from validate.figures.snapshots import FillScene
 from validate.settings import Readings
 
-MAP = "map"  # Default folder of the map in the study's
+MAP = "map"  # Default name of the map's folder in the folder of the study
 PAGE, CONTENT = "map.html", "map.json"
-FEWEST = 4  # Fewest runs of a map: three would span a triangle with nothing inside
-ERRORS = ("mean_error_mm", "bias_mm", "worst_error_mm", "worst_at_mm", "share_under_1_mm")  # In map.json
-LARGEST_FILL_BYTES = 1_000_000_000  # Of a million particles at forty moments
-NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study computes it."
+FEWEST = 4  # Smallest number of runs for a map. Three runs would span a triangle without a run inside
+ERRORS = ("mean_error_mm", "bias_mm", "worst_error_mm", "worst_at_mm", "share_under_1_mm")  # Errors in map.json
+LARGEST_FILL_BYTES = 1_000_000_000  # Largest fill.npz that is read: a million particles at 40 moments
+NOT_DONE = "This run is not computed yet; 'sealtwin sweep' with the same study computes it."
 
 
 @dataclass(frozen=True)
 class Mapped:
     """A map of a study, and its page."""
 
-    content: dict[str, Any]  # The --json object, and map.json
+    content: dict[str, Any]  # Content of map.json, which --json also prints
     chart: Chart
     page: Page
-    folder: Path  # Folder of the page
+    folder: Path  # Folder that contains the page
 
 
 def map_study(
@@ -76,13 +76,14 @@ def map_study(
     fills: bool = True,
     any_volume: bool = False,
 ) -> Mapped:
-    """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out`` (default: map/ in its folder).
+    """Write map.html, map.json and figures/ of a finished or unfinished sweep.
 
-    Runs are compared with the sheet ``caliper`` of origin ``data`` (default: the readings of the study's trial). If
-    ``fills`` is True, draws how some runs fill the crack, as the sweep kept it. Runs whose volume is off by over 5 %,
-    and runs outside the domain of the fast model, are excluded unless ``any_volume`` is True.
+    The files are written to ``out`` (default: map/ in the folder of the sweep). Runs are compared with the sheet
+    ``caliper`` of the origin ``data`` (default: the readings of the study's trial). If ``fills`` is True, the page
+    shows how some runs fill the crack. Runs with a volume error above 5 %, and runs for which the fast model is not
+    valid, are excluded unless ``any_volume`` is True.
 
-    Raises InputError if the folder is not a study, it cannot be mapped, or the readings cannot be read.
+    Raises InputError if the folder is not a study, if the study cannot be mapped, or if the readings cannot be read.
     """
     plan = read_plan(folder)
     done = {run.number: run for run in plan.runs if run.state == "done"}
@@ -91,9 +92,9 @@ def map_study(
     ranked = [run for run in done.values() if any_volume or run.ranked]
     if len(ranked) < FEWEST:
         raise InputError(
-            f"{folder}: only {len(ranked)} of {len(done)} finished runs can be ranked; the others have a volume error "
-            f"over 5 %, or are unfit runs of the fast model. A map needs at least {FEWEST}. Use finer particles or "
-            "more substeps, or give --any-volume to map all runs."
+            f"{folder}: only {len(ranked)} of {len(done)} finished runs can be ranked. The others have a volume error "
+            f"above 5 %, or the fast model is not valid for them. A map needs at least {FEWEST}. Use smaller particles "
+            "or more substeps, or give --any-volume to map all runs."
         )
     chart = chart_of(folder, ranked, plan, caliper, data)
     # The fast model has no particles to draw.
@@ -101,8 +102,8 @@ def map_study(
     kept = [run for run in chosen if _fill_path(folder, done[run.number]).is_file()]
     if missing := sorted(run.number for run in chosen if run not in kept):
         text = (
-            f"{folder}: the sweep kept no pictures of how runs {', '.join(map(str, missing))} fill, as in launches of "
-            "several runs; a new sweep with --batch 1 keeps them."
+            f"{folder}: the sweep did not store how runs {', '.join(map(str, missing))} fill the crack. It stores this "
+            "only for runs that are computed singly, as in a new sweep with --batch 1."
         )
         progress.warn(doubt("study.no-fills", text))
     drawn = [
@@ -115,7 +116,7 @@ def map_study(
         for letter, run in zip(ascii_lowercase, kept, strict=False)
     ]
     target = out or folder / MAP
-    # The map itself compares the levels, so the number of validate does not count.
+    # The map compares the levels itself, so the number of the stage validate is not checked.
     others = other_versions(folder, plan, "simulate")
     page = map_page(chart, drawn, others)
     written = write_page(target / PAGE, page)
@@ -129,7 +130,10 @@ def _fill_path(folder: Path, run: StudyRun) -> Path:
 
 
 def read_fill(path: Path) -> Watched:
-    """Read a file fill.npz. Speeds and densities are NaN, since no map shows them. Raises InputError if damaged."""
+    """Read a file fill.npz. Speeds and densities are NaN, since a map does not show them.
+
+    Raises InputError if the file is damaged.
+    """
     from simulate.watchers import GRAIN_MM, UNREADABLE
 
     try:
@@ -152,14 +156,14 @@ def read_fill(path: Path) -> Watched:
         return Watched(frames, content["moving"][moved], content["frame_ms"][moved])
     except UNREADABLE as fault:
         raise InputError(
-            f"{path}: damaged ({fault}). Delete it; the map is then without this run's pictures."
+            f"{path}: is damaged ({fault}). Delete it; the map is then drawn without the pictures of this run."
         ) from None
 
 
 def chart_of(
     folder: Path, done: Sequence[StudyRun], plan: Plan, caliper: Path | None = None, data: DataKind | None = None
 ) -> Chart:
-    """Compare the finished runs of a study with a sheet of readings. Raises InputError as ``map_study`` does."""
+    """Compare the finished runs of a study with a sheet of readings. Raises the same errors as ``map_study``."""
     from validate.uncertainty.meniscus import Mouth
     from validate.uncertainty.reading_errors import budget_of
 
@@ -201,18 +205,18 @@ def _excluded(run: StudyRun) -> Excluded:
 
 
 def finished_run(folder: Path, run: StudyRun) -> Finished:
-    """Read a run. Raises InputError if its profile was changed since."""
+    """Read a finished run. Raises InputError if its profile was changed."""
     path = profile_path(folder, run)
     if not is_intact(folder, run):
         raise InputError(
-            f"{path}: changed since run {run.number} wrote it. 'sealtwin sweep' with its study computes it again."
+            f"{path}: was changed after run {run.number} wrote it. 'sealtwin sweep' with this study computes it again."
         )
     profile = record_files.read_profile(path.parent)
     return Finished(run.number, run.settings, profile, run.wall_s or 0.0)
 
 
 def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:
-    """Return the length of the study's longest crack and the depth of its deepest, as limits for the readings."""
+    """Return the length of the study's longest crack and the depth of its deepest crack, as limits of the readings."""
     samples = [folder / "samples" / name for name in dict.fromkeys(run.sample for run in runs)]
     lengths_mm = [record_files.read_outline(sample).length_mm for sample in samples]
     return max(lengths_mm), max(record_files.read_solid(sample).depth_mm for sample in samples)
@@ -228,15 +232,15 @@ def _readings(
         trial_sheet = sample / INPUTS / settings.file.name
     sheet = caliper or trial_sheet
     if sheet is None:
-        raise InputError(f"{sample.parent.parent}: its trial has no readings. Give --caliper SHEET and --data.")
+        raise InputError(f"{sample.parent.parent}: the study's trial has no readings. Give --caliper SHEET and --data.")
     check_sheet(sheet)
     if trial_sheet is None or files.sha256(sheet) != files.sha256(trial_sheet):
         if data is None:
             raise InputError(
-                f"{sheet}: this is not the sheet of the study's trial, so its origin is unknown; give --data measured, "
+                f"{sheet}: this is not the sheet of the study's trial, so its origin is unknown. Give --data measured, "
                 "reconstructed or synthetic."
             )
-        # The settings of the trial's own sheet apply to the other one too.
+        # The settings for the trial's sheet are also used for this sheet.
         settings = settings or Readings(file=sheet, data=data, role="held-out")
         settings = settings.model_copy(update={"data": data})
     settings = present(settings, "the settings of the study's own sheet")

@@ -1,4 +1,4 @@
-"""Compute the runs of a study in one folder, which is a sweep."""
+"""Compute all runs of a study in one folder, which is called a sweep."""
 
 import json
 import platform
@@ -35,10 +35,12 @@ from validate.metrics.verdict import kept_volume
 from validate.run_facts import DRAFTED_MM
 
 BUG, SOME_FAILED = 1, 6
-DRAFTS = f"levels are within {DRAFTED_MM:g} mm of accurate ones at nine of ten places. --accurate computes these."
+DRAFTS = (
+    f"at 90 % of the stations, a level is within {DRAFTED_MM:g} mm of the accurate level, which --accurate computes."
+)
 TABLE = "runs.csv"
 FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "spilled_particles", "particles")
-"""Figures of a run that are columns of runs.csv. The run's summary.json has all its figures."""
+"""Figures of a run that are columns of runs.csv. The run's summary.json has all figures."""
 
 
 def sweep(
@@ -48,13 +50,13 @@ def sweep(
     progress: Progress,
     settings: SettingValues | None = None,
 ) -> dict[str, Any]:
-    """Compute all runs of a study that are not done yet, and return the --json object of the command.
+    """Compute the runs of a study that are not done yet. Returns the object that --json prints.
 
-    The default of ``out`` is reports/<name of the study>. ``settings`` by dotted name replace those of its trial.
+    The default of ``out`` is reports/<name of the study>. ``settings`` by dotted name replace those of the trial.
 
     Raises:
-        InputError: Settings of a run cannot be used, which is checked before the first run starts; or the folder
-            belongs to another study.
+        InputError: Settings of a run cannot be used (all are checked before the first run), or the folder belongs to
+            another study.
         BusyError: Another process uses the folder.
     """
     study = load_study(file)
@@ -62,10 +64,14 @@ def sweep(
     replacements, trial = settings or {}, load_trial(base, settings)
     refuse_seeds(trial, base)
     if twice := sorted({*(study.names & replacements.keys()), *replaced(trial, replacements, study.names)}):
-        raise InputError(f"--set {twice[0]}: {file} also sets this setting, or one that replaces it; change it there.")
+        raise InputError(
+            f"--set {twice[0]}: {file} also gives this setting, or one that replaces it; change that file."
+        )
     planned = plan_runs(study, file, trial)
     if planned[0].trial.fluid is None:
-        raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
+        raise InputError(
+            f"{base}: there is no table [fluid]. Give viscosity_pa_s, or U and D_cm, there or in the study."
+        )
     planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]
     require_sample(planned[0].trial, base.parent)
     folder = out or Path("reports", study.folder_name)
@@ -89,10 +95,10 @@ def brought_up_to_date(
     *,
     part: bool = False,
 ) -> Plan:
-    """Compute the runs of a study that are not done, and return its plan. The caller must have locked ``folder``.
+    """Compute the runs of a study that are not done, and return the plan. The caller must have locked ``folder``.
 
-    File names in the trials are relative to ``source``. A later call may plan more runs; finished ones are not computed
-    again. If they are ``part`` of a longer command, only that command announces a time. Raises as ``sweep`` does.
+    File names in the trials are relative to ``source``. A later call may plan more runs; finished runs are not computed
+    again. If the runs are ``part`` of a longer command, no time is announced here. Raises the same errors as ``sweep``.
     """
     # Each run compares its level with the readings.
     numbers = numbers_up_to("simulate" if planned[0].trial.readings is None else "validate")
@@ -106,27 +112,27 @@ def brought_up_to_date(
 
 
 def status(folder: Path) -> dict[str, Any]:
-    """Return the state of a sweep, also while it runs. Raises InputError if ``folder`` has none."""
+    """Return the state of a finished or running sweep. Raises InputError if ``folder`` is not a sweep."""
     return report(folder, read_plan(folder), _holder(folder), table=False)
 
 
 def adopt(folder: Path, study: str) -> None:
-    """Assign the folder to a study. Raises InputError if another study is in it."""
+    """Assign the folder to a study. Raises InputError if the folder has another study."""
     if not holds_study(folder):
         write_plan(folder, Plan(study, [], time.time()))
     present = read_plan(folder).study
     if present != study:
-        raise InputError(f"{folder}: has the study '{present}'; this is '{study}'. Give --out another folder.")
+        raise InputError(f"{folder}: has the study '{present}', but this is '{study}'. Give another folder as --out.")
     remove_temporary_files(folder)
 
 
 def _digitise(
     planned: Sequence[PlannedRun], source: Path, folder: Path, options: StudyOptions, progress: Progress
 ) -> dict[int, str]:
-    """Digitise each crack once, and write it with each path into samples/.
+    """Digitise the sample of each run into samples/. Runs with the same settings of digitise share a sample.
 
-    Returns the name of the sample's folder by the number of each run. Raises InputError if a crack cannot be
-    digitised. Its message has each fault with the numbers of its runs.
+    Returns the name of the sample's folder by the number of the run. Raises InputError if a crack cannot be digitised.
+    The message lists each fault with the numbers of its runs.
     """
     runs: dict[str, list[PlannedRun]] = {}
     for run in planned:
@@ -146,7 +152,7 @@ def _digitise(
 def _wanted(
     planned: Sequence[PlannedRun], samples: Mapping[int, str], folder: Path, options: StudyOptions
 ) -> list[WantedRun]:
-    """Return the runs with their digitised samples, as drafts unless the options or a run are accurate."""
+    """Return the runs with their digitised samples. They are drafts unless the options or the run require accuracy."""
     readings = planned[0].trial.readings
     names = [*DIGITISED, *([] if readings is None else [f"{INPUTS}/{readings.file.name}"])]
     homes = {name: folder / "samples" / name for name in dict.fromkeys(samples.values())}
@@ -158,7 +164,7 @@ def _wanted(
         trial = drafted(run.trial, digitised[name]) if options.drafts and not run.accurate else run.trial
         compared = stage_settings(trial, "validate")["readings"]
         if compared is not None:
-            # It only names the fitted settings and changes no result.
+            # The key fitted only names the fitted settings, and does not change the result.
             compared.pop("fitted", None)
         depends = {"readings": compared}
         wanted.append(WantedRun(run.number, run.settings, trial, digitised[name], name, inputs[name], depends))
@@ -166,7 +172,7 @@ def _wanted(
 
 
 def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
-    """Return the --json object of a study. If ``table`` is True, also write its runs as runs.csv."""
+    """Return the object that --json prints for a study. If ``table`` is True, also write the runs to runs.csv."""
     runs = plan.runs
     failed = [run for run in runs if run.state == "failed"]
     rows = [_row(run) for run in runs]
@@ -193,7 +199,10 @@ def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool =
 
 
 def _left_s(plan: Plan) -> float | None:
-    """Estimate the time until all runs are finished from the pace since the last start; None until a run finishes."""
+    """Estimate the time until all runs are finished in s, from the speed since the last start.
+
+    None if no run has finished since then.
+    """
     since = [run for run in plan.runs if (run.finished_unix_s or 0.0) > plan.started_unix_s]
     if not since:
         return None
@@ -203,7 +212,7 @@ def _left_s(plan: Plan) -> float | None:
 
 
 def _holder(folder: Path) -> str | None:
-    """Return the process that computes the sweep, or None. A process on another machine is assumed to be alive."""
+    """Return the process that computes the sweep, or None. A process on another machine is assumed to be running."""
     import psutil
 
     try:
@@ -216,7 +225,7 @@ def _holder(folder: Path) -> str | None:
 
 
 def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:
-    """Return the ranked run with the least mean error, and its baselines; None without readings or ranked runs."""
+    """Return the ranked run with the smallest mean error, and its baselines. None without readings or ranked runs."""
     compared = [
         (run.figures.mean_error_mm, run, run.figures)
         for run in runs
@@ -237,7 +246,10 @@ def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:
 
 
 def _baselines(run: StudyRun, figures: StudyFigures, error_mm: float) -> dict[str, Any]:
-    """Compare the best run with baseline curves that have as many coefficients as settings vary or were fitted."""
+    """Compare the best run with baseline curves.
+
+    A curve has as many coefficients as there are settings that vary or were fitted.
+    """
     from validate.metrics.verdict import ALWAYS, against_baselines, beaten
 
     declared = (run.trial.get("readings") or {}).get("fitted") or ()
@@ -251,28 +263,28 @@ def _baselines(run: StudyRun, figures: StudyFigures, error_mm: float) -> dict[st
         "varied": len(varied),
         "fitted": fitted,
         "baselines": [asdict(curve) for curve in curves],
-        # If only the seed varies, the readings still chose one of the runs.
+        # If only the seed varies, the readings still select one of the runs, which counts as one fitted number.
         "beats_baseline": beaten(error_mm, curves, "calibrated-on", fitted or 1),
         "against_baselines": sentence,
     }
 
 
 def _not_ranked(runs: Sequence[StudyRun]) -> list[dict[str, Any]]:
-    """Return the runs whose volume is off by over 5 %, each with its settled volume divided by the dispensed one."""
+    """Return the runs with a volume error above 5 %, and the ratio of settled to dispensed volume of each."""
     ratios = ((run.number, run.figures.volume_ratio) for run in runs if run.figures is not None)
     return [{"number": number, "volume_ratio": ratio} for number, ratio in ratios if not kept_volume(ratio)]
 
 
 def screening(runs: Sequence[StudyRun]) -> str:
-    """Return a sentence on the runs of the fast model, or on drafts; empty if all runs are by particles, accurately."""
+    """Return a sentence about runs of the fast model or drafts. Empty if all runs are accurate runs with particles."""
     if not (fast := [run for run in runs if run.fast]):
         drafts = sum(run.trial.get("solver", {}).get("preset") == "draft" for run in runs)
         return f"{drafts} of {len(runs)} runs are drafts: {DRAFTS}" if drafts else ""
     unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
-    which = f"{unfit} of them, which are not ranked" if unfit else "none of them"
+    which = f"not valid for {unfit} of these runs, which are not ranked" if unfit else "valid for all of these runs"
     return (
-        f"{len(fast)} of {len(runs)} runs are by the fast model, which is for screening only: confirm its levels with "
-        f"particles. It is unfit for {which}."
+        f"The fast model computed {len(fast)} of {len(runs)} runs. It is only for screening: confirm its levels with "
+        f"particles. It is {which}."
     )
 
 

@@ -1,1 +1,1 @@
-"""One trial: its file, its three stages, and the files that they write into a run folder."""
+"""One trial: the trial file, the three stages, and the files that the stages write to a run folder."""

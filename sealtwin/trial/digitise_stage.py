@@ -33,19 +33,23 @@ if TYPE_CHECKING:
 
 NO_SEALANT = doubt(
     "nozzle.no-sealant",
-    "volume_ml is not given, and a path alone has no cavity, so the path has no flow and no robot program is written",
+    "volume_ml is not given, and a path without walls has no cavity volume, so the path has no flow and no robot "
+    "program can be written",
 )
-REFUSED = "refused.png"  # Picture of the findings in a photo that was refused; the next attempt deletes it
+REFUSED = "refused.png"  # Picture of what was found in a photo that was refused. The next attempt deletes it
 
 
 def bring_up_to_date(job: Job) -> bool:
-    """Run the stage unless its files are current; return True if it ran. Raises InputError as ``_digitise`` does."""
+    """Run the stage unless its files are up to date. Returns True if it ran.
+
+    Raises the same errors as ``_digitise``.
+    """
     (job.path / REFUSED).unlink(missing_ok=True)
     inputs = _hashes_of_sample(job.trial, job.source)
     settings = stage_settings(job.trial, "digitise")
     numbers = job.numbers("digitise")
     key = stage_key(inputs, settings, numbers)
-    # A file that is missing or too large has no hash, and is refused when read.
+    # A file that is missing or too large has no hash. It is refused when it is read.
     if len(inputs) == len(sample_files(job.trial)) and job.folder.is_current("digitise", key):
         return False
     crack = stage_key(inputs, {**settings, "path": None}, numbers)
@@ -86,9 +90,9 @@ def bring_up_to_date(job: Job) -> bool:
 
 
 def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
-    """Digitise the trial's photo or mesh; the solid is None for a path without walls.
+    """Digitise the trial's photo or mesh. The solid is None for a path without walls.
 
-    Raises InputError if there is no crack that can be measured.
+    Raises InputError if no crack can be measured.
     """
     trial = job.trial
     if trial.mesh is not None:
@@ -131,17 +135,17 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
 
 @contextmanager
 def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
-    """Write a picture of the findings if the block raises InputError, and add the picture's path to the message."""
+    """If the block raises InputError, write a picture of what was found, and add its path to the message."""
     try:
         yield
     except InputError as fault:
         picture = job.path / REFUSED
         files.write_png(picture, draw())
-        raise InputError(f"{fault} Look at {shown(picture)}.") from None
+        raise InputError(f"{fault} See the picture {shown(picture)}.") from None
 
 
 def _hashes_of_sample(trial: Trial, source: Path) -> dict[str, str]:
-    """Return the hash of each file that shows the crack, by role and name. Missing or too large files are omitted."""
+    """Return the hash of each file that shows the crack, by role and name. Missing and too large files are left out."""
     return {
         file.name if role == "file" else f"{role} {file.name}": files.sha256(source / file)
         for role, file in sample_files(trial).items()

@@ -1,6 +1,6 @@
-"""Files of runs for other programs and machines: robot programs, masks and COCO annotations, drawings for CAD, films.
+"""Write files for other programs and machines: robot programs, masks, COCO annotations, drawings for CAD, and films.
 
-A robot program is written for a confirmed path alone, within the limits of the cell.
+A robot program is written only for a confirmed path within the limits of the cell.
 """
 
 import time
@@ -32,10 +32,10 @@ USES = ("outline.json", "trajectory.csv")
 
 
 def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path) -> list[Path]:
-    """Write a mask and a drawing for each run, and one COCO file for all, into ``out``; return the files.
+    """Write files of the given ``kinds`` to ``out``: a mask and a drawing for each run, and one COCO file for all runs.
 
-    Raises InputError, before writing any file, if a run is not digitised or cannot be written in a format, or a file of
-    the same name exists with another content.
+    Returns the written files. Raises InputError, before it writes any file, if a run is not digitised or cannot be
+    written in a format, or if a file with the same name and different content exists.
     """
     from digitise.exports import coco_of, dxf_text, mask_png
 
@@ -45,11 +45,11 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
     trials = [load_trial(folder / "trial.toml") for folder in folders]
     names = [trial.shown_by.file.name for trial in trials]
     if len({*names}) < len(names):
-        # Ingest gives the photo of each sample the same name; the name of the trial is that of the sample.
+        # After an ingest, the photos of all samples have the same name, but the trial has the name of the sample.
         names = [f"{trial.name}{trial.shown_by.file.suffix}" for trial in trials]
     if twice := [stem for stem, times in Counter(Path(name).stem for name in names).items() if times > 1]:
         raise InputError(
-            f"{twice[0]}: several runs have files and trials of this name; export them into separate folders."
+            f"{twice[0]}: several runs have files and trials with this name. Export these runs to separate folders."
         )
     outlines = {name: record_files.read_outline(folder) for name, folder in zip(names, folders, strict=True)}
     contents: dict[Path, bytes] = {}
@@ -66,15 +66,15 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
 
 
 def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]:
-    """Write a film of a run folder's frames; return their number and the simulated time in seconds.
+    """Write a film of a run folder's frames. Returns the number of frames and the simulated time in s.
 
     Raises InputError if frames are missing.
     """
     look_into(folder)
     if not (folder / FRAMES).is_file():
         raise InputError(
-            f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' writes "
-            "frames, and computes the fluid run again."
+            f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' computes the "
+            "fluid run again and writes frames."
         )
     from validate.figures.snapshots import FillScene, write_film
 
@@ -90,21 +90,22 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
 
 @dataclass(frozen=True)
 class CellFile:
-    """A robot's cell as it was read, with the table of its pump."""
+    """Content of a robot's cell file, with the table of its pump."""
 
     settings: RobotCell
-    name: str  # Of the file, for messages
+    name: str  # Name of the cell file, for messages
     pump: PumpTable | None
-    inputs: Mapping[str, str]  # Hashes of its files by their names
+    inputs: Mapping[str, str]  # Hashes of the cell file and the pump's file, by file name
 
     @classmethod
     def read(cls, source: Path | Mapping[str, Any]) -> "CellFile":
-        """Read a cell file, or the content of one, whose pump's file is then relative to the current folder.
+        """Read a cell file, or take its content from a mapping.
 
-        Raises InputError, as ``read_settings`` does, and if the weighings of the pump cannot be used.
+        For a mapping, the path of the pump's file is relative to the current folder. Raises the same errors as
+        ``read_settings``, and InputError if the weighings of the pump cannot be used.
         """
         if isinstance(source, Path):
-            starter = "'sealtwin robot --example cell.toml' writes one to start from"
+            starter = "'sealtwin robot --example cell.toml' writes an example"
             settings = read_settings(RobotCell, source, name="cell file", starter=starter)
             name, folder, paths = source.name, source.parent, [source]
         else:
@@ -115,13 +116,13 @@ class CellFile:
 
 
 def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOptions, out: Path | None) -> dict[str, Any]:
-    """Write the path in each format into ``out`` (default: robot/ of the run).
+    """Write the path of a run in each format to ``out`` (default: robot/ in the run folder).
 
-    All files are computed before the first is written. Returns the content of robot.json, with its folder, the names
-    of edited files that were renamed, and sentences if other stage numbers computed the path.
+    All files are computed before the first one is written. Returns the content of robot.json, with the folder, the
+    names of edited files that were renamed, and a sentence if a version with other stage numbers computed the path.
 
-    Raises InputError if the run is not digitised, its path is automatic and not confirmed, the cell file has a fault,
-    or the path exceeds a limit of the cell.
+    Raises InputError if the run is not digitised, if the path is automatic and not confirmed, if the cell file is not
+    valid, or if the path exceeds a limit of the cell.
     """
     began = time.monotonic()
     require_digitised(folder)
@@ -144,17 +145,20 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
 
 
 def require_confirmed(where: str, outline: Outline, options: ProgramOptions) -> None:
-    """Raise InputError, naming ``where``, if the crack was found automatically and the options do not accept that."""
+    """Raise InputError if the crack was found automatically and the options do not allow that.
+
+    The message begins with ``where``.
+    """
     if outline.path_source == "automatic" and not options.allow_automatic:
         raise InputError(
-            f"{where}: the crack was found automatically, but a robot file requires a confirmed crack. Look at "
-            "overlay.png. Then give the crack's ends or its number (photo.ends_px, photo.crack) and trace it again, or "
+            f"{where}: the crack was found automatically, but a robot program requires a confirmed crack. Look at "
+            "overlay.png. Then give the crack's ends or number (photo.ends_px, photo.crack) and trace it again, or "
             "give --allow-automatic (in Python, allow_automatic=True)."
         )
 
 
 def origin_of(folder: Path, trial: str, outline: Outline, names: Sequence[str]) -> dict[str, Any]:
-    """Return the origin of a path for the head of a program. ``names`` are the files in ``folder`` that it is from."""
+    """Return the origin of a path for the header of a program. ``names`` are the files in ``folder`` with the path."""
     return {
         "trial": trial,
         "run": folder.resolve().name,
@@ -172,10 +176,10 @@ def write_programs(
     origin: Mapping[str, Any],
     run: RunFolder | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
-    """Write a path's files and robot.json; return the content of robot.json, and the new names of edited files.
+    """Write the programs of a path and robot.json. Returns the content of robot.json and new names of edited files.
 
-    ``origin`` is that of ``origin_of``. ``run`` is the run folder if it contains ``target``; without it, raises
-    InputError if ``target`` has files of another origin.
+    ``origin`` is the result of ``origin_of``. ``run`` is the run folder, if ``target`` is in a run folder. Without
+    ``run``, raises InputError if ``target`` has files that sealtwin did not write.
     """
     kinds = kinds_of(cell, options)
     path = place_path(trajectory, cell.settings, cell.name, cell.pump)
@@ -193,13 +197,13 @@ def write_programs(
 
 
 def kinds_of(cell: CellFile, options: ProgramOptions) -> list[str]:
-    """Return the formats to write. Raises InputError if the cell lacks the table of one that is requested."""
+    """Return the formats to write. Raises InputError if the cell has no table for a requested format."""
     formats = options.formats or cell.settings.formats
     missing = {kind: cell.settings.missing_for(kind) for kind in LANGUAGES}
     for kind, table in missing.items():
         if kind in formats and table is not None:
             raise InputError(
-                f"{cell.name}: no [{table}] table, which format {kind} needs; 'sealtwin robot --example FILE' has one."
+                f"{cell.name}: the format {kind} requires a table [{table}]; 'sealtwin robot --example FILE' shows it."
             )
     return [kind for kind, table in missing.items() if table is None and (kind in formats or "all" in formats)]
 
@@ -232,7 +236,7 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _pump(path: RobotPath, wanted: Trajectory, pump: PumpTable) -> dict[str, Any]:
-    """Return the flows that the programs request from a pump, and the uncertainty of its flow."""
+    """Return the flows that the programs request from a pump, and the uncertainty of the pump's flow."""
     flows = wanted.flow_mm3_s[wanted.flow_mm3_s > 0]
     requested = path.trajectory.flow_mm3_s[path.trajectory.flow_mm3_s > 0]
     return {
@@ -245,9 +249,9 @@ def _pump(path: RobotPath, wanted: Trajectory, pump: PumpTable) -> dict[str, Any
 
 
 def _head(report: dict[str, Any]) -> tuple[str, ...]:
-    """Return the lines at the head of each program, which identify it without another file."""
+    """Return the header lines of each program, which identify the program without another file."""
     frame = report["frame"]
-    confirmed = "" if report["confirmed"] else " - NOT CONFIRMED BY ANYBODY"
+    confirmed = "" if report["confirmed"] else " - NOT CONFIRMED BY A PERSON"
     edited = report["edited_by_hand"]
     return (
         f"{report['made_by']}: nozzle path, cell {report['cell']}",
@@ -263,9 +267,9 @@ def _head(report: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
-    """Delete the files of an earlier call, listed in robot.json, in a folder outside the run. Return an empty list.
+    """Delete the files of an earlier call, which robot.json lists, in a folder outside the run folder.
 
-    Raises InputError if a file of another origin would be replaced.
+    Returns an empty list. Raises InputError if a file that sealtwin did not write would be replaced.
     """
     require_folder(target)
     written: dict[str, str] = {}
@@ -277,7 +281,8 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
         path = target / name
         if path.is_file() and written.get(name) != files.sha256(path):
             raise InputError(
-                f"{path}: not written by sealtwin robot, or changed since; it is not replaced. Give another --out."
+                f"{path}: 'sealtwin robot' did not write this file, or it was changed. It is not replaced; give "
+                "another --out."
             )
     for name in written:
         (target / name).unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""A trial in its run folder, and the inputs of each stage."""
+"""Set up a trial in its run folder, and determine the inputs of each stage."""
 
 import os
 from collections.abc import Sequence
@@ -23,27 +23,27 @@ NUMBERS: dict[str, int] = {
     "simulate": simulate.STAGE_NUMBER,
     "validate": validate.STAGE_NUMBER,
 }
-"""Number of each stage, in the order of the pipeline."""
+"""Stage number of each stage, in the order of the pipeline."""
 
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
-"""Files of the first stage that later stages read."""
-OVERLAY, STRAIGHT = "overlay.png", "straight.png"  # Pictures of the first stage that the report shows
-OF_A_PATH = ("outline.json", "trajectory.csv")  # The files among DIGITISED of a path without a solid
-SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the second stage that the third reads
+"""Files of the stage digitise that later stages read."""
+OVERLAY, STRAIGHT = "overlay.png", "straight.png"  # Pictures of the stage digitise that the report shows
+OF_A_PATH = ("outline.json", "trajectory.csv")  # Files in DIGITISED that a path without a solid has
+SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the stage simulate that validate reads
 FILES_OF_A_SAMPLE = ("file", "mask", "path")  # Settings of [photo] and [mesh] that name a file
 SEEDS = "simulate-seeds"
-"""Name of the runs with the other seeds of a trial in the manifest; it sorts after simulate."""
+"""Name in the manifest for the runs with the trial's other seeds. In alphabetical order, it follows simulate."""
 LARGEST_SHEET_BYTES = 5_000_000
 
 
 def numbers_up_to(stage: StageName) -> dict[str, int]:
-    """Return the number of a stage and those of the stages before it."""
+    """Return the stage numbers of ``stage`` and of all stages before it."""
     return {name: NUMBERS[name] for name in STAGES[: STAGES.index(stage) + 1]}
 
 
 def own_numbers() -> dict[str, int]:
-    """Return all stage numbers of this version. It is a function so that it can be called on another machine."""
+    """Return all stage numbers of this version. As a function, it can be called on another machine."""
     return dict(NUMBERS)
 
 
@@ -52,34 +52,38 @@ class Job:
     """A trial in its run folder, with the options of its run."""
 
     trial: Trial
-    source: Path  # Folder that relative names in the trial start from
+    source: Path  # Folder to which paths in the trial are relative
     folder: RunFolder
-    sheet: Path | None  # Sheet of readings under the name that the user gave; the folder has a copy
-    device: str  # Device as the user gave it; the fluid run resolves "auto"
+    sheet: Path | None  # Path of the sheet of readings that the user gave. The run folder has a copy
+    device: str  # Device that the user gave. The fluid run resolves "auto"
     progress: Progress
-    threads: int | None = None  # Threads of a fluid run on a CPU, if the user gave them; they do not change the result
-    jobs: int = 0  # Worker processes of the runs with the other seeds; 0 computes them in this process
+    threads: int | None = (
+        None  # Number of CPU threads of the fluid run, if the user gave it. The result does not change
+    )
+    jobs: int = 0  # Number of worker processes for the runs with other seeds. 0 computes them in this process
     traced: dict[str, Any] = field(default_factory=dict)
-    """The latest crack that this command digitised, by its key without the path: jobs that share it trace it once."""
+    """Latest crack that this command digitised, by a key that does not depend on the nozzle's path.
+
+    Jobs that share this dict trace the same crack only once."""
 
     @property
     def path(self) -> Path:
         return self.folder.path
 
     def numbers(self, stage: StageName) -> dict[str, int]:
-        """Return the stage numbers that ``stage`` depends on: its present one, and recorded ones of earlier stages."""
+        """Return the stage numbers that ``stage`` depends on: its current number, and earlier stages' recorded ones."""
         recorded = {name: self.folder.numbers_of(name).get(name, UNNUMBERED) for name in numbers_up_to(stage)}
         return {**recorded, stage: NUMBERS[stage]}
 
     def other_numbers(self, stage: StageName) -> str:
-        """Return a text on stage numbers of ``stage`` in this folder that differ from this version's, or ""."""
+        """Return how the recorded stage numbers of ``stage`` differ from this version's numbers, or ""."""
         return other_numbers(self.folder.numbers_of(stage), numbers_up_to(stage))
 
 
 def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[str]:
-    """Return a sentence for each run folder that was computed by other stage numbers than this version's.
+    """Return a sentence for each run folder that a version with other stage numbers computed.
 
-    The numbers are compared up to ``stage``, or up to the last finished stage if it is None.
+    The numbers are compared up to ``stage``. If it is None, they are compared up to the last finished stage.
     """
     sentences: list[str] = []
     for folder in folders:
@@ -92,17 +96,17 @@ def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[
 
 
 def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
-    """Set up a trial in ``folder``. Nothing is written before a stage has results.
+    """Set up a trial in ``folder``. No file is written before a stage has results.
 
-    Raises InputError if the folder has another trial, the sheet of readings is missing, or a table of the fluid cannot
-    be used.
+    Raises InputError if the folder has another trial, if the sheet of readings is missing, or if a file of the fluid
+    cannot be used.
     """
     trial = trial.loaded(source)
     earlier = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
     if (earlier.name, earlier.shown_by.file.name) != (trial.name, trial.shown_by.file.name):
         raise InputError(
-            f"{folder.path}: has the trial '{earlier.name}' of {earlier.shown_by.file.name}; this is '{trial.name}' of "
-            f"{trial.shown_by.file.name}. Give another --out, or delete that folder."
+            f"{folder.path}: has the trial '{earlier.name}' of {earlier.shown_by.file.name}, but this is "
+            f"'{trial.name}' of {trial.shown_by.file.name}. Give another --out, or delete that folder."
         )
     sheet = None
     if trial.readings is not None:
@@ -114,7 +118,7 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
 
 
 def resume_job(folder: RunFolder, device: str, progress: Progress, settings: SettingValues | None = None) -> Job:
-    """Set up the trial of a run folder. ``settings`` by dotted name replace those of the trial."""
+    """Set up the trial in a run folder. ``settings`` by dotted name replace those of the trial."""
     trial = load_trial(folder.path / "trial.toml", settings)
     if settings:
         return start_job(trial, folder.path, folder, device, progress)
@@ -123,7 +127,10 @@ def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Set
 
 
 def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
-    """Return the settings that a stage depends on. Unset ones are omitted, so that a new option changes no key."""
+    """Return the settings that a stage depends on.
+
+    Settings without a value are left out. A new setting therefore does not change the keys of earlier results.
+    """
     dump = trial.content
     tables: dict[StageName, tuple[str, ...]] = {
         "digitise": ("photo", "crack", "mesh", "path"),
@@ -144,50 +151,50 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
             settings["pictures"] = True
     for table in ("photo", "mesh"):
         if (values := settings.get(table)) is not None:
-            # Files count by their hashes, not by their names.
+            # Files are compared by their hashes, so their names are left out.
             settings[table] = {key: value for key, value in values.items() if key not in FILES_OF_A_SAMPLE}
     return settings
 
 
 def sample_files(trial: Trial) -> dict[str, Path]:
-    """Return the files that show the crack by the setting that names each. Paths are those in the trial."""
+    """Return the files that show the crack, by the setting that names the file. Paths are as in the trial file."""
     named = {role: getattr(trial.shown_by, role, None) for role in FILES_OF_A_SAMPLE}
     return {role: file for role, file in named.items() if file is not None}
 
 
 def require_sample(trial: Trial, source: Path) -> None:
-    """Raise InputError if a file that shows the crack is missing, before a folder is made."""
+    """Raise InputError if a file that shows the crack is missing. This is called before a folder is made."""
     table = "photo" if trial.mesh is None else "mesh"
     for role, file in sample_files(trial).items():
         if not (source / file).exists():
-            cure = "Put it there, or correct the name."
+            cure = "Put the file there, or correct the name."
             if (source / MANIFEST).is_file():
-                cure = f"A run folder has no copy: 'sealtwin simulate {shown(source)}' uses the crack there."
-            raise InputError(f"{source / file}: not found; {table}.{role} names it. {cure}")
+                cure = f"A run folder has no copy of it; 'sealtwin simulate {shown(source)}' uses the digitised crack."
+            raise InputError(f"{source / file}: not found, but {table}.{role} names it. {cure}")
 
 
 def begin_writing(job: Job, stage: StageName) -> None:
-    """Write the trial, and delete the earlier files of ``stage`` and the report. Edited files are renamed."""
+    """Write the trial file, and delete earlier files of ``stage`` and the report. Edited files are renamed instead."""
     adopt_trial(job)
     (job.path / "run.json").unlink(missing_ok=True)
-    # A robot program of the old path must not remain with the new path.
+    # A robot program for the old path must not remain in a folder with the new path.
     more = {"digitise": ("robot",), "simulate": (SEEDS,)}.get(stage, ())
     for stale in dict.fromkeys((stage, *more, "validate")):
         clear(job, stale)
 
 
 def clear(job: Job, stage: str) -> None:
-    """Delete the files of a stage. Edited files are renamed."""
+    """Delete the files of a stage. Edited files are renamed instead."""
     for name in job.folder.clear(stage):
-        text = f"{stage}: a file was edited since this stage wrote it; your version is kept as {name}."
+        text = f"{stage}: a file was edited after this stage wrote it; your version is kept as {name}."
         job.progress.warn(doubt("file.kept", text, name))
 
 
 def adopt_trial(job: Job) -> None:
-    """Write the resolved trial and a copy of the readings into the folder.
+    """Write the resolved trial and a copy of the readings to the run folder.
 
-    Photo and mesh are not copied, since a photo may contain its place and author, and a scan is large. The manifest
-    has their hashes.
+    The photo and the mesh are not copied, since a photo may contain its location and author, and a scan is large. The
+    manifest has their hashes.
     """
     if job.source.resolve() == job.path.resolve() and load_trial(job.path / "trial.toml") == job.trial:
         return
@@ -202,33 +209,35 @@ def adopt_trial(job: Job) -> None:
 
 def check_sheet(sheet: Path) -> None:
     if not sheet.is_file():
-        raise InputError(f"{sheet}: no such file; [readings] file names it. Put it there, or remove [readings].")
+        raise InputError(f"{sheet}: not found, but readings.file names it. Put the file there, or remove [readings].")
     if sheet.stat().st_size > LARGEST_SHEET_BYTES:
-        raise InputError(f"{sheet}: larger than {LARGEST_SHEET_BYTES / 1e6:g} MB; a sheet of readings has some kB.")
+        raise InputError(
+            f"{sheet}: is larger than {LARGEST_SHEET_BYTES / 1e6:g} MB, but a sheet of readings has only some kB."
+        )
 
 
 def require_digitised(folder: RunFolder) -> None:
     """Raise InputError if the crack of a run folder is not digitised."""
     if folder.settings_of("digitise") is None:
         raise InputError(
-            f"{folder.path}: digitise is not finished. Run 'sealtwin run TRIAL --out {folder.path}' first."
+            f"{folder.path}: the stage digitise is not finished. First run 'sealtwin run TRIAL --out {folder.path}'."
         )
 
 
 def require_solid(job: Job) -> None:
-    """Raise InputError if only the path of the crack was digitised."""
+    """Raise InputError if only the path of the crack was digitised, without walls."""
     solid, outline = (job.path / name for name in ("solid.json", "outline.json"))
     if not solid.is_file() and outline.is_file() and record_files.read_outline(job.path).width_source == "none":
         raise InputError(
-            f"{job.path}: has only the crack's path, without walls, so there is no solid to fill. Give [crack] "
-            "depth_mm with [photo] width_mm, or a photo from closer, and digitise again."
+            f"{job.path}: has only the crack's path, without walls, so there is no solid to fill. Give crack.depth_mm "
+            "and photo.width_mm, or a photo from a shorter distance, and digitise again."
         )
 
 
 def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
-    """Return the present hashes of files that ``stage`` wrote.
+    """Return the current hashes of files that ``stage`` wrote.
 
-    Raises InputError if the stage is not finished, or if it ran with settings that differ from the trial's.
+    Raises InputError if the stage is not finished, or if it ran with settings that differ from the trial.
     """
     require_solid(job)
     again = f"'sealtwin {stage} {job.path}'" if stage != "digitise" else f"'sealtwin run TRIAL --out {job.path}'"
@@ -236,26 +245,26 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     missing = [name for name in names if not (job.path / name).is_file()]
     if made_with is None or missing:
         what = f" ({missing[0]} is missing)" if missing else ""
-        raise InputError(f"{job.path}: {stage} is not finished{what}. Run {again} first.")
+        raise InputError(f"{job.path}: the stage {stage} is not finished{what}. First run {again}.")
     wanted = stage_settings(job.trial, stage)
     tables = dict.fromkeys((*wanted, *made_with))
     if differing := [table for table in tables if made_with.get(table) != wanted.get(table)]:
         raise InputError(
-            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] differs from the settings of {stage} here. "
-            f"Run {again} for these settings first."
+            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] differs from the settings with which {stage} ran. "
+            f"First run {again} with these settings."
         )
     if other := job.other_numbers(stage):
-        text = f"{job.path}: its {stage} files were computed by {other}. {again} computes them again."
+        text = f"{job.path}: the files of {stage} were computed by {other}. {again} computes them again."
         job.progress.warn(doubt("file.other-version", text, stage))
     for name in job.folder.edited(stage):
         job.progress.warn(
-            doubt("file.edited", f"{name}: edited since {stage} wrote it; the edited file is used.", name)
+            doubt("file.edited", f"{name}: was edited after {stage} wrote it; the edited file is used.", name)
         )
     return {name: files.sha256(job.path / name) for name in names}
 
 
 def shown(path: Path) -> str:
-    """Return a path as text. One below the current folder is made relative to it, so that no home folder is named."""
+    """Return a path as text. A path inside the current folder becomes relative, so that it does not name the user."""
     try:
         below = path.absolute().is_relative_to(Path.cwd())
     except FileNotFoundError:

@@ -15,17 +15,17 @@ from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by
 from sealtwin.trial.trial_file import Output
 from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, ProgressFile, StillThere
 
-CHECKPOINT = "checkpoint.npz"  # Checkpoint of a run that is not finished
+CHECKPOINT = "checkpoint.npz"  # File with the checkpoint of an unfinished run
 FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
-"""Collection files of the frames and of the snapshots, each in the folder of its frames."""
+"""Collection files that list the frames and the snapshots. Each is in the folder of these files."""
 HEALTH = "health.csv"
 PROGRESS = "progress.json"
 
 
 def bring_up_to_date(job: Job) -> bool:
-    """Run the stage unless its files are current; return True if it ran.
+    """Run the stage unless its files are up to date. Returns True if it ran.
 
-    Raises InputError if the settings do not fit the crack, and NumericalError if the run becomes unstable.
+    Raises InputError if the settings cannot be used for the crack, and NumericalError if the run becomes unstable.
     """
     _require_fluid(job)
     trial, device = job.trial, device_of(job)
@@ -33,11 +33,11 @@ def bring_up_to_date(job: Job) -> bool:
     settings, numbers = stage_settings(trial, "simulate"), job.numbers("simulate")
     key = stage_key(inputs, {**settings, **({"device": device} if device else {})}, numbers)
     if job.folder.is_current("simulate", key) and (not device or _has_frames(job, trial.output)):
-        # A run that was killed just after its end has left its checkpoint.
+        # A run that was killed just after its end may have left its checkpoint.
         (job.path / CHECKPOINT).unlink(missing_ok=True)
         return False
     if not device and trial.output.frames_every_s is not None:
-        job.progress.warn(Fact("output.no-frames", "the fast model has no particles, and writes no frames."))
+        job.progress.warn(Fact("output.no-frames", "the fast model has no particles, so it does not write frames."))
     began = time.monotonic()
 
     from simulate.injection import ComputeOptions
@@ -46,11 +46,11 @@ def bring_up_to_date(job: Job) -> bool:
     sample = record_files.read_sample(job.path)
     every_s = trial.output.frames_every_s
     frames_s = () if every_s is None else (every_s * number for number in itertools.count())
-    # First: it may resume the run before the others begin.
+    # The checkpoint is the first of these watchers, because it may resume the run before the others begin.
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
     snapshots = FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s)))
     frame_files, health_log = FrameFiles(job.path / FRAMES, frames_s), HealthLog(job.path / HEALTH)
-    # First before the run, and first after each frame.
+    # It is in the list twice, because it must be first both before the run and after each frame.
     still_there = StillThere(job.path)
     with ProgressFile(job.path / PROGRESS) as progress_file:
         watchers = still_there, checkpoint, frame_files, snapshots, health_log, progress_file, still_there
@@ -63,7 +63,7 @@ def bring_up_to_date(job: Job) -> bool:
             _note_missed(job, run)
             facts["output"] = trial.output.model_dump(mode="json")
         else:
-            # The files of an earlier run by particles.
+            # Files of an earlier particle run are deleted.
             frames = (read_collection(job.path / name) for name in (FRAMES, SNAPSHOTS) if (job.path / name).is_file())
             stale = (CHECKPOINT, PROGRESS, HEALTH, FRAMES, SNAPSHOTS)
             for path in [*(path for pairs in frames for _, path in pairs), *(job.path / name for name in stale)]:
@@ -75,9 +75,9 @@ def bring_up_to_date(job: Job) -> bool:
 
 
 def device_of(job: Job) -> str:
-    """Return the device of the trial's run; empty for the fast model, whose result does not depend on it.
+    """Return the device of the trial's run, or "" for the fast model, whose result does not depend on the device.
 
-    Raises InputError if the device is missing, or if threads are given for a device that is not a CPU.
+    Raises InputError if the device does not exist, or if threads are given for a device other than a CPU.
     """
     if not job.trial.solver.has_particles:
         return ""
@@ -85,13 +85,13 @@ def device_of(job: Job) -> str:
 
     device = choose_device(job.device)
     if (job.threads or 1) > 1 and device != "cpu":
-        raise InputError(f"--threads {job.threads}: only for a CPU, but this run is on {device}. Omit it.")
+        raise InputError(f"--threads {job.threads}: threads apply only to a CPU, but this run is on {device}. Omit it.")
     job.progress.note(f"Device: {describe_device(device)}")
     return device
 
 
 def check(job: Job) -> None:
-    """Check the run of a digitised trial up to its first frame. Raises InputError as the run would."""
+    """Check a digitised trial as its run does before the first frame. Raises the same InputError as the run."""
     from simulate.run import check as check_run
 
     _require_fluid(job)
@@ -99,22 +99,23 @@ def check(job: Job) -> None:
 
 
 def _note_missed(job: Job, run: Run) -> None:
-    """Note the snapshots after the end of a finished run."""
+    """Show a note if snapshots are missing because the run ended before their time."""
     health = run.health.recorded()
     end_s = health["frames"] * health["frame_s"]
     if late := [f"{t_s:g}" for t_s in sorted(set(job.trial.output.snapshots_s)) if t_s > PAST_THE_END * end_s]:
-        job.progress.note(f"note: no snapshot at {', '.join(late)} s: the run ended after {end_s:.2f} s.")
+        job.progress.note(f"note: there is no snapshot at {', '.join(late)} s, since the run ended at {end_s:.2f} s.")
 
 
 def _require_fluid(job: Job) -> None:
     if job.trial.fluid is None:
         raise InputError(
-            f"{job.path / 'trial.toml'}: no [fluid] table; give U and D_cm, or viscosity_pa_s, and simulate again."
+            f"{job.path / 'trial.toml'}: there is no table [fluid]. Give viscosity_pa_s, or U and D_cm, and simulate "
+            "again."
         )
 
 
 def _has_frames(job: Job, wanted: Output) -> bool:
-    """Return True if the finished run wrote all frames and snapshots that the trial requests now."""
+    """Return True if the finished run wrote all frames and snapshots that the trial now requests."""
     with files.understood(job.path / MANIFEST):
         output = Output.model_validate_json(json.dumps(job.folder.manifest["stages"]["simulate"].get("output", {})))
     if wanted.frames_every_s is not None and not (job.path / FRAMES).is_file():
@@ -123,7 +124,7 @@ def _has_frames(job: Job, wanted: Output) -> bool:
 
 
 def snapshots_of(job: Job) -> list[str]:
-    """Return the files of the run's snapshots, in order of time."""
+    """Return the files of the run's snapshots in the order of time."""
     if not (job.path / SNAPSHOTS).is_file():
         return []
     return [f"{SNAPSHOTS.parent}/{path.name}" for _, path in read_collection(job.path / SNAPSHOTS)]

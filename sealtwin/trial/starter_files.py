@@ -1,6 +1,6 @@
-"""Files to start from: a commented trial, a robot's cell, a study, the trial of the demo; and new trials.
+"""Write starter files: a commented trial, a robot's cell, a study, the demo, and trials for 'quick' and 'import-dxf'.
 
-'sealtwin quick' takes the starter's settings if they are not given, 'sealtwin import-dxf' a drawn crack.
+For settings that the user does not give, 'sealtwin quick' uses the settings of the commented trial, the "starter".
 """
 
 import hashlib
@@ -37,51 +37,56 @@ SHEET = "caliper.xlsx"
 HEADER = ("Distance along crack [mm]", *(f"Depth below face {repeat} [mm]" for repeat in (1, 2, 3)))
 """Header of the empty sheet of readings, with three repeats at each station."""
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
-"""Files of the paper's reconstructed trial, which is a fixture of the tests. The wheel has them too."""
+"""Files of the reconstruction of the paper's trial. They are fixtures of the tests, and also part of the wheel."""
 MEASURED = ("measured.toml", "fronts.csv", "flow_curve_okonomiyaki.csv")
-"""Files of 'sealtwin demo --measured', which the benchmarks read too. The wheel has them too."""
+"""Files of 'sealtwin demo --measured'. The benchmarks read them, and they are also part of the wheel."""
 STARTER = tomllib.loads(TRIAL)
 NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
-"""Settings of the starter that are not marked as assumed, since they are always given, or are defaults."""
+"""Settings of the starter that are not marked as assumed, since the user always gives them or they are defaults."""
 ASSUMED = {
     f"{table}.{key}": value
     for table in ("crack", "path", "fluid", "solver", "nozzle")
     for key, value in STARTER[table].items()
     if f"{table}.{key}" not in NOT_ASSUMED
 }
-"""Settings that are taken from the starter if not given, by dotted name."""
+"""Settings of the starter that are used if the user does not give them, by dotted name."""
 QUICK = {**ASSUMED, "solver.preset": "draft"}
-NOBODY = "undeclared"  # Origin of a photo, and origin and role of readings, if not declared: they validate nothing
+NOBODY = "undeclared"  # Value of a photo's origin, and of the readings' origin and role, if they are not declared
 MARK = "# Written by 'sealtwin quick', as it was while its check is "
-"""First line of the file, before a hash of the others. A file that was not edited may be overwritten."""
+"""Beginning of the first line of a trial file, before a hash of the other lines.
+
+The hash shows if the file was edited. An unchanged file may be overwritten."""
 MESH, LINE, DRAWN = "drawing.obj", "line.csv", "trial.toml"
-"""Files of the trial of a drawn crack."""
+"""Names of the files that are written for a drawn crack."""
 HEAD = """\
-# Settings marked as assumed were not given. Measure them, correct them here, and run again:
+# Settings marked as assumed were not given. Measure them, correct them in this file, and run the trial again:
 #   sealtwin run {file} --out {run}
 """
 
 
 def write_example_cell(path: Path) -> None:
-    """Write a cell file. Raises InputError if ``path`` exists."""
+    """Write an example of a cell file. Raises InputError if ``path`` exists."""
     _write_new({path: CELL.replace("{file}", path.name)}, "name")
 
 
 def write_example_study(file: Path) -> None:
-    """Write a commented study. Raises InputError if ``file`` exists."""
+    """Write an example of a study file. Raises InputError if ``file`` exists."""
     _write_new({file: STUDY.replace("{file}", str(file))}, "name")
 
 
 def write_starter(folder: Path) -> list[Path]:
-    """Write trial.toml and a sheet for readings into a folder, and return them. Raises InputError if one exists."""
+    """Write trial.toml and a sheet for readings to a folder, and return their paths.
+
+    Raises InputError if one of them exists.
+    """
     if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: this is a file; give a folder, new or existing.")
+        raise InputError(f"{folder}: is a file; give a new or existing folder.")
     trial = TRIAL.replace("{folder}", folder.as_posix())
     return _write_new({folder / "trial.toml": trial, folder / SHEET: empty_sheet()}, "folder")
 
 
 def empty_sheet() -> bytes:
-    """Return an XLSX for readings. It is read without a question once numbers are in it."""
+    """Return an empty XLSX sheet for readings. After numbers are filled in, it can be read without questions."""
     import openpyxl
     from openpyxl.styles import Font
     from openpyxl.utils import get_column_letter
@@ -101,61 +106,64 @@ def empty_sheet() -> bytes:
 def _write_new(contents: Mapping[Path, str | bytes], other: str) -> list[Path]:
     for path in contents:
         if path.exists():
-            raise InputError(f"{path}: already exists and is not overwritten; give another {other}.")
+            raise InputError(f"{path}: already exists and is not overwritten. Give another {other}.")
     for path, content in contents.items():
         write_bytes(path, content.encode() if isinstance(content, str) else content)
     return list(contents)
 
 
 def place_paper_trial(folder: Path) -> None:
-    """Copy the reconstructed trial into a folder, new or existing.
+    """Copy the reconstruction of the paper's trial to a new or existing folder.
 
-    Raises InputError if it has files of the same names with another content, which are not overwritten.
+    Raises InputError if the folder has files with the same names and different content, which are not overwritten.
     """
     require_folder(folder)
     write_unless_other({folder / name: (shipped_trial() / name).read_bytes() for name in DEMO})
 
 
 def shipped_trial() -> Path:
-    """Return the folder of the reconstructed trial. Raises InputError if the installation lacks one of its files."""
+    """Return the folder of the reconstructed trial. Raises InputError if a file is missing in this installation."""
     return _shipped("demo", "fixtures/paper-trial", DEMO)
 
 
 def shipped_measured() -> Path:
-    """Return the folder of the measured dam breaks. Raises InputError if the installation lacks one of its files."""
+    """Return the folder of the measured dam breaks. Raises InputError if a file is missing in this installation."""
     return _shipped("measured", "benchmarks/measured", MEASURED)
 
 
 def _shipped(in_wheel: str, in_checkout: str, names: Sequence[str]) -> Path:
-    """Return the folder that has all files of these names: in the package of a wheel, or in a checkout."""
+    """Return the folder with all files in ``names``. It is in the installed package or in a checkout."""
     package = Path(str(resources("sealtwin")))
     for folder in (package / in_wheel, package.parent / in_checkout):
         if all((folder / name).is_file() for name in names):
             return folder
-    raise InputError(f"{package / in_wheel}: the demo's files are missing; install sealtwin again.")
+    raise InputError(f"{package / in_wheel}: the files of the demo are missing. Install sealtwin again.")
 
 
 def quick_trial(photo: Path, folder: Path, settings: SettingValues, sheet: Path | None) -> tuple[str, list[str]]:
-    """Return the text of a trial file in ``folder``, and its assumptions as "table.key = value".
+    """Return the text of a trial file in ``folder``, and the assumed settings as texts "table.key = value".
 
-    ``settings`` are the given ones, by dotted name. Raises InputError, naming the photo, if one cannot be used, or a
-    file is missing.
+    ``settings`` are the user's settings by dotted name. Raises InputError with the name of the photo if a setting
+    cannot be used or a file is missing.
     """
     for file in filter(None, (photo, sheet)):
         if not file.is_file():
             raise InputError(f"{file}: no such file.")
     sheets = {} if sheet is None else {"readings.file": sheet}
     if twice := sorted({"photo.file", *sheets} & settings.keys()):
-        raise InputError(f"{photo}: {twice[0]} is given twice; give it once.")
+        raise InputError(f"{photo}: {twice[0]} is given twice; give it only once.")
     settings = seen_from(folder, {"photo.file": photo, **settings, **sheets})
     defaults = {"photo.data": NOBODY, **QUICK}
     if sheet is not None:
         defaults |= {"readings.data": NOBODY, "readings.role": NOBODY}
     content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), settings)
-    # A given setting also replaces those that it excludes.
+    # A setting of the user also replaces the settings that it excludes.
     assumed = {name: value for name, value in defaults.items() if name not in settings and name in names_in(content)}
     sentences = [f"{name} = {toml_value(value)}" for name, value in assumed.items()]
-    content = {"note": f"Assumed, not measured or given: {', '.join(sentences)}.", **content}
+    content = {
+        "note": f"These settings were neither measured nor given, but assumed: {', '.join(sentences)}.",
+        **content,
+    }
     checked_trial(photo, content)
     return _text(folder, content, settings, assumed), sentences
 
@@ -172,19 +180,19 @@ def _text(folder: Path, content: Mapping[str, Any], settings: SettingValues, ass
 
 
 def _rows(table: str, settings: SettingValues) -> list[str]:
-    """Return the lines of one table of a trial file."""
+    """Return the lines for one table of a trial file."""
     parts = [(*name.partition(".")[::2], value) for name, value in settings.items()]
     return [f"{key} = {toml_value(value)}" for home, key, value in parts if home == table and key]
 
 
 def write_quick_trial(path: Path, text: str) -> None:
-    """Write the trial file. Raises InputError if the file exists and a user wrote or edited it."""
+    """Write a trial file. Raises InputError if the file exists and a user wrote or edited it."""
     if path.exists():
         first, _, rest = read_bytes(path).decode("utf-8", errors="replace").partition("\n")
         if first != MARK + _check(rest):
             raise InputError(
-                f"{path}: written or edited by you, and not overwritten. Run 'sealtwin run {path}', or give another "
-                "--out."
+                f"{path}: you wrote or edited this file, so it is not overwritten. Run 'sealtwin run {path}', or give "
+                "another --out."
             )
     write_text(path, text)
 
@@ -196,10 +204,10 @@ def _check(content: str) -> str:
 def write_drawn_trial(
     drawing: Path, folder: Path, crack: GivenDrawing, settings: SettingValues
 ) -> tuple[Path, list[Fact]]:
-    """Write the mesh of a drawn crack, its centreline if it is drawn, and a trial; return the trial file and notes.
+    """Write a trial with the mesh of a drawn crack, and with its centreline if it is drawn. Returns the file and notes.
 
     ``settings`` has settings of the trial by dotted name. Raises InputError if the drawing cannot be used, or if a file
-    of the same name exists with another content.
+    with the same name and different content exists.
     """
     from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_obj
     from digitise.settings import CrackShape
@@ -219,7 +227,7 @@ def write_drawn_trial(
         text = f"the drawn line is {outline.length_mm:.1f} mm long"
         notes.append(Fact("drawing.line", text, outline.length_mm, "mm"))
     floor = f"{depth_mm:g} mm deep, with upright walls and a level floor"
-    note = f"The crack is that of the drawing {drawing.name} in {drawn.unit}, {floor}."
+    note = f"The crack is from the drawing {drawing.name} in {drawn.unit}. It is {floor}."
     content = {"name": name_of(drawing, "drawing"), "note": note, "mesh": mesh}
     trial = checked(Trial, drawing, with_settings(content, settings))
     contents[folder / DRAWN] = trial_text(trial).encode()
@@ -228,7 +236,7 @@ def write_drawn_trial(
 
 
 def toml_value(value: Any) -> str:
-    """Return a value as text of a trial file."""
+    """Return a value as TOML text for a trial file."""
     import tomlkit
 
     if not isinstance(value, Mapping):

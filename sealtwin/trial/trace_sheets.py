@@ -1,4 +1,4 @@
-"""Photos of trials for the trace page: sheets of photos, and trial files into which their hints are written."""
+"""Open the photos of trials on the trace page, and write the user's hints to the trial files."""
 
 import json
 import shlex
@@ -20,7 +20,7 @@ from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, seen_from, with_settings
 
 NEEDED = ("fluid", "solver")
-"""Tables without which a trial cannot run; a new trial has those of the starter."""
+"""Tables without which a trial cannot run. A new trial gets these tables from the starter."""
 NEW_TRIAL = """\
 # Traced on the page of 'sealtwin trace'. Pixels count from the centre of the photo's first pixel, x right, y down.
 # 'sealtwin init DIR' writes a trial that shows the other settings.
@@ -36,26 +36,26 @@ data = "undeclared"  # "measured", "reconstructed" or "synthetic"; "undeclared" 
 
 
 def sheets_in(folder: Path, replacements: SettingValues) -> list[Sheet]:
-    """Return the trials with a photo in a folder, and its photos without a trial, sorted by name.
+    """Return the trials with a photo in a folder, and the photos without a trial, sorted by name.
 
-    ``replacements`` are settings by dotted name that replace the trials' own. Raises InputError if there are neither
-    trials nor photos.
+    ``replacements`` are settings by dotted name that replace those of the trials. Raises InputError if there are
+    neither trials with a photo nor photos.
     """
     sheets: dict[Path, Sheet] = {}
     for trial in sorted(folder.glob("*.toml")):
         try:
             settings = load_trial(trial).photo
         except InputError:
-            # Its photo would get a second trial of the same name, which is refused when the photo is opened.
+            # The photo of this trial would get a new trial with the same name. That is refused when it is opened.
             continue
         if settings is not None:
-            # A mask does not show another crack.
+            # The mask of a photo does not show another crack.
             named = (settings.file, settings.mask)
             sheets |= {(folder / path).resolve(): sheet_of(trial, replacements) for path in named if path is not None}
     photos = [file for file in folder.iterdir() if file.suffix.lower() in PHOTO_SUFFIXES and file.is_file()]
     sheets |= {file.resolve(): sheet_of(file, replacements) for file in photos if file.resolve() not in sheets}
     if not sheets:
-        raise InputError(f"{folder}: contains neither a photo nor a trial with a photo.")
+        raise InputError(f"{folder}: contains neither photos nor trials with a photo.")
     unique = {sheet.name: sheet for sheet in sheets.values()}
     return [unique[name] for name in sorted(unique)]
 
@@ -63,7 +63,7 @@ def sheets_in(folder: Path, replacements: SettingValues) -> list[Sheet]:
 def sheet_of(path: Path, replacements: SettingValues) -> Sheet:
     """Return the sheet of a trial file, or of a photo without a trial.
 
-    ``replacements`` are settings by dotted name that replace the trial's own.
+    ``replacements`` are settings by dotted name that replace those of the trial.
     """
     return Sheet(path.name, lambda: _opened(path, replacements), lambda: _traced(path))
 
@@ -78,8 +78,8 @@ def _traced(path: Path) -> bool:
 
 
 def _opened(path: Path, replacements: SettingValues) -> Opened:
-    """Return the session of a trial file or of a photo, the function that saves its hints, and facts for the page."""
-    # The page may have saved a trial for this photo before.
+    """Return the session of a trial file or a photo, a function that saves its hints, and facts for the page."""
+    # The page may already have saved a trial for this photo.
     if path.suffix.lower() != ".toml" and _traced(path):
         path = path.with_suffix(".toml")
     if path.suffix.lower() == ".toml":
@@ -87,17 +87,17 @@ def _opened(path: Path, replacements: SettingValues) -> Opened:
         settings = loaded.photo
         if settings is None:
             raise InputError(f"{path}: this trial starts from a mesh and has no photo to trace.")
-        # A path without a solid has no [crack].
+        # A trial for a path without a solid has no table [crack].
         shape = Shape() if loaded.crack is None else Shape.of(loaded.crack)
         trial, hints = TrialFile(path, replacements), Hints.of(settings)
-        facts = {"saves_to": f"Saves into {path.name}, and keeps its comments."}
+        facts = {"saves_to": f"Saves to {path.name}, and keeps its comments."}
         runs, new = loaded.fluid is not None, False
         tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key, None), tuple)]
     else:
         trial = new_trial(path, replacements)
         settings, hints = _of_photo(path, replacements)
         shape, tables = _shape(path, replacements)
-        facts = {"saves_to": f"Writes {trial.path.name} beside the photo, with the starter's sealant."}
+        facts = {"saves_to": f"Writes {trial.path.name} to the photo's folder, with the sealant of 'sealtwin init'."}
         runs, new = True, True
     facts |= {"is_new": new, "path_only": bool(settings.path_only), "shape": shape.said(), "tables": tables}
 
@@ -106,7 +106,7 @@ def _opened(path: Path, replacements: SettingValues) -> Opened:
         return {
             "file": str(trial.path),
             "changed": changed,
-            "summary": f"Saved into {trial.path}: {', '.join(changed) if changed else 'nothing had changed'}.",
+            "summary": f"Saved to {trial.path}: {', '.join(changed) if changed else 'nothing had changed'}.",
             "next": f"sealtwin {'run' if runs else 'digitise'} {shlex.quote(str(trial.path))}",
         }
 
@@ -114,7 +114,7 @@ def _opened(path: Path, replacements: SettingValues) -> Opened:
 
 
 def _of_photo(path: Path, replacements: SettingValues) -> tuple[PhotoInput, Hints]:
-    """Return settings and hints of a photo without a trial. Raises InputError if a replacement is unusable."""
+    """Return settings and hints of a photo without a trial. Raises InputError if a replacement cannot be used."""
     photo = {"photo": {"file": path.name, "data": "undeclared"}}
     content = with_settings(photo, seen_from(path.parent, replacements))["photo"]
     has_scale = content.keys() & {"markers", "face_mm", "ruler_px", "mm_per_px"}
@@ -124,7 +124,7 @@ def _of_photo(path: Path, replacements: SettingValues) -> tuple[PhotoInput, Hint
 
 
 def _shape(path: Path, replacements: SettingValues) -> tuple[Shape, list[str]]:
-    """Return the crack's shape in ``replacements``, and the names of its settings whose value is a table.
+    """Return the crack's shape from ``replacements``, and the names of its settings that are tables along the crack.
 
     Raises InputError if a value cannot be used.
     """
@@ -134,14 +134,14 @@ def _shape(path: Path, replacements: SettingValues) -> tuple[Shape, list[str]]:
 
 
 class TrialFile:
-    """A trial file as it was when the page was opened, or the text of one that does not exist yet."""
+    """A trial file as it was when the page was opened, or the text of a new trial file."""
 
     def __init__(self, path: Path, settings: SettingValues | None = None, new: str = "") -> None:
         """Read a trial file, or take its text from ``new``. ``settings`` by dotted name replace those of the file.
 
-        Raises InputError if the file of a new trial exists; it can be traced instead.
+        Raises InputError if the file of a new trial already exists.
         """
-        # A link is kept: its target is written.
+        # If the file is a link, its target is written and the link remains.
         self.path, self._target = path, path.resolve()
         self._settings, self._keys = seen_from(path.parent, settings or {}), list(Hints.model_fields)
         self._new, self._content = bool(new), new.encode() if new else read_bytes(self._target)
@@ -150,18 +150,20 @@ class TrialFile:
     def _require_unchanged(self) -> None:
         there = self._target.exists()
         if there != (not self._new) or (there and read_bytes(self._target) != self._content):
-            fault = "already exists" if self._new else "changed since the page was opened"
-            raise InputError(f"{self.path}: {fault}, and not overwritten. Trace it: 'sealtwin trace {self.path}'.")
+            fault = "already exists" if self._new else "was changed after the page was opened"
+            raise InputError(
+                f"{self.path}: {fault}, so it is not overwritten. To trace it, use 'sealtwin trace {self.path}'."
+            )
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
-        """Write the hints into [photo] and the shape into [crack]; return the changed keys, and what a new trial has.
+        """Write the hints to [photo] and the shape to [crack]. Returns the changed keys and a new trial's additions.
 
-        Keys that ``hints`` lacks are removed; keys that ``shape`` lacks are not changed.
-
-        Raises InputError, and does not change the file, if it was edited meanwhile or would not be a valid trial.
+        Keys that are not in ``hints`` are removed from [photo]. Keys that are not in ``shape`` are not changed in
+        [crack]. Raises InputError, without changing the file, if the file was edited in the meantime or would not be a
+        valid trial.
         """
         self._require_unchanged()
-        # Notepad on Windows writes a mark before the text.
+        # Notepad on Windows writes a byte-order mark before the text.
         mark = BOM_UTF8 if self._content.startswith(BOM_UTF8) else b""
         text = self._content.removeprefix(mark).decode("utf-8")
         before = tomllib.loads(text)
@@ -175,8 +177,8 @@ class TrialFile:
         if after != {**before, **tables}:
             lines = "; ".join(f"{key} = {json.dumps(value)}" for key, value in {**hints.said(), **shape.said()}.items())
             raise InputError(
-                f"{self.path}: [photo] or [crack] has a form that cannot be edited without changing more than the "
-                f"hints. Write them yourself: {lines}"
+                f"{self.path}: [photo] or [crack] is written in a form that sealtwin cannot edit without other "
+                f"changes. Add these lines yourself: {lines}"
             )
         data = checked(Trial, self.path, after).shown_by.data
         if changed:
@@ -191,7 +193,7 @@ class TrialFile:
 
 
 def new_trial(photo: Path, settings: SettingValues | None = None) -> TrialFile:
-    """Return a new trial file in the folder of a photo, with the photo's name. Raises InputError if it exists."""
+    """Return a new trial file with the name of a photo, in the photo's folder. Raises InputError if the file exists."""
     import tomlkit
 
     document: Any = tomlkit.parse(NEW_TRIAL)
@@ -205,8 +207,8 @@ def with_hints(
 ) -> tuple[str, list[str]]:
     """Return the text of a trial file with hints, shape and settings, and the changed keys.
 
-    Comments and order do not change. ``settings`` by dotted name are written first. Those of ``keys`` that the hints
-    lack are removed.
+    Comments and order do not change. ``settings`` by dotted name are written before the hints. A key in ``keys`` that
+    is not in the hints is removed.
     """
     import tomlkit
 
@@ -226,7 +228,7 @@ def with_hints(
 
 
 def _replaced(document: Any, settings: SettingValues) -> list[str]:
-    """Write settings into their tables; return the changed keys."""
+    """Write settings by dotted name to their tables, and return the changed keys."""
     import tomlkit
 
     wanted, changed = with_settings(document.unwrap(), settings), list[str]()
@@ -243,7 +245,7 @@ def _replaced(document: Any, settings: SettingValues) -> list[str]:
 
 
 def _filled(table: Any, values: dict[str, Any]) -> list[str]:
-    """Write values into a table; return the changed keys."""
+    """Write values to a table, and return the changed keys."""
     changed = [key for key, value in values.items() if table.get(key) != value]
     for key in changed:
         _put(table, key, values[key])
@@ -253,7 +255,7 @@ def _filled(table: Any, values: dict[str, Any]) -> list[str]:
 def _from_starter(name: str) -> str:
     """Return the text of a table of the starter, with its comments."""
     table = TRIAL[TRIAL.index(f"[{name}]") :].partition("\n\n")[0]
-    return f"# From the starter, not measured: replace it by your own.\n{table}\n"
+    return f"# This table is from 'sealtwin init', not measured: replace its values by your own.\n{table}\n"
 
 
 def _put(table: Any, key: str, value: Any) -> None:

@@ -1,4 +1,4 @@
-"""Trial file: the settings of all stages in one TOML file, checked before anything runs."""
+"""Read trial files. A trial file is a TOML file with the settings of all stages, which are checked before a run."""
 
 import difflib
 import os
@@ -19,11 +19,11 @@ from simulate.settings import LAWS, Fluid, Nozzle, SampleSlope, Solver, excluded
 from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
-MOST_SEEDS = 20  # Most runs of one trial that differ only in the seed
+MOST_SEEDS = 20  # Largest number of runs of one trial that differ only in the seed
 
 PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"  # Pattern of one line that is not blank
 LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
-"""Control characters. The name of a file may have them, but that of a trial may not."""
+"""Pattern of control characters. The name of a file may have them, but the name of a trial may not."""
 
 
 SettingValues = Mapping[str, Any]
@@ -37,65 +37,67 @@ class Output(Settings):
     """Pictures and frames of a run, which do not change its result."""
 
     frames_every_s: float | None = Field(default=None, ge=1e-3, le=9999)
-    """Simulated time between two frames in frames/, for ParaView and 'sealtwin film'. Default: no frames. A film of a
-    pour of 15 s needs about 0.1: 150 frames of up to 0.7 MB in the paper's trial.
+    """Simulated time between two frames in frames/, for ParaView and 'sealtwin film'. Default: no frames. For a film of
+    a pour of 15 s, use about 0.1. In the paper's trial, this gives 150 frames of up to 0.7 MB.
     """
     snapshots_s: tuple[Moment, ...] = Field(default=(0.5, 7.0, 15.0), max_length=100)
-    """Simulated times of the fill in the report and in snapshots/. The default has those of the paper; [] for none."""
+    """Simulated times of the snapshots in the report and in snapshots/. The default times are from the paper. An empty
+    list gives no snapshots."""
     pictures: bool = False
-    """Write report.pdf, and PNGs of the snapshots and of the run's numerical health, with the report."""
+    """Write report.pdf, and PNG files of the snapshots and of the run's numerical health, with the report."""
 
 
 class FluidOfFile(Fluid):
-    # Required in a trial, since a default would be a guess: the sealant of the paper stiffens.
+    # This setting is required in a trial. A default would be a guess, since the paper's sealant stiffens with its age.
     freeze_after_s: float | Literal["never"]  # pyright: ignore[reportGeneralTypeIssues]
 
 
-MOST_APART = 0.03  # Largest difference of the densities in two tables, as a share: each is measured to a percent
+MOST_APART = 0.03  # Largest relative difference of the densities in two tables. Each is measured to one percent
 
 
 class Trial(Settings):
-    """A crack, how it is sealed, and the readings taken afterwards."""
+    """A crack, the settings with which it is sealed, and the readings taken afterwards."""
 
     name: Name
-    """Name of the trial in the report, and of its folder under reports/."""
+    """Name of the trial in the report, and of its folder in reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
-    """Note in the report, with what a reader must know about this trial."""
+    """Note in the report that states what a reader must know about this trial."""
     seed: Seed = 0
     """Seed of the small random offsets of the particles at the nozzle."""
     seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS)] | None = None
-    """Runs with seeds seed, seed + 1 and so on, 1 to 20. The level is their mean, with the band of one further run."""
+    """Number of runs, 1 to 20, with the seeds seed, seed + 1 and so on. The level is the mean of the runs, with a band
+    for one further run."""
     photo: PhotoInput | None = None
-    crack: CrackShape | None = None  # Depth and walls, which a mesh shows but a photo does not
-    mesh: MeshInput | None = None  # Mesh, instead of photo and crack
+    crack: CrackShape | None = None  # Depth and walls of the crack, which a mesh shows but a photo does not
+    mesh: MeshInput | None = None  # Mesh that replaces photo and crack
     sample: SampleSlope = SampleSlope()  # Slopes of the sample's face
     path: NozzlePath = NozzlePath()
-    fluid: FluidOfFile | None = None  # Needed for the fluid run only
+    fluid: FluidOfFile | None = None  # Settings of the sealant, which only the fluid run requires
     solver: Solver = Solver()
     nozzle: Nozzle = Nozzle()
     output: Output = Output()
     readings: Readings | None = None  # Without readings, the report shows only the simulated profile
     gate: Gate | None = None
     uncertainty: Uncertainty = Uncertainty()
-    """Standard uncertainties of the inputs. 'sealtwin validate RUN --uncertainty' computes that of the result."""
+    """Standard uncertainties of the inputs. 'sealtwin validate RUN --uncertainty' computes the result's uncertainty."""
 
     @field_validator("seeds")
     @classmethod
     def _several(cls, seeds: int | None) -> int | None:
-        """Return None for one run, which is a trial without ``seeds``."""
+        """Return None for one run, so that trials with ``seeds = 1`` and without ``seeds`` are equal."""
         return None if seeds == 1 else seeds
 
     @model_validator(mode="after")
     def _one_sample(self) -> Self:
         if self.mesh is not None and (self.photo is not None or self.crack is not None):
             raise ValueError(
-                "[mesh] cannot be combined with [photo] or [crack], since a mesh has its own depth and walls; give one "
-                "or the other"
+                "[mesh] cannot be combined with [photo] or [crack], since a mesh already has depth and walls; give "
+                "[mesh], or [photo] and [crack]"
             )
         if self.mesh is None and self.photo is None:
-            raise ValueError("[photo] or [mesh] is missing: give one, which shows the crack")
+            raise ValueError("[photo] or [mesh] is missing; give one of them to show the crack")
         if self.photo is not None and self.crack is None and not self.photo.path_only:
-            raise ValueError("[crack] is missing: give its depth_mm, which a photo does not show")
+            raise ValueError("[crack] is missing; give crack.depth_mm, since a photo does not show the depth")
         return self
 
     @model_validator(mode="after")
@@ -103,27 +105,27 @@ class Trial(Settings):
         face = self.photo and self.photo.face_mm
         if face is not None and self.nozzle.diameter_mm >= min(face):
             raise ValueError(
-                f"nozzle.diameter_mm is {self.nozzle.diameter_mm:g}: it must be below the face's smaller side, "
-                f"photo.face_mm = {list(face)}"
+                f"nozzle.diameter_mm is {self.nozzle.diameter_mm:g}, but it must be smaller than both sides of the "
+                f"face, photo.face_mm = {list(face)}"
             )
         if face is not None and sum(self.path.trims_mm) >= sum(face):
             raise ValueError(
-                f"path.trim_mm removes {sum(self.path.trims_mm):g} mm, but no crack in this face is so long: give a "
-                "smaller path.trim_mm"
+                f"path.trim_mm removes {sum(self.path.trims_mm):g} mm, but a crack in this face cannot be so long; "
+                "give a smaller path.trim_mm"
             )
         if self.seeds is not None and not self.solver.has_particles:
             raise ValueError(
-                f"seeds = {self.seeds}: the fast model computes the same level with every seed; leave seeds out"
+                f"seeds = {self.seeds}, but the fast model computes the same level with each seed; leave out seeds"
             )
         if self.gate is not None and self.readings is None:
-            raise ValueError("[gate] without [readings]: a gate needs readings to compare with; add them or remove it")
+            raise ValueError("[gate] requires readings for the comparison; add [readings], or remove [gate]")
         if self.crack is not None and self.crack.fill is not None and getattr(self.uncertainty, ANGLE) is not None:
             raise ValueError(
-                f"uncertainty.{ANGLE} cannot be combined with crack.fill, which determines it: omit uncertainty.{ANGLE}"
+                f"uncertainty.{ANGLE} follows from crack.fill, so they cannot be combined; omit uncertainty.{ANGLE}"
             )
         if self.path.weighed is not None and self.uncertainty.volume_ml is not None:
             raise ValueError(
-                "uncertainty.volume_ml cannot be combined with path.weighed, which determines it: omit "
+                "uncertainty.volume_ml follows from path.weighed, so they cannot be combined; omit "
                 "uncertainty.volume_ml"
             )
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
@@ -133,22 +135,25 @@ class Trial(Settings):
 
     @property
     def shown_by(self) -> PhotoInput | MeshInput:
-        """Photo or mesh, the input that shows the crack."""
+        """Input that shows the crack: the photo or the mesh."""
         return present(self.photo or self.mesh, "photo or mesh")
 
     @property
     def given_fluid(self) -> Fluid:
-        """The trial's fluid. Raises InputError if it has none."""
+        """Settings of the trial's fluid. Raises InputError if the trial has no fluid."""
         if self.fluid is None:
-            raise InputError("the trial has no [fluid]: give viscosity_pa_s, or U and D_cm.")
+            raise InputError("the trial has no table [fluid]; give viscosity_pa_s, or U and D_cm.")
         return self.fluid
 
     def pour(self, sample: Sample) -> Pour:
-        """Return what a run of the trial is computed from. Raises InputError if the trial has no fluid."""
+        """Return the input of the trial's fluid run. Raises InputError if the trial has no fluid."""
         return Pour(sample, (self.given_fluid,), self.solver, self.nozzle, self.seed, self.sample)
 
     def loaded(self, folder: Path) -> Self:
-        """Return the trial with the content of files that fluid, fill and path name. Raises InputError if unusable."""
+        """Return the trial with the content of the files that its fluid, fill and path name.
+
+        Raises InputError if a file cannot be used.
+        """
         crack, fluid, uncertainty = self.crack, self.fluid, self.uncertainty
         if crack is not None and crack.fill is not None:
             crack = crack.model_copy(update={"fill": crack.fill.loaded(folder)})
@@ -161,32 +166,39 @@ class Trial(Settings):
                 if apart > MOST_APART * fluid.density_kg_m3:
                     raise InputError(
                         f"path.weighed.density_kg_m3 is {weighed.density_kg_m3:g} and fluid.density_kg_m3 is "
-                        f"{fluid.density_kg_m3:g}: one sealant has one density. Give the measured one in both."
+                        f"{fluid.density_kg_m3:g}, but a sealant has only one density. Give the measured density in "
+                        "both places."
                     )
         loaded = {"crack": crack, "path": self.path.loaded(folder), "fluid": fluid, "uncertainty": uncertainty}
         return self.model_copy(update=loaded)
 
     @property
     def content(self) -> dict[str, Any]:
-        """The tables of the trial file, without settings that are not set."""
+        """Tables of the trial file as a dict, without settings that are None."""
         return self.model_dump(mode="json", exclude_none=True)
 
     def changed(self, settings: SettingValues, where: Path) -> "Trial":
-        """Return the trial with settings by dotted name; None unsets one. Raises InputError, which names ``where``."""
+        """Return the trial with changed settings by dotted name. None removes a setting.
+
+        Raises InputError, whose message begins with ``where``, if a setting is not valid.
+        """
         return checked(Trial, where, with_settings(self.content, settings))
 
     def known_inputs(self, outline: Outline, solid: Solid) -> Uncertainty:
-        """Return the uncertainties that are declared, and those that follow from photo, fill and weighed volume."""
+        """Return the declared uncertainties, and the uncertainties from the photo, the fill and the weighed volume."""
         inputs = self.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
         if self.fluid is not None and self.fluid.D_cm is not None:
-            # D is a drag of its own, in place of a share of the paste's stress.
+            # D sets the drag of the walls directly, so the share of the paste's stress does not apply.
             inputs = inputs.without("wall_share")
         weighed = self.path.weighed
         return inputs if weighed is None else inputs.model_copy(update={"volume_ml": weighed.volume_sd_ml})
 
     @property
     def can_be_varied(self) -> bool:
-        """True if extra runs add something: the effect of declared inputs, or particles' error beside readings."""
+        """True if extra runs can add to the result.
+
+        They compute the effect of declared inputs, and with readings the numerical error of particle runs.
+        """
         return bool(self.uncertainty.moved) or (self.readings is not None and self.solver.has_particles)
 
     @property
@@ -194,45 +206,45 @@ class Trial(Settings):
         return folder_name(self.name)
 
 
-OF_ANY_DRAFT = ("solver.model", "solver.settle_s")  # Settings of the solver that a draft leaves as they are
+OF_ANY_DRAFT = ("solver.model", "solver.settle_s")  # Settings of the solver that a draft does not change
 TABLES = ("fluid", "solver", "nozzle", "path", "crack", "sample")
 """Tables of a trial file with settings that a study may vary, and that may have been fitted to readings."""
 SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
-"""Dotted names of the seed and of all settings in TABLES."""
+"""Dotted names of the seed and of all settings in ``TABLES``."""
 
 
 def no_such_setting(name: str) -> str:
-    """Return the beginning of a sentence on a name that is not in ``SETTINGS``."""
+    """Return the beginning of a message about a name that is not in ``SETTINGS``."""
     close = difflib.get_close_matches(name, SETTINGS, n=1, cutoff=0.8)
     if close:
-        return f"{name}: no such setting; the nearest is '{close[0]}'"
+        return f"{name}: no such setting; the most similar name is '{close[0]}'"
     return f'{name}: no such setting; expected seed or a key of [{"], [".join(TABLES)}], such as "fluid.U"'
 
 
 def refuse_seeds(trial: Trial, where: object) -> None:
-    """Raise InputError if a trial whose runs have one seed each has ``seeds``."""
+    """Raise InputError if the trial has ``seeds``. For use where each run has one seed."""
     if trial.seeds is not None:
         raise InputError(
-            f"{where}: seeds = {trial.seeds} is for 'sealtwin run', 'quick', 'simulate' and 'validate'. Here each run "
-            "has one seed: leave seeds out, or give --set seeds=1."
+            f"{where}: seeds = {trial.seeds} is only for 'sealtwin run', 'quick', 'simulate' and 'validate'. In this "
+            "command, each run has one seed: leave out seeds, or give --set seeds=1."
         )
 
 
 def folder_name(name: str) -> str:
-    """Return the name without characters that file systems or shells treat specially."""
+    """Return a name for a folder, without characters that file systems or shells treat specially."""
     plain = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name)
-    # File systems count bytes, and a letter may take four.
+    # File systems limit the number of bytes, and a letter may have four.
     return plain.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
 
 
 def load_trial(path: Path, settings: SettingValues | None = None) -> Trial:
     """Read and check a trial file. ``settings`` by dotted name replace those of the file.
 
-    Raises InputError as ``read_settings`` does. The message names this call instead of the file if the fault is in
-    ``settings``, which are options of a command or arguments of a function.
+    ``settings`` are options of a command or arguments of a function. Raises the same errors as ``read_settings``. If
+    the fault is in ``settings``, the message names this call instead of the file.
     """
     replacements = settings or {}
-    content = read_toml(path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
+    content = read_toml(path, name="trial file", starter="'sealtwin init DIR' writes an example")
 
     def named(key: str) -> str:
         below = any(f"{key}.".startswith(f"{name}.") for name in replacements)
@@ -243,7 +255,10 @@ def load_trial(path: Path, settings: SettingValues | None = None) -> Trial:
 
 
 def checked_trial(path: Path, content: Mapping[str, Any], origin: Callable[[str], str] | None = None) -> Trial:
-    """Return a trial; ``path`` is its file or its photo. A refusal for want of a scale names markers in the photo."""
+    """Return a checked trial. ``path`` is the trial file or the photo.
+
+    If the scale is missing, the message suggests the markers that are visible in the photo.
+    """
     try:
         return checked(Trial, path, content, origin)
     except SettingsFaults as fault:
@@ -256,25 +271,25 @@ def checked_trial(path: Path, content: Mapping[str, Any], origin: Callable[[str]
 
 
 def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: SettingValues) -> Trial:
-    """Return a trial of a photo or a mesh without a fluid, from which solid and path can be made.
+    """Return a trial of a photo or a mesh without a fluid, from which the solid and the path can be made.
 
-    ``settings`` are by dotted name. Raises InputError as ``load_trial`` does.
+    ``settings`` are by dotted name. Raises the same errors as ``load_trial``.
     """
     if f"{kind}.file" in settings:
-        raise InputError(f"{kind}.file and {file} are both given: give one {kind}.")
+        raise InputError(f"{kind}.file and {file} are both given; give only one {kind}.")
     content = {"name": name_of(file, kind), kind: {"file": file.name, "data": "undeclared"}}
     return checked_trial(file, with_settings(content, settings))
 
 
 def name_of(file: Path, otherwise: str) -> str:
-    """Return the name of a trial after its photo, mesh or drawing."""
+    """Return a name for a trial from the name of its photo, mesh or drawing."""
     return LINE_BREAKING.sub("-", file.stem)[:80].strip() or otherwise
 
 
 def seen_from(folder: Path, settings: SettingValues, source: Path = Path()) -> dict[str, Any]:
-    """Return settings whose files are relative to ``folder``, the trial's, instead of to ``source``.
+    """Return settings in which paths are relative to ``folder``, the folder of the trial, instead of ``source``.
 
-    Trial and files can then be moved together, and no home folder is named.
+    Trial and files can then be moved together, and the paths do not contain the user's name.
     """
     return {name: _seen_from(folder, value, source) for name, value in settings.items()}
 
@@ -286,10 +301,10 @@ def _seen_from(folder: Path, value: Any, source: Path) -> Any:
         return value
     file = source / value
     try:
-        # If a folder is a link, ".." leads to the folder above its target.
+        # Links are resolved, because ".." leads from a link to the folder above its target.
         return Path(os.path.relpath(file.parent.resolve() / file.name, folder.resolve())).as_posix()
     except ValueError:
-        # On another drive on Windows.
+        # On Windows, a file on another drive has no relative path.
         return file.absolute().as_posix()
 
 
@@ -297,11 +312,11 @@ IN_PLACE_OF = {
     **{f"fluid.{key}": [f"fluid.{name}" for name in excluded_by(key)] for key in LAWS if key != "material"},
     "path.volume_ml": ["path.weighed", "path.fill"],
 }
-"""Settings that a given setting removes from the trial: those of other laws of flow, or of another volume."""
+"""Settings that are removed from a trial when the key is set: settings of other flow laws, or of another volume."""
 
 
 def with_settings(content: Mapping[str, Any], settings: SettingValues) -> dict[str, Any]:
-    """Return a trial's tables with ``settings``, by dotted name, and without the settings that these exclude."""
+    """Return the tables of a trial with ``settings`` by dotted name, and without the settings that they exclude."""
     changed = dict(content)
     for name, value in settings.items():
         *tables, key = name.split(".")
@@ -311,7 +326,7 @@ def with_settings(content: Mapping[str, Any], settings: SettingValues) -> dict[s
             home = home[table]
         home[key] = value
         others = [other for other in IN_PLACE_OF.get(name, ()) if value is not None and other.partition(".")[2] in home]
-        # D is the drag of the walls that was fitted together with U.
+        # D, the drag of the walls, was fitted together with U, so it is removed with U.
         others += ["fluid.D_cm"] * ("fluid.U" in others)
         for other in set(others) - set(settings):
             home.pop(other.partition(".")[2], None)
@@ -319,37 +334,37 @@ def with_settings(content: Mapping[str, Any], settings: SettingValues) -> dict[s
 
 
 def replaced(trial: Trial, settings: SettingValues, names: Iterable[str]) -> list[str]:
-    """Return those of ``settings`` that would be removed from a trial if all of ``names`` were given."""
+    """Return the names in ``settings`` that would be removed from a trial if all settings in ``names`` were given."""
     content = trial.content
     removed = names_in(content) - names_in(with_settings(content, dict.fromkeys(names, 0)))
     return [name for name in settings if ".".join(name.split(".")[:2]) in removed]
 
 
 def names_in(content: Mapping[str, Any]) -> set[str]:
-    """Return the dotted names of the settings in a trial's tables."""
+    """Return the dotted names of the settings in the tables of a trial."""
     return {f"{table}.{key}" for table, inner in content.items() if isinstance(inner, dict) for key in inner}
 
 
 def trial_text(trial: Trial) -> str:
-    """Return the trial as TOML with all defaults written out."""
+    """Return the trial as TOML, including all defaults."""
     import tomlkit
 
     document = tomlkit.document()
-    document.add(tomlkit.comment("Resolved by sealtwin: every setting of this run, defaults written out."))
+    document.add(tomlkit.comment("Written by sealtwin: all settings of this run, including defaults."))
     for key, value in trial.content.items():
         document.add(key, value)
     return tomlkit.dumps(document)
 
 
 def sets_resolution(names: Iterable[str]) -> bool:
-    """Return True if ``names`` has a setting of the solver that a draft would replace."""
+    """Return True if ``names`` contains a setting of the solver that a draft would change."""
     return any(name.startswith("solver.") and name not in OF_ANY_DRAFT for name in names)
 
 
 def drafted(trial: Trial, sample: Sample) -> Trial:
-    """Return a trial with preset "draft", as its run resolves it.
+    """Return a trial with the preset "draft", and with the settings that its run derives from it.
 
-    A trial of the fast model or of another preset is returned as it is.
+    A trial of the fast model, or with another preset than "accurate", is returned unchanged.
     """
     if not trial.solver.has_particles or trial.solver.preset != "accurate":
         return trial
@@ -358,7 +373,7 @@ def drafted(trial: Trial, sample: Sample) -> Trial:
 
 
 def as_run(trial: Trial, sample: Sample) -> Trial:
-    """Return a trial with the particle radius, U and D of its run. Raises InputError without a fluid."""
+    """Return a trial with the particle radius, U and D of its run. Raises InputError if the trial has no fluid."""
     from simulate.setup_checks import resolved
 
     fluid, solver = resolved(sample, trial.given_fluid, trial.solver, trial.nozzle)

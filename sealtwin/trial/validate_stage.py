@@ -33,19 +33,22 @@ from validate.result import COMPARISON, PREDICTION, Evidence, ReadingsSheet, See
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
-REPORT_FORM = 15  # Version of the report; those of another version, also of other words or looks, are written anew
+REPORT_FORM = 15  # Version of the report's content and layout. A report of another version is written again
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
-"""Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
+"""Name in the manifest for the runs of 'sealtwin validate RUN --uncertainty', and the file with their results."""
 SEED_RUNS = "seeds.json"
-OF_SEEDS = (LEVEL, SEED_RUNS)  # Files of the runs with the other seeds that the report reads
+OF_SEEDS = (LEVEL, SEED_RUNS)  # Files from the runs with other seeds that the report uses
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
-RECORD = "record.json"  # File in the folder of a trial that was ingested from a lab's folder
+RECORD = "record.json"  # File in the folder of a trial that was made from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
-"""File in a run folder with the part of RECORD that is about the sheet. It omits the lab's path and other notes."""
+"""File in a run folder with the origin of the readings. It is copied from ``RECORD`` without the lab's other data."""
 
 
 def bring_up_to_date(job: Job) -> bool:
-    """Run the stage unless its files are current; return True if it ran. Raises InputError for unreadable readings."""
+    """Run the stage unless its files are up to date. Returns True if it ran.
+
+    Raises InputError if the readings cannot be read.
+    """
     trial = job.trial
     inputs = {
         **made_by(job, "digitise", (*DIGITISED, OVERLAY, STRAIGHT)),
@@ -139,7 +142,7 @@ def bring_up_to_date(job: Job) -> bool:
 
 
 def _draw_run(job: Job, evidence: Evidence) -> list[str]:
-    """Draw the snapshots and the health of a run of particles; return the names of the files."""
+    """Draw the snapshots and the numerical health of a particle run, and return the names of the files."""
     from simulate.watchers import read_health
     from validate.figures.snapshots import write_gallery
     from validate.report.chapters import scene_of
@@ -150,19 +153,22 @@ def _draw_run(job: Job, evidence: Evidence) -> list[str]:
 
 
 def read_seeds(job: Job) -> SeedRuns | None:
-    """Read the record of the runs whose mean is the level; None if there is one run, or they are not finished."""
+    """Read the record of the runs with several seeds. Returns None for one seed, or if the runs are not finished."""
     if job.trial.seeds is None or SEEDS not in job.folder.finished():
         return None
     return record_files.read_record(SeedRuns, job.path / SEED_RUNS)
 
 
 def read_level(job: Job) -> tuple[Profile, SeedRuns | None]:
-    """Read the level, and the record of the runs if it is a mean. Raises InputError if one of them is missing."""
+    """Read the level. If it is the mean of several seeds, also read the record of their runs.
+
+    Raises InputError if the runs are not finished.
+    """
     seeds = read_seeds(job)
     if job.trial.seeds is not None and (seeds is None or len(seeds.seeds) != job.trial.seeds):
         raise InputError(
-            f"{job.path}: the runs of its {job.trial.seeds} seeds are not finished. Run 'sealtwin validate {job.path}' "
-            "first."
+            f"{job.path}: the runs with {job.trial.seeds} seeds are not finished. First run 'sealtwin validate "
+            f"{job.path}'."
         )
     return (record_files.read_profile if seeds is None else record_files.read_level)(job.path), seeds
 
@@ -174,12 +180,12 @@ def varied_settings(trial: Trial) -> dict[str, Any]:
 
 
 def read_spread(job: Job) -> "Spread | None":
-    """Read the results of the extra runs; None if they were not computed for these files and settings."""
+    """Read the results of the extra runs. Returns None if they were not computed for these files and settings."""
     if UNCERTAINTY not in job.folder.finished() or job.folder.settings_of(UNCERTAINTY) != varied_settings(job.trial):
         return None
     if other := other_numbers(job.folder.numbers_of(UNCERTAINTY), job.numbers("validate")):
         text = (
-            f"{job.path / SPREAD}: not used, since its extra runs were computed by {other}. 'sealtwin validate "
+            f"{job.path / SPREAD}: is not used, since the extra runs were computed by {other}. 'sealtwin validate "
             f"{job.path} --uncertainty' computes them again."
         )
         job.progress.warn(doubt("file.other-version", text, UNCERTAINTY))
@@ -191,10 +197,10 @@ def read_spread(job: Job) -> "Spread | None":
 
 
 def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
-    """Return the trial's readings, or None if it has none.
+    """Return the trial's readings, or None if it has no readings.
 
-    Their doubts come from a comparison with the crack, the dispensed volume and, if given, the simulated level.
-    Raises InputError if the sheet cannot be read, or contradicts a declared error.
+    Doubts about the readings follow from a comparison with the crack, the dispensed volume and, if given, the simulated
+    level. Raises InputError if the sheet cannot be read, or if it contradicts a declared error.
     """
     if job.trial.readings is None or job.sheet is None:
         return None
@@ -204,13 +210,13 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
     from validate.uncertainty.contradictions import refuse_contradicted
 
     outline, solid = _crack(job)
-    # Readings are checked against a declared volume only.
+    # Readings are compared with the dispensed volume only if that volume is declared.
     declared = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
     sealant_mm3 = record_files.read_trajectory(job.path).dispensed_mm3
     if simulated is not None and (
         record_files.read_simulation(job.path).doubts or volume_warnings(sealant_mm3, solid.cavity_volume_mm3)
     ):
-        simulated = None  # A level from settings that are in doubt says nothing about the readings
+        simulated = None  # A level from doubtful settings cannot show that readings are wrong
     left = 1 - (job.trial.readings.shrinkage_percent or 0.0) / 100
     filling = Filling(outline, solid, left * sealant_mm3 if declared else 0.0, simulated)
     readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
@@ -225,37 +231,40 @@ def _crack(job: Job) -> tuple[Outline, Solid]:
 
 @lru_cache(maxsize=1)
 def _read_crack(folder: Path, _: tuple[str, ...]) -> tuple[Outline, Solid]:
-    """Read a crack, cached by its files' hashes: the areas of its cavity are computed once for each object."""
+    """Read a crack. It is cached by the hashes of its files, so that areas of its cavity are computed only once."""
     return record_files.read_outline(folder), record_files.read_solid(folder)
 
 
 def note_doubts(job: Job, readings: Profile) -> None:
-    """Warn of each doubt about the readings."""
+    """Show a warning for each doubt about the readings."""
     for question in readings.questions:
         job.progress.warn(doubt("readings.doubt", f"{question}", question.kind), "warning")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:
-    """Return the sheet of readings with its origin; None without readings. Raises InputError for a damaged record."""
+    """Return the sheet of readings with its origin, or None without readings.
+
+    Raises InputError if the record of the origin is damaged.
+    """
     if job.sheet is None or job.trial.readings is None:
         return None
     name, digest = job.trial.readings.file.name, files.sha256(job.sheet)
     origin = _recorded_origin(job.source)
     if origin is not None and origin.sha256 == digest:
         return origin
-    # The lab's record is about the ingested sheet only.
-    name += "" if origin is None else ", not as the lab gave it"
+    # The lab's record is valid only for the ingested sheet.
+    name += "" if origin is None else ", changed after the lab gave it"
     return ReadingsSheet(name=name, sha256=digest, operator=None, date=None)
 
 
 def keep_origin(job: Job) -> None:
-    """Write the readings' origin into the folder of their copy, so that it is moved with the run."""
+    """Write the origin of the readings to the run folder, so that it is moved together with the run."""
     if job.source.resolve() != job.path.resolve() and (origin := _recorded_origin(job.source)) is not None:
         files.write_if_new(job.path / ORIGIN, files.as_json(dict(origin)).encode())
 
 
 def _recorded_origin(source: Path) -> ReadingsSheet | None:
-    """Return the recorded origin of the readings; None for a trial that was not ingested."""
+    """Return the recorded origin of the readings, or None for a trial that was not made from a lab's folder."""
     if (source / ORIGIN).is_file():
         return record_files.read_record(ReadingsSheet, source / ORIGIN)
     content = files.read_json(source / RECORD) if (source / RECORD).is_file() else None

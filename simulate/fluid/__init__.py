@@ -1,1 +1,1 @@
-"""The state of the fluid and one substep of it: pressure, viscosity, neighbours."""
+"""State of the fluid, and the parts of one substep: neighbours, pressure and viscosity."""

@@ -1,4 +1,4 @@
-"""Sort points into cells for the neighbour search: those of the fluid in each substep, those of the walls once."""
+"""Sort points into cells for the neighbour search: the fluid's points in each substep, the walls' points once."""
 
 from functools import partial
 from typing import Any
@@ -14,19 +14,19 @@ from simulate.kernels import cells as device_code
 from simulate.kernels import cells_cpu as in_order_code
 from simulate.kernels.neighbours import BLOCK, Neighbours
 
-NEIGHBOURS = 128  # Slots of a list, a multiple of 16. Fluid at rest fills about 50, at twice its density 100.
-WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow corner three times as many.
-ENTRIES = 70  # Initial room of packed lists, in entries per row; fluid at rest, with its padding, fills 58 to 65
+NEIGHBOURS = 128  # Slots of a neighbour list, a multiple of 16. Fluid at rest fills 50, and 100 at twice its density.
+WALL_NEIGHBOURS = 96  # Slots of a list of wall particles. A flat wall fills 13, a narrow corner three times as many.
+ENTRIES = 70  # Initial room of packed lists, in entries per row. Fluid at rest fills 58 to 65 with its padding.
 MOST_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
-"""Number of entries of a block with full lists, divided by sixteen."""
-SLICE_POINTS = 64  # Points of a slice are a multiple of these
-SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
+"""Number of entries of a block whose lists are full, divided by sixteen."""
+SLICE_POINTS = 64  # The number of points in a slice is a multiple of this
+SPARE = 16  # Extra entries at the end, since a loop reads sixteen points at a time
 
 
 def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool, lanes: int = 1) -> Any:
-    """Return empty neighbour lists for up to ``rows`` movers.
+    """Return empty neighbour lists for up to ``rows`` moving particles.
 
-    They are ``packed`` for a CPU. On a GPU ``lanes`` threads share a row.
+    ``packed`` lists are for a CPU. On a GPU, ``lanes`` threads share a row.
     """
     lists = Neighbours()
     lists.room, lists.lanes = int(packed), lanes
@@ -42,7 +42,7 @@ def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: 
 
 
 def make_room(lists: Any, room: int) -> None:
-    """Give the lists empty stores. Packed lists get room for 16 times ``room`` entries per block."""
+    """Replace the arrays of the lists by empty ones. Packed lists get room for 16 times ``room`` entries per block."""
     if lists.room:
         lists.room = room
     lists.lacking.zero_()
@@ -54,10 +54,11 @@ def make_room(lists: Any, room: int) -> None:
 
 
 def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
-    """Return a store with a value for each entry of the lists, and its windows of ``slots`` values, in two dimensions.
+    """Return an array with a value for each entry of the lists, and a two-dimensional view of it.
 
-    In packed lists a window begins at every sixteenth entry. On a GPU each row has a window of its own. If threads
-    share a row, the slots of a row are adjacent. Otherwise the same slots of different rows are adjacent.
+    Each row of the view is a window of ``slots`` values. In packed lists a window begins at every sixteenth entry. On a
+    GPU each row of the lists has its own window. If threads share a row, the slots of a row are adjacent in memory.
+    Otherwise equal slots of successive rows are adjacent.
     """
     rows, device = len(lists.fluid_count), lists.fluid_count.device
     if not lists.room:
@@ -70,16 +71,19 @@ def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
 
 
 def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) -> wp.array:
-    """Return windows on a store, and do not keep it alive. ``steps`` are the entries between windows and slots."""
+    """Return windows on ``store``, which they do not keep alive.
+
+    ``steps`` are the numbers of entries from one window to the next, and from one slot to the next.
+    """
     size = wp.types.type_size_in_bytes(store.dtype)
     strides = steps[0] * size, steps[1] * size
     return wp.array(ptr=store.ptr, dtype=store.dtype, shape=shape, strides=strides, device=store.device)
 
 
 class CellGrid:
-    """A box of cells for each of ``runs`` clouds with equal numbers of points. Points outside belong to border cells.
+    """Cells for ``runs`` clouds of points, each with the same number of points and its own box of cells.
 
-    Points whose ``status`` is lost or not yet released are not in a cell.
+    Points outside the box belong to border cells. Points whose ``status`` is lost or not yet released are in no cell.
     """
 
     def __init__(
@@ -95,9 +99,10 @@ class CellGrid:
         index: wp.array[int] | None = None,
         present: wp.array[int] | None = None,
     ) -> None:
-        """Prepare the cells. ``in_order`` is True if the device takes one point after the other, as a CPU does.
+        """Prepare the cells.
 
-        None: decided by the device. ``index`` and ``present`` are those of ``State``. Default: all points, as they are.
+        ``in_order`` is True if the device processes one point after the other, as a CPU does. None: depends on the
+        device. ``index`` and ``present`` are the arrays of ``State``. Default: all points, in their present order.
         """
         device, points = str(position.device), len(position)
         count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
@@ -135,9 +140,9 @@ class CellGrid:
             self._put_in_order = launcher.bind_first(device_code.put_in_order, position, sorting, cells)
 
     def fill(self, count: int) -> None:
-        """Sort the first ``count`` points; within a cell they keep their order, on any device.
+        """Sort the first ``count`` points into cells. Points of the same cell keep their order, on any device.
 
-        On a CPU points without a cell follow after the others; on a GPU the rest of the arrays is not changed.
+        On a CPU, points without a cell come last. On a GPU, the rest of the arrays is not changed.
         """
         if self._in_order:
             self._present.fill_(count)

@@ -1,4 +1,7 @@
-"""Addresses of compiled kernels and of their arguments, for walks. All private names of Warp are in this file."""
+"""Find the addresses of compiled kernels and of their arguments, for walks.
+
+Only this file uses private names of Warp.
+"""
 
 import ctypes
 import sys
@@ -6,16 +9,19 @@ from typing import Any, NamedTuple
 
 
 class CompiledCall(NamedTuple):
-    """A kernel as a CPU calls it: with the address of a launch's bounds, and that of its arguments."""
+    """A kernel in the form in which a CPU calls it: a function, the bounds of a launch and the arguments."""
 
     function: int  # Address
     bounds: ctypes.Structure
     arguments: list[Any]
-    """Copies of the arguments. A ``Span`` comes first."""
+    """Copies of the arguments, each with a ``Span`` at the beginning."""
 
 
 def compiled_call(command: Any, copies: int) -> CompiledCall | None:
-    """Return a recorded launch of one thread as an address; None if this version of Warp has other names for it."""
+    """Return the compiled call of a recorded launch of one thread.
+
+    Returns None if this version of Warp uses other private names.
+    """
     try:
         from warp._src.context import _build_cpu_args_structs
 
@@ -28,7 +34,7 @@ def compiled_call(command: Any, copies: int) -> CompiledCall | None:
 
 
 def yield_function() -> int:
-    """Return the address of the operating system's function by which a thread lets others run."""
+    """Return the address of the operating system's function with which a thread lets others run."""
     windows = sys.platform == "win32"
     library: Any = ctypes.WinDLL("kernel32") if windows else ctypes.CDLL(None)
     return ctypes.cast(library.SwitchToThread if windows else library.sched_yield, ctypes.c_void_p).value or 0

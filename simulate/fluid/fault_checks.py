@@ -1,4 +1,7 @@
-"""Faults that end a run. The device marks them by particle, the host reports them by run."""
+"""Detect faults that end a run.
+
+The device marks the particles at fault, and the host reports the faults of each run.
+"""
 
 from typing import NamedTuple
 
@@ -12,11 +15,11 @@ from simulate.fluid.viscosity import ITERATIONS_AT_MOST
 from simulate.kernels import neighbours, pressure
 from simulate.setup.signed_distance import Barrier
 
-FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m: faster particles have energy from numerical errors
+FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m. Faster particles have gained energy by numerical errors.
 DENSEST = 2.5
-"""Largest density divided by the rest density. Sound runs, also overfull and thick ones, stayed below 1.5. A little
-above this limit, lists of 128 neighbours are full."""
-UNSOLVED = 0  # Kind of fault of a run whose viscosity was not solved; the other kinds are the kernels'
+"""Largest allowed density, divided by the rest density. Sound runs, including overfull and thick ones, stay below 1.5.
+Slightly above this limit, lists of 128 neighbours are full."""
+UNSOLVED = 0  # Fault of a run whose viscosity was not solved. The kernels define the other kinds.
 SENTENCES = {
     UNSOLVED: f"The viscosity solve did not converge in {ITERATIONS_AT_MOST} iterations.",
     int(neighbours.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
@@ -32,14 +35,14 @@ class RunFault(NamedTuple):
 
     kind: int
     particle: int | None
-    """Number, within the run, of the first particle with the fault; None for a fault of the whole run."""
+    """Number of the first particle with the fault, counted within the run. None for a fault of the whole run."""
 
 
 class FaultChecks:
-    """Marks particles that spilled or escaped, and records the faults of particles and runs."""
+    """Checks that mark particles which spilled or escaped, and record the faults of particles and runs."""
 
     def __init__(self, state: State, launcher: Launcher, barrier: Barrier, unsolved: wp.array, support: float) -> None:
-        """``unsolved`` is 1 for each run whose viscosity was not solved."""
+        """Bind the checks. ``unsolved`` is 1 for each run whose viscosity was not solved."""
         self._state, self._unsolved = state, unsolved
         self._faults, self._runs_unsolved = reader(state.fault), reader(unsolved)
         self.look = launcher.bind(
@@ -50,10 +53,10 @@ class FaultChecks:
             support,
             barrier.grid,
         )
-        """Check the movers. Its argument is the number of their rows."""
+        """Launch that checks the moving particles. Its argument is the number of their rows."""
 
     def found(self) -> dict[int, RunFault]:
-        """Return the first fault of each run that has one. The keys are the numbers of the runs."""
+        """Return the first fault of each run that has one. The keys are run numbers."""
         faults = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._runs_unsolved())}
         if self._faults().any():
             for run, bits in enumerate(self._state.by_release(self._state.fault).reshape(self._state.runs, -1)):
@@ -63,6 +66,6 @@ class FaultChecks:
         return faults
 
     def forget(self, run: int) -> None:
-        """Forget the faults of a run that is given up."""
+        """Delete the faults of a run that has been given up."""
         self._state.fault[self._state.own(run)].fill_(0)
         self._unsolved[run : run + 1].fill_(0)

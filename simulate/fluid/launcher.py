@@ -1,4 +1,4 @@
-"""Launches of kernels with fixed arguments: alone, in walks that threads of a CPU share, or in a recorded frame."""
+"""Launch kernels with fixed arguments: alone, in walks that the threads of a CPU share, or in a recorded frame."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -10,18 +10,21 @@ from simulate.fluid.walk import Extent, Jump, Launch, Walk
 from simulate.fluid.walkers import Walkers, slices_for
 from simulate.kernels.status import Span
 
-BLOCK = 64  # Threads of a GPU's block: with 256 the rows of one run occupy only ten of its processors
+BLOCK = 64  # Threads of a GPU's block. With 256 the rows of one run would occupy only ten processors.
 
 
 class Launcher:
-    """Binds kernels to their arguments once, so that a launch is cheap and a GPU can record it."""
+    """Launcher that binds kernels to their arguments once, so that a launch is cheap and a GPU can record it."""
 
     def __init__(self, device: str, rows: Extent, threads: int = 1, lanes: int = 1) -> None:
-        """``rows`` are those of launches in a walk. ``lanes`` is the number of a GPU's threads per ``shared`` row."""
+        """Prepare launches on a device.
+
+        ``rows`` is the extent of launches in a walk. ``lanes`` is the number of GPU threads for each ``shared`` row.
+        """
         self.device, self._threads, self.lanes, self._rows = device, threads, lanes, rows
         self._walks: dict[tuple[Any, ...], Walk] = {}
-        self._steps: list[Launch | Jump] | None = None  # Of the walk that is being listed
-        self.kernels = 0  # Number of launches and walks so far, without the scans of Warp's own library
+        self._steps: list[Launch | Jump] | None = None  # Steps of the walk that is being listed
+        self.kernels = 0  # Number of launches and walks so far, without the scans of Warp's library
 
     @cached_property
     def _walkers(self) -> Walkers:
@@ -32,15 +35,17 @@ class Launcher:
     ) -> "RowLaunch":
         """Return a launch over rows. The kernel's arguments are the ``Span`` of a slice's rows, then ``inputs``.
 
-        On a CPU one thread takes all rows of a slice, in a loop within the kernel: reading the arguments for each row
-        would take up to a third of a kernel's time. The kernel must not read what it writes in other rows.
+        On a CPU one thread processes all rows of a slice in a loop within the kernel. If the arguments were read for
+        each row, this would take up to a third of a kernel's time. The kernel must not read values that it writes in
+        other rows.
 
-        On a GPU each row has a block of ``lanes`` threads; if the kernel's rows are ``shared``, of ``self.lanes``.
+        On a GPU each row has a block of ``lanes`` threads. If the kernel's rows are ``shared``, a block has
+        ``self.lanes``.
 
-        In a walk the rows are those of ``extent``. Default: the launcher's.
+        In a walk, ``extent`` gives the rows. Default: the launcher's extent.
 
         The arrays among ``inputs`` may be written to later, but not replaced. Arrays of a struct may be replaced until
-        a frame is recorded or a walk is listed: each launch reads the struct again.
+        a frame is recorded or a walk is listed, because each launch reads the struct again.
         """
         lanes = self.lanes if shared else self._block(lanes)
         command = self._record(kernel, [Span(), *inputs], lanes if lanes > 1 else None)
@@ -50,7 +55,7 @@ class Launcher:
         return 1 if self.device == "cpu" and not wp.config.enable_cpu_blocks else lanes
 
     def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        """Return a launch in one piece over the first points. Its argument is their number."""
+        """Return a single launch of a kernel over the first n points. The launch takes n as its argument."""
         command = self._record(kernel, inputs, None)
 
         # Warp's command has addresses only; the default argument keeps the arrays alive.
@@ -66,9 +71,9 @@ class Launcher:
         return wp.launch(kernel, 1, inputs=list(inputs), device=self.device, record_cmd=True, block_dim=width)
 
     def walk(self, parts: tuple[Callable[[int], object], ...], rows: int) -> None:
-        """Launch what the parts launch, in order, by all threads of a CPU. Each part is called with ``rows``.
+        """Make the launches of all parts, in order, on all threads of a CPU. Each part is called with ``rows``.
 
-        On a CPU each tuple of parts is called only once, to list its launches; it must not do anything else.
+        On a CPU each tuple of parts is called only once, to list its launches. The parts must not do anything else.
         """
         if self.device != "cpu":
             for part in parts:
@@ -86,11 +91,14 @@ class Launcher:
         self._walkers.take(self._walks[parts], rows)
 
     def forget_walks(self) -> None:
-        """Forget the tables of all walks: arrays were replaced. Each is listed anew when it is next taken."""
+        """Delete the tables of all walks, because arrays were replaced.
+
+        Each walk is listed again when it is next made.
+        """
         self._walks.clear()
 
     def repeat(self, condition: wp.array[int], launch: Callable[[], object]) -> None:
-        """Launch again and again while the only number of ``condition`` is not 0."""
+        """Repeat a launch while the only value of ``condition`` is not 0."""
         if (steps := self._steps) is None:
             wp.capture_while(condition, launch)
             return
@@ -101,7 +109,7 @@ class Launcher:
         steps[begin - 1] = Jump(condition, len(steps), wanted=False)
 
     def lists(self, step: "RowLaunch") -> bool:
-        """Add a launch to the walk that is being listed. Returns False if there is none."""
+        """Add a launch to the walk that is being listed. Returns False if no walk is being listed."""
         if self._steps is not None:
             self._steps.append(step)
         return self._steps is not None
@@ -133,9 +141,9 @@ class RowLaunch:
 
 
 def record(device: str, compute: Callable[[], object]) -> Any:
-    """Return a recording of what ``compute`` launches, which ``wp.capture_launch`` replays.
+    """Return a recording of the launches of ``compute``. ``wp.capture_launch`` replays it.
 
-    It has the addresses of arrays, which must not be replaced.
+    The recording contains the addresses of arrays, so these arrays must not be replaced.
     """
     # Modules must not be loaded during a recording, least of all those for CPUs; all are loaded before.
     with wp.ScopedCapture(device=device, force_module_load=False) as capture:

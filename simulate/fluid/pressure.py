@@ -1,4 +1,4 @@
-"""The pressure of a substep: iterations that move particles towards the rest density (Eqs 1 to 3)."""
+"""Compute the pressure of a substep: iterations that move particles towards the rest density (Eqs 1 to 3)."""
 
 import math
 from collections.abc import Sequence
@@ -14,28 +14,28 @@ from simulate.kernels.pair_kernels import PairKernels
 from simulate.settings import Scheme
 from simulate.setup.signed_distance import Barrier
 
-LONGEST_CORRECTION = 0.25  # Longest correction of one iteration, over h
+LONGEST_CORRECTION = 0.25  # Longest correction of one iteration, divided by h
 CARRIED_OVER = int(pressure.CARRIED_OVER)
 CARRIED = 0.5
-"""Share of the multipliers that pressure carries over to the next substep. A larger share delays the response: with 0.7
-a column of water oscillates with growing amplitude, and with 0.8 so does a column of 300 mm2/s."""
+"""Fraction of the multipliers that is carried over to the next substep. A larger fraction delays the response: with 0.7
+a column of water oscillates with growing amplitude, and with 0.8 a column of 300 mm2/s does so too."""
 VISCOUS, THICK = 1.0, 100.0
-"""Range of damping in which pressure carries over. It makes thinner fluids restless. Thick sealant does not collapse
-under the nozzle at a damping of 190, and does from 340 on."""
+"""Range of damping in which pressure is carried over. Fluids with less damping would become restless. Thick sealant
+under the nozzle does not collapse at a damping of 190, but does from 340 on."""
 CARRYING = 3
-"""Number of iterations if pressure carries over. They are as calm as 4 iterations that start at zero, and leave two
-thirds of their compression. 2 iterations are not calm."""
+"""Number of iterations if pressure is carried over. Three are as calm as 4 iterations that start at zero, and leave two
+thirds of their compression. Two are not calm."""
 
 
 class Iterations(NamedTuple):
-    """Share carried over, and number of iterations, of a run's pressure in a substep."""
+    """Pressure iterations of a run in a substep: the fraction that is carried over, and the number of iterations."""
 
-    carried: float  # Share of the last substep's multipliers at the start
+    carried: float  # Fraction of the last substep's multipliers at the start
     number: int
 
 
 def iterations_of(damping: float, alone: int) -> Iterations:
-    """Return the iterations for a ``Rheology.damping``; ``alone`` is their number if pressure is not carried over."""
+    """Return the iterations for a ``Rheology.damping``. ``alone`` is their number if pressure is not carried over."""
     if not VISCOUS <= damping <= THICK:
         return Iterations(0.0, alone)
     return Iterations(CARRIED, min(alone, CARRYING))
@@ -57,9 +57,9 @@ class Pressure:
         scheme: Scheme,
         iterations: Sequence[Iterations],
     ) -> None:
-        """Bind the kernels. ``iterations`` and ``moves_after_viscosity`` have an item for each run.
+        """Bind the kernels. ``iterations`` and ``moves_after_viscosity`` have one item per run.
 
-        ``moves_after_viscosity`` is True for a run whose particles move after viscosity.
+        ``moves_after_viscosity`` is True for a run whose particles move after the viscosity has been solved.
         """
         self.smoothing = smoothing
         carried, numbers = zip(*iterations, strict=True)
@@ -108,18 +108,24 @@ class Pressure:
             self.correct(rows, iteration)
 
     def measure_density(self, rows: int, iteration: int = 0) -> None:
-        """Measure densities and volumes, and compute the change of each mover's multiplier."""
+        """Measure densities and volumes, and compute the change of each moving particle's multiplier."""
         self._densities[iteration](rows)
 
     def correct(self, rows: int, iteration: int | None = None) -> None:
-        """Move by Eq. 3. The last iteration (default) moves as walls allow, others as the nearest plane allows."""
+        """Move particles by Eq. 3.
+
+        The last iteration (default) is limited by the walls, others by the nearest plane.
+        """
         number = self._most - 1 if iteration is None else iteration
         self._corrections[number](rows)
         self._shifts[number](rows)
 
 
 def smoothing_of(support: float, mass: float, wall_mass: float, relaxation: float) -> Any:
-    """Return the constants of Eqs 1 to 3: h, the masses divided by the rest density in cm3, and epsilon h^2."""
+    """Return the constants of Eqs 1 to 3.
+
+    ``support`` is h in cm. Masses are divided by the rest density, in cm3. ``relaxation`` is epsilon h^2.
+    """
     poly6, spiky = 315 / (64 * math.pi * support**9), -45 / (math.pi * support**6)
     smoothing = pressure.Smoothing()
     smoothing.support, smoothing.mass = support, mass

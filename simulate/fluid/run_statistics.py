@@ -1,4 +1,4 @@
-"""Statistics of a run while it is computed: density errors, number of movers, iterations of the viscosity solve."""
+"""Collect statistics while runs are computed: density errors, moving particles, iterations of the viscosity solve."""
 
 from array import array
 from collections.abc import Mapping, Sequence
@@ -12,15 +12,15 @@ from simulate.fluid.solver import FluidSolver
 
 
 class RunStatistics:
-    """Collects figures on the health of each run, in frames that have movers."""
+    """Statistics of each run, from the frames in which particles move."""
 
     def __init__(self, runs: int) -> None:
         self._runs = runs
-        self.density: list[NDArray[np.floating]] = []  # Density errors of the movers in sampled frames
-        self.owner: list[NDArray[np.integer]] = []  # The run of each of these movers, ascending in a sample
-        self.solves = array("q")  # Iterations by substep and run; empty if frames are replayed
-        self.moving = array("q")  # Movers by frame and run
-        self.neighbours = np.zeros(runs, dtype=np.int64)  # Longest list of neighbours, by run
+        self.density: list[NDArray[np.floating]] = []  # Density errors of the moving particles in sampled frames
+        self.owner: list[NDArray[np.integer]] = []  # Run of each of these particles, ascending within a sample
+        self.solves = array("q")  # Iterations by substep and run. Empty if frames are replayed.
+        self.moving = array("q")  # Number of moving particles by frame and run
+        self.neighbours = np.zeros(runs, dtype=np.int64)  # Length of the longest neighbour list, by run
         self.frames_s = 0.0
 
     def add(self, engine: FluidSolver, solves: Sequence[Integers], sampled: bool) -> None:
@@ -55,7 +55,7 @@ class RunStatistics:
         self.neighbours, self.frames_s = snapshot["seen_neighbours"].copy(), float(snapshot["seen_frames_s"])
 
     def summary(self, run: int) -> dict[str, Any]:
-        """Return the figures of one run."""
+        """Return the statistics of one run."""
         slices = [slice(*np.searchsorted(owner, [run, run + 1])) for owner in self.owner]
         # Sorted, because the order of movers depends on the other runs of a launch.
         error = np.sort(np.concatenate([density[rows] for density, rows in zip(self.density, slices, strict=True)]))

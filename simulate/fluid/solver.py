@@ -1,4 +1,4 @@
-"""The substep of the paper's Algorithm 1 (``FluidSolver.step``), and the frames that it is part of."""
+"""Compute the substep of the paper's Algorithm 1 (``FluidSolver.step``), and frames that consist of substeps."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -24,37 +24,43 @@ from simulate.setup.rheology import Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
-MORE_ROOM = 9 / 8  # Factor by which the room of packed lists grows if it is too small
+MORE_ROOM = 9 / 8  # Factor by which the room of packed lists is enlarged if it is too small
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
-"""Shear rate in 1/s below which the viscosity of paste with a yield stress is constant. It is the lowest that float32
-allows."""
+"""Shear rate in 1/s below which the viscosity of paste with a yield stress is constant. It is the lowest value that
+float32 allows."""
 QUIET_SHEAR = 0.015
-"""A particle may sleep below this shear rate in 1/s, and below this rate times h in speed, which is 0.06 R per second.
-With 0.1 paste that flows back along a slope falls asleep too early, up to 1.4 mm from its place."""
+"""Shear rate in 1/s below which a particle may sleep. Its speed must also be below this rate times h, which is 0.06
+particle radii per second. With 0.1, paste that flows back along a slope falls asleep too early, up to 1.4 mm from its
+final position."""
 PATIENCE_S = 0.5
-"""Time that a particle must be below ``QUIET_SHEAR`` before it sleeps. With 0.45, paste of 20 Pa with carried-over
-pressure falls asleep while it sags, and its bed is off by 0.14 mm instead of 0.06 mm."""
-AGAIN_S = 0.15  # The same for a woken particle, so that paste beside a flow goes back to sleep soon
-WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
+"""Time in s that a particle must be below ``QUIET_SHEAR`` before it sleeps. With 0.45, paste of 20 Pa with carried-over
+pressure falls asleep while it sags, and its settled level is off by 0.14 mm instead of 0.06 mm."""
+AGAIN_S = 0.15  # Same time for a woken particle. It is shorter, so that paste beside a flow soon sleeps again.
+WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle, as in the prototype
 RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a particle
-ROWS_TOGETHER = 16  # A loop takes so many rows at a time
+ROWS_TOGETHER = 16  # Number of rows that a loop processes at a time
 RENUMBER_EVERY = 32
-"""Frames between renumberings by cells. With 16 a frame of 50,000 particles takes as long, with 256 a tenth more."""
+"""Number of frames between renumberings of the particles by cells. With 16, a frame of 50,000 particles takes the same
+time. With 256, it takes a tenth more."""
 MOST_SHARED = 30_000
-"""Largest number of rows that have a GPU's warp each. With more rows, a row has one thread. On an H200 a frame of
-24,750 rows takes 8.9 ms by warps and 9.7 ms by threads, a frame of 49,500 rows 15.2 ms and 13.0 ms."""
+"""Largest number of rows for which each row gets a warp of GPU threads. With more rows, each row has one thread. On an
+H200 a frame of 24,750 rows takes 8.9 ms with warps and 9.7 ms with threads. A frame of 49,500 rows takes 15.2 ms and
+13.0 ms."""
 
 
 class Domain(NamedTuple):
-    """Box of the neighbour search, cm."""
+    """Box of the neighbour search, in cm."""
 
     low: Floats
     high: Floats
 
 
 def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
-    """Return the user's number of substeps. By default, it is enough for a short fall in each substep."""
+    """Return the user's number of substeps.
+
+    By default, a substep is so short that particles fall only a little in it.
+    """
     if settings.substeps is not None:
         return settings.substeps
     few, many = (
@@ -65,7 +71,7 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
 
 
 def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: int) -> Iterations:
-    """Return the user's pressure iterations of a substep, or the fewest that the fluid allows."""
+    """Return the pressure iterations of a substep: the user's number, or the fewest that the fluid allows."""
     alone = settings.scheme.iterations
     if settings.preset == "paper" or not fluid.moves_after_viscosity:
         return Iterations(0.0, alone)
@@ -74,9 +80,9 @@ def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: 
 
 
 class FluidSolver:
-    """The solver of one run, or of several runs that are computed at once and share geometry and schedule.
+    """Solver of one run, or of several runs that are computed together and share geometry and schedule.
 
-    It touches no files and prints nothing.
+    It reads and writes no files and prints nothing.
     """
 
     def __init__(
@@ -95,10 +101,10 @@ class FluidSolver:
         threads: int = 1,
         native: bool | None = None,
     ) -> None:
-        """``rows`` is the largest number of particles that move at once.
+        """Bind all kernels. ``rows`` is the largest number of particles that move at the same time.
 
-        ``down`` is gravity's direction in the sample's coordinates. ``native``: use the inner loops and packed lists
-        for CPUs. None: decided by the device.
+        ``down`` is the direction of gravity in the sample's coordinates. ``native`` is True to use the inner loops and
+        packed lists for CPUs. None: depends on the device.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
@@ -120,7 +126,7 @@ class FluidSolver:
         """True if the viscosity of particles depends on their shear rate or age. It is then computed in each substep.
         """
         self.iterations = [iterations_for(settings, fluid, frame_s, substeps) for fluid in fluids]
-        """Iterations of each run's pressure."""
+        """Pressure iterations of each run."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self.pressure = Pressure(
@@ -152,10 +158,10 @@ class FluidSolver:
         self._released = state.count
         # Explicit passes need the host in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
-        """True if frames are recorded and replayed. No data then pass to the host in between."""
+        """True if frames are recorded and replayed. The host then gets no data during a frame."""
         self._recorded: Any = None  # The recording of a frame
         self.kernels_a_frame = 0  # Launches by the host in the last frame that was not replayed
-        self.rows = 0  # Rows of a launch: the present number of movers or, if frames are replayed, the largest number
+        self.rows = 0  # Rows of a launch: number of moving particles, or the largest number if frames are replayed
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
         state, walls, launcher = self.state, self.lists.wall_particle, self.launcher
@@ -189,7 +195,7 @@ class FluidSolver:
             self.pressure.iteration_state,
             self.barrier.grid,
         )
-        """Move by velocity and gravity, as walls allow (Eq. 4)."""
+        """Launch that moves particles by velocity and gravity, as far as walls allow (Eq. 4)."""
         self.update_velocity: Callable[[int], None] = self.launcher.bind(
             pressure.update_velocity,
             particles,
@@ -202,7 +208,7 @@ class FluidSolver:
             self.step_s,
             self.barrier.grid,
         )
-        """Replace the move of paste and of fluid in physical units by the velocity after viscosity times the step."""
+        """Launch that moves paste, and fluid in physical units, by the velocity after viscosity."""
 
     def _bind_frame(self) -> None:
         """Bind the kernels that are launched once in a frame."""
@@ -232,9 +238,9 @@ class FluidSolver:
         )
 
     def step(self, *, measures_shear: bool = True) -> None:
-        """Advance the movers by one substep, in the order of the paper's Algorithm 1.
+        """Advance the moving particles by one substep, in the order of the paper's Algorithm 1.
 
-        Without ``measures_shear`` the shear rates of an earlier substep are used.
+        Without ``measures_shear``, the shear rates of an earlier substep are used.
         """
         self.find_neighbours(self.predict)  # Eq. 4
         parts = [self.pressure.solve, self.update_velocity]  # Eqs 1 to 3
@@ -248,9 +254,9 @@ class FluidSolver:
             self._launch(*parts, self.viscosity.solve_implicit, self.move_after_viscosity)
 
     def find_neighbours(self, *before: Callable[[int], object]) -> None:
-        """List the neighbours among all released particles, also those at rest, and among the walls.
+        """List the neighbours of moving particles among the walls and all released particles, including those at rest.
 
-        ``before`` is launched before.
+        ``before`` is launched first.
         """
         sort = [] if self.movers.sorted else [self._sort_movers]
         self._launch(*before, self._fill_cells, *sort, self._list)
@@ -274,7 +280,10 @@ class FluidSolver:
         self.movers.sort(self.fluid_cells.cells.number, self._released)
 
     def _launch(self, *parts: Callable[[int], object]) -> None:
-        """Launch parts of a frame over the movers, in order. A recording takes them one by one."""
+        """Launch parts of a frame over the moving particles, in order.
+
+        If frames are recorded, parts are launched one by one.
+        """
         if self.replays:
             for part in parts:
                 part(self.rows)
@@ -282,7 +291,7 @@ class FluidSolver:
             self.launcher.walk(parts, self.rows)
 
     def make_room(self, room: float) -> None:
-        """Give each block of packed lists room for 16 times ``room`` entries. The lists become empty."""
+        """Give each block of packed lists room for 16 times ``room`` entries. This empties the lists."""
         if self.lists.room:
             self.launcher.forget_walks()
             make_room(self.lists, int(room))
@@ -290,7 +299,7 @@ class FluidSolver:
 
     @property
     def _released(self) -> int:
-        """Number of the first particles that may have been released."""
+        """Number of particles, counted from the first one, that may have been released."""
         return self._present
 
     @_released.setter
@@ -305,9 +314,11 @@ class FluidSolver:
         return self._recorded is not None
 
     def advance(self, frame: int) -> list[Integers]:
-        """Compute a frame: release, freezing, all substeps, fault checks. Return the viscosity's iterations by substep.
+        """Compute a frame: release, freezing, all substeps, fault checks.
 
-        On a GPU a frame is recorded once and then replayed without data for the host. The list is then empty.
+        Returns the viscosity's iterations by substep.
+
+        On a GPU a frame is recorded once and then replayed, without data for the host. The list is then empty.
         """
         if self.state.device == "cpu" and frame % RENUMBER_EVERY == 0:
             self._renumber()
@@ -338,7 +349,7 @@ class FluidSolver:
     def _renumber(self) -> None:
         """Renumber the released particles by cells, so that neighbours are close in memory.
 
-        Threads then rarely write to the same line of the cache. It must precede the frame's list of movers.
+        Threads then rarely write to the same cache line. Call this before the frame's moving particles are listed.
         """
         self.fluid_cells.fill(self._released)
         order = self.fluid_cells.cells.number.numpy()[: self._released]
@@ -355,7 +366,7 @@ class FluidSolver:
         self.find_movers()
 
     def rest(self) -> None:
-        """Wake particles beside a flow and put quiet ones to sleep, once in a frame."""
+        """Wake particles beside a flow, and put quiet particles to sleep. This is called once in a frame."""
         if self.sleeps:
             self._launch(self._wake, self._fall_asleep)
             self.find_movers()
@@ -366,18 +377,21 @@ class FluidSolver:
         self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 
     def count_movers(self) -> int:
-        """Return the present number of movers. The host waits for it. Raises RuntimeError if it exceeds the rows."""
+        """Return the present number of moving particles. The host waits for it.
+
+        Raises RuntimeError if there are more moving particles than rows.
+        """
         moving, room = self.movers.number(), len(self.lists.fluid_count)
         if moving > room:
             raise RuntimeError(f"{moving} particles move, but there is room for only {room}.")
         return moving
 
     def lasting(self) -> dict[str, Any]:
-        """Return the arrays that a substep needs from the one before it. Keys are their names in a checkpoint."""
+        """Return the arrays that a substep needs from the previous substep, by their names in a checkpoint."""
         return {**self.state.lasting(), "swelling": self.state.swelling}
 
     def resume(self, done: int) -> None:
-        """Continue after ``done`` frames; call it after the lasting arrays have been restored."""
+        """Continue after ``done`` frames. Restore the lasting arrays before the call."""
         self.state.frame.fill_(done - 1)
         self.state.find_places()
         # Particles at rest must have none, and an earlier frame's residuals may be at other places.
@@ -387,7 +401,7 @@ class FluidSolver:
         self.find_movers()
 
     def give_up(self, run: int) -> None:
-        """Remove a run for good, together with its particles that are not released yet."""
+        """Remove a run permanently, including its particles that are not released yet."""
         state = self.state
         state.status[state.own(run)].fill_(int(status.GIVEN_UP))
         self.faults.forget(run)

@@ -1,4 +1,4 @@
-"""The particles of one run, or of several at once, on the device. Centimetres and seconds."""
+"""State on the device of the particles of one run, or of several runs together, in centimetres and seconds."""
 
 from collections.abc import Callable
 from functools import partial
@@ -23,13 +23,13 @@ KEPT = (
     *("position", "velocity", "earlier_velocity", "density", "volume_and_viscosity", "pressed", "free", "wall"),
     *("status", "number", "release_frame", "quiet_s"),
 )
-"""Arrays that later substeps need, which a checkpoint has by these names."""
+"""Names of the arrays that later substeps need. A checkpoint uses the same names."""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
-"""Free ball of a particle for which walls have not been searched yet. No position is in it or near it."""
+"""Free ball of a particle for which walls have not been searched yet. No position is inside or near this ball."""
 
 
 def reader(array: wp.array) -> Callable[[], NDArray[Any]]:
-    """Return a function that reads an array which is never replaced. On a CPU each call returns the same view."""
+    """Return a function that reads an array that is never replaced. On a CPU each call returns the same view."""
     if str(array.device) != "cpu":
         return array.numpy
     view = array.numpy()
@@ -39,9 +39,9 @@ def reader(array: wp.array) -> Callable[[], NDArray[Any]]:
 class State:
     """All particles, run by run. The ``runs`` share one schedule.
 
-    Particles start in the order of release. ``renumber`` changes the order of the released ones, and ``number`` is each
-    one's place in the order of release. Values that this class returns by particle are in the order of release.
-    Particles that are not released yet have the position and velocity of their release.
+    At the start the particles are in the order of release. ``renumber`` changes the order of the released ones.
+    ``number`` is each particle's position in the order of release. Methods that return a value for each particle use
+    the order of release. Particles that are not released yet have the position and velocity of their release.
     """
 
     def __init__(self, schedule: Schedule, device: str, runs: int = 1) -> None:
@@ -63,16 +63,17 @@ class State:
         self.free = particles.free = full(count, wp.vec4(*NOWHERE_FREE), wp.vec4)
         self.status = particles.status = full(count, int(device_code.WAITING), int)
         self.number = wp.array(np.arange(count), int, device=device)
-        """Place of each particle in the order of release, over all runs."""
+        """Position of each particle in the order of release, over all runs."""
         self.index = wp.clone(self.number)
-        """Place in memory of each particle in the order of release."""
+        """Index in memory of each particle, in the order of release."""
         self.release_frame = particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), int, device=device)
         self.quiet_s = particles.quiet_s = zeros(count)
         self.fault = particles.fault = self.column(int)
         """Faults of each particle so far. Each kind of fault is one bit."""
         self.frame = particles.frame = full(1, -1, int)
         self.present = full(1, count, int)
-        """Number of the first particles that may have been released: launches over particles take only these."""
+        """Number of particles, counted from the first one, that may have been released. Launches process only these
+        particles."""
         particles.mover_count = zeros(1, int)
         self.swelling = particles.swelling = full(runs, 1.0, float)
         particles.per_run = per_run
@@ -83,7 +84,7 @@ class State:
 
     @property
     def count(self) -> int:
-        """Number of all particles, released or not. As an index, it is the dummy particle that follows them."""
+        """Number of all particles, released or not. As an index, it is the dummy particle after the last one."""
         return self.runs * self.particles_per_run
 
     def own(self, run: int) -> slice:
@@ -91,7 +92,7 @@ class State:
         return slice(run * self.particles_per_run, (run + 1) * self.particles_per_run)
 
     def released(self, frame: int) -> int:
-        """Return the number of a run's particles that are released by the end of a frame's release."""
+        """Return the number of a run's particles that have been released at the end of a frame's release."""
         return int(self._released[min(frame, len(self._released) - 1)])
 
     def lasting(self) -> dict[str, Any]:
@@ -104,9 +105,9 @@ class State:
         return self._columns[-1]
 
     def renumber(self, order: Integers) -> None:
-        """Move particle ``order[k]`` to place k, for each k in 0 to n - 1.
+        """Move particle ``order[k]`` to index k, for each k from 0 to n - 1.
 
-        ``order`` is (n,). Particles stay within their run's places.
+        ``order`` is (n,). Particles stay within the indices of their run.
         """
         for column in self._columns:
             column[: len(order)].assign(column.numpy().take(order, axis=0))
@@ -119,37 +120,40 @@ class State:
         self.index.assign(index)
 
     def by_release(self, column: wp.array) -> Any:
-        """Return a copy of an array by particle, sorted into the order of release."""
+        """Return a copy of an array that has a value for each particle, sorted into the order of release."""
         values, release_index = column.numpy(), np.asarray(self.number.numpy(), dtype=np.int64)
         ordered = np.empty_like(values)
         ordered[release_index] = values
         return ordered
 
     def position_mm(self) -> Floats:
-        """Return the positions of all particles, (count, 3)."""
+        """Return the positions of all particles in mm, (count, 3)."""
         return self.by_release(self.position)[:, :3].astype(float) / CM
 
     def velocity_mm_s(self) -> Floats:
-        """Return the velocities of all particles, (count, 3)."""
+        """Return the velocities of all particles in mm/s, (count, 3)."""
         return self.by_release(self.velocity).astype(float) / CM
 
     def status_of(self) -> Integers:
-        """Return the status of all particles, (count,), by the numbers of ``kernels.status``."""
+        """Return the status of all particles, (count,), as numbers of ``kernels.status``."""
         return self.by_release(self.status).astype(np.int64)
 
 
 def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
-    """Return an array of ``runs`` times ``rows``, with readable entries after its end."""
+    """Return an array with ``rows`` repeated ``runs`` times, and readable entries after its end."""
     spare = np.full((SPARE, rows.shape[1]), NOWHERE_CM if dtype is wp.vec4 else 0.0)
     whole = wp.array(np.concatenate([np.tile(rows, (runs, 1)), spare]), dtype, device=device)
     return whole[: runs * len(rows)]
 
 
 class MoversList:
-    """The list of particles that move. It is made anew in each frame, since particles start and stop moving."""
+    """List of the particles that move. It is made again in each frame, because particles start and stop moving."""
 
     def __init__(self, state: State, launcher: Launcher, in_order: bool | None = None) -> None:
-        """Prepare the list. With ``in_order`` one thread takes all particles in order, as on a CPU. None: by device."""
+        """Prepare the list. ``in_order`` is True to let one thread process all particles in order, as on a CPU.
+
+        None: depends on the device.
+        """
         device = state.device
         self._state, self.sorted = state, False
         self._in_order = device == "cpu" if in_order is None else in_order
@@ -170,12 +174,12 @@ class MoversList:
             self._list_marked = [launcher.bind_first(listing.list_marked, moving, self._order, way) for way in by_cell]
 
     def find(self, count: int) -> None:
-        """List the movers among the first ``count`` particles of all runs, in the order of memory."""
+        """List the moving particles among the first ``count`` particles of all runs, in the order of memory."""
         # A GPU counts the movers at the last particle.
         self._list_first(count if self._in_order else self._state.count, by_cell=False)
 
     def sort(self, number: wp.array, count: int) -> None:
-        """Sort the movers of a new list by ``number``, the first ``count`` particles cell by cell.
+        """Sort a new list of moving particles by cells. ``number`` has the first ``count`` particles, cell by cell.
 
         Successive rows then share neighbours, which are still in a processor's cache. The order is kept for the frame,
         in which particles move little.
@@ -194,5 +198,5 @@ class MoversList:
         self._list_marked[by_cell](count)
 
     def number(self) -> int:
-        """Return the number of movers of all runs."""
+        """Return the number of moving particles of all runs."""
         return int(self._count()[0])

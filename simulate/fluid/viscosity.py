@@ -1,7 +1,8 @@
-"""The viscosity of a substep: Eq. 5 by backward Euler (one linear solve), or in q explicit passes as printed.
+"""Solve the viscosity of a substep, Eq. 5, by backward Euler (one linear solve) or in q explicit passes as printed.
 
-With a yield stress or a flow index the viscosity is K gamma^(n - 1) + tau / gamma, divided by the density. gamma is the
-shear rate of the last substep (one lagged Picard pass). The same holds between the fluid and rough walls.
+With a yield stress tau or a flow index n, the viscosity is K gamma^(n - 1) + tau / gamma, divided by the density. K is
+the consistency. gamma is the shear rate of the last substep (one lagged Picard pass). The same law holds between the
+fluid and rough walls.
 """
 
 import math
@@ -20,22 +21,22 @@ from simulate.kernels import conjugate_gradients as code
 from simulate.kernels.pair_kernels import PairKernels
 from simulate.setup.rheology import DAMPING_FACTOR, Rheology, no_slip_weight
 
-OF_THE_RIGHT = 2e-2  # Largest residual over the right side: a fifth of the error of a coarser time step
+OF_THE_RIGHT = 2e-2  # Largest residual, divided by the right side: a fifth of the error of a coarser time step
 OF_THE_CHANGE = 1e-2
-"""Largest residual, as a share of the residual of the velocity without viscosity. With more, the solve would end before
-a thin fluid is slowed."""
+"""Largest residual, divided by the residual of the velocity without viscosity. With a larger value, the solve would end
+before a thin fluid is slowed."""
 ITERATIONS_AT_MOST = 5000  # Limit of the conjugate gradients; paste of 10,000 Pa takes up to 1,300
-STABLE = 0.9  # Largest part of a velocity that one explicit pass may remove: above 1 it overshoots, at 2 it explodes
-AT_WALLS = 5.0  # Largest part of a velocity that walls on three sides remove, over D / h
-RELEASE_SHEAR = 10.0  # Shear in 1/s of a particle just released: its neighbours are from an earlier release
+STABLE = 0.9  # Largest fraction of a velocity that a pass may remove. It overshoots above 1 and explodes at 2.
+AT_WALLS = 5.0  # Largest fraction of a velocity that walls on three sides remove, divided by D / h
+RELEASE_SHEAR = 10.0  # Shear rate in 1/s of a particle just released, since its neighbours are from an earlier release
 
 
 def explicit_passes(
     paste: Rheology, support: float, frame_s: float, substeps: int, *, shears_per_s: tuple[float, float], frames: int
 ) -> float:
-    """Return the number of explicit passes in a substep that a paste takes at most, up to an age of ``frames``.
+    """Return the largest number of explicit passes that a paste needs in a substep, up to an age of ``frames``.
 
-    ``shears_per_s`` are the slowest shear rate and that of a jet. Lengths are in cm.
+    ``shears_per_s`` are the slowest shear rate and the shear rate of a jet. Lengths are in cm.
     """
     step_s = frame_s / substeps
     per_viscosity = DAMPING_FACTOR * step_s / support**2
@@ -46,7 +47,10 @@ def explicit_passes(
 
 
 class Viscosity:
-    """Both solves of the viscosity, with the same weights of pairs. All runs are solved at once, independently."""
+    """Both solves of the viscosity, with the same pair weights.
+
+    All runs are solved together, independently of each other.
+    """
 
     def __init__(
         self,
@@ -61,7 +65,7 @@ class Viscosity:
         explicit: bool,
         kernel: str,
     ) -> None:
-        """``kernel`` is the weight W of pairs, a key of ``pair_sums.WEIGHTS``."""
+        """Bind the kernels. ``kernel`` is the weight W of pairs, a key of ``pair_sums.WEIGHTS``."""
         self._state, self._paste, self._support = state, paste, support
         self._pairs, self._launcher, self._kernel, self.explicit = pairs, launcher, kernel, explicit
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
@@ -73,7 +77,8 @@ class Viscosity:
         self.make_room(lists)
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
         self.search = code.new_search(rows, state.runs, state.device)
-        """The last conjugate gradients. ``unsolved`` is 1 for a run with a solve that ended above its goal."""
+        """State of the last conjugate-gradient search. ``unsolved`` is 1 for a run with a solve that ended above its
+        goal."""
         self._iterations = reader(self.search.iterations)
         self._other: Any = None  # The second velocity of explicit passes
         self._passes = 0
@@ -87,12 +92,12 @@ class Viscosity:
             self.system,
             shared=True,
         )
-        """Measure the shear rates from the velocities of the last substep, before they change."""
+        """Launch that measures the shear rates from the velocities of the last substep, before they change."""
         self.bind_weights(lists)
         self._bind_search()
 
     def make_room(self, lists: Any) -> None:
-        """Give the links of pairs as much room as the lists of neighbours have."""
+        """Give the links of pairs as much room as the neighbour lists have."""
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
 
     def bind_weights(self, lists: Any) -> None:
@@ -108,7 +113,8 @@ class Viscosity:
             self.search,
             shared=True,
         )
-        """Compute the matrix, and the residuals of the velocity without viscosity and of the guess."""
+        """Launch that computes the matrix, the residual of the velocity without viscosity, and the residual of the
+        first guess."""
 
     def _bind_search(self) -> None:
         particles, system, search, device = self._state.particles, self.system, self.search, self._state.device
@@ -140,13 +146,13 @@ class Viscosity:
         self._shift_all = by_parts(code.shift_all, particles, search)
 
     def iterations(self) -> Integers:
-        """Return the number of iterations, or of explicit passes, of the last solve, by run."""
+        """Return the number of iterations, or of explicit passes, of the last solve for each run."""
         return np.full(self._state.runs, self._passes) if self.explicit else self._iterations().copy()
 
     def solve_implicit(self, rows: int) -> None:
         """Solve backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
 
-        The device decides on further iterations, so that a recorded solve takes as many as it needs.
+        The device decides whether another iteration is needed, so a recorded solve takes as many as it needs.
         """
         self.weigh_pairs(rows)
         self._sum_residuals(self._parts)
@@ -162,7 +168,7 @@ class Viscosity:
         self._find_turn(self._state.runs)
 
     def pass_explicit(self, rows: int) -> int:
-        """Apply Eq. 5 as printed, v - (A / q) v, in the fewest stable passes; return their number."""
+        """Apply Eq. 5 as printed, v - (A / q) v, in the fewest stable passes. Returns the number of passes q."""
         state = self._state
         if self._other is None:
             self._other = wp.zeros(state.count + SPARE, wp.vec3, state.device)[: state.count]
@@ -180,7 +186,7 @@ class Viscosity:
         return self._passes
 
     def pass_once(self, before: Any, after: Any, passes: float, rows: int) -> None:
-        """Make one of q passes. It is stable if the diagonal of A is at most about 1.95 q."""
+        """Make one of ``passes`` (q) explicit passes. It is stable if the diagonal of A is at most about 1.95 q."""
         launch = self._launcher.bind(
             self._pairs.pass_velocity[self._kernel],
             self._state.particles,

@@ -1,4 +1,4 @@
-"""Launches over rows that are listed once and then made in order, again and again: a walk."""
+"""List launches over rows once, and then make them in order as often as needed. Such a list is a walk."""
 
 import ctypes
 from collections.abc import Sequence
@@ -13,16 +13,16 @@ from simulate.fluid.compiled_calls import CompiledCall, compiled_call
 
 @dataclass(frozen=True)
 class Extent:
-    """The rows of a launch in a walk."""
+    """Rows of a launch in a walk."""
 
     count: wp.array[int]
-    """Their number: the only value of an array, which is read when the walk comes to the launch."""
+    """Number of rows: the only value of an array, which is read when the walk reaches the launch."""
     together: int = 1
-    """Slices end at multiples of so many rows."""
+    """Slices end at multiples of this number of rows."""
 
 
 def fixed(count: int, device: str, together: int = 1) -> Extent:
-    """Return an extent of always so many rows."""
+    """Return an extent with a constant number of rows."""
     return Extent(wp.full(1, count, int, device), together)
 
 
@@ -37,7 +37,7 @@ class Launch(Protocol):
 
 @dataclass(frozen=True)
 class Jump:
-    """A jump to another step if ``condition`` is not 0 (``wanted``) or if it is 0 (not ``wanted``)."""
+    """Jump to step ``target`` if ``condition`` is not 0 (``wanted`` is True) or if it is 0 (``wanted`` is False)."""
 
     condition: wp.array[int]
     target: int
@@ -45,7 +45,7 @@ class Jump:
 
 
 class KernelTable(NamedTuple):
-    """Addresses of a table of compiled kernels, as ``kernels.walk`` reads it, and of the bounds of each launch."""
+    """Addresses of a table of compiled kernels, as ``kernels.walk`` reads them, and of the launches' bounds."""
 
     lines: int
     length: int
@@ -53,12 +53,12 @@ class KernelTable(NamedTuple):
 
 
 class Walk:
-    """Steps that are made in order. A table of them has the arguments of ``slices`` slices of each launch."""
+    """Steps that are made in order. Their table has the arguments for each of the ``slices`` slices of a launch."""
 
     def __init__(self, steps: Sequence[Launch | Jump], slices: int) -> None:
         self._steps, self._calls = steps, list[CompiledCall]()  # Calls are kept alive: the table has addresses only
         self.table: KernelTable | None = None
-        """The table; None if this version of Warp has other private names."""
+        """Table of the steps. None if this version of Warp uses other private names."""
         lines: list[list[Any]] = []
         for step in steps:
             if isinstance(step, Jump):

@@ -1,4 +1,4 @@
-"""The threads of a CPU that share the launches of walks."""
+"""Threads of a CPU that share the launches of walks."""
 
 import os
 import sys
@@ -14,10 +14,11 @@ from simulate.fluid.walk import Walk
 from simulate.kernels import walk as code
 
 ALONE, SPARE_S = 20, 0.3
-"""After other threads lost their cores to other work, the caller goes on alone for ``ALONE`` times as long as it waited
-for them, less ``SPARE_S``: if waits are rare, they cost less time than the other threads save."""
-FEWEST_ROWS = 256  # With fewer rows another thread saves a fifth of the time and takes half as much again for itself
-LOWEST = 19  # Priority of the other threads, as Linux counts: other work goes first, so that the caller keeps its core
+"""Factor, and time in s, for work on one thread after other programs took the cores of the other threads. The caller
+then works alone for ``ALONE`` times as long as it waited for the others, less ``SPARE_S``. Rare waits are tolerated,
+because they cost less time than the other threads save."""
+FEWEST_ROWS = 256  # Fewest rows that threads share: with fewer, a second thread uses more time than it saves
+LOWEST = 19  # Niceness of the other threads on Linux. Other programs go first, so that the caller keeps its core.
 
 
 def slices_for(threads: int) -> int:
@@ -26,9 +27,9 @@ def slices_for(threads: int) -> int:
 
 
 class Walkers:
-    """The caller's thread and, in the background, ``threads`` - 1 others, which end with this object.
+    """The caller's thread and ``threads`` - 1 background threads, which end with this object.
 
-    The others take slices of a walk while they have a core. The caller takes those that are left.
+    The background threads take slices of a walk while they have a core. The caller takes the remaining slices.
     """
 
     def __init__(self, threads: int) -> None:
@@ -41,7 +42,7 @@ class Walkers:
         control[code.YIELD] = yield_function()
         self._left = [code.WORKERS + code.LINE * worker + 1 for worker in range(1, threads)]
         control[self._left] = 1
-        self._alone_until_s = 0.0  # Of ``time.perf_counter``
+        self._alone_until_s = 0.0  # Time of ``time.perf_counter``
         launches: list[Any] = [
             wp.launch(code.walk_table, 1, [shared, worker, threads, slices], device="cpu", block_dim=1, record_cmd=True)
             for worker in range(threads)
@@ -51,7 +52,7 @@ class Walkers:
             Thread(target=_follow, args=(begin, launch), daemon=True).start()
 
     def take(self, walk: Walk, rows: int) -> None:
-        """Make the launches of a walk, most of them over so many rows."""
+        """Make the launches of a walk. Most of them are over ``rows`` rows."""
         if walk.table is None:
             walk.launch_each()
             return

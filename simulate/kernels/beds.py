@@ -1,6 +1,6 @@
-"""Device code that measures beds, those of all runs at once without copying particles. Millimetres, mm/s.
+"""Device code that measures the settled sealant of all runs without copying particles. Units are mm and mm/s.
 
-It uses double precision. Sums have a fixed order: over blocks of threads, and over the parts of each run.
+It uses double precision. Sums are added in a fixed order, over blocks of threads and over the parts of each run.
 """
 
 import warp as wp
@@ -9,19 +9,20 @@ from simulate.kernels.lanes import most_over_block, over_block
 from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import FROZEN, MOVING, Particles, Span
 
-LANES = 64  # Threads of a GPU's block: as in most launches, since each width has the whole module compiled
+LANES = 64  # Threads of a GPU's block, as in most launches: the module is compiled again for each width
 PARTS = wp.constant(32)
-"""Parts of a run that are summed up separately; the host adds the sums. One run alone then fills a quarter of a GPU."""
+"""Number of parts of a run that are summed separately. The host adds up their sums. With 32 parts, a single run fills a
+quarter of a GPU."""
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.struct
 class Lines:
-    """The crossings of the cells' vertical lines with the solid's facets, sorted by cell and then by height."""
+    """Crossings of the cells' vertical lines with the facets of the solid, sorted by cell and then by height."""
 
     cell_mm: wp.float64
-    low: wp.vec2i  # The first cell along each axis
+    low: wp.vec2i  # Number of the first cell along each axis
     shape: wp.vec2i
     last: wp.array[int]  # The highest crossing of each cell, or -1
     cell: wp.array[int]
@@ -32,19 +33,19 @@ class Lines:
 
 @wp.struct
 class Liquid:
-    """The particles of a bed, and the top of the liquid above each crossing."""
+    """The settled particles, and the top of the liquid above each crossing."""
 
-    position_mm: wp.array[wp.vec3d]  # Turned as the solid's lines are; NaN for a particle that is not in the bed
-    top_mm: wp.array[wp.float64]  # Run by run
+    position_mm: wp.array[wp.vec3d]  # In the solid's turned frame. NaN for a particle that has not settled.
+    top_mm: wp.array[wp.float64]  # Top of the liquid above each crossing, run by run
 
 
 @wp.struct
 class Sizes:
-    """Constants of all runs."""
+    """Constants for all runs."""
 
-    mm: wp.float64  # A millimetre in the solver's unit
+    mm: wp.float64  # One millimetre in the solver's unit of length
     down: wp.vec3d  # Direction of gravity
-    falls_mm_s: wp.float64  # Speed along it above which a particle may be in flight
+    falls_mm_s: wp.float64  # Downward speed above which a particle may be in flight
     flows_mm_s: wp.float64  # Speed from which paste with a yield stress counts as flowing
     radius_mm: wp.float64
     floor_mm: wp.float64  # Height of the solid's floor
@@ -53,13 +54,14 @@ class Sizes:
 
 @wp.struct
 class Beds:
-    """Measured figures, and the arrays that are needed to measure them."""
+    """Measured figures of the settled sealant, and the arrays for measuring them."""
 
     count: wp.array2d[wp.vec4i]
-    """Numbers of particles that are on the bed, that move, that do both, and that do both and flow; by run and part."""
+    """Four numbers of particles, by run and part: those that have settled, that move, that have settled and move, and
+    that have settled, move and flow."""
     length_mm: wp.array2d[wp.float64]  # Wet length of the vertical lines, by run and part
     liquid: Liquid
-    """Particles on the sample that are not in flight, and the tops of the liquid in a batch of runs."""
+    """Particles on the sample that are not in flight, and the tops of the liquid, for a batch of runs."""
 
 
 # Several particles raise the same top, and Warp's ``atomic_max`` is not atomic on a CPU.
@@ -126,9 +128,10 @@ def raise_surface(
     lines: Lines,
     liquid: Liquid,  # in, out: top_mm
 ):
-    """Raise the liquid to ``half_mm`` above each particle, at upward crossings of the lines of cells within reach.
+    """Raise the liquid to ``half_mm`` above each particle, on the vertical lines of cells within reach.
 
-    Only the stretch of a line at the particle's height is raised. Particles count from ``first``.
+    Only the free stretch of a line at the particle's height is raised, from an upward crossing. The first particle is
+    ``first``.
     """
     for k in range(rows.begin + wp.tid(), rows.end, rows.step):
         raise_around(k, first, per_run, half_mm, reach_mm, lines, liquid)
@@ -136,7 +139,7 @@ def raise_surface(
 
 @wp.func
 def is_here(particles: Particles, i: int):
-    """True for a released particle that is not lost. Particles that are not released have another status."""
+    """Return True for a released particle that is not lost. A particle that is not released has another status."""
     return particles.status[i] <= FROZEN and wp.isfinite(particles.position[i][:3])
 
 
@@ -175,9 +178,9 @@ def find_lying(
     sizes: Sizes,
     beds: Beds,  # out: the liquid's position_mm
 ):
-    """``profile.settled`` on the device, with one block of threads per particle.
+    """Find settled particles: ``profile.settled`` on the device, with one block of threads per particle.
 
-    The block of a falling particle searches for the bed below it. Other blocks end at once.
+    The block of a falling particle searches for settled sealant below it. Other blocks end at once.
     """
     lane = wp.tid() % wp.block_dim()
     for i in range(rows.begin + wp.tid() // wp.block_dim(), rows.end, rows.step):
@@ -237,7 +240,7 @@ def sum_lines(
     first_run: int,
     beds: Beds,  # out: length_mm of a batch of runs
 ):
-    """Sum the lengths of the vertical lines, from the foot of each wet stretch to its top or its ceiling."""
+    """Sum the wet lengths of the vertical lines, each from the foot of a free stretch to its top or its ceiling."""
     lane = wp.tid() % wp.block_dim()
     for part in range(rows.begin + wp.tid() // wp.block_dim(), rows.end, rows.step):
         run = part // PARTS

@@ -1,4 +1,4 @@
-"""Device code that sorts points into cells on a GPU; ``cells_cpu`` does it in one launch, by one thread of a CPU."""
+"""Device code that sorts points into cells on a GPU. On a CPU, one thread does this in ``cells_cpu``."""
 
 import warp as wp
 
@@ -6,23 +6,22 @@ from simulate.kernels.status import FROZEN
 
 wp.set_module_options({"enable_backward": False})
 
-NEARLY_ONE = wp.constant(1.0001)  # Squared distance of lines to search, over a cell's, with room for rounding
+NEARLY_ONE = wp.constant(1.0001)  # Squared distance up to which lines are searched, in cells, with room for rounding
 
 
 @wp.struct
 class CellArrays:
-    """Points sorted by cell, along the box's shortest side first: three adjacent cells along it are one range.
+    """Points sorted by cell, along the shortest side of the box first. Three adjacent cells along it are one range.
 
-    Those of a long crack are then sorted along it, and ranges of them have few neighbours in others.
-
-    Each run has its own cells. The walls have one set of cells for all runs.
+    The points of a long crack are then sorted along the crack, and a range of points has few neighbours in other
+    ranges. Each run has its own cells. The walls have one set of cells for all runs.
     """
 
-    axis: wp.vec3i  # From the shortest side of the box to the longest; corner and count are in this order
+    axis: wp.vec3i  # Axes from the shortest side of the box to the longest, also the order of corner and count
     corner: wp.vec3
     size: float
     count: wp.vec3i
-    points_per_run: int  # Number of points of each run, which follow each other
+    points_per_run: int  # Number of points of each run; runs follow each other
     start: wp.array[int]
     x: wp.array[float]
     y: wp.array[float]
@@ -32,10 +31,10 @@ class CellArrays:
 
 @wp.struct
 class Sorting:
-    """Arrays of a GPU's sort by cell."""
+    """Arrays for sorting by cell on a GPU."""
 
-    cell: wp.array[int]  # By point
-    rank: wp.array[int]  # Number of points of the same cell that were counted before; by point
+    cell: wp.array[int]  # Cell of each point
+    rank: wp.array[int]  # Number of points of the same cell that were counted before each point
     count: wp.array[int]  # Number of points of each cell
     number: wp.array[int]  # Points sorted by cell alone
 
@@ -47,7 +46,10 @@ def cells_per_run(cells: CellArrays):
 
 @wp.func
 def cell_along(x: float, corner: float, size: float, count: int):
-    """Return the cell index along an axis. Points outside the grid belong to border cells: neighbours are adjacent."""
+    """Return the cell index along an axis.
+
+    Points outside the grid belong to border cells, so neighbours stay adjacent.
+    """
     return wp.clamp(int(wp.floor((x - corner) / size)), 0, count - 1)
 
 
@@ -58,7 +60,7 @@ def count_in_cells(
     status: wp.array[int],
     sorting: Sorting,  # out: cell, rank and count
 ):
-    """Find the cell of each point, and count the points of each cell. A point without a cell has -1."""
+    """Find the cell of each point, and count the points of each cell. A point without a cell gets -1."""
     i = wp.tid()
     sorting.cell[i] = -1
     if status[i] <= FROZEN:
@@ -76,7 +78,7 @@ def bring_together(
     cells: CellArrays,
     sorting: Sorting,  # out: number
 ):
-    """Write the points of each cell one after the other, in arbitrary order."""
+    """Write the points of each cell next to each other, in arbitrary order."""
     i = wp.tid()
     key = sorting.cell[i]
     if key >= 0:
@@ -107,9 +109,9 @@ def put_in_order(
 
 @wp.func
 def beside(x: float, corner: float, size: float, cell: int, other_cell: int):
-    """Return the least distance along an axis from ``x`` to a point in ``other_cell``, divided by ``size``.
+    """Return the shortest distance along an axis from ``x``, which is in ``cell``, to ``other_cell``.
 
-    ``x`` is in ``cell``.
+    The distance is divided by ``size``.
     """
     part = (x - corner) / size - float(cell)
     if other_cell < cell:

@@ -1,6 +1,6 @@
-"""The sort of ``cells`` for a CPU, as a counting sort that keeps the order of points.
+"""Sort points into cells on a CPU, as ``cells`` does: a counting sort that keeps the order of points.
 
-It takes half the time of a sort by keys. One thread counts.
+One thread counts. This takes half the time of a sort by keys.
 """
 
 import warp as wp
@@ -14,16 +14,16 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class Points:
-    """The points of all runs."""
+    """Points of all runs, and their cells."""
 
     runs: int
     position: wp.array[wp.vec4]
     status: wp.array[int]
     index: wp.array[int]
-    """Index in memory of each point in the order that is kept within a cell."""
-    present: wp.array[int]  # Number of the first points, which are sorted: the only value
+    """Index in memory of each point. Points of a cell are kept in the order of this array."""
+    present: wp.array[int]  # A single value: the number of first points that are sorted
     cell: wp.array[int]
-    rank: wp.array[int]  # Of a point in its cell
+    rank: wp.array[int]  # Rank of each point in its cell
 
 
 @wp.func_native(
@@ -98,17 +98,17 @@ def find_cells_of(
     points: Points,  # out: cell
     cells: CellArrays,
 ):
-    """Find the cells of points. The last cell, after those of all runs, is for points left out."""
+    """Find the cell of each point. The last cell, after the cells of all runs, is for points that are left out."""
     find_cells(rows.begin, rows.end, cells, points)
 
 
 @run_kernel
 def count_in_order(
-    rows: Span,  # One
+    rows: Span,  # A single row
     points: Points,  # out: rank
     cells: CellArrays,  # out: start
 ):
-    """Count the points of all cells. Within a cell they keep their order."""
+    """Count the points of all cells. Points of a cell keep their order."""
     count_in_cells(cells, points)
 
 
@@ -118,5 +118,5 @@ def fill_in_order(
     points: Points,
     cells: CellArrays,  # out: x, y, z and number
 ):
-    """Write points to their places in the cells."""
+    """Write each point to its position in the sorted arrays."""
     fill_cells(rows.begin, rows.end, cells, points)

@@ -1,8 +1,9 @@
-"""Device code of the conjugate gradients that solve the viscosity's linear system, for all runs at once.
+"""Device code of the conjugate gradients that solve the viscosity's linear system, for all runs together.
 
-Runs are independent: each has the same bits with any number of threads and of other runs. On a GPU a block of threads
-sums up a part of a run, or all its parts. Each thread takes every 64th row (``LANES``), and a tile adds up the threads'
-sums in an order that depends on the block's width only. On a CPU a block has one thread, which takes all rows.
+Runs are independent: the results of each are bit-identical with any number of threads and of other runs. On a GPU a
+block of threads sums one part of a run, or all its parts. Each thread takes every 64th row (``LANES``). A tile adds up
+the threads' sums, in an order that depends only on the block's width. On a CPU a block has one thread, which takes all
+rows.
 """
 
 from functools import partial
@@ -17,56 +18,57 @@ from simulate.kernels.status import Particles, Span
 wp.set_module_options({"enable_backward": False})
 
 CHUNKS = wp.constant(64)
-"""Number of parts of a run that have their own sums. It is the same on all devices and with any number of threads."""
+"""Number of parts of a run that are summed separately. It is the same on all devices and with any number of threads."""
 
 ROUNDS = wp.constant(1.0e-5)
-"""Share of a curvature below which the difference of two float32 sums may be rounding only."""
+"""Fraction of a curvature below which the difference of two float32 sums may be mere rounding."""
 
-UNIT_ROUNDOFF = wp.constant(6.0e-8)  # Of float32
+UNIT_ROUNDOFF = wp.constant(6.0e-8)  # Unit roundoff of float32
 ROUNDINGS = wp.constant(16.0)
-"""Least goal of a residual, divided by the residual of one rounding of each velocity. A sum has 40 pairs."""
+"""Lowest residual that a solve aims for, as a multiple of the residual that rounding each velocity to float32 once
+leaves. It is 16 because each row adds up about 40 pairs."""
 
-LANES = 64  # Threads of a GPU's block: a part has up to 230 rows in one run of the paper, and 12 in each of its 132
+LANES = 64  # Threads of a GPU's block. A part has up to 230 rows in one run of the paper, and 12 in 132 such runs.
 
 Sums = wp.types.vector(length=5, dtype=wp.float32)
 
 Symmetric = wp.types.vector(length=6, dtype=wp.float32)
-"""A symmetric matrix: xx, yy, zz, xy, yz, zx."""
+"""Symmetric matrix as its elements xx, yy, zz, xy, yz, zx."""
 
 
 @wp.struct
 class System:
-    """The linear system (I + A) v_new = v of backward Euler on Eq. 5, by row."""
+    """Linear system (I + A) v_new = v of backward Euler on Eq. 5. Arrays are by row."""
 
     links: wp.array2d[wp.vec3h]
-    """Links of each pair (``pair_sums.link_pairs_by``), in the slots of the fluid's neighbour lists."""
-    drag: wp.array[float]  # By the walls
+    """Links of the pairs (``pair_sums.link_pairs_by``), in the same slots as the fluid's neighbour lists."""
+    drag: wp.array[float]  # Drag by the walls
     restraint: wp.array[float]  # Drag by the walls and by neighbours at rest
-    inverse: wp.array[Symmetric]  # Of a particle's own block of I + A
-    at_walls: wp.array[float]  # Weight of pairs with a wall to which the fluid sticks; by particle
-    shear: wp.array[float]  # Shear in 1/s, as the last substep left it; by particle
+    inverse: wp.array[Symmetric]  # Inverse of the particle's diagonal block of I + A
+    at_walls: wp.array[float]  # Weight of pairs with a wall to which the fluid sticks, by particle
+    shear: wp.array[float]  # Shear rate in 1/s after the last substep, by particle
 
 
 @wp.struct
 class Search:
-    """Conjugate gradients in the form of Chronopoulos and Gear: vectors by row, scalars by run.
+    """State of the conjugate gradients in the form of Chronopoulos and Gear. Vectors are by row, scalars by run.
 
-    The residual times the inverses of the particles' own blocks (Jacobi's preconditioner) is by particle, because the
-    matrix is applied to it.
+    The scaled residual is the residual times the inverse of each particle's diagonal block (Jacobi's preconditioner).
+    It is by particle, because the matrix is applied to it.
     """
 
     residual: wp.array[wp.vec3]
     product: wp.array[wp.vec3]  # The matrix times the scaled residual
-    curvature: wp.array[float]  # The same times the scaled residual again
+    curvature: wp.array[float]  # Dot product of the scaled residual and ``product``
     direction: wp.array[wp.vec3]
     pull: wp.array[wp.vec3]  # The matrix times the direction
     partial: wp.array2d[Sums]  # Sums of each part of a run
-    left: wp.array2d[float]  # Square of the new residual of each part
+    left: wp.array2d[float]  # Square of each part's new residual
     error: wp.array[float]
-    length: wp.array[float]  # How far to go along the direction
-    turn: wp.array[float]  # Share of the last direction in the next one
+    length: wp.array[float]  # Length of the step along the direction
+    turn: wp.array[float]  # Multiple of the last direction that is added to the next one
     goal: wp.array[float]
-    holds: wp.array[float]  # Number of particles plus the drag by all that does not move with them
+    holds: wp.array[float]  # Number of particles plus the drag by walls and by particles at rest
     iterations: wp.array[int]
     more: wp.array[int]  # A single number, 1 if a run needs another iteration
     unsolved: wp.array[int]  # 1 for each run with a search that ended above its goal
@@ -84,7 +86,7 @@ def new_system(rows: int, at_walls: Any, shear: Any, device: str) -> Any:
 
 
 def new_search(rows: int, runs: int, device: str) -> Any:
-    """Return a search of up to ``rows`` rows in all runs."""
+    """Return a search with up to ``rows`` rows for all runs together."""
     search, zeros = Search(), partial(wp.zeros, device=device)
     search.residual = zeros(rows, wp.vec3)
     search.product = zeros(rows, wp.vec3)
@@ -106,7 +108,7 @@ def new_search(rows: int, runs: int, device: str) -> Any:
 
 @wp.func
 def full(symmetric: Symmetric):
-    """Return a symmetric matrix with all its elements."""
+    """Return a symmetric matrix as a full 3 x 3 matrix."""
     xx, yy, zz = symmetric[0], symmetric[1], symmetric[2]
     xy, yz, zx = symmetric[3], symmetric[4], symmetric[5]
     return wp.mat33(xx, xy, zx, xy, yy, yz, zx, yz, zz)
@@ -114,7 +116,7 @@ def full(symmetric: Symmetric):
 
 @wp.func
 def rows_of(particles: Particles, part: int):
-    """Return the first row of a part of a run, and the row after its last one."""
+    """Return the first row of a part of a run, and the row after its last row."""
     run = part // CHUNKS
     first = particles.first_row[run]
     rows = particles.first_row[run + 1] - first
@@ -125,7 +127,7 @@ def rows_of(particles: Particles, part: int):
 
 @wp.func
 def keep_sum(search: Search, part: int, lane: int, lane_sums: Sums):
-    """Store the sum over the threads of a part's block. All threads must call it."""
+    """Add up the sums of a block's threads and store the total for the part. All threads must call this."""
     total = over_block(lane_sums)
     if lane == 0:
         search.partial[part // CHUNKS, part % CHUNKS] = total
@@ -133,7 +135,7 @@ def keep_sum(search: Search, part: int, lane: int, lane_sums: Sums):
 
 @wp.func
 def whole_sum(search: Search, run: int, lane: int):
-    """Return the sum over the parts of a run to all threads of a block. All threads must call it."""
+    """Return to every thread of a block the sum over the parts of a run. All threads must call this."""
     lane_sums = Sums(0.0)
     for chunk in range(lane, CHUNKS, wp.block_dim()):
         lane_sums += search.partial[run, chunk]
@@ -142,7 +144,7 @@ def whole_sum(search: Search, run: int, lane: int):
 
 @wp.func
 def begins_run(part: int, begin: int):
-    """Return True if a part is the first of its run, or the first that a thread takes."""
+    """Return True if a part is the first of its run, or the first part that a thread takes."""
     return part == begin or part % CHUNKS == 0
 
 
@@ -173,10 +175,10 @@ def sum_residuals(
 
 @wp.func
 def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_the_change: float, at_most: int):
-    """Choose the start and the goal.
+    """Choose the start and the goal of a run's search.
 
-    The goal is at most the share ``of_the_right`` of the right side, and at most the share ``of_the_change`` of the
-    residual without viscosity, unless that share is below rounding.
+    The goal is at most the fraction ``of_the_right`` of the right side. It is also at most the fraction
+    ``of_the_change`` of the residual without viscosity, unless that is below rounding.
     """
     # Stiff sealant that moves as a whole has a residual by rounding only: of velocities times the matrix, whose size is
     # the ratio of their squares in both norms.
@@ -193,10 +195,10 @@ def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_t
 
 @wp.func
 def ask_for_more(search: Search, run: int, at_most: int):
-    """Request another iteration while a residual is above its goal.
+    """Request another iteration if a run's residual is above its goal.
 
-    The run counts as unsolved after ``at_most`` iterations, or if the residual is not finite. A link above float16's
-    range can cause that.
+    The run counts as unsolved after ``at_most`` iterations, or if the residual is not finite. A link outside the range
+    of float16 can cause that.
     """
     if search.error[run] <= search.goal[run]:
         return
@@ -217,9 +219,9 @@ def start_search(
     system: System,
     search: Search,  # out: also all scalars, which blocks do not read here
 ):
-    """Start each run at its guess, which is in the array of the scaled residual, or at the velocity without viscosity.
+    """Start each run's search at its guess or at the velocity without viscosity, whichever has the smaller residual.
 
-    The guess is taken if it is nearer.
+    The guess is in the array of the scaled residual.
     """
     lane = wp.tid() % wp.block_dim()
     begin = parts.begin + wp.tid() // wp.block_dim()
@@ -269,7 +271,7 @@ def sum_curvature(
 
 @wp.func
 def way_of(search: Search, run: int, along: float):
-    """Return the step of least energy along the next direction, and the share of the last direction in it."""
+    """Return the step of least energy along the next direction, and the multiple of the last direction in it."""
     curvature = along
     turn = search.turn[run]
     if turn > 0.0:
@@ -288,7 +290,10 @@ def advance_search(
     system: System,
     search: Search,  # out: left and the vectors; all blocks read the sums and the scalars
 ):
-    """Update the directions, take the step along them, and sum r . M^-1 r of the new residual r."""
+    """Update the directions, take the step along them, and sum r . M^-1 r of the new residual r.
+
+    M is the preconditioner.
+    """
     lane = wp.tid() % wp.block_dim()
     begin = parts.begin + wp.tid() // wp.block_dim()
     way = wp.vec2(0.0)
@@ -323,7 +328,7 @@ def find_turn(
     at_most: int,
     search: Search,  # in, out
 ):
-    """Store the length of the step and the share of its direction in the next one, and whether there is a next one."""
+    """Store the length of the step, the multiple of its direction in the next one, and whether another step follows."""
     lane = wp.tid() % wp.block_dim()
     for run in range(runs.begin + wp.tid() // wp.block_dim(), runs.end, runs.step):
         if is_solved(search, run):
@@ -348,7 +353,7 @@ def sum_left(
     particles: Particles,
     search: Search,  # out: partial
 ):
-    """Sum up the residual of each run."""
+    """Sum the residuals of each run."""
     lane = wp.tid() % wp.block_dim()
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
         rows = rows_of(particles, part)
@@ -360,9 +365,9 @@ def sum_left(
 
 @run_kernel
 def shift_all(parts: Span, particles: Particles, search: Search):
-    """Add one velocity to all particles of a run, so that its summed residual is zero.
+    """Add the same velocity to all particles of a run, so that its summed residual becomes zero.
 
-    Pairs then conserve momentum with any residual of the search.
+    Momentum between pairs is then conserved, whatever residual the search leaves.
     """
     lane = wp.tid() % wp.block_dim()
     begin = parts.begin + wp.tid() // wp.block_dim()

@@ -1,6 +1,6 @@
-"""Device code: the signed distance to the solid from its grid, and moves that cannot cross the solid. Centimetres.
+"""Device code: the signed distance to the solid, from a grid, and moves that cannot cross the solid. Units are cm.
 
-Distances are positive in the open and negative in the solid.
+Distances are positive in open space and negative in the solid.
 """
 
 import warp as wp
@@ -8,36 +8,39 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 BLOCK = wp.constant(4)
-"""Cells along the edge of a block. It has one more node per edge, so that interpolation never needs two blocks."""
+"""Number of cells along the edge of a block. Each edge has one more node than cells, so that interpolation never needs
+two blocks."""
 NODES = wp.constant(125)  # Number of nodes of a block
 FAR = wp.constant(-1)
 FACE = wp.constant(-2)
 OUTSIDE = wp.constant(-3)
-BESIDE = wp.constant(1.0e3)  # Distance at places next to the sample's block, outside the grid
-ROUNDED = wp.constant(2.0)  # Each part of the normal if the nearest surface is not a plane
+BESIDE = wp.constant(1.0e3)  # Distance at positions outside the grid, next to the sample's block
+ROUNDED = wp.constant(2.0)  # Each component of the normal if the nearest surface is not a plane
 AS_PLANE = wp.constant(0.1)
-"""A wall counts as the same plane up to this distance from the last search for walls, divided by the clearance."""
+"""Largest distance from the last search for walls up to which a wall counts as the same plane, divided by the
+clearance."""
 NEARBY = wp.constant(0.5)
-"""A prediction uses the stored plane up to this distance from the last search for walls, divided by the clearance.
-Farther away another wall may be nearer."""
-LARGEST = wp.constant(3.0e38)  # Numbers that are not below it count as not finite
+"""Largest distance from the last search for walls at which a prediction uses the stored plane, divided by the
+clearance. Farther away, another wall may be nearer."""
+LARGEST = wp.constant(3.0e38)  # A number counts as finite if it is below this
 PIECES = wp.constant(256)
-"""Largest number of pieces of a move. A longer move ends early, but its speed would end the run before."""
+"""Largest number of pieces of a move. A longer move ends early, but a run with such speeds would end before."""
 
 
 @wp.struct
 class Distance:
-    """Exact distances on the nodes of blocks near the surface. Other blocks have the distance at their centre."""
+    """Exact distances at the nodes of blocks near the surface. Other blocks have only the distance at their centre."""
 
     corner: wp.vec3
     spacing: float
     blocks: wp.vec3i
     row: wp.array[int]
-    """Row of each block's nodes; FAR if it has no nodes, FACE if the face z = 0 is the nearest surface in the block."""
+    """Row of each block's nodes. FAR for a block without nodes. FACE if the face z = 0 is the nearest surface in the
+    block."""
     centre: wp.array[float]
     nodes: wp.array[float]
-    clearance: float  # Least distance of a particle's centre from walls
-    rounded: wp.array[int]  # By row: 1 for a block in which the nearest surface is not a plane
+    clearance: float  # Smallest distance of a particle's centre from walls
+    rounded: wp.array[int]  # 1 for each row whose block has a nearest surface that is not a plane
     face: wp.vec4
 
 
@@ -48,7 +51,10 @@ def block_at(solid: Distance, a: int, b: int, c: int) -> int:
 
 @wp.func
 def row_at(solid: Distance, a: int, b: int, c: int) -> int:
-    """Return the row of a block's nodes; or FAR, FACE or OUTSIDE (the grid)."""
+    """Return the row of a block's nodes.
+
+    Returns FAR or FACE for a block without nodes, and OUTSIDE outside the grid.
+    """
     if a < 0 or b < 0 or c < 0 or a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
         return int(OUTSIDE)
     return solid.row[block_at(solid, a, b, c)]
@@ -56,11 +62,10 @@ def row_at(solid: Distance, a: int, b: int, c: int) -> int:
 
 @wp.func
 def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
-    """Return gradient and signed distance. The gradient is a unit vector for distances between 0 and ``below``.
+    """Return the gradient and the signed distance at ``x``.
 
-    At other distances it may be 0.
-
-    Outside the grid the solid is the half-space below z = 0 within the footprint of the sample's block.
+    The gradient is a unit vector if the distance is between 0 and ``below``. Otherwise it may be 0. Outside the grid,
+    the solid is the half-space below z = 0 within the footprint of the sample's block.
     """
     u = (x - solid.corner) / solid.spacing
     reach = float(BLOCK)
@@ -123,7 +128,7 @@ def rounded_at(solid: Distance, x: wp.vec3) -> bool:
 
 @wp.struct
 class Landing:
-    """A position, with the gradient and the distance that ``distance_at`` returns there."""
+    """A position, and the gradient and distance that ``distance_at`` returns for it."""
 
     position: wp.vec3
     slope: wp.vec3
@@ -132,9 +137,9 @@ class Landing:
 
 @wp.func
 def push_out(solid: Distance, x: wp.vec3):
-    """Move away from walls that are nearer than the clearance.
+    """Move a position away from walls that are nearer than the clearance.
 
-    A step is shorter than the present distance, so that it cannot cross a thin wall. In a corner each step moves away
+    Each step is shorter than the present distance, so it cannot cross a thin wall. In a corner each step moves away
     from the nearest wall.
     """
     position = x
@@ -151,20 +156,20 @@ def push_out(solid: Distance, x: wp.vec3):
 
 @wp.func
 def slide(plane: wp.vec4, start: wp.vec3, step: wp.vec3, clearance: float):
-    """Return the part of a step that keeps the clearance from a plane wall."""
+    """Return a step, shortened so that it keeps the clearance from a plane wall."""
     normal = plane[:3]
     return step + wp.max(clearance - (wp.dot(normal, start + step) - plane[3]), 0.0) * normal
 
 
 @wp.func
 def is_plane(beside: wp.vec4) -> bool:
-    """Return True if a particle's nearest wall is a plane, and not rounded or undetermined."""
+    """Return True if the nearest wall of a particle is a plane, not a rounded or unknown surface."""
     return beside[0] != ROUNDED and wp.length_sq(beside[:3]) > 0.0
 
 
 @wp.func
 def is_number(x: float) -> bool:
-    """Return True for a finite number. It is ``isfinite`` without a call of C's library."""
+    """Return True for a finite number. Unlike ``isfinite``, this does not call the C library."""
     return wp.abs(x) < LARGEST
 
 
@@ -178,15 +183,14 @@ def move(
     step: wp.vec3,
     for_now: bool,
 ) -> wp.vec3:
-    """Return the part of ``step`` from ``start`` that walls allow, sliding along them.
+    """Return the part of ``step`` from ``start`` that walls allow. The move slides along walls.
 
-    Walls are searched if the move leaves the free ball and, next to a plane, the surroundings of the last search.
+    Walls are searched again if the move leaves the free ball and, next to a plane, also the surroundings of the last
+    search. If the start is at half the clearance or more, all positions on the way are outside the solid: the pieces of
+    the move are shorter than that distance, and a piece that would end nearer to a wall is dropped.
 
-    From a start at half the clearance or more, all positions on the way are outside the solid: pieces of the move are
-    shorter than that distance, and a piece that would end nearer to a wall is dropped.
-
-    A prediction is ``for_now``: the last move of the substep replaces it. It uses the plane of a wall in wider
-    surroundings, and stores the plane that replaces the walls in the moves between the two.
+    ``for_now`` marks a prediction, which the last move of the substep replaces. A prediction uses the plane of a wall
+    in wider surroundings. It also stores the plane that replaces the walls in the moves before the last one.
     """
     squared = wp.length_sq(step)
     # A step that is not finite is returned, so that the fault check finds it: with a step of 0 it would seem at rest.
@@ -225,9 +229,9 @@ def move_along(
     start: wp.vec3,
     step: wp.vec3,
 ) -> wp.vec3:
-    """Return the part of ``step`` that walls allow, after a search for walls.
+    """Search for walls, and return the part of ``step`` that they allow.
 
-    It is separate from ``move`` because a call copies ``solid``, which few moves need.
+    This is separate from ``move`` because a call copies ``solid``, which few moves need.
     """
     length = wp.length(step)
     pieces = wp.min(int(length / (0.45 * solid.clearance)) + 1, PIECES)
@@ -255,7 +259,7 @@ def move_along(
 
 @wp.func
 def near_free(ball: wp.vec4, x: wp.vec3, clearance: float) -> bool:
-    """Return True if a position is nearer to the middle of a free ball than any wall is."""
+    """Return True if a position is nearer to the centre of its free ball than any wall is."""
     return wp.length(x - ball[:3]) < ball[3] + clearance
 
 

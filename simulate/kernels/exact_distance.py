@@ -1,7 +1,8 @@
-"""Device code: signed distances from the solid's mesh, for the grid of ``distance``. Centimetres.
+"""Device code: signed distances to the solid's mesh, for the grid of ``distance``. Units are cm.
 
-Warp's query of the nearest point is exact, except next to needles, of which the face around a crack has many. There it
-returns up to 0.08 mm too much. The nodes of the grid have another search, which takes half the time.
+Warp's query of the nearest point is exact except next to needle-shaped triangles. The face around a crack has many of
+these, and the query returns up to 0.08 mm too much there. The nodes of the grid therefore use another search, which
+takes half the time.
 """
 
 import warp as wp
@@ -11,25 +12,25 @@ from simulate.kernels.run_module import run_kernel
 
 wp.set_module_options({"enable_backward": False})
 
-NOT_OWN = wp.constant(-1.0)  # Square of the distance at a node that another block measures
+NOT_OWN = wp.constant(-1.0)  # Squared distance that marks a node which another block measures
 
 
 @wp.struct
 class Places:
-    """Places at which the exact signed distance is measured."""
+    """Positions at which the exact signed distance is measured."""
 
     point: wp.array[wp.vec3]
-    nearby: wp.array[float]  # Distance at another place near each, or zero
-    away: wp.array[float]  # Largest distance to that other place, or to search in
+    nearby: wp.array[float]  # Distance at another position near each point, or zero
+    away: wp.array[float]  # Largest distance to that other position, or of the search
     distance: wp.array[float]
 
 
 @wp.struct
 class Blocks:
-    """Blocks of the grid that have nodes, and the distances at these nodes."""
+    """Blocks of the grid that have nodes, and the distances at their nodes."""
 
     number: wp.array[wp.vec3i]
-    distance: wp.array2d[float]  # By row and node
+    distance: wp.array2d[float]  # Distance by row and node
 
 
 @run_kernel
@@ -51,10 +52,11 @@ def measure_places(
 
 @wp.func
 def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, nearby: float, away: float) -> float:
-    """Return the distance ``size`` at ``x`` with its sign. ``nearby`` is the distance at a place within ``away``.
+    """Return the distance ``size`` at ``x`` with its sign.
 
-    If both places are far from the surface, it cannot be between them. Otherwise a ray decides, which takes as long as
-    a search for the nearest triangle.
+    ``nearby`` is the signed distance at another position, at most ``away`` from ``x``. If both positions are far from
+    the surface, it cannot be between them, and the signs are equal. Otherwise a ray decides, which takes as long as a
+    search for the nearest triangle.
     """
     if size + wp.abs(nearby) > away:
         return wp.sign(nearby) * size
@@ -104,10 +106,11 @@ def measure_from_triangle(
     row: int,
     blocks: Blocks,  # in, out: squared distances
 ):
-    """Lower the squared distances of a block's nodes to those from a triangle within ``farthest`` of its middle.
+    """Lower the squared distance of each node of a block to its squared distance from a triangle, if that is smaller.
 
-    The distance is from the triangle's plane if a node is above it, else from the nearest edge. It is C++ because a
-    CPU's compiler computes several nodes at once in this loop, and one by one in Warp's.
+    A triangle is skipped if it is farther than ``farthest`` from the block's middle. The distance is measured from the
+    triangle's plane if a node is above the triangle, and from the nearest edge otherwise. The code is C++, because a
+    CPU's compiler then computes several nodes at the same time, which it does not do with Warp's code.
     """
     ...
 
@@ -119,9 +122,9 @@ def measure_nodes(
     shared: bool,
     blocks: Blocks,  # out: distance
 ):
-    """Measure the exact signed distance at the nodes of blocks.
+    """Measure the exact signed distance at the nodes of all blocks.
 
-    Nodes of several blocks are measured by one block, and a second launch, ``shared``, copies them to the others. The
+    A node that several blocks share is measured by one block. A second launch, ``shared``, copies it to the others. The
     few triangles that can be nearest to a node are searched once for all nodes of a block.
     """
     row = wp.tid()
@@ -166,7 +169,7 @@ def measure_nodes(
 
 @wp.func
 def place_of(node: int) -> wp.vec3i:
-    """Return the place of a node in its block, in steps from the low corner."""
+    """Return the position of a node in its block, in steps from the low corner."""
     side = BLOCK + 1
     return wp.vec3i(node // (side * side), node // side % side, node % side)
 
@@ -179,7 +182,10 @@ def node_at(coordinates: wp.vec3i) -> int:
 
 @wp.func
 def place_on_path(turn: int) -> wp.vec3i:
-    """Return the place after ``turn`` steps of a path through all nodes of a block, each step to an adjacent node."""
+    """Return the position after ``turn`` steps of a path through all nodes of a block.
+
+    Each step goes to an adjacent node.
+    """
     side = BLOCK + 1
     line = turn // side
     i = line // side

@@ -1,6 +1,6 @@
-"""Device code for rows with the 32 threads of a GPU's warp each. A thread is a lane, and the warp is a block.
+"""Device code for rows that share the 32 threads of a GPU's warp. Each thread is a lane, and the warp is a block.
 
-On a CPU, and in a block of another width, each row has one thread, with lane 0.
+On a CPU, and in a block of another width, each row has one thread, which is lane 0.
 """
 
 from typing import Any
@@ -9,12 +9,12 @@ import warp as wp
 
 wp.set_module_options({"enable_backward": False})
 
-WARP = wp.constant(32)  # Threads that run in step, so that their sums need no shared memory
+WARP = wp.constant(32)  # Number of threads that run in step, whose sums need no shared memory
 
 
 @wp.func_native(f"return WP_TILE_BLOCK_DIM == {int(WARP)} ? {int(WARP)} : 1;")
 def lanes() -> int:
-    """Return the number of threads of a row, a constant for the compiler. ``wp.block_dim()`` is not, on a GPU."""
+    """Return the number of threads per row. The compiler knows it as a constant, unlike ``wp.block_dim()`` on a GPU."""
     ...
 
 
@@ -42,7 +42,7 @@ def tile_most(value: Any):
 
 @wp.func
 def over_lanes(value: Any):
-    """Return the sum over the threads of a row to all of them. All threads must call it."""
+    """Return to every thread of a row the sum over its threads. All threads must call this."""
     total = value
     if lanes() > 1:
         total = tile_total(value)
@@ -51,7 +51,7 @@ def over_lanes(value: Any):
 
 @wp.func
 def over_block(value: Any):
-    """Return the sum over the threads of a block to all of them. All threads must call it."""
+    """Return to every thread of a block the sum over its threads. All threads must call this."""
     total = value
     if wp.block_dim() > 1:
         total = tile_total(value)
@@ -60,7 +60,7 @@ def over_block(value: Any):
 
 @wp.func
 def most_over_block(value: Any):
-    """Return the largest value of the threads of a block to all of them. All threads must call it."""
+    """Return to every thread of a block the largest value of its threads. All threads must call this."""
     most = value
     if wp.block_dim() > 1:
         most = tile_most(value)
@@ -76,5 +76,5 @@ return wp::vec2i(0, mark);
 #endif
 """)
 def count_marks(mark: int) -> wp.vec2i:
-    """Return the number of marks (0 or 1) of the lanes before this one, and of all lanes. All threads must call it."""
+    """Return how many lanes before this one have a mark of 1, and how many of all lanes. All threads must call this."""
     ...

@@ -1,4 +1,4 @@
-"""Device code that lists the neighbours of a row: the search through the cells around it, for any device.
+"""Device code that lists the neighbours of a row: a search through the surrounding cells, for any device.
 
 ``listing_cpu`` has the same search for CPUs. Tests compare the two.
 """
@@ -12,14 +12,14 @@ from simulate.kernels.status import Particles
 
 wp.set_module_options({"enable_backward": False})
 
-ROWS = wp.constant(1)  # Rows that are listed together
+ROWS = wp.constant(1)  # Number of rows that are listed together
 
 
 @wp.func
 def collect(cells: CellArrays, run: int, position: wp.vec4, self: int, neighbours: wp.array2d[int], row: int):
-    """List the points of a run's cells that are nearer than a cell's size, without ``self``. Return their number.
+    """List the points of a run that are nearer than a cell's size, except ``self``. Returns their number.
 
-    Points beyond the row's last slot are only counted. The order is the same for any number of lanes.
+    Points that do not fit into the row's slots are only counted. The order is the same for any number of lanes.
     """
     reach = cells.size
     count = cells.count
@@ -58,9 +58,9 @@ def list_rows(
     particles: Particles,
     cells: CellArrays,
     wall_cells: CellArrays,
-    near: Neighbours,  # out; counts are of all points, also of those without a slot
+    near: Neighbours,  # out; counts include points that have no slot
 ):
-    """List the fluid and the wall particles near the movers of some rows. Each row has a window of its own."""
+    """List the fluid and wall particles near the moving particles of some rows. Each row has its own window."""
     for row in range(first, last):
         i = particles.mover[row]
         position = particles.position[i]

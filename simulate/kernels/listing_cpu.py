@@ -1,8 +1,8 @@
-"""The search of ``listing`` for CPUs, eight or sixteen points at a time. Names, arguments and meaning are the same.
+"""Search neighbours as ``listing`` does, on CPUs, eight or sixteen points at a time. Names and arguments are the same.
 
-A thread lists a block of rows. Rows are sorted by cell, and the points around a cell are copied together once for all
-of its rows. The lists follow each other, and each is padded with a dummy point to a multiple of sixteen entries, as the
-loops of ``pair_sums_cpu`` need.
+Each thread lists a block of rows. Rows are sorted by cell, and the points around a cell are copied once for all of its
+rows. The lists follow each other. A dummy point pads each list to a multiple of sixteen entries, as the loops of
+``pair_sums_cpu`` need.
 """
 
 import warp as wp

@@ -1,7 +1,7 @@
-"""Device code for particles that move: release, freezing by age, sleep below the yield stress, and their list.
+"""Device code for moving particles: release, freezing by age, sleep below the yield stress, and their list.
 
-The list is in the order of memory or of cells.
-A CPU lists them in one pass. A GPU marks the movers, sums up the marks, and lists each mover at the place of its sum.
+The list is in the order of memory or of cells. A CPU makes it in one pass. A GPU marks the moving particles and sums
+the marks. Each sum is the row of a moving particle in the list.
 """
 
 import warp as wp
@@ -20,12 +20,12 @@ class Order:
     """All particles in the order of their cells."""
 
     number: wp.array[int]
-    row: wp.array[int]  # On a GPU the number of movers before each particle, in either order
+    row: wp.array[int]  # On a GPU, number of moving particles before each particle, in either order
 
 
 @run_kernel
 def count_frame(rows: Span, particles: Particles):
-    """Advance the frame number on the device, so that a replayed frame has its own number. There is a single row."""
+    """Advance the frame number on the device, so that a replayed frame has the right number. There is a single row."""
     particles.frame[0] += 1
 
 
@@ -33,7 +33,7 @@ def count_frame(rows: Span, particles: Particles):
 def grow_older(points: Span, particles: Particles, paste: Paste):
     """Release the particles of this frame, and freeze those that reach the freezing age.
 
-    Sleeping particles are frozen too: if one woke later, the run would have more movers than it has rows for.
+    Sleeping particles are frozen too. If one woke later, the run could have more moving particles than rows.
     """
     for i in range(points.begin + wp.tid(), points.end, points.step):
         # Most particles of a long run are frozen, and need nothing else.
@@ -63,8 +63,8 @@ def wake(
 ):
     """Wake the sleeping neighbours of a particle that is fast, or that has flowed for ``restless_s``.
 
-    A woken particle counts as quiet for ``rested_s``, until it flows. Several threads may write to the same neighbour;
-    all of them write the same value.
+    Until it flows, a woken particle counts as quiet for ``rested_s`` already. Several threads may write to the same
+    neighbour, but all write the same value.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         # Equal for most particles, which do not have a neighbour at rest.
@@ -92,7 +92,7 @@ def fall_asleep(
     slowest_shear: float,
     slowest: float,
 ):
-    """Bring to rest the particles that were quiet for ``patience_s``."""
+    """Bring to rest each particle that has been quiet for ``patience_s``."""
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         if particles.status[i] != MOVING or paste.yields[i // particles.per_run] == 0:
@@ -137,9 +137,10 @@ def list_in_order(
     order: Order,
     by_cell: int,
 ):
-    """List the movers among the first points, in the order of memory or, if ``by_cell``, of the cells.
+    """List the moving particles among the first points, in the order of memory or, with ``by_cell``, of the cells.
 
-    One thread of a CPU does it. By cell, each run has the rows that the list in the order of memory gave it.
+    One thread of a CPU does this. In the order of the cells, each run keeps the rows that it has in the order of
+    memory.
     """
     list_first(points.end, particles, order, by_cell)
 
@@ -163,9 +164,9 @@ def list_marked(
     order: Order,
     by_cell: int,
 ):
-    """List the movers in the order of memory, with the rows of each run.
+    """List the marked particles in the order of memory, and store the rows of each run.
 
-    If ``by_cell``, list them in the order of the cells, in the same rows.
+    With ``by_cell``, list them in the order of the cells, within the same rows.
     """
     k = wp.tid()
     i = k

@@ -1,4 +1,4 @@
-"""Device code of the neighbour lists: one list for each particle that moves."""
+"""Device code of the neighbour lists. Each moving particle has one list."""
 
 from types import ModuleType
 from typing import Any
@@ -22,15 +22,15 @@ NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists, far from all 
 
 @wp.struct
 class Neighbours:
-    """Lists of the fluid and wall particles near each mover.
+    """Lists of the fluid and wall particles near each moving particle.
 
-    For a CPU's loops the lists follow each other in one store, in windows that begin at multiples of sixteen entries.
-    ``BLOCK`` rows share 16 times ``room`` entries, and a thread takes whole blocks. On a GPU each row has a window of
-    its own, and ``room`` is 0.
+    For a CPU's loops, the lists follow each other in one array, in windows that begin at multiples of sixteen entries.
+    ``BLOCK`` rows share 16 times ``room`` entries, and a thread takes whole blocks. On a GPU each row has its own
+    window, and ``room`` is 0.
     """
 
     store: wp.array[int]
-    wall_store: wp.array[int]  # Store of the walls' lists if each row has a window of its own
+    wall_store: wp.array[int]  # Entries of the wall lists if each row has its own window
     fluid: wp.array2d[int]
     fluid_at: wp.array[int]  # Window of each row
     fluid_count: wp.array[int]
@@ -38,13 +38,13 @@ class Neighbours:
     wall_at: wp.array[int]
     wall_count: wp.array[int]
     room: int
-    lanes: int  # Threads of a GPU that share a row
+    lanes: int  # Number of GPU threads that share a row
     lacking: wp.array[int]  # 1 if a block has too little room for its lists
-    wall_particle: wp.array[wp.vec4]  # Position of each wall particle, and its share of the surface
+    wall_particle: wp.array[wp.vec4]  # Position of each wall particle, and its weight
 
 
 def neighbour_kernels(search: ModuleType, module: Any) -> Any:
-    """Return the kernel ``list_neighbours`` with the search of the module ``search``."""
+    """Return the kernel ``list_neighbours``, with the search of the module ``search``."""
     list_rows, block = search.list_rows, search.ROWS
 
     @kernel_in(module)
@@ -55,9 +55,9 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
         wall_cells: CellArrays,
         near: Neighbours,  # out
     ):
-        """List the fluid and the wall particles nearer than a cell's size, without the particle itself.
+        """List the fluid and wall particles that are nearer than a cell's size, without the particle itself.
 
-        Fluid and walls have the same cells. A list that is too short is a fault.
+        Fluid and walls have the same cells. If a list has too few slots, the particle gets a fault.
         """
         for first in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             if first % block > 0:

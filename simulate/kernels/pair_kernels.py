@@ -1,4 +1,4 @@
-"""The kernels that sum over pairs of particles, with the inner loops for a device."""
+"""Kernels that sum over pairs of particles, with the inner loops for a device."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -14,15 +14,15 @@ from simulate.kernels.viscosity import viscosity_kernels
 
 
 class PairKernels(NamedTuple):
-    """Kernels with the inner loops for a device."""
+    """Kernels that sum over pairs, with the inner loops for a device."""
 
     list_neighbours: Any
     measure_density: Any
     correct: Any
     measure_shear: Any
-    weigh_pairs: Mapping[str, Any]  # By the kernel W of pairs
+    weigh_pairs: Mapping[str, Any]  # One for each pair weight W
     apply_matrix: Any
-    pass_velocity: Mapping[str, Any]  # By the kernel W of pairs
+    pass_velocity: Mapping[str, Any]  # One for each pair weight W
 
 
 @cache

@@ -1,8 +1,8 @@
 """Device code of the inner loops: sums over a particle's neighbours, on any device. Units are cm and s.
 
-``pair_sums_cpu`` computes the same sums faster on CPUs, many neighbours at a time; tests compare the two. ``row`` is
-that of a mover in the lists ``near``. If the threads of a warp share a row, each sums up every 32nd entry, and all get
-the total.
+``pair_sums_cpu`` computes the same sums faster on CPUs, with many neighbours at a time. Tests compare the two. ``row``
+is the row of a moving particle in the neighbour lists ``near``. If the threads of a warp share a row, each thread sums
+every 32nd entry, and all threads get the total.
 """
 
 from typing import Any
@@ -16,33 +16,36 @@ from simulate.kernels.status import RESTS, Particles
 wp.set_module_options({"enable_backward": False})
 
 FOR_VISCOSITY = {"poly6": 7.54, "gaussian": 1.0}
-"""Factors of the weights of pairs, so that one U is one viscosity of the fluid.
-
-The ratio of the fourth moments of exp(-u^2) and (1 - u^2)^3, u = 0 to 1, is 7.24. The rest was fitted to shear waves,
+"""Factors of the pair weights. With them, the same U gives the same viscosity for either weight. The ratio of the
+fourth moments of exp(-u^2) and (1 - u^2)^3, u = 0 to 1, is 7.24. The remaining factor was fitted to shear waves,
 because neighbours keep a distance."""
-ALONG = 5.0  # Weight of a pair that pulls only along its own line, over its weight in Eq. 5 for the same viscosity
+ALONG = 5.0  # Weight of a pair that pulls only along its line, divided by its weight in Eq. 5 for equal viscosity
 NEAREST_WALL = wp.constant(0.16)
-"""Least squared distance of a wall particle in the drag of walls, divided by h^2. Fluid at rest is at 0.22."""
+"""Smallest squared distance of a wall particle in the drag of walls, divided by h^2. For fluid at rest it is 0.22."""
 
 DensitySums = wp.types.vector(length=5, dtype=wp.float32)
-"""Sums over neighbours: one of (h^2 - r^2)^3, three of (h - r)^2 times the unit offset, and one of (h - r)^4."""
+"""Sums over neighbours at distance r: (h^2 - r^2)^3, three components of (h - r)^2 times the unit offset, and (h -
+r)^4."""
 CoupleSums = wp.types.vector(length=13, dtype=wp.float32)
-"""Sums over neighbours. The first six are the pairs' weights times the products xx, yy, zz, xy, yz, zx of their
-directions. The seventh is the weights of neighbours at rest. Three and three are ``sum_pulled`` of the velocity and of
-the guess."""
+"""Sums over neighbours. The first six are the pair weights times the products xx, yy, zz, xy, yz, zx of the pair's
+direction. The seventh is the sum of the weights of neighbours at rest. Then follow ``sum_pulled`` of the velocity and
+``sum_pulled`` of the guess, three components each."""
 GradientSums = wp.types.vector(length=15, dtype=wp.float32)
-"""Sums of the products xx, yy, zz, xy, yz, zx of the offsets, and of the velocities' differences times the offsets."""
+"""Weighted sums of the products xx, yy, zz, xy, yz, zx of the offsets, and of velocity differences times offsets."""
 DragSums = wp.types.vector(length=6, dtype=wp.float32)
-"""Sums over walls: D of Eq. 5, ``no_slip_weight``, ``distance_weight``, and ``distance_weight`` times the offsets."""
+"""Sums over wall particles: D of Eq. 5, ``no_slip_weight``, ``distance_weight``, and ``distance_weight`` times the
+offsets."""
 WallSums = wp.types.vector(length=4, dtype=wp.float32)
-"""Sums of the first four of ``DensitySums`` over wall particles, each weighted by its share."""
+"""The first four sums of ``DensitySums``, over wall particles instead of neighbours. Each term is multiplied by the
+wall particle's weight."""
 
 
 @wp.func
 def spike(support: float, distance: float):
-    """Return (h - r)^2 / r. Times the offset, it is proportional to the gradient of (h - r)^3.
+    """Return (h - r)^2 / r, where h is ``support`` and r is ``distance``. Returns 0 for r = 0.
 
-    It is zero for two particles at one position, whose direction is undefined.
+    Times the offset, it is proportional to the gradient of (h - r)^3. Two particles at the same position have no
+    direction.
     """
     depth = wp.max(support - distance, 0.0)
     if distance == 0.0:
@@ -85,7 +88,10 @@ def sum_walls(particles: Particles, near: Neighbours, row: int, support: float):
 
 @wp.func
 def sum_correction(particles: Particles, near: Neighbours, row: int, support: float, resting: float):
-    """Sum (lambda_i + lambda_j) (h - r)^2 times the unit offset. For a particle at rest lambda_j is ``resting``."""
+    """Sum (lambda_i + lambda_j) (h - r)^2 times the unit offset over the neighbours j.
+
+    For a neighbour at rest, lambda_j is ``resting``.
+    """
     position = particles.position[particles.mover[row]]
     total = wp.vec3(0.0)
     window = near.fluid_at[row]
@@ -101,7 +107,7 @@ def sum_correction(particles: Particles, near: Neighbours, row: int, support: fl
 
 @wp.func
 def gauss(squared: float, support: float):
-    """Return exp(-r^2/h^2), cut off at h. It is the weight as printed in the paper, for its U and D."""
+    """Return exp(-r^2/h^2), or 0 from r = h on. This is the weight as printed in the paper, for the paper's U and D."""
     if squared >= support * support:
         return 0.0
     return wp.exp(-squared / (support * support))
@@ -109,10 +115,11 @@ def gauss(squared: float, support: float):
 
 @wp.func
 def no_slip_weight(squared: float, support: float):
-    """Return the weight of a wall particle in the no-slip drag of a fluid of viscosity 1, a number times h^3.
+    """Return the weight of a wall particle in the no-slip drag of a fluid of viscosity 1. It is a number times h^3.
 
-    One layer of these weights, a radius deep, replaces the pairs that a wall cuts off. It is a fit for fluid whose
-    speed is in proportion to the distance from the wall, up to three radii, and is good to 2 %.
+    A wall cuts off the pairs behind it. One layer of wall particles with these weights, a radius deep, replaces them.
+    The weight was fitted for fluid whose speed is proportional to its distance from the wall, up to three radii, and is
+    accurate to 2 %.
     """
     share = wp.max(squared / (support * support), NEAREST_WALL)
     rest = wp.max(1.0 - share, 0.0)
@@ -121,9 +128,9 @@ def no_slip_weight(squared: float, support: float):
 
 @wp.func
 def distance_weight(squared: float, support: float):
-    """Return a weight, a number times h^4, for the product of ``no_slip_weight`` and the distance from the wall.
+    """Return the weight of a wall particle that stands for ``no_slip_weight`` times the distance from the wall.
 
-    Both have the same sum over a plane wall.
+    It is a number times h^4. Both have the same sum over a plane wall.
     """
     share = wp.max(squared / (support * support), NEAREST_WALL)
     rest = wp.max(1.0 - share, 0.0)
@@ -142,7 +149,7 @@ WEIGHTS = {"poly6": poly6, "gaussian": gauss}
 
 @wp.func
 def sum_gradient(particles: Particles, near: Neighbours, row: int, support: float):
-    """Sum the terms of a linear fit to the velocities around a particle, with the weights of pairs in the viscosity."""
+    """Sum the terms of a linear fit to the velocities around a particle, with the pair weights of the viscosity."""
     i = particles.mover[row]
     position = particles.position[i]
     moves = particles.velocity[i]
@@ -167,7 +174,7 @@ def sum_gradient(particles: Particles, near: Neighbours, row: int, support: floa
 
 
 def link_pairs_by(kernel: str) -> Any:
-    """Return ``link_pairs`` with the weight W of a kernel."""
+    """Return the device function ``link_pairs`` with the weight W named ``kernel``."""
     weigh, along = WEIGHTS[kernel], ALONG * FOR_VISCOSITY[kernel]
 
     @wp.func
@@ -178,11 +185,12 @@ def link_pairs_by(kernel: str) -> Any:
         support: float,
         links: wp.array2d[wp.vec3h],  # out
     ):
-        """Link of each pair: a vector along it, with the root of five times mean volume, W and mean viscosity.
+        """Compute the link of each pair: a vector along it, whose square is the pair's weight in the matrix.
 
-        The matrix is the sum of the links' squares. With links rounded to float16 it is still symmetric and has no
-        negative eigenvalues. Returns the sums of a particle's own block of the matrix, and of its products with two
-        vectors, without rounding.
+        The weight is five times mean volume, W and mean viscosity. The matrix is the sum of the links' squares. If
+        links are rounded to float16, it is still symmetric and has no negative eigenvalues. Returns the sums of the
+        particle's diagonal block of the matrix, and of its products with the velocity and with the guess, without this
+        rounding.
         """
         i = particles.mover[row]
         position = particles.position[i]
@@ -219,7 +227,7 @@ def link_pairs_by(kernel: str) -> Any:
 
 
 def sum_eq5_by(kernel: str) -> Any:
-    """Return ``sum_eq5`` with the weight W of a kernel."""
+    """Return the device function ``sum_eq5`` with the weight W named ``kernel``."""
     weigh, factor = WEIGHTS[kernel], FOR_VISCOSITY[kernel]
 
     @wp.func
@@ -230,9 +238,9 @@ def sum_eq5_by(kernel: str) -> Any:
         row: int,
         support: float,
     ):
-        """Sum U m/rho_j W_v of Eq. 5 times the difference of velocities, and this weight itself.
+        """Sum the weight U m/rho_j W_v of Eq. 5 times the difference of velocities, and the weight itself.
 
-        Two different viscosities are replaced by their harmonic mean.
+        For two different viscosities, their harmonic mean is used.
         """
         i = particles.mover[row]
         position = particles.position[i]
@@ -256,7 +264,7 @@ def sum_eq5_by(kernel: str) -> Any:
 
 @wp.func
 def sum_drag(particles: Particles, near: Neighbours, row: int, support: float):
-    """Sum D of Eq. 5 (share times Gaussian over the wall particles), and the terms of the no-slip drag."""
+    """Sum D of Eq. 5 (the wall particles' weights times a Gaussian), and the terms of the no-slip drag."""
     position = particles.position[particles.mover[row]]
     sums = DragSums()
     window = near.wall_at[row]
@@ -274,7 +282,10 @@ def sum_drag(particles: Particles, near: Neighbours, row: int, support: float):
 
 @wp.func
 def sum_pulled(particles: Particles, near: Neighbours, row: int, links: wp.array2d[wp.vec3h]):
-    """Sum the links times the scaled residuals' difference along them. Particles at rest have one of 0."""
+    """Sum each link times the difference of the scaled residuals along it.
+
+    The scaled residual of a particle at rest is 0.
+    """
     vector = particles.scaled_residual
     scaled_residual = vector[particles.mover[row]]
     total = wp.vec3(0.0)

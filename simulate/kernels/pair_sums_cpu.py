@@ -1,8 +1,8 @@
-"""The sums of ``pair_sums`` for CPUs, eight or sixteen neighbours at a time. Names, arguments and meaning are the same.
+"""Compute the sums of ``pair_sums`` on CPUs, eight or sixteen neighbours at a time. Names and arguments are the same.
 
-They use vectors of the C++ compiler and, if present, two instructions of AVX2 or AVX-512: a rough inverse root, and one
-that packs the neighbours. The dummy point that pads a list is so far away that its terms are zero. Sums are added in
-another order, so that their last bits differ.
+The code uses vectors of the C++ compiler. If the processor has AVX2 or AVX-512, it uses two of their instructions: an
+approximate inverse root, and one that packs the neighbours. The dummy point that pads a list is so far away that its
+terms are zero. Sums are added in another order than in ``pair_sums``, so their last bits differ.
 """
 
 from typing import Any
@@ -117,7 +117,7 @@ WEIGHTS = {
 def summed(kind: str, sums: str, *terms: str, constants: str = "") -> str:
     """Return a block that adds ``terms`` to ``sums`` for each near particle of a kind, and returns the sums.
 
-    ``sums`` are names, or factors times names: a factor multiplies the whole sum.
+    Each of ``sums`` is a name, or a factor times a name. A factor multiplies the whole sum.
     """
     pairs = [each.rpartition("*") for each in sums.split()]
     return cpu_block(
@@ -220,7 +220,7 @@ LINK = """
 
 
 def link_pairs_by(kernel: str) -> Any:
-    """Return ``link_pairs`` with the weight W of a kernel."""
+    """Return the native function ``link_pairs`` with the weight W named ``kernel``."""
     constants = f"""
 const float RESTS = {float(RESTS)!r}f, ALONG = {ALONG * FOR_VISCOSITY[kernel]!r}f;
 _Float16* out = (_Float16*)WINDOW(links, fluid);
@@ -248,7 +248,7 @@ EQ5 = """
 
 
 def sum_eq5_by(kernel: str) -> Any:
-    """Return ``sum_eq5`` with the weight W of a kernel."""
+    """Return the native function ``sum_eq5`` with the weight W named ``kernel``."""
     sums = " ".join(f"{FOR_VISCOSITY[kernel]}f*{name}" for name in ("x", "y", "z", "total"))
 
     constants = (

@@ -1,7 +1,7 @@
 """Device code of the fluid: Algorithm 1 of the paper, Eqs 1 to 4.
 
-Centimetres and seconds; densities in units of the rest density, so that a particle's mass is a volume in cm3.
-Row ``row`` of a launch is a place in the list of movers, ``Particles.mover``.
+Units are cm and s. Densities are divided by the rest density, so a particle's mass is a volume in cm3. Row ``row`` of a
+launch is an index in the list of moving particles, ``Particles.mover``.
 """
 
 from types import ModuleType
@@ -31,20 +31,20 @@ TOO_FAST = wp.constant(8)
 TOO_DENSE = wp.constant(16)
 
 CARRIED_OVER = wp.constant(-1)
-"""Value in place of an iteration's number. It marks the move by the pressure carried over from the last substep."""
+"""Value that replaces the number of an iteration, for the move by the pressure carried over from the last substep."""
 UNDONE = wp.constant(0.6)
 UNDONE_RANGE = wp.constant(0.3)
-"""Range of compression, relative to the rest density, that pressure corrects in a substep. From UNDONE on, a share of
-its displacement is kept after viscosity has acted, and from UNDONE + UNDONE_RANGE on all of it. Beds that flow or rest
-are compressed less."""
+"""Range of compression, relative to the rest density, that pressure corrects in a substep. From UNDONE on, a fraction
+of pressure's displacement is kept after viscosity has acted. From UNDONE + UNDONE_RANGE on, all of it is kept. Sealant
+that flows or rests normally is compressed less."""
 
 
 @wp.struct
 class Smoothing:
     """Constants of the density constraint."""
 
-    support: float  # h: both kernels vanish from here on
-    mass: float  # Mass of a particle over the rest density, cm3
+    support: float  # h, the distance from which on both kernels are zero
+    mass: float  # Mass of a particle, divided by the rest density, in cm3
     density: float  # Mass times 315 / (64 pi h^9), the factor of the fluid's sum of (h^2 - r^2)^3
     slope: float  # Mass times -45 / (pi h^6), the factor of its sum of (h - r)^2 times the unit offset
     wall_density: float
@@ -54,12 +54,12 @@ class Smoothing:
 
 @wp.struct
 class IterationState:
-    """Start and number of iterations of the pressure in a substep, by run, and the moves of an iteration, by row."""
+    """Carried-over fraction and number of pressure iterations by run, and displacements of an iteration by row."""
 
-    carried: wp.array[float]  # Share of the last substep's multipliers
+    carried: wp.array[float]  # Fraction of the last substep's multipliers that is carried over
     iterations: wp.array[int]
-    moves_after_viscosity: wp.array[float]  # 1 for runs that move after viscosity has acted
-    correction: wp.array[wp.vec3]  # Move by Eq. 3
+    moves_after_viscosity: wp.array[float]  # 1 for runs whose particles move after viscosity has acted
+    correction: wp.array[wp.vec3]  # Displacement by Eq. 3
 
 
 @wp.func
@@ -80,9 +80,10 @@ def predict(
     iteration_state: IterationState,
     solid: Distance,
 ):
-    """Compute v + (g - eta v) dt and x* = x + v dt, as walls allow (Eq. 4; Algorithm 1, line 2).
+    """Compute v + (g - eta v) dt and x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2).
 
-    The multiplier starts at the share of the last substep's that pressure carries over.
+    g is gravity, eta the damping and dt the substep. The multiplier starts at the carried-over fraction of its last
+    value.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -104,11 +105,11 @@ def shift(
     iteration: int,
     solid: Distance,
 ):
-    """Move by the pressure's correction.
+    """Move particles by the pressure's correction.
 
-    The last iteration of a run moves as walls allow, others as the nearest plane allows. The last move starts at the
-    substep's first position, so that walls stop also what planes did not. Runs that move after viscosity make the last
-    move later.
+    The last iteration of a run moves as far as walls allow, the others as far as the nearest plane allows. The last
+    move starts at the substep's first position, so that walls also stop what planes did not stop. Runs that move after
+    viscosity make the last move later.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -137,7 +138,10 @@ def shift(
 
 @run_kernel
 def update_velocity(rows: Span, particles: Particles, step_s: float):
-    """Compute v = (x - x0) / dt, and a guess of v after viscosity, extrapolated from the last two substeps."""
+    """Compute v = (x - x0) / dt, and a guess of v after viscosity, extrapolated from the last two substeps.
+
+    x0 is the position before the substep, and dt is the substep.
+    """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         # Read before the guess takes its memory.
@@ -156,10 +160,10 @@ def move_after_viscosity(
     step_s: float,
     solid: Distance,
 ):
-    """Move to x = x0 + v dt with the velocity after viscosity.
+    """Move to x = x0 + v dt with the velocity v after viscosity. x0 is the position before the substep.
 
-    Eq. 5 changes velocities after positions have moved by v + g dt. Without this move, a bank at rest slides in each
-    substep, and liquid of any viscosity falls at g dt. A thick fluid also reverses pressure's
+    Eq. 5 changes velocities after positions have moved by v + g dt. Without this move, sealant at rest on a slope would
+    slide in each substep, and liquid of any viscosity would fall at g dt. A thick fluid also reverses pressure's
     displacement of a few particles. If that displacement corrected much compression, it is kept.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
@@ -183,9 +187,9 @@ def inspect(
     support: float,
     solid: Distance,
 ):
-    """Mark particles with a fault, and particles that spilled over the edge or escaped through a wall.
+    """Mark particles that have a fault, that spilled over the edge or that escaped through a wall.
 
-    Walls are not searched near a free ball.
+    Walls are not searched for a particle near its free ball.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -212,9 +216,10 @@ def inspect(
 
 
 def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
-    """Return ``measure_density`` and ``correct`` of a pressure iteration, with the inner loops of ``loops``.
+    """Return ``measure_density`` and ``correct`` of a pressure iteration, with the inner loops of the module ``loops``.
 
-    Kernels are defined in a function because Warp binds the functions that a kernel calls when it is defined.
+    The kernels are defined in a function, because Warp binds the functions that a kernel calls when the kernel is
+    defined.
     """
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
 
@@ -227,11 +232,10 @@ def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
         iteration_state: IterationState,
         iteration: int,
     ):
-        """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel (Eqs 1 and 2).
+        """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients with the spiky kernel (Eqs 1 and 2).
 
-        Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps). It stays at most 0.
-
-        If pressure is not carried over, lambda_i is that of the paper, and each iteration starts at 0.
+        j are the neighbours, k the wall particles. Add (1 - rho_i) / (sum |grad C|^2 + eps) to lambda_i, which stays at
+        most 0. If pressure is not carried over, lambda_i is the paper's, and each iteration starts at 0.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
@@ -268,10 +272,9 @@ def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
     ):
         """Compute dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
 
-        lambda is the fourth number of ``position``: the multiplier's change in this iteration.
-
-        A neighbour at rest does not move. Its multiplier lambda_j is taken as lambda_i or, as in the paper, as 0, which
-        makes the neighbour half as hard as it should be.
+        lambda is the multiplier's change in this iteration, the fourth number of ``position``. A neighbour at rest does
+        not move. Its multiplier lambda_j is taken as lambda_i or, as in the paper, as 0, which makes the neighbour half
+        as hard as it should be.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]

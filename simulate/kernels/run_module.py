@@ -1,8 +1,8 @@
 """The Warp module of all kernels that a run on a CPU launches.
 
-A compiler reads Warp's headers for each module, which takes longer than compiling ten kernels. Other modules contain
-the kernels that only a GPU launches (to sort, to list movers and to sum over pairs), those of the explicit viscosity,
-and those of tests.
+For each module a compiler reads Warp's headers, which takes longer than compiling ten kernels. Other modules contain
+the kernels that only a GPU launches (to sort, to list moving particles and to sum over pairs), the kernels of the
+explicit viscosity, and the kernels of tests.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ MODULE = wp.get_module("simulate.kernels")
 
 
 def kernel_in(module: Any) -> Callable[[Any], Any]:
-    """Return a decorator that makes a kernel of a Warp module from a function."""
+    """Return a decorator that turns a function into a kernel of a Warp module."""
     return partial(wp.kernel, enable_backward=False, module=module)
 
 
@@ -23,9 +23,9 @@ run_kernel = kernel_in(MODULE)
 
 
 def cpu_block(*parts: str) -> str:
-    """Return a block of C++ for a CPU. In this block the compiler may reorder sums.
+    """Return a block of C++ for a CPU, in which the compiler may reorder sums.
 
-    A GPU's compiler gets the whole module and skips the block.
+    A GPU's compiler gets the whole module, but skips this block.
     """
     block = "{\n#pragma clang fp reassociate(on) contract(fast)\n" + "".join(parts) + "\n}"
     return f"\n#ifndef __CUDA_ARCH__\n{block}\n#endif\n"

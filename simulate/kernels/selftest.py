@@ -1,4 +1,4 @@
-"""Device code of 'sealtwin doctor': it tests that this machine compiles and runs kernels."""
+"""Device code of 'sealtwin doctor', which tests that this machine compiles and runs kernels."""
 
 import warp as wp
 

@@ -1,8 +1,8 @@
-"""Device code of the viscosity: Eq. 5 of the paper, its implicit form, and a yield stress in it. Centimetres, seconds.
+"""Device code of the viscosity: Eq. 5 of the paper, its implicit form and a yield stress in it. Units are cm and s.
 
-A particle's ``viscosity`` is the weight of its pairs in a substep: U of Eq. 5 over h sqrt(pi), or the weight that is
-equivalent to a viscosity and a yield stress. In the implicit form a pair pulls along its line, with the mean of both
-volumes, which conserves momentum and angular momentum. The explicit passes are Eq. 5 as printed.
+A particle's ``viscosity`` is the weight of its pairs in a substep. It is U of Eq. 5 divided by h sqrt(pi), or the
+weight that is equivalent to a viscosity and a yield stress. In the implicit form a pair pulls along its line, with the
+mean of both volumes. This conserves momentum and angular momentum. The explicit passes are Eq. 5 as printed.
 """
 
 from types import ModuleType
@@ -22,11 +22,11 @@ wp.set_module_options({"enable_backward": False})
 
 HERSCHEL_BULKLEY = wp.constant(int(Law.HERSCHEL_BULKLEY))
 WALL_MOMENT = wp.constant(0.057)
-"""Weight of a wall in the fit of the shear rate, over h and the weights of ``no_slip_weight``. It is that of the pairs
-that the wall cuts off."""
+"""Weight of a wall in the fit of the shear rate, divided by h and the weights of ``no_slip_weight``. It equals the
+weight of the pairs that the wall cuts off."""
 LEAST_MOMENT = wp.constant(6.0e-5)
-"""Moment, divided by h^5, below which neighbours do not determine a gradient along a direction. It is a thousandth of a
-liquid's moment."""
+"""Moment of the neighbours, divided by h^5, below which they do not determine a gradient along a direction. It is a
+thousandth of the moment in a liquid."""
 
 
 @wp.struct
@@ -34,24 +34,25 @@ class Paste:
     """Constants of each run's fluid, by the number of the run, and factors of all runs."""
 
     by_age: wp.array2d[wp.vec2]
-    """Weight of pairs without a yield stress, at a shear rate of 1/s, and yield stress over density in cm2/s2. Both are
-    by run and age in frames; the last age is used for all later ones."""
+    """Two values by run and age in frames: the pair weight without a yield stress at a shear rate of 1/s, and the yield
+    stress divided by the density, in cm2/s2. The values of the last age hold for all later ages."""
     law: wp.array[int]  # ``Law`` of flow
-    flow_index: wp.array[float]  # n of Herschel and Bulkley's law
-    drag: wp.array[float]  # D of Eq. 5 in a substep over h sqrt(pi).
+    flow_index: wp.array[float]  # n of the Herschel-Bulkley law
+    drag: wp.array[float]  # D of Eq. 5 in a substep, divided by h sqrt(pi)
     sticks: wp.array[float]  # 1 for a fluid that sticks to walls by its viscosity, 0 for one with a given D
-    wall_share: wp.array[float]  # Stress at a wall over the fluid's own
+    wall_share: wp.array[float]  # Stress at a wall, divided by the stress inside the fluid
     yields: wp.array[int]  # 1 for a fluid that has a yield stress at some age
     per_viscosity: float  # Weight of pairs for each cm2/s of viscosity
-    slowest_shear: float  # 1/s: below it the viscosity is constant
-    frames_to_freeze: wp.array[int]  # Age at which a particle is fixed
+    slowest_shear: float  # Shear rate in 1/s below which the viscosity is constant
+    frames_to_freeze: wp.array[int]  # Age in frames at which a particle is frozen
 
 
 @wp.func
 def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, shear: float):
-    """Return the viscosity at a shear rate, as a weight of pairs: ``shear_law.apparent_viscosity`` on the device.
+    """Return the viscosity at a shear rate, as a pair weight: ``shear_law.apparent_viscosity`` on the device.
 
-    ``weight`` is that at a shear rate of 1/s without the yield stress, which is over the density.
+    ``weight`` is the viscosity at a shear rate of 1/s without the yield stress. ``yield_stress`` is divided by the
+    density.
     """
     # The shear rate has a smooth lower limit.
     gamma = wp.sqrt(shear * shear + paste.slowest_shear * paste.slowest_shear)
@@ -63,7 +64,10 @@ def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, 
 
 @wp.func
 def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float, support: float):
-    """Return the shear rate, sqrt(2 D:D), of a linear fit to the velocities around a particle. At walls they are 0."""
+    """Return the shear rate, sqrt(2 D:D), of a linear fit to the velocities around a particle.
+
+    D is the symmetric part of the velocity gradient. At walls the velocity is 0.
+    """
     fit = full(sums[:6])
     changes = wp.mat33(*sums[6:15])
     normal = wp.normalize(walls[3:6])
@@ -81,12 +85,11 @@ def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float,
 
 
 def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved: bool) -> tuple[Any, ...]:
-    """Return the kernels of the viscosity that sum over pairs, in ``PairKernels``' order, with the loops of ``loops``.
+    """Return the viscosity kernels that sum over pairs, in the order of ``PairKernels``, with the loops of ``loops``.
 
-    ``seldom`` is the Warp module of the explicit passes, and of the paper's kernel W. With ``skips_solved`` the
-    products of runs that are solved are not computed, which saves time if runs share the threads of a GPU.
-
-    Kernels are defined in a function because Warp binds the functions that a kernel calls when it is defined.
+    ``seldom`` is the Warp module of the explicit passes and of the paper's weight W. ``skips_solved`` leaves out the
+    products of solved runs, which saves time if runs share the threads of a GPU. The kernels are defined in a function,
+    because Warp binds the functions that a kernel calls when the kernel is defined.
     """
     sum_gradient, sum_drag, sum_pulled = loops.sum_gradient, loops.sum_drag, loops.sum_pulled
 
@@ -100,7 +103,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
         fresh_shear: float,
         system: System,  # out: shear, at_walls
     ):
-        """Measure the shear rate from the last substep's velocities, and the viscosity at it.
+        """Measure the shear rate gamma from the last substep's velocities, and the viscosity at this shear rate.
 
         gamma^2 is the dissipation by a viscosity of 1, in pairs and at walls.
         """
@@ -133,7 +136,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
         system: System,
         search: Search,  # out: product and curvature
     ):
-        """Compute (I + A) of backward Euler on Eq. 5, times the scaled residual."""
+        """Multiply the scaled residual by I + A, the matrix of backward Euler on Eq. 5."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             if wp.static(skips_solved) and is_solved(search, i // particles.per_run):
@@ -155,7 +158,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
 
 
 def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
-    """Return the kernel ``weigh_pairs`` with the weight W of pairs ``kernel``."""
+    """Return the kernel ``weigh_pairs`` with the pair weight W named ``kernel``."""
     link_pairs, sum_drag = loops.link_pairs_by(kernel), loops.sum_drag
 
     @kernel_in(module)
@@ -168,7 +171,10 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
         system: System,  # out: links, drag, restraint and inverse
         search: Search,  # out: residual of the velocity without viscosity, and that of the guess in ``product``
     ):
-        """Compute the links of pairs, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
+        """Compute the links of pairs, the walls' drag, the particles' diagonal blocks of the matrix, and two residuals.
+
+        These are the residuals of the velocity without viscosity and of the guess.
+        """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             velocity = particles.velocity[i]
@@ -195,7 +201,7 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
 
 
 def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
-    """Return the kernel ``pass_velocity`` with the weight W of pairs ``kernel``."""
+    """Return the kernel ``pass_velocity`` with the pair weight W named ``kernel``."""
     sum_eq5, sum_drag = loops.sum_eq5_by(kernel), loops.sum_drag
 
     @kernel_in(module)
@@ -210,7 +216,10 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
         before: wp.array[wp.vec3],
         after: wp.array[wp.vec3],  # out
     ):
-        """Make one of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
+        """Make one of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W.
+
+        j are the neighbours, k the wall particles, and q is ``passes``.
+        """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             velocity = before[i]

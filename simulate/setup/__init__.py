@@ -1,1 +1,1 @@
-"""Preparation of a run: release schedule, walls, signed distance, and checks of the settings."""
+"""Prepare a run: release schedule, walls, signed distance, and checks of the settings."""

@@ -1,4 +1,4 @@
-"""Make the schedule of a run before it starts: position, velocity and frame of each particle's release."""
+"""Make the schedule of a run before it starts: the position, velocity and frame in which each particle is released."""
 
 import math
 from dataclasses import dataclass
@@ -11,21 +11,22 @@ from sealtwin.core.records import Floats, Integers, Trajectory
 from simulate.settings import Fluid, Nozzle, particle_volume
 from simulate.setup.rheology import NEVER
 
-PARTICLES_AT_MOST = 1_000_000  # Largest number of particles; if none freezes their neighbour lists take 3 GB
+PARTICLES_AT_MOST = 1_000_000  # Largest number of particles. If none freezes, neighbour lists take 3 GB.
 RELEASED_AT_MOST = 100_000
-"""Largest number of particles of a release. The paper has seven. To pack them, a lattice of four times as many is made.
-"""
+"""Largest number of particles in a release. In the paper it is seven. A lattice of four times as many points is made to
+pack them."""
 LEAST_SHIFT = 0.25
-"""Largest shift of a lone particle, divided by its radius. It applies if the bore of the nozzle allows less."""
+"""Smallest room for the shift of a lone particle, divided by its radius. It is used if the bore of the nozzle leaves
+less."""
 ROUNDING = 1e-9  # Tolerance that keeps a whole number of frames from being rounded up
-PARTICLE_S = 2e-6  # Time of one moving particle in one substep, on one core of the machine in docs/accuracy.md
+PARTICLE_S = 2e-6  # Time in s of one moving particle in a substep, on one core of the machine in docs/accuracy.md
 
 
 def places_of_releases(disc_mm: Floats, radius_mm: float, diameter_mm: float, seed: int, releases: int) -> Floats:
-    """Draw the places of particles that leave the nozzle together, about its axis, (releases, release, 2).
+    """Return random positions in mm, about the nozzle's axis, of the particles of each release, (releases, release, 2).
 
-    ``disc_mm`` are the places of a full release, (release, 2). Equal discs would stack up like coins: a disc of several
-    particles is turned at each release, and a lone particle is shifted within the bore.
+    ``disc_mm`` has the positions of one full release, (release, 2). Equal discs would stack up like coins. A disc of
+    several particles is therefore turned at each release, and a lone particle is shifted within the bore.
     """
     random = np.random.default_rng(seed)
     turn = random.uniform(0, 2 * np.pi, releases)
@@ -39,14 +40,15 @@ def places_of_releases(disc_mm: Floats, radius_mm: float, diameter_mm: float, se
 
 @dataclass(frozen=True)
 class Schedule:
-    """All particles of a run in the order of release, mm and s."""
+    """All particles of a run, in the order of release. Units are mm and s."""
 
-    position_mm: Floats  # (n, 3), of release
+    position_mm: Floats  # (n, 3), at the release
     velocity_mm_s: Floats  # (n, 3)
-    frame_of: Integers  # (n,)
-    released: Integers  # (frames,): number of released particles, the frame's own release included
+    frame_of: Integers  # (n,): frame in which each particle is released
+    released: Integers  # (frames,): number of released particles, including the release of the frame
     frame_s: float
-    """Time in which the largest flow fills one release (Eq. 6). It is shortened to divide the path's time evenly."""
+    """Time in which the largest flow fills one release (Eq. 6). It is shortened so that it divides the path's time
+    evenly."""
     release: int  # Number of particles in a full release
     dispensed_mm3: float
 
@@ -56,23 +58,24 @@ class Schedule:
 
 
 def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
-    """Plan N particles by Eq. 6, in full discs. Each is released once the path has given more than all before it.
+    """Plan the releases of all particles, which Eq. 6 counts, in full discs.
 
-    Raises InputError if the path gives no sealant.
+    A release takes place once the path has given more sealant than all releases before it. Raises InputError if the
+    path gives no sealant.
     """
     volume_mm3 = particle_volume(radius_mm)
     flow_mm3_s = trajectory.flow_mm3_s[:-1]
     asked_mm3 = np.cumulative_sum(trajectory.given_mm3, include_initial=True)
     if not (np.isfinite(asked_mm3).all() and (flow_mm3_s >= 0).all() and asked_mm3[-1] >= volume_mm3):
         raise InputError(
-            f"trajectory: its flow gives {asked_mm3[-1]:g} mm3 of sealant; at least {volume_mm3:.3f} mm3 is needed, "
+            f"trajectory: its flow gives {asked_mm3[-1]:g} mm3 of sealant. At least {volume_mm3:.3f} mm3 is needed, "
             f"the volume of one particle of radius {radius_mm:g} mm, and no flow may be negative. Check flow_mm3_s "
             "and t_s."
         )
     particles = round(asked_mm3[-1] / volume_mm3)
     if particles > PARTICLES_AT_MOST:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: {asked_mm3[-1]:g} mm3 of sealant need {particles} particles, and at "
+            f"solver.radius_mm is {radius_mm:g}: {asked_mm3[-1]:g} mm3 of sealant need {particles} particles, but at "
             f"most {PARTICLES_AT_MOST} are allowed. Give a larger radius."
         )
     if (diameter_mm / 2 / radius_mm) ** 2 > RELEASED_AT_MOST:
@@ -87,7 +90,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     if frames > PARTICLES_AT_MOST:
         raise InputError(
             f"trajectory: its largest flow, {flow_mm3_s.max():g} mm3/s over {trajectory.duration_s:g} s, needs "
-            f"{frames} frames, and at most {PARTICLES_AT_MOST} are allowed. Give a steadier flow, or a larger radius."
+            f"{frames} frames, but at most {PARTICLES_AT_MOST} are allowed. Give a steadier flow or a larger radius."
         )
     frame_s = trajectory.duration_s / frames
     ends_s = trajectory.t_s[0] + frame_s * np.arange(1, frames + 1)
@@ -120,9 +123,9 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
 
 
 def same_fluid(fluid: Fluid, nozzle: Nozzle, *releases: tuple[float, Trajectory]) -> Fluid:
-    """Return a fluid whose U and D are of the same viscosity and drag per time in the second of two ``releases``.
+    """Return a fluid with the same viscosity, and the same drag per time, in the second of two ``releases``.
 
-    A release is a radius in mm and a path: both set the duration of a frame, on which U and D depend.
+    A release is a radius in mm and a path. Both set the duration of a frame, on which U and D depend.
     """
     if fluid.D_cm is None:
         return fluid
@@ -133,7 +136,7 @@ def same_fluid(fluid: Fluid, nozzle: Nozzle, *releases: tuple[float, Trajectory]
 
 
 def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -> Floats:
-    """Return the mean flow of each frame in mm³/s, weighted by volume and not by time; NaN if it gives no sealant.
+    """Return the mean flow of each frame in mm3/s, weighted by volume and not by time. It is NaN without sealant.
 
     A frame in which the flow begins has little sealant, but at full flow.
     """
@@ -147,10 +150,10 @@ def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -
 
 
 def pack_disc(disc_radius: float, radius: float) -> Floats:
-    """Return the centres of the circles of a hexagonal lattice that fit a disc, (n, 2). There is at least one.
+    """Return the centres of the circles of a hexagonal lattice that fit into a disc, (n, 2). There is at least one.
 
-    The centre of the disc is tried on a circle, between two circles and between three circles. The lattice with most
-    circles is returned.
+    Three lattices are tried: with the centre of the disc at the centre of a circle, between two circles, and between
+    three circles. The lattice with most circles is returned.
     """
     reach = math.ceil(disc_radius / radius) + 1
     a, b = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
@@ -162,14 +165,14 @@ def pack_disc(disc_radius: float, radius: float) -> Floats:
     return best if len(best) else np.zeros((1, 2))
 
 
-LAUNCHES = 250  # Moving particles that take as long as the launches of a substep, on the machine of the README
+LAUNCHES = 250  # Number of particles that take as long as the launches of a substep, on the README's machine
 
 
 class ParticleCounts(NamedTuple):
     """Numbers of particles of one run in each frame."""
 
     out: Integers  # (frames,): number of released particles
-    moving: Integers  # (frames,): largest number that can move: those that are not frozen by age
+    moving: Integers  # (frames,): largest number that can move, which is the number not frozen by age
 
     @property
     def frames(self) -> int:
@@ -178,12 +181,12 @@ class ParticleCounts(NamedTuple):
 
     @property
     def work(self) -> Integers:
-        """Expected computing work of each frame, in moving particles, (frames,)."""
+        """Expected computing work in each frame, (frames,), in moving particles."""
         return LAUNCHES + self.moving
 
 
 def course_of(schedule: Schedule, fluid: Fluid, settle_s: float) -> ParticleCounts:
-    """Return the numbers of particles of a run. Particles freeze in the order in which they were released."""
+    """Return the numbers of particles in each frame. Particles freeze in the order in which they were released."""
     settling = math.ceil(settle_s / schedule.frame_s - ROUNDING)
     out = np.pad(schedule.released, (0, settling), mode="edge")
     ages = frames_to_freeze(fluid, schedule.frame_s)
@@ -194,7 +197,7 @@ def course_of(schedule: Schedule, fluid: Fluid, settle_s: float) -> ParticleCoun
 
 
 def frames_to_freeze(fluid: Fluid, frame_s: float) -> int:
-    """Age in frames at which particles freeze; NEVER if they do not."""
+    """Return the age in frames at which particles freeze, or NEVER if they do not freeze."""
     if fluid.freeze_after_s == "never":
         return NEVER
     return math.ceil(min(fluid.freeze_after_s / frame_s, NEVER - 1) - ROUNDING)

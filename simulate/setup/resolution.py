@@ -1,4 +1,4 @@
-"""Sizes of particles and of substeps that a run has if they are not given, by its preset."""
+"""Default sizes of particles and substeps for each preset."""
 
 import math
 from typing import NamedTuple
@@ -7,23 +7,24 @@ from simulate.settings import Nozzle
 
 
 class Resolution(NamedTuple):
-    """Sizes of particles and substeps if they are not given."""
+    """Sizes of particles and substeps that a run has if the user does not give them."""
 
     abreast: float = 4.0
-    """Particles from wall to wall for radius "auto". Four are the paper's. Fewer bridge the walls, more take long."""
+    """Number of particles from wall to wall for radius "auto". The paper has four. Fewer particles bridge the walls,
+    and more take long."""
     fall: float = 0.035
-    """Largest fall from rest in one substep, g dt^2 over h, if pressure carries over. A larger one compresses the
-    column. 0.035 gives the shipped trial 3 substeps."""
+    """Largest fall from rest in one substep if pressure is carried over, as g dt^2 divided by h. A larger fall
+    compresses the column. 0.035 gives the shipped trial 3 substeps."""
     fall_alone: float = 0.03
-    """The same if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is compressed
-    by a tenth."""
-    shear_by_frame: bool = False  # True if shear rates are measured once in a frame, not in each substep
+    """Same limit as ``fall`` if pressure starts at zero in each substep. Longer substeps compress a fluid that freezes
+    by age by a tenth."""
+    shear_by_frame: bool = False  # True to measure shear rates once in a frame instead of in each substep
     pairs_below: float = 1.0
-    """Radius "auto" below which two particles leave the nozzle together, over the radius of two that just fit. Lone
-    particles take twice the frames."""
+    """Largest radius "auto" that is lowered so that two particles fit the nozzle side by side, as a multiple of the
+    radius at which two just fit. A single particle per release needs twice the frames."""
 
     def radius_mm(self, width_mm: float, nozzle: Nozzle) -> float:
-        """Return radius "auto" for a crack of this mean width. It is at most the nozzle's."""
+        """Return the radius for "auto" in a crack of this mean width. It is at most the radius of the nozzle."""
         pair_mm = nozzle.diameter_mm / 4
         radius_mm = min(width_mm / self.abreast / 2, nozzle.diameter_mm / 2)
         if pair_mm < radius_mm < self.pairs_below * pair_mm:

@@ -1,4 +1,4 @@
-"""The rheology of a sealant in the solver's units, and the constants of several runs on the device."""
+"""Rheology of a sealant in the solver's units, and the constants of several runs on the device."""
 
 import math
 from collections.abc import Sequence
@@ -13,35 +13,34 @@ from simulate.setup.resolution import ACCURATE_RESOLUTION
 from simulate.shear_law import Law, apparent_viscosity
 
 VISCOSITY_PER_U = 0.1185
-"""Factor of nu = VISCOSITY_PER_U U h^4 / dt. It is half the second moment of the weight over h^4, with lengths in cm.
-Shear waves confirmed it to 5 %."""
+"""Factor that converts U into the kinematic viscosity nu = VISCOSITY_PER_U U h^4 / dt. It is half the second moment of
+the weight divided by h^4, with lengths in cm. Shear waves confirmed it to 5 %."""
 PARTICLE_VISCOSITY = 0.010
 """Viscosity that particles add as they push past each other, divided by R^2 / dt, at the substep of preset accurate. It
-was measured to a factor of two in shear waves of 30 to 300 mm/s and in channels."""
+was measured to a factor of two, in shear waves of 30 to 300 mm/s and in channels."""
 DAMPING_FACTOR = 33.0
-"""Damping of particles packed as a liquid, divided by nu dt / h^2. It is a third of the sum of their weights."""
+"""Damping of particles packed as a liquid, divided by nu dt / h^2. It is a third of the sum of their pair weights."""
 OSCILLATION_SHEAR_PER_S = 10.0
-"""Shear rate in a column of weak paste that oscillates under its own pressure."""
+"""Shear rate, in 1/s, in a column of weak paste that oscillates under its own pressure."""
 CM2_IN_M2 = 1e4
-NEVER = 2**30  # Frames to freeze of sealant that does not freeze
+NEVER = 2**30  # Age in frames at which sealant freezes that does not freeze
 
 
 class Rheology(NamedTuple):
-    """Rheology of one run. Weights of Eq. 5 are those of a whole frame; stresses are divided by the density."""
+    """Rheology of one run. The weights of Eq. 5 are for a whole frame. Stresses are divided by the density."""
 
     viscous_weight: float  # U of Eq. 5.
     wall_weight_cm: float  # D of Eq. 5.
-    viscosity_pa_s: float = 0.0  # Viscosity of fresh paste at a shear of 1/s, given or equivalent to U
-    sticks: bool = False  # True if it sticks to walls by its viscosity; D is then 0
-    wall_share: float = 1.0  # Stress at a wall over the fluid's own
+    viscosity_pa_s: float = 0.0  # Viscosity of fresh paste at a shear rate of 1/s, given or equivalent to U
+    sticks: bool = False  # True if the fluid sticks to walls by its viscosity. D is then 0.
+    wall_share: float = 1.0  # Stress at a wall, divided by the stress inside the fluid
     law: Law = Law.HERSCHEL_BULKLEY
     flow_index: float = 1.0
     yield_cm2_s2: float = 0.0  # Yield stress of paste that does not change with age
     frames_to_freeze: int = NEVER
-    physical: bool = False  # True if its viscosity was given in physical units, not as the paper's U
+    physical: bool = False  # True if the viscosity was given in physical units, not as the paper's U
     by_age: Floats | None = None
-    """U and yield stress by age in frames, (n, 2). The last row is valid for all later ages. None if they are constant.
-    """
+    """U and yield stress by age in frames, (n, 2). The last row holds for all later ages. None if they are constant."""
 
     @property
     def course(self) -> Floats:
@@ -62,13 +61,13 @@ class Rheology(NamedTuple):
 
     @property
     def moves_after_viscosity(self) -> bool:
-        """True if particles move after viscosity has acted. In the paper's Algorithm 1 they move before it acts."""
+        """True if particles move after viscosity has acted. In the paper's Algorithm 1 they move before."""
         return self.yields or self.physical
 
     def apparent_cm2_s(self, shear_per_s: float, support: float, frame_s: float, *, yields: bool = True) -> Floats:
-        """Return the kinematic viscosity at a shear rate by age in frames, (n,). ``support`` is h in cm.
+        """Return the kinematic viscosity in cm2/s at a shear rate, by age in frames, (n,). ``support`` is h in cm.
 
-        With ``yields`` False the yield stress is left out.
+        ``yields`` = False leaves out the yield stress.
         """
         weight, stress = self.course.T
         viscosity = kinematic_viscosity(1.0, support, frame_s) * weight
@@ -77,21 +76,22 @@ class Rheology(NamedTuple):
         )
 
     def damping(self, support: float, frame_s: float, substeps: int) -> float:
-        """Share of a particle's speed that viscosity removes in a substep, to first order, among neighbours at rest.
+        """Return the fraction of a particle's speed that viscosity removes in a substep among neighbours at rest.
 
-        It is the smallest over all ages, at ``OSCILLATION_SHEAR_PER_S``. ``support`` is h in cm.
+        It is computed to first order, at ``OSCILLATION_SHEAR_PER_S``, and is the smallest over all ages. ``support`` is
+        h in cm.
         """
         viscosity = self.apparent_cm2_s(OSCILLATION_SHEAR_PER_S, support, frame_s)
         return float(DAMPING_FACTOR * viscosity.min() * frame_s / substeps / support**2)
 
 
 def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
-    """Return the kinematic viscosity, in cm2/s, of Eq. 5 with U = ``weight`` that is applied once in ``step_s``."""
+    """Return the kinematic viscosity in cm2/s of Eq. 5, applied once in ``step_s`` with U = ``weight``."""
     return VISCOSITY_PER_U * weight * support**4 / step_s
 
 
 def dynamic_viscosity(weight: float, density_kg_m3: float, support: float, step_s: float) -> float:
-    """Return the viscosity in Pa s of Eq. 5 with U = ``weight``, if particles move after it has acted."""
+    """Return the viscosity in Pa s of Eq. 5 with U = ``weight``, for particles that move after it has acted."""
     return kinematic_viscosity(weight, support, step_s) / CM2_IN_M2 * density_kg_m3
 
 
@@ -103,7 +103,7 @@ def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
 def added_viscosity(radius: float, step_s: float) -> float:
     """Return the kinematic viscosity in cm2/s that particles add to any fluid. ``radius`` is in cm.
 
-    With substeps shorter than those of preset accurate particles push more often, and add more.
+    In substeps that are shorter than those of preset accurate, particles push each other more often and add more.
     """
     usual_s = math.sqrt(ACCURATE_RESOLUTION.fall * 4 * radius / 981.0)
     return PARTICLE_VISCOSITY * radius**2 / step_s * max(1.0, usual_s / step_s) ** 0.75
@@ -112,8 +112,8 @@ def added_viscosity(radius: float, step_s: float) -> float:
 def no_slip_weight(kinematic: float, support: float, step_s: float) -> float:
     """Return the D of a wall to which fluid of a kinematic viscosity sticks, in the length unit of the arguments.
 
-    If the speed grows in proportion to the distance from the wall, the wall particles then take as much momentum as
-    viscosity brings to the wall: nu = integral of (D / dt) B(z) z.
+    The wall particles take as much momentum as viscosity brings to the wall, if the speed is proportional to the
+    distance from the wall: nu = integral of (D / dt) B(z) z. B(z) is the sum of the drag weights at the distance z.
     """
     radius = support / 4
     z = np.linspace(0.0, support, 2001)
@@ -126,7 +126,10 @@ def no_slip_weight(kinematic: float, support: float, step_s: float) -> float:
 def paste_on_device(
     fluids: Sequence[Rheology], support: float, step_s: float, substeps: int, slowest_shear_per_s: float, device: str
 ) -> Any:
-    """Return the constants of each run for a substep of ``step_s``. Paste creeps below ``slowest_shear_per_s``."""
+    """Return the constants of each run for a substep of ``step_s``.
+
+    Below a shear rate of ``slowest_shear_per_s`` the viscosity is constant, so that paste creeps.
+    """
     # The weight of Eq. 5 is exp(-r^2/h^2) / (h sqrt(pi)); its divisor is part of these constants.
     shape = math.sqrt(math.pi) * support
 

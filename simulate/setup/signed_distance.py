@@ -1,4 +1,4 @@
-"""The signed distance to the solid: exact, from its mesh, and from a grid that is fast enough for each substep."""
+"""Signed distance to the solid: exact, from its mesh, and from a grid that is fast enough for each substep."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,21 +11,21 @@ from sealtwin.core.records import Booleans, FaceLabel, Floats, Integers, Outline
 from simulate.kernels import distance as device_code
 from simulate.kernels import exact_distance
 
-CM = 0.1  # Centimetres per millimetre: kernels use centimetres
+CM = 0.1  # Centimetres per millimetre, since kernels use centimetres
 CLEARANCE = 0.86
-"""Clearance of a particle's centre from a wall, divided by its radius. Fluid rests on calibrated walls at this
+"""Clearance of a particle's centre from a wall, divided by its radius. On calibrated walls, fluid rests at this
 distance."""
 MARGIN_MM = 12.0
-"""Width of the face around the mouth that the grid covers. Farther out, sealant rests on the plane z = 0."""
-RAISED_MM = 1e-3  # Height over the face above which a vertex is not due to rounding
-ROUNDING_RATIO = 0.15  # Largest distance, over the radius, of walls from the plane that replaces them
-ROUNDED = 0.01  # Share of a depth
+"""Width of the face around the mouth that the grid covers, in mm. Farther out, sealant rests on the plane z = 0."""
+RAISED_MM = 1e-3  # Height above the face from which on a vertex is not due to rounding
+ROUNDING_RATIO = 0.15  # Largest distance of walls from the plane that replaces them, divided by the radius
+ROUNDED = 0.01  # Fraction of a depth that rounding may change
 EVERYWHERE_MM = 1e7  # Search distance that reaches all triangles
-SLACK = 1.001  # Factor on a length that may have been rounded down
-GROUP_BLOCKS = 4  # Blocks along the edge of a group of blocks
+SLACK = 1.001  # Factor that enlarges a length which may have been rounded down
+GROUP_BLOCKS = 4  # Number of blocks along the edge of a group of blocks
 BLOCKS_AT_MOST = 4_000_000
 """Largest number of blocks of 64 cells. It is enough for 1.6 m of a crack like the paper's at the paper's radius, and
-takes 3 GB at worst."""
+takes at most 3 GB."""
 
 
 @dataclass(frozen=True)
@@ -33,10 +33,10 @@ class SolidSurface:
     """The mesh of the solid on a device."""
 
     mesh: wp.Mesh
-    clearance: float  # Least distance in cm of a particle's centre from walls
+    clearance: float  # Smallest distance in cm of a particle's centre from walls
 
     def exact_mm(self, points_mm: Floats) -> Floats:
-        """Return the signed distance from the mesh, (n,). It is negative inside the solid."""
+        """Return the signed distance in mm from the mesh, (n,). It is negative inside the solid."""
         return exact_distance_mm(self.mesh, points_mm)
 
 
@@ -44,10 +44,13 @@ class SolidSurface:
 class Barrier(SolidSurface):
     """The solid as an obstacle for particles."""
 
-    grid: Any  # A ``kernels.distance.Distance`` of spacing R/2; it does not resolve thinner walls
+    grid: Any  # A ``kernels.distance.Distance`` of spacing R/2. It does not resolve thinner walls.
 
     def sampled_mm(self, points_mm: Floats) -> Floats:
-        """Return the signed distance from the grid, (n,). Far from the surface, its absolute value is a lower bound."""
+        """Return the signed distance in mm from the grid, (n,).
+
+        Far from the surface, its absolute value is a lower bound.
+        """
         count, device = len(points_mm), self.mesh.device
         points, distance = wp.array(points_mm * CM, wp.vec3, device=device), wp.empty(count, float, device)
         wp.launch(device_code.sample_distance, count, inputs=[self.grid, points, distance], device=device)
@@ -56,7 +59,8 @@ class Barrier(SolidSurface):
     def is_inside(self, points_mm: Floats, depth_mm: float) -> Booleans:
         """Return the mask of points, (n,), that are at least ``depth_mm`` inside the solid.
 
-        ``depth_mm`` must exceed the diagonal of a cell. The grid then has the sign, without the rays of ``exact_mm``.
+        ``depth_mm`` must exceed the diagonal of a cell. The grid then gives the sign, so the rays of ``exact_mm`` are
+        not needed.
         """
         nothing = np.zeros(len(points_mm))
         near = _beside_mm(self.mesh, points_mm, nothing + SLACK * depth_mm, nothing) < depth_mm
@@ -71,7 +75,7 @@ def surface_of(solid: Solid, radius_mm: float, device: str) -> SolidSurface:
 def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str) -> Barrier:
     """Build the distances in a box around the crack. Only blocks near the surface have nodes.
 
-    Raises InputError if the box has too many blocks for the radius.
+    Raises InputError if the radius is so small that the box has too many blocks.
     """
     surface = surface_of(solid, radius_mm, device)
     mesh = surface.mesh
@@ -80,7 +84,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     low, blocks = _blocks(solid, outline, radius_mm)
     if (count := int(np.prod(blocks, dtype=float))) > BLOCKS_AT_MOST:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks; at most "
+            f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks, but at most "
             f"{BLOCKS_AT_MOST} are allowed. Give a larger radius, or simulate a shorter piece of the crack."
         )
     half_diagonal_mm = np.sqrt(3) / 2 * block_mm
@@ -113,7 +117,7 @@ def _at_centres(
 ) -> Floats:
     """Return the distance at each block's centre, (b,). Above ``near_mm`` it is only a lower bound.
 
-    Single blocks are measured only if their group of ``GROUP_BLOCKS`` cubed is near the surface.
+    Blocks are measured one by one only if their group of ``GROUP_BLOCKS`` cubed blocks is near the surface.
     """
     groups = number.max(axis=0) // GROUP_BLOCKS + 1
     member = np.ravel_multi_index(tuple((number // GROUP_BLOCKS).T), tuple(groups))
@@ -129,7 +133,7 @@ def _at_centres(
 
 
 def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block_mm: float, device: Any) -> Booleans:
-    """Return the mask of blocks, (b,), in which the face is nearest to each position."""
+    """Return the mask of blocks, (b,), in which the face is the nearest surface everywhere."""
     top = solid.face_label == FaceLabel.TOP
     flat = np.abs(solid.vertices_mm[solid.faces[top]][:, :, 2]).max(initial=0.0) <= RAISED_MM
     if top.all() or not top.any() or not flat:
@@ -152,7 +156,7 @@ def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers) -> Floats:
 
 
 def _off_plane(nodes_mm: Floats) -> Floats:
-    """Return the largest difference of each block's node distances, (b, NODES), from those of a fitted plane, (b,)."""
+    """Return the largest deviation, (b,), of each block's node distances, (b, NODES), from a fitted plane."""
     side = np.arange(device_code.BLOCK + 1) - device_code.BLOCK / 2
     away = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
     away = away.astype(nodes_mm.dtype)
@@ -178,9 +182,9 @@ def grid_fits(solid: Solid, outline: Outline, radius_mm: float) -> bool:
 
 
 def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Floats]:
-    """Return the corners, (3,) each, of the box of all that sealant in the crack or near its mouth can touch.
+    """Return the corners, (3,) each, of the box that contains all that sealant in or near the crack can touch.
 
-    It includes far-leaning walls and parts above the face, also outside the margin.
+    The box includes far-leaning walls and parts above the face, also outside the margin.
     """
     inner = solid.faces[np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR, FaceLabel.END])]
     raised = np.flatnonzero(solid.vertices_mm[:, 2] > RAISED_MM)
@@ -192,18 +196,21 @@ def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floa
 
 
 def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats) -> Floats:
-    """Return the exact signed distance, (n,); NaN for a NaN point. Raises InputError if no triangle has an area."""
+    """Return the exact signed distance in mm, (n,). It is NaN for a NaN point.
+
+    Raises InputError if no triangle has an area.
+    """
     nothing = np.zeros(len(points_mm))
     distance_mm = _beside_mm(mesh, points_mm, nothing, nothing + EVERYWHERE_MM)
     if np.isnan(distance_mm[np.isfinite(points_mm).all(axis=1)]).any():
-        raise InputError("no triangle of the solid has an area: check the mesh, or digitise again.")
+        raise InputError("no triangle of the solid has an area. Check the mesh, or digitise again.")
     return distance_mm
 
 
 def _beside_mm(mesh: wp.Mesh, points_mm: Floats, nearby_mm: Floats, away_mm: Floats) -> Floats:
-    """Return the exact signed distance of points, (n,).
+    """Return the exact signed distance of points in mm, (n,).
 
-    They are ``away_mm`` from other points, whose distance is ``nearby_mm``.
+    The points are ``away_mm`` from other points with the signed distance ``nearby_mm``.
     """
     places = exact_distance.Places()
     places.point = wp.array(points_mm * CM, wp.vec3, device=mesh.device)

@@ -1,4 +1,4 @@
-"""Wall particles: one layer, a radius deep in the solid. They complete the density and drag the fluid."""
+"""Wall particles: one layer in the solid, a radius deep. They complete the density at walls and drag the fluid."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,32 +15,33 @@ from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, bu
 from simulate.vessel import whole_numbers
 
 TURN = np.arctan((np.sqrt(5) - 1) / 2)
-"""Angle by which the lattice of points is turned. Its tangent follows from the golden ratio, which is far from any
-ratio of small integers, so that no row of points is along an edge."""
+"""Angle by which the lattice of points is turned. Its tangent is the golden ratio less 1, which is far from any ratio
+of small integers. No row of points is then parallel to an edge."""
 SHIFT = np.array([np.sqrt(2) - 1, np.sqrt(3) - 1])
-"""Offset of the lattice from the origin, in steps. With it, a corner of the sample at the origin is not a node."""
+"""Offset of the lattice from the origin, in steps. Without it, a corner of the sample at the origin would be a node."""
 OFF_NODE = 1e-3
 """Scatter of points around their nodes, in steps. Without it, rounding would decide between two equally near points."""
-LEVEL = 0.99  # Vertical part of a normal above which the plane counts as horizontal and its first axis is x
-CANDIDATES = 20  # Candidates per chosen particle; more do not make the layer more even
+LEVEL = 0.99  # Vertical part of a normal above which a plane counts as horizontal and has x as first axis
+CANDIDATES = 20  # Number of candidates per chosen particle. More do not make the layer more even.
 PARTS, LEAST_PART = 12, 2000
-"""Number of parts into which the candidates are divided, and the least number of candidates in a part."""
+"""Number of parts into which the candidates are divided, and smallest number of candidates in a part."""
 NEAREST = 0.78
-"""Least distance of two wall particles, divided by 2R. A greedy choice then has no hole wider than one particle."""
+"""Smallest distance of two wall particles, divided by 2R. With it, a greedy choice leaves no hole wider than one
+particle."""
 
 
 @dataclass(frozen=True)
 class WallParticles:
-    """Wall particles on the device."""
+    """Arrays of the wall particles on the device."""
 
     position_and_share: Any
-    """Position in cm, and share: a particle's part of the surface divided by (2R)^2. It is 1 on average for any
+    """Position in cm, and weight: the particle's part of the surface, divided by (2R)^2. The mean weight is 1 for any
     triangles."""
 
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Barrier and wall particles of a crack. Runs only read them, so that a study builds them only once."""
+    """Barrier and wall particles of a crack. Runs only read them, so a study builds them only once."""
 
     barrier: Barrier
     walls: WallParticles
@@ -53,7 +54,10 @@ def enclose(solid: Solid, outline: Outline, radius_mm: float, device: str) -> En
 
 
 def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> WallParticles:
-    """Cover evenly all that sealant can touch. The layer is part of the geometry and does not depend on a seed."""
+    """Place wall particles evenly over all that sealant can touch.
+
+    The layer depends only on the geometry, not on a seed.
+    """
     spacing_mm = 2 * radius_mm
     touched = solid.face_label != FaceLabel.OUTSIDE
     label, triangles_mm = solid.face_label[touched], solid.vertices_mm[solid.faces[touched]]
@@ -77,8 +81,9 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
 def calibrated_wall_mass(radius: float) -> float:
     """Return psi of calibrated walls, divided by the rest density, in the cube of the radius' unit.
 
-    For a particle at the clearance a flat layer of spacing 2R, R deep, then adds as much density as the half of the
-    kernel that a wall cuts off: about 0.22 / W(0). The paper's solver has 1 / W(0), which keeps the fluid 1.45 R away.
+    psi is the strength of a wall particle. A flat layer of spacing 2R, R deep, then adds as much density to a particle
+    at the clearance as the half of the kernel that the wall cuts off: about 0.22 / W(0). The paper's solver uses 1 /
+    W(0), which keeps the fluid 1.45 R away.
     """
     support = 4 * radius
     distance = CLEARANCE * radius
@@ -95,15 +100,15 @@ def calibrated_wall_mass(radius: float) -> float:
 
 
 def source_wall_mass(radius: float) -> float:
-    """Return psi in the paper's solver, divided by the rest density: 1 / W(0)."""
+    """Return psi, the strength of a wall particle in the paper's solver, divided by the rest density: 1 / W(0)."""
     return 64 * np.pi * (4 * radius) ** 3 / 315
 
 
 def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
-    """Choose points greedily in the order of ``lot``, so that two of them are at least ``apart`` from each other.
+    """Choose points greedily in the order of ``lot``, each at least ``apart`` from all points chosen before.
 
-    Points are chosen part by part. Most of them are near one that was chosen before, and are dropped before their pairs
-    are listed.
+    Points are chosen part by part. After each part, the remaining points near a chosen one are dropped, so that fewer
+    pairs must be listed.
     """
     # Nodes of two planes may have the same lot; they are then ordered by place.
     rest = points[np.lexsort((*points.T, lot))]
@@ -119,7 +124,7 @@ def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
 
 
 def _chosen(points: Floats, apart: float) -> Floats:
-    """Choose points greedily in the order given, so that two of them are at least ``apart`` from each other."""
+    """Choose points greedily in their order, each at least ``apart`` from all points chosen before."""
     count = len(points)
     pairs = KDTree(points).query_pairs(apart, output_type="ndarray")
     earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
@@ -134,13 +139,16 @@ def _chosen(points: Floats, apart: float) -> Floats:
 @dataclass(frozen=True)
 class SurfacePoints:
     position_mm: Floats  # (n, 3)
-    face: Integers  # (n,): the triangle of each
+    face: Integers  # (n,): triangle of each point
     normal: Floats  # (n, 3): unit normal of that triangle, outward
-    lot: NDArray[np.uint64]  # (n,): a random number that depends on the node only
+    lot: NDArray[np.uint64]  # (n,): random number that depends on the node only
 
 
 def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
-    """Return a point for each square of ``spacing_mm`` on triangles (f, 3, 3). Triangles without area get none."""
+    """Return a point for each square of ``spacing_mm`` on triangles, (f, 3, 3).
+
+    Triangles without an area get no point.
+    """
     normal = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
     length = np.linalg.norm(normal, axis=1)
     face = np.flatnonzero(length > 0)
@@ -161,7 +169,7 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
 
 
 def _lots(node: Integers) -> NDArray[np.uint64]:
-    """Return a pseudo-random number for each pair of whole numbers, (n,), by the mixer of splitmix64."""
+    """Return a pseudo-random number for each pair of whole numbers, (n,), with the mixer of splitmix64."""
     row, column = node.astype(np.uint64).T
     mixed = row * np.uint64(0x9E3779B97F4A7C15) + column * np.uint64(0xC2B2AE3D27D4EB4F)
     for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
@@ -170,7 +178,7 @@ def _lots(node: Integers) -> NDArray[np.uint64]:
 
 
 def _axes(normal: Floats) -> Floats:
-    """Return two unit vectors in the plane of each triangle, (f, 2, 3). They depend only on its normal."""
+    """Return two unit vectors in the plane of each triangle, (f, 2, 3). They depend only on the triangle's normal."""
     along = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
     level = np.abs(normal[:, 2]) > LEVEL
     along[level] = np.array([1.0, 0.0, 0.0]) - normal[level, :1] * normal[level]
@@ -181,7 +189,7 @@ def _axes(normal: Floats) -> Floats:
 
 
 def _crossed(corner: Floats, row: Integers) -> tuple[Integers, Integers]:
-    """Return the first and last whole number in each triangle (n, 3, 2), on the line of first coordinate ``row``."""
+    """Return the first and last whole number in each triangle, (n, 3, 2), on the line with first coordinate ``row``."""
     low, high = np.full(len(row), np.inf), np.full(len(row), -np.inf)
     for start, end in ((0, 1), (1, 2), (2, 0)):
         a, b = corner[:, start], corner[:, end]

@@ -1,1 +1,1 @@
-"""The fast model of the fill: the flow of paste along a crack, averaged over sections."""
+"""Fast model of the fill: the flow of paste along a crack, averaged over sections."""

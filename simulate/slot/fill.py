@@ -1,14 +1,15 @@
-"""The fill of a crack in time: in each step sealant lands, then flows along the crack under gravity.
+"""Compute the fill of a crack in time. In each step sealant lands, then flows along the crack under gravity.
 
-The balance of each cell is dA/dt + dQ/ds = q. A step uses the upwind area and perimeter after its sealant has landed,
-and the slopes at its end. The end then minimises a convex function, and is found by Newton steps, halved if they go too
-far. The areas follow from the flows, so that volume is conserved even if the search has a residual.
+The balance of each cell is dA/dt + dQ/ds = q, with the filled area A, the flow Q and the supply q. A step uses the
+upwind area and perimeter after its sealant has landed, and the slopes at its end. The state at the end minimises a
+convex function. It is found by Newton steps, which are halved if they go too far. The areas follow from the flows, so
+volume is conserved even if the search leaves a residual.
 
-The paste supports a mound under the nozzle and a crown across the crack, which an averaged flow would spread. The
-sideways pressure of paste that is pulled apart is 2 tau less than its weight, that of paste that is pushed together
-2 tau more (Rankine's limits of a plastic soil without friction). At the nozzle's last place both meet along the crack,
-and levels differ by 4 tau / rho g. Across the crack paste that was laid along the middle is pulled apart, and its level
-is 2 tau / rho g higher there than at the walls.
+The paste supports a mound under the nozzle and a crown across the crack, which an averaged flow would spread. In paste
+that is pulled apart, the sideways pressure is 2 tau less than the weight above. In paste that is pushed together, it is
+2 tau more (Rankine's limits of a plastic soil without friction). At the nozzle's last position both meet along the
+crack, and the levels differ by 4 tau / rho g. Across the crack, paste that was laid along the middle is pulled apart,
+and its level is 2 tau / rho g higher there than at the walls. tau is the yield stress.
 """
 
 from dataclasses import dataclass
@@ -25,62 +26,64 @@ from simulate.slot.sections import NARROWEST_MM, Trapezoids, sections_of
 
 CELLS = 60
 STEPS = 200
-"""Time steps while sealant flows: levels in a slot of 60 mm are then within 0.2 mm of those with finer steps. A front
-advances by at most one cell per step.
-"""
-STEP_RATIO = 1.05  # Ratio of each time step of settling to the one before
-TOLERANCE = 1e-6  # Largest residual of a step, over the area of the largest section
+"""Number of time steps while sealant flows. Levels in a slot of 60 mm are then within 0.2 mm of those with finer steps.
+A front advances by at most one cell per step."""
+STEP_RATIO = 1.05  # Ratio of each time step of settling to the step before it
+TOLERANCE = 1e-6  # Largest residual of a step, divided by the area of the largest section
 MOST_NEWTON, MOST_HALVED = 60, 12
 OVERSHOT = 0.3
-"""A Newton step is halved if the slope at its end, over that at its start, is above this: it has passed the minimum of
-the convex function.
-"""
-SAMPLES = 8  # Samples of the nozzle's motion per step
+"""Limit for the slope at the end of a Newton step, divided by the slope at its start. Above this ratio the step has
+passed the minimum of the convex function and is halved."""
+SAMPLES = 8  # Number of samples of the nozzle's motion per step
 GRAVITY_MM_S2 = 9810.0
-REACH_PER_MM = 1e6  # Reach of a fluid without a yield stress, in 1/mm
+REACH_PER_MM = 1e6  # Reach per mm that stands for a fluid without a yield stress, in 1/mm
 MOUND, CROWN = 4.0, 2.0
-"""Heights of a mound and of a crown, divided by tau / rho g."""
+"""Heights of a mound and of a crown, divided by tau / rho g. tau is the yield stress."""
 MOST_MOUND = 0.5
-"""Largest share of the sealant that is in a mound. In a short crack a larger mound would have no bed under it."""
+"""Largest fraction of the sealant that is in a mound. In a short crack, a larger mound would have no sealant under
+it."""
 DUCT = (1.0, -1.3553, 1.9467, -1.7012, 0.9564, -0.2537)
-"""Coefficients of a polynomial in short side over long side. It gives the friction of rectangular ducts divided by that
-of plates (Shah and London 1978)."""
+"""Coefficients of a polynomial in the ratio of a duct's short side to its long side. The polynomial gives the friction
+of rectangular ducts divided by the friction of plates (Shah and London 1978)."""
 
 
 @dataclass(frozen=True)
 class HerschelBulkley:
-    """Paste with the stress tau + K gamma^n. Particles add a share of the pressure to it."""
+    """Paste with the stress tau + K gamma^n: yield stress tau, consistency K, shear rate gamma, flow index n.
+
+    Particles add a fraction of the pressure to this stress.
+    """
 
     density_kg_m3: float
     yield_stress_pa: float
     consistency_pa_s_n: float
     flow_index: float = 1.0
     friction: float = 0.0
-    """Share of the pressure that resists shear, as it does between grains. It is 0 for paste."""
+    """Fraction of the pressure that resists shear, as it does between grains. It is 0 for paste."""
     wall_share: float = 1.0
-    """Stress at a wall over the paste's own."""
+    """Stress at a wall, divided by the stress in the paste."""
     law: Law = Law.HERSCHEL_BULKLEY
 
     @property
     def weight_pa_mm(self) -> float:
-        """Hydrostatic pressure per millimetre of depth."""
+        """Hydrostatic pressure per millimetre of depth, in Pa/mm."""
         return 1e-3 * self.density_kg_m3 * GRAVITY_M_S2
 
 
 @dataclass(frozen=True)
 class Filled:
-    """The bed at the end, and the balance of the sealant."""
+    """The settled sealant at the end, and the balance of its volume."""
 
     sections: Trapezoids
     area_mm2: Floats  # Filled area of each section
-    level_mm: Floats  # Surface in the middle of the crack, relative to the face, at the middles of the cells
+    level_mm: Floats  # Level in the middle of the crack, relative to the face, at the cells' middles
     dispensed_mm3: float
     in_flight_mm3: float
-    """Volume that is dispensed but has not landed when the run ends."""
+    """Volume that has been dispensed but has not landed when the run ends."""
 
     @property
     def read_mm2(self) -> Floats:
-        """Area of each section below the level of its middle, (n,): the area that a reading there implies."""
+        """Area of each section below the level in its middle, (n,). A reading of that level implies this area."""
         return self.sections.area_mm2(self.level_mm - self.sections.bottom_mm)[0]
 
     @property
@@ -89,7 +92,7 @@ class Filled:
 
     @property
     def mass_error(self) -> float:
-        """Error of the bed's volume, divided by the dispensed volume."""
+        """Error of the settled sealant's volume, divided by the dispensed volume."""
         return abs(self.bed_mm3 + self.in_flight_mm3 - self.dispensed_mm3) / self.dispensed_mm3
 
 
@@ -105,7 +108,7 @@ def fill(
     cells: int = CELLS,
     steps: int = STEPS,
 ) -> Filled:
-    """Pour along the trajectory, let the bed settle, and return it with the mound that remains under the nozzle."""
+    """Pour along the trajectory, let the sealant settle, and return it with the mound that stays under the nozzle."""
     weight = paste.weight_pa_mm
     reach = min(REACH_PER_MM, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else REACH_PER_MM
     sections = sections_of(outline, solid, cells, reach_per_mm=reach)
@@ -138,7 +141,7 @@ def fill(
 
 
 def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
-    """Return the ends of the time steps, which are equal while sealant flows and grow while the bed settles."""
+    """Return the ends of the time steps. Steps are equal while sealant flows, and grow while it settles."""
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     times_s = np.linspace(begin_s, end_s, steps + 1)
     left_s = trajectory.t_s[-1] + settle_s - end_s
@@ -152,10 +155,10 @@ def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
 def mound_mm2(
     sections: Trapezoids, landed_mm3: float, *, held_mm: float, middle_mm: float, nozzle_mm: float, surface_mm: float
 ) -> Floats:
-    """Return the mound's area in each section, (n,), above a bed with its surface at ``surface_mm``.
+    """Return the mound's area in each section, (n,), above sealant with its surface at ``surface_mm``.
 
-    It moves with the nozzle and remains at its last place, ``middle_mm``. Its top is as wide as the nozzle; its flanks
-    are those of a slump on its base, h dh/dx = tau / rho g, which is ``held_mm``.
+    The mound moves with the nozzle and stays at the nozzle's last position, ``middle_mm``. Its top is as wide as the
+    nozzle. Its flanks have the shape of a slump on its base, h dh/dx = tau / rho g, which is ``held_mm``.
     """
     aside_mm = np.maximum(np.abs(sections.s_mm - middle_mm) - nozzle_mm / 2, 0.0)
     rise_mm = np.sqrt(np.maximum((MOUND * held_mm) ** 2 - 2 * held_mm * aside_mm, 0.0))
@@ -166,10 +169,10 @@ def mound_mm2(
 
 
 def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
-    """Return the level in the middle of the crack minus the mean across it, (n,).
+    """Return the level in the middle of the crack minus the mean level across it, (n,).
 
-    It is a third of the height of a parabola, and at most the height of the bed. It is 0 if the bed reaches the face,
-    because paste above the face slumps next to the mouth.
+    It is a third of the height of a parabola, and at most the height of the sealant. It is 0 if sealant reaches the
+    face, because paste above the face slumps next to the mouth.
     """
     return np.clip(np.minimum(height_mm, depth_mm - height_mm), 0.0, CROWN * held_mm / 3)
 
@@ -177,11 +180,11 @@ def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
 def supplied_mm3(
     trajectory: Trajectory, times_s: Floats, edges_mm: Floats, *, nozzle_mm: float, surface_mm: float, down: Floats
 ) -> Floats:
-    """Return the volume that lands in each cell in each step, (steps, cells), without what lands after the last step.
+    """Return the volume that lands in each cell in each step, (steps, cells). Later volume is left out.
 
-    ``edges_mm`` are the cells' ends along the crack. Sealant leaves a disc square to the face and falls to
-    ``surface_mm``, the level of a flat bed; ``down`` is the unit vector of gravity along the crack and square to the
-    face. Sealant that would land beyond an end lands in the last cell.
+    ``edges_mm`` are the cells' ends along the crack. Sealant leaves the nozzle as a disc square to the face and falls
+    to ``surface_mm``, the level of flat sealant. ``down`` is the unit vector of gravity along the crack and square to
+    the face. Sealant that would land beyond an end lands in the last cell.
     """
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     moment_s = np.linspace(begin_s, end_s, SAMPLES * len(times_s) + 1)
@@ -202,7 +205,7 @@ def supplied_mm3(
 
 
 def _below(position: Floats) -> Floats:
-    """Return the share of a disc of radius 1 below each place, (n, edges); 0 at the first edge and 1 at the last."""
+    """Return the fraction of a disc of radius 1 below each position, (n, edges): 0 at the first edge, 1 at the last."""
     x = np.clip(position, -1.0, 1.0)
     share = 0.5 + (np.arcsin(x) + x * np.sqrt(1 - x**2)) / np.pi
     share[:, 0], share[:, -1] = 0.0, 1.0
@@ -210,7 +213,7 @@ def _below(position: Floats) -> Floats:
 
 
 def _down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
-    """Return gravity's unit vector: along the crack at the faces between cells, (n - 1,), and into the sample."""
+    """Return gravity's unit vector: along the crack at the boundaries between cells, (n - 1,), and into the sample."""
     x, y, z = slope.down
     ahead = unit(np.diff(outline.centreline_mm, axis=0))
     middle_mm = (arc_length(outline.centreline_mm)[1:] + arc_length(outline.centreline_mm)[:-1]) / 2
@@ -219,7 +222,7 @@ def _down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[F
 
 
 class _Bed:
-    """The paste in each cell, advanced step by step."""
+    """Paste in each cell of the crack, which is advanced step by step."""
 
     def __init__(self, sections: Trapezoids, paste: HerschelBulkley, weight: float, pull: Floats) -> None:
         self._sections, self._paste, self._weight, self._pull = sections, paste, weight, pull
@@ -257,12 +260,12 @@ class _Bed:
         self.height_mm = sections.height_mm(self.area_mm2)
 
     def _push(self, height_mm: Floats) -> Floats:
-        """Return the push at the faces in Pa/mm, positive towards larger s."""
+        """Return the push at the boundaries between cells in Pa/mm. It is positive towards larger s."""
         level_mm = self._sections.bottom_mm + height_mm
         return self._pull - self._weight / self._sections.step_mm * (level_mm[1:] - level_mm[:-1])
 
     def _faces(self, height_mm: Floats) -> PlaneFlow:
-        """Return each face as a conduit with the section of its upwind cell, filled to a height."""
+        """Return the flow through each boundary between cells: the section of the upwind cell, filled to a height."""
         upwind = np.arange(len(height_mm) - 1) + (self._push(height_mm) < 0)
         return conduits(self._paste, self._sections, np.maximum(self.area_mm2, 0.0), height_mm, upwind)
 
@@ -279,8 +282,8 @@ def conduits(
 ) -> PlaneFlow:
     """Return the flow through sections ``rows``, (k,), which are filled to ``area_mm2`` and ``height_mm``, (n,) each.
 
-    It is that between plates, with two radii of the section in place of half the gap: one for its yield stress, one for
-    its viscous flow.
+    It is computed as a flow between plates. Two radii of the section replace half the gap: one for the yield stress,
+    and one for the viscous flow.
     """
     wetted_mm = sections.wetted_mm(height_mm)
     # The mean pressure on the walls is half of that at the floor.

@@ -1,4 +1,4 @@
-"""The domain of validity of the fast model, and sentences on why a case is outside."""
+"""Domain of validity of the fast model, and the reasons why a case is outside it."""
 
 from dataclasses import dataclass
 
@@ -11,46 +11,50 @@ from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
-"""Largest slope that walls support, height of a mound, filled share of the crack, and level over the face."""
+"""Limits of the model: largest slope that walls support, height of a mound in mm, filled fraction of the crack, and
+level above the face in mm."""
 MOST_MISFIT = 0.05
-"""Largest difference between the areas below a level of a mesh's sections and of trapezoids, and between the volumes of
-the sections and of the crack, as shares. At a depth of 10 mm levels are then wrong by half a millimetre."""
+"""Limit, as a fraction, for two differences: between the areas below a level of a mesh's sections and of trapezoids,
+and between the volumes of the sections and of the crack. At a depth of 10 mm, levels are then wrong by half a
+millimetre."""
 MOST_HELD_MM, MOST_DRAGGED = 0.5, 0.25
-"""Largest step of the level that narrow places may support in addition to the sections, and largest length that they
-may add to the way of a liquid, divided by that of the crack. At both limits a fill with narrow places is off by at most
-0.6 mm."""
+"""Limits for narrow positions of a crack: largest step of the level in mm that they may support in addition to the
+sections, and largest drag that they may add to a liquid, as a length divided by the crack's length. At both limits, a
+fill with narrow positions is off by at most 0.6 mm."""
 
 
 @dataclass(frozen=True)
 class Fitness:
-    """Numbers of a case on which the model's domain sets limits."""
+    """Figures of a case for which the model's domain sets limits."""
 
     slope: float
     """Slope at which the walls support the paste, at the mean filled depth."""
     mound_mm: float
-    """Height of the mound under the nozzle's last place. It is the larger of two: slope times the bed's depth, which
-    the walls support, and 4 tau / rho g, which the paste itself supports."""
+    """Height of the mound under the nozzle's last position. It is the larger of two heights: slope times the sealant's
+    depth, which the walls support, and 4 tau / rho g, which the paste itself supports. tau is the yield stress."""
     fill: float
     """Dispensed volume divided by the volume of the crack."""
     above_mm: float = 0.0
-    """Highest level of the bed above the face; 0 if it is below the face."""
+    """Highest level of the sealant above the face. It is 0 if the sealant is below the face."""
     misfit: float = 0.0
-    """Difference between the areas below a level of a mesh's sections and of this model's trapezoids, as a share."""
+    """Difference between the areas below a level of a mesh's sections and of this model's trapezoids, as a fraction."""
     left_out: float = 0.0
-    """Share of the crack's volume that is outside this model's sections: side cracks, and space under the face beyond
+    """Fraction of the crack's volume that this model's sections leave out: side cracks, and space under the face beyond
     the ends of the mouth. It is negative if the sections have more volume than the crack."""
     held_mm: float = 0.0
-    """Step of the level that stones, walls across and necks support, in addition to the sections at their places."""
+    """Step of the level in mm that stones, walls across the crack and necks support, in addition to the sections."""
     dragged: float = 0.0
-    """Drag of stones, walls across and necks, as an equivalent length of crack divided by the crack's length."""
+    """Drag of stones, walls across the crack and necks, as an equivalent length of crack divided by the crack's
+    length."""
     narrowest_mm: float = 0.0
-    """Arc length of the place that adds most drag."""
+    """Arc length of the position that adds most drag."""
     goes_on_mm: float | None = None
-    """Arc length of an end of the mouth beyond which the cavity continues under the face; None if there is none."""
+    """Arc length of an end of the mouth beyond which the cavity continues under the face. None if there is no such
+    end."""
 
     @property
     def unfit(self) -> tuple[Fact, ...]:
-        """Reasons why the model is unfit; empty if it is fit."""
+        """Reasons why the model is not valid for this case. Empty if it is valid."""
         reasons = list[Fact]()
 
         def unless(allowed: bool, key: str, text: str, value: float, unit: str = "") -> None:
@@ -60,22 +64,22 @@ class Fitness:
         unless(
             self.slope <= STEEPEST,
             "slope",
-            f"The walls support the paste at a slope of {self.slope:.2f}; above {STEEPEST:g} it piles up under the "
-            "nozzle, which a section's mean level does not show.",
+            f"The walls support the paste at a slope of {self.slope:.2f}. Above {STEEPEST:g} the paste piles up under "
+            "the nozzle, which a section's mean level does not show.",
             self.slope,
         )
         unless(
             self.mound_mm <= TALLEST_MM,
             "mound",
-            f"A mound of about {self.mound_mm:.1f} mm stays under the nozzle's last place, supported by the walls or "
-            f"by the paste itself; this model agrees with particles only for mounds of up to {TALLEST_MM:g} mm.",
+            f"A mound of about {self.mound_mm:.1f} mm stays under the nozzle's last position, supported by the "
+            f"walls or by the paste itself. This model agrees with particles only up to {TALLEST_MM:g} mm.",
             self.mound_mm,
             "mm",
         )
         unless(
             self.fill <= FULLEST,
             "overfull",
-            f"The sealant is {self.fill:.2f} of the crack's volume; above {FULLEST:g} it runs over the face, which "
+            f"The sealant is {self.fill:.2f} of the crack's volume. Above {FULLEST:g} it runs over the face, which "
             "this model does not compute.",
             self.fill,
         )
@@ -83,7 +87,7 @@ class Fitness:
             self.above_mm <= HIGHEST_MM,
             "above-face",
             f"The level is up to {self.above_mm:.1f} mm above the face, but this model computes overspill only as a "
-            f"slump next to the mouth; {HIGHEST_MM:g} mm are allowed.",
+            f"slump next to the mouth. At most {HIGHEST_MM:g} mm are allowed.",
             self.above_mm,
             "mm",
         )
@@ -91,7 +95,7 @@ class Fitness:
             self.misfit <= MOST_MISFIT,
             "walls",
             "The walls of this mesh are not straight: the area of a section below a level differs by "
-            f"{self.misfit:.0%} from that of this model's trapezoids; {MOST_MISFIT:.0%} are allowed.",
+            f"{self.misfit:.0%} from that of this model's trapezoids. At most {MOST_MISFIT:.0%} is allowed.",
             self.misfit,
         )
         unless(
@@ -99,7 +103,7 @@ class Fitness:
             "left-out",
             f"This model's sections have {abs(self.left_out):.0%} {'less' if self.left_out > 0 else 'more'} volume "
             f"than the crack: they do not include side cracks, and space under the face beyond the ends of the "
-            f"mouth; {MOST_MISFIT:.0%} is allowed.",
+            f"mouth. At most {MOST_MISFIT:.0%} is allowed.",
             self.left_out,
         )
         places = f"Stones, a wall across the crack or a neck, mainly at s = {self.narrowest_mm:.1f} mm,"
@@ -113,29 +117,29 @@ class Fitness:
         unless(
             not MOST_HELD_MM < self.held_mm < np.inf,
             "held",
-            f"{places} support a step of the level of up to {self.held_mm:.1f} mm; this model averages them over its "
-            f"sections, and {MOST_HELD_MM:g} mm are allowed.",
+            f"{places} support a step of the level of up to {self.held_mm:.1f} mm. This model averages them over its "
+            f"sections, and allows at most {MOST_HELD_MM:g} mm.",
             self.held_mm,
             "mm",
         )
         unless(
             not MOST_DRAGGED < self.dragged < np.inf,
             "dragged",
-            f"{places} slow the flow as much as {self.dragged:.2f} times the crack's length would; {MOST_DRAGGED:g} is "
-            "allowed.",
+            f"{places} slow the flow as much as {self.dragged:.2f} times the crack's length would. At most "
+            f"{MOST_DRAGGED:g} is allowed.",
             self.dragged,
         )
         if self.goes_on_mm is not None:
             text = (
-                f"The cavity continues under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm; "
-                "this model has a wall there."
+                f"The cavity continues under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm, "
+                "but this model has a wall there."
             )
             reasons.append(doubt("unfit.goes-on", text, self.goes_on_mm, "mm"))
         return tuple(reasons)
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:
-    """Return the numbers of a case, except its level. They are means, with all cells filled to one share."""
+    """Return the figures of a case, except its level. They are means, with all cells filled to the same fraction."""
     sections = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
     sections_mm3 = float(sections.full_mm2.sum()) * sections.step_mm
     fill = trajectory.dispensed_mm3 / sections_mm3

@@ -1,7 +1,8 @@
-"""Places at which a crack is narrower, or divided into more gaps, than the sections of the fast model.
+"""Positions at which a crack is narrower, or divided into more gaps, than the sections of the fast model.
 
-A section of that model is a mean over a cell, with one gap. Stones, walls across and roofs reduce the area, or increase
-the wall for the same area, and resist the paste more. The crack is therefore cut at shorter distances than the cells.
+A section of that model is a mean over a cell, with one gap. Stones, walls across the crack and roofs reduce the area,
+or increase the wall length for the same area. They therefore resist the paste more. To find them, the crack is cut at
+shorter distances than the cells.
 """
 
 from dataclasses import dataclass
@@ -12,31 +13,34 @@ import numpy as np
 from sealtwin.core.records import Floats, Integers, Outline, Solid, unit
 from simulate.slot.sections import ROUND_CORNERS, Trapezoids, sections_of
 
-CUTS = 8  # Cuts in each cell
-LEVELS = 96  # Layers of a cut, from the deepest floor to the face
-RESISTANCE_TOLERANCE = 0.05  # Share by which a cell may resist more: the allowed error of a trapezoid
-SLIVER_MM = 0.01  # Gaps up to this width are ignored: nothing flows through
+CUTS = 8  # Number of cuts in each cell
+LEVELS = 96  # Number of layers of a cut, from the deepest floor to the face
+RESISTANCE_TOLERANCE = 0.05  # Fraction by which a cell may resist more, equal to the allowed error of a trapezoid
+SLIVER_MM = 0.01  # Width up to which gaps are ignored, because nothing flows through them
 SEARCH_DEPTHS, NEAREST_MM, PROBES = 0.5, 0.05, 16
-"""Search beyond an end of the crack: its distance divided by the depth (more than walls of 25 degrees open), the least
-distance, and the number of cuts up to there. The crack ends if one of the cuts is closed."""
+"""Search beyond an end of the crack: its distance divided by the depth (more than walls of 25 degrees open), the
+shortest distance in mm, and the number of cuts within the distance. The crack ends if one of the cuts is closed."""
 SMALLEST_FLOAT = float(np.finfo(np.float32).tiny)
 
 
 @dataclass(frozen=True)
 class Narrows:
-    """Length of crack that is equivalent to its narrow places. It is 0 if there are none, infinite if one is closed."""
+    """Lengths of crack that are equivalent to its narrow positions.
+
+    They are 0 if there are none, infinite if one is closed.
+    """
 
     holds_mm: float
-    """Length of crack on which the yield stress resists as much as at the narrow places."""
+    """Length of crack on which the yield stress resists as much as at the narrow positions."""
     drags_mm: float
-    """Length of crack that drags a liquid as much as the narrow places."""
+    """Length of crack that drags a liquid as much as the narrow positions do."""
     s_mm: float
     """Arc length of the cell that adds most drag."""
 
 
 @dataclass(frozen=True)
 class _Cuts:
-    """Cuts of a crack below levels, (k, n) each."""
+    """Areas, wetted lengths and gaps of k cuts of a crack below n levels, (k, n) each."""
 
     levels_mm: Floats  # (n,): upper ends of the layers
     area_mm2: Floats
@@ -46,7 +50,7 @@ class _Cuts:
 
 
 def narrows(outline: Outline, solid: Solid, sections: Trapezoids, fill: float) -> Narrows:
-    """Return the length of crack equivalent to its narrow places, if it is filled to a share of its sections."""
+    """Return the length of crack equivalent to the narrow positions of a crack filled to a fraction of its sections."""
     height_mm = sections.height_mm(min(fill, 1.0) * sections.full_mm2)
     own_mm2, own_wetted_mm = sections.area_mm2(height_mm)[0], sections.wetted_mm(height_mm)
     own_mm = sections.holding_mm(own_mm2, own_wetted_mm)
@@ -69,7 +73,10 @@ def narrows(outline: Outline, solid: Solid, sections: Trapezoids, fill: float) -
 
 
 def goes_on(outline: Outline, solid: Solid) -> float | None:
-    """Return the arc length of a closed end of a mesh's mouth beyond which the cavity continues, or None."""
+    """Return the arc length of a closed end of a mesh's mouth beyond which the cavity continues.
+
+    Returns None if none does.
+    """
     if solid.tilt != "modelled":
         return None
     middles_mm = _middles_mm(solid)
@@ -94,13 +101,16 @@ def goes_on(outline: Outline, solid: Solid) -> float | None:
 
 
 def _surface_mm(sections: Trapezoids, height_mm: Floats) -> Floats:
-    """Return the highest level of each cell and its neighbours, (n,): a step in the floor is not a dam."""
+    """Return the highest level of each cell and its neighbours, (n,).
+
+    A step in the floor is then not taken for a dam.
+    """
     level_mm = np.pad(sections.bottom_mm + height_mm, 1, mode="edge")
     return np.max([level_mm[:-2], level_mm[1:-1], level_mm[2:]], axis=0)
 
 
 def _fine(outline: Outline, solid: Solid, sections: Trapezoids, height_mm: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return area, wetted length and number of gaps of finer sections, (cells, ``CUTS``) each."""
+    """Return the area, wetted length and number of gaps of finer sections, (cells, ``CUTS``) each."""
     cells = len(height_mm)
     fine = sections_of(outline, solid, CUTS * cells, reach_per_mm=0.0)
     there_mm = np.maximum(np.repeat(_surface_mm(sections, height_mm), CUTS) - fine.bottom_mm, 0.0)
@@ -109,7 +119,7 @@ def _fine(outline: Outline, solid: Solid, sections: Trapezoids, height_mm: Float
 
 
 def _below(cuts: _Cuts, surface_mm: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return area, wetted length and number of gaps of the cuts below the surface of their cell."""
+    """Return the area, wetted length and number of gaps of the cuts below the surface in their cell."""
     layer_mm = cuts.levels_mm[1] - cuts.levels_mm[0]
     level = np.clip((np.repeat(surface_mm, CUTS) - cuts.levels_mm[0]) / layer_mm, 0.0, len(cuts.levels_mm) - 1.0)
     lower = np.minimum(level.astype(int), len(cuts.levels_mm) - 2)
@@ -126,7 +136,7 @@ _BY_SOLID: WeakKeyDictionary[Solid, tuple[Outline, _Cuts]] = WeakKeyDictionary()
 
 
 def _cuts_of(outline: Outline, solid: Solid, cells: int) -> _Cuts:
-    """Return the cuts of a solid's mesh; those of its last outline are cached."""
+    """Return the cuts of a solid's mesh. The cuts for its last outline are cached."""
     cached = _BY_SOLID.get(solid)
     if cached is None or cached[0] is not outline:
         cached = outline, _cut(outline, solid, cells)
@@ -168,7 +178,7 @@ def _middles_mm(solid: Solid) -> Floats:
 def _gaps(
     solid: Solid, at_mm: Floats, left: Floats, levels_mm: Floats, ends_mm: tuple[float, float]
 ) -> tuple[Floats, Integers]:
-    """Return width and number of the gaps of an upright plane at each level, (n,), between the ends of its mouth."""
+    """Return the width and number of gaps of an upright plane at each level, (n,), between the ends of its mouth."""
     ahead = np.array([left[1], -left[0]])
     away_mm = (solid.vertices_mm[:, :2] - at_mm) @ ahead
     beyond = (away_mm >= 0)[solid.faces]

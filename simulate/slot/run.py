@@ -1,4 +1,4 @@
-"""Run the fast model with the settings of a trial, and record the run as a run of particles is recorded."""
+"""Run the fast model with the settings of a trial, and record the run in the same form as a run of particles."""
 
 import time
 from collections.abc import Iterator
@@ -27,17 +27,17 @@ READ = (
     *("U", "D_cm", "wall_share", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
     *("density_kg_m3", "yield_stress_pa", "material"),
 )
-"""Settings of [fluid] that this model reads; D_cm only as a reason why it is unfit. A sealant that sets any other is
-refused, so that a setting of particles alone is never left out in silence."""
+"""Settings of [fluid] that this model reads. D_cm is read only as a reason why the model is not valid. A sealant with
+any other setting is refused, so that no setting is silently ignored."""
 PARTICLES_RUB = 0.0065
-"""Friction of the particles, as a share of the pressure: shear waves in a box without walls give 0.5 to 0.8 %. The fast
-model replaces particles, so it has the same friction."""
+"""Friction of the particles, as a fraction of the pressure. Shear waves in a box without walls give 0.5 to 0.8 %. The
+fast model stands in for particles, so it has the same friction."""
 
 
 def pour(inputs: Pour) -> tuple[Run, Profile]:
-    """Follow the trajectory and let the sealant settle for ``solver.settle_s``; return the run and its level.
+    """Follow the trajectory, let the sealant settle for ``solver.settle_s``, and return the run and its level.
 
-    Raises InputError for a sealant with a setting that is not in READ, such as one that freezes.
+    Raises InputError for a sealant with a setting that is not in READ, for example one that freezes.
     """
     solid, outline, trajectory = inputs.sample.solid, inputs.sample.outline, inputs.sample.trajectory
     fluid, nozzle = inputs.fluid, inputs.nozzle
@@ -103,21 +103,24 @@ def pour(inputs: Pour) -> tuple[Run, Profile]:
 
 
 def _unread(fluid: Fluid) -> dict[str, Any]:
-    """Return the default of each setting that differs from it and is not in READ."""
+    """Return the defaults of those settings that differ from their default and are not in READ."""
     # A trial file must give freeze_after_s, which has a default in Fluid only.
     fields = {**type(fluid).model_fields, **Fluid.model_fields}.items()
     return {key: field.default for key, field in fields if key not in READ and getattr(fluid, key) != field.default}
 
 
 def has_sealant(fluid: Fluid) -> bool:
-    """Return True if the fast model, and so a plan, can compute the sealant."""
+    """Return True if the fast model, and therefore a plan, can compute the sealant."""
     return not _unread(fluid) and (fluid.yields or fluid.fresh.viscosity_pa_s is not None)
 
 
 def bed_of(
     inputs: Pour, paste: HerschelBulkley, trajectory: Trajectory, *, cells: int = CELLS, steps: int = STEPS
 ) -> Filled:
-    """Return the bed of a paste along a trajectory, with crack, nozzle, slope and settling time of ``inputs``."""
+    """Return a paste settled after a pour along a trajectory, with the other settings of ``inputs``.
+
+    These are the crack, the nozzle, the slope and the settling time.
+    """
     return fill(
         inputs.sample.solid,
         inputs.sample.outline,
@@ -132,9 +135,9 @@ def bed_of(
 
 
 def paste_of(inputs: Pour) -> HerschelBulkley:
-    """Return the sealant in this model. U is replaced by its equivalent viscosity at the trial's radius."""
+    """Return the sealant for this model. U is replaced by its equivalent viscosity at the trial's radius."""
     fluid, sample = inputs.fluid, inputs.sample
-    refused = 'the fast model, solver.model = "slot", does not have it. Give solver.model = "particles"'
+    refused = 'the fast model (solver.model = "slot") does not support this. Give solver.model = "particles"'
     for key, default in _unread(fluid).items():
         raise InputError(f"fluid.{key}: {refused}, or leave fluid.{key} at its default, {default}.")
     if fluid.law not in FLOW_BETWEEN_PLATES:
@@ -151,12 +154,12 @@ def paste_of(inputs: Pour) -> HerschelBulkley:
             frame_s = plan_releases(sample.trajectory, radius_mm, inputs.nozzle.diameter_mm, inputs.seed).frame_s
         except InputError as fault:
             raise InputError(
-                "fluid.U: its equivalent viscosity is that of particles, but particles cannot be released here "
+                "fluid.U: its equivalent viscosity depends on the particles, but particles cannot be released here "
                 f"({fault}). Give fluid.viscosity_pa_s instead."
             ) from None
         viscosity_pa_s = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * radius_mm * CM, frame_s)
     if viscosity_pa_s == 0:
-        raise InputError('solver.model = "slot" needs a viscosity; give fluid.viscosity_pa_s above 0.')
+        raise InputError('solver.model = "slot" needs a viscosity. Give fluid.viscosity_pa_s above 0.')
     return HerschelBulkley(
         density_kg_m3=fluid.density_kg_m3,
         yield_stress_pa=fluid.yield_stress_pa,
@@ -169,11 +172,11 @@ def paste_of(inputs: Pour) -> HerschelBulkley:
 
 
 def _unfit_settings(fluid: Fluid, outline: Outline) -> Iterator[Fact]:
-    """Yield what this model leaves out of a case."""
+    """Yield a doubt for each property of a case that this model leaves out."""
     if fluid.D_cm is not None:
         text = (
-            f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls. Leave it out, "
-            "and give fluid.viscosity_pa_s, not fluid.U."
+            f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles, but in this model the paste sticks to the walls. "
+            "Leave D_cm out, and give fluid.viscosity_pa_s instead of fluid.U."
         )
         yield doubt("unfit.drag", text, fluid.D_cm, "cm")
     if outline.branches_kept:

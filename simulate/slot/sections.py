@@ -1,7 +1,7 @@
 """Sections of a crack square to its centreline: the area that paste of a depth fills, and the walls that drag it.
 
-A section is a trapezoid from floor to face. Above the face the paste is over the mouth and slumps to both sides as far
-as its yield stress allows: ``e^2 rho g / 2 tau`` wide at a height ``e`` over the face, under a parabola.
+A section is a trapezoid from floor to face. Paste above the face is over the mouth, and slumps to both sides as far as
+its yield stress allows. At a height ``e`` above the face, the slump is ``e^2 rho g / 2 tau`` wide, under a parabola.
 """
 
 from dataclasses import dataclass
@@ -11,16 +11,17 @@ import numpy as np
 
 from sealtwin.core.records import Floats, Outline, Solid
 
-NARROWEST_MM = 0.05  # Least width of a section that closes, so that every area has a depth
+NARROWEST_MM = 0.05  # Smallest width of a section that closes, so that every area has a depth
 ROUND_CORNERS = 4 - np.pi
-"""Twice the area of unmoved paste in a corner, divided by the radius squared: a square less its inscribed circle."""
-COMPARED = 17  # Levels at which a trapezoid is compared with a section of a mesh
-INVERTED, ROUNDING_MM = 20, 1e-9  # Most Newton steps for a level above the face, and the length of a last step
+"""Twice the area of unmoved paste in a corner, divided by the square of the radius: a square less its inscribed
+circle."""
+COMPARED = 17  # Number of levels at which a trapezoid is compared with a section of a mesh
+INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a level above the face: largest number, length of the last one
 
 
 @dataclass(frozen=True)
 class Trapezoids:
-    """Sections at the middles of equal cells along a crack; arrays are (n,)."""
+    """Sections at the middles of equal cells along a crack. Arrays are (n,)."""
 
     s_mm: Floats
     floor_mm: Floats
@@ -30,9 +31,9 @@ class Trapezoids:
     slant: Floats
     """Length of both walls divided by their height. It is 2 if they are upright."""
     bottom_mm: Floats
-    """Level of the floor, or of the line at which closing walls meet."""
+    """Level of the floor, or of the line at which converging walls meet."""
     reach_per_mm: float
-    """Width of a slump on one side divided by the square of its height: rho g / 2 tau in 1/mm."""
+    """Width of a slump on one side, divided by the square of its height: rho g / 2 tau in 1/mm."""
     reach_mm: float
     """Largest width of a slump on one side."""
 
@@ -42,7 +43,7 @@ class Trapezoids:
 
     @cached_property
     def opening(self) -> Floats:
-        """Increase of the width per millimetre of height."""
+        """Increase of the width per millimetre of height, (n,)."""
         return (self.mouth_mm - self.floor_mm) / self.depth_mm
 
     @cached_property
@@ -51,7 +52,10 @@ class Trapezoids:
         return (self.floor_mm + self.mouth_mm) / 2 * self.depth_mm
 
     def area_mm2(self, height_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the area below each height above the floor, and the width there. Newton may try heights below 0."""
+        """Return the area below each height above the floor, and the width at this height.
+
+        Heights below 0 are allowed, because Newton steps may try them.
+        """
         inside_mm = np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
         width_mm = self.floor_mm + self.opening * inside_mm
         over_mm = np.maximum(height_mm - self.depth_mm, 0.0)
@@ -60,7 +64,7 @@ class Trapezoids:
         return area_mm2 + self.mouth_mm * over_mm + beside_mm, width_mm + grows
 
     def _slump(self, over_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the area of both slumps next to the mouth, and its derivative with the height over the face."""
+        """Return the area of both slumps next to the mouth, and its derivative with respect to the height."""
         free_mm = self.reach_per_mm * over_mm**2
         bound = free_mm > self.reach_mm
         if not bound.any():
@@ -73,7 +77,7 @@ class Trapezoids:
         return area_mm2, np.where(bound, 2 * self.reach_mm, 4 * free_mm)
 
     def height_mm(self, area_mm2: Floats) -> Floats:
-        """Return the height of each section's filled area."""
+        """Return the height to which each section is filled by an area."""
         opening, floor_mm = self.opening, self.floor_mm
         inside_mm2 = np.clip(area_mm2, 0.0, self.full_mm2)
         # This form of the root has no difference of nearly equal numbers, and works for upright walls too.
@@ -92,15 +96,15 @@ class Trapezoids:
         return height_mm
 
     def wetted_mm(self, height_mm: Floats) -> Floats:
-        """Return the length of floor and walls below a height. Above the mouth nothing drags the paste."""
+        """Return the length of floor and walls below a height. Above the mouth, nothing drags the paste."""
         return self.floor_mm + self.slant * np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
 
     @staticmethod
     def holding_mm(area_mm2: Floats, wetted_mm: Floats) -> Floats:
-        """Return area over perimeter of the plug that yields first: a section with corners rounded by that same radius.
+        """Return area divided by perimeter of the plug that yields first: a section with corners rounded by this ratio.
 
-        It is the largest ratio of any part of the section, mirrored at its free surface (Mosolov and Miasnikov 1965),
-        with corners taken as square.
+        It is the largest ratio of any part of the section, mirrored at its free surface (Mosolov and Miasnikov 1965).
+        Corners are taken as square.
         """
         half_mm = np.sqrt(np.maximum(wetted_mm**2 - 2 * ROUND_CORNERS * area_mm2, 0.0))
         return 2 * area_mm2 / (wetted_mm + half_mm)
@@ -109,9 +113,9 @@ class Trapezoids:
 def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: float) -> Trapezoids:
     """Return the sections of equal cells, from the traced walls, the depth and the areas of the solid's sections.
 
-    A trapezoid has the area of its section and one of its widths: that of the floor if the walls flare, else that of
-    the mouth. If walls close above the floor, the section ends at the line at which they meet. Walls of a mesh need not
-    be straight: ``trapezoid_misfit`` measures their difference from trapezoids.
+    A trapezoid has the area of its section and one of its widths: the floor's if the walls flare, and the mouth's
+    otherwise. If walls meet above the floor, the section ends at the line where they meet. Walls of a mesh need not be
+    straight: ``trapezoid_misfit`` measures their difference from trapezoids.
     """
     s_mm = (np.arange(cells) + 0.5) * outline.length_mm / cells
     width_mm = np.maximum(_means(s_mm, outline.s_mm, outline.width_mm), NARROWEST_MM)
@@ -135,9 +139,9 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
 
 
 def trapezoid_misfit(sections: Trapezoids, solid: Solid) -> float:
-    """Return the error of the areas below a level against the solid's table, as a share of the full section.
+    """Return the error of the areas below a level, compared with the solid's table, as a fraction of the full section.
 
-    It is the mean along the crack, at the level at which it is largest. It is 0 for built walls, which are straight.
+    It is the mean along the crack, at the level with the largest mean. It is 0 for built walls, which are straight.
     """
     if not solid.sections.by_level:
         return 0.0
@@ -150,7 +154,7 @@ def trapezoid_misfit(sections: Trapezoids, solid: Solid) -> float:
 
 
 def _means(s_mm: Floats, known_mm: Floats, values: Floats) -> Floats:
-    """Return means over cells around ``s_mm`` of values that are linear between ``known_mm``."""
+    """Return the means, over cells around ``s_mm``, of values that are linear between ``known_mm``."""
     half_mm = (s_mm[1] - s_mm[0]) / 2
     edges_mm = np.append(s_mm - half_mm, s_mm[-1] + half_mm)
     grid_mm = np.unique(np.concatenate([edges_mm, known_mm.clip(edges_mm[0], edges_mm[-1])]))

@@ -1,18 +1,20 @@
 """The report in a browser: wide and narrow, light and dark, with and without scripts."""
 
 import importlib
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
-from benchmarks.report_speed import LOOK
 from tests.support.evidence import make_evidence
 from validate.report.write_report import write_report
 from validate.settings import Gate
 
 pytestmark = pytest.mark.browser
+
+LOOK = Path(__file__).with_name("look.js").read_text(encoding="utf-8")
 
 HOSTILE = "</title></script><script>window.struck = 1</script><img src=x onerror='window.struck = 1'> \u202e$\\frac$"
 NAME = HOSTILE + "\N{FIRE}" * 80

@@ -168,5 +168,5 @@ def test_no_wall_is_drawn_outside_the_photo(tmp_path):
     assert outline.ends[1] == "cut"
     assert any("left out at the edge of the photo" in warning.text for warning in outline.warnings)
     assert outline.outline_px[:, 0].max() > 480
-    with pytest.raises(InputError, match=r"outside the photo on \d\d% of the path \(at most 20%\)"):
+    with pytest.raises(InputError, match=r"outside the photo on \d\d% of the path \(at most 20% is allowed\)"):
         trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 20.0))))

@@ -39,7 +39,7 @@ SIDEWAYS = WHITE.transpose(Image.Transpose.ROTATE_90)
         (WHITE, None),
         (OPAQUE, None),
         (SIDEWAYS, None),
-        (WHITE.crop((0, 0, 400, 300)), "mask is 400 x 300 px, the photo 500 x 300"),
+        (WHITE.crop((0, 0, 400, 300)), "mask is 400 x 300 px, but the photo is 500 x 300"),
         (Image.new("L", WHITE.size), "paints nothing"),
         (WHITE.point(lambda grey: 255 - grey), "99% of the photo"),
     ],

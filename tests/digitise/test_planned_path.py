@@ -75,5 +75,5 @@ def test_a_plan_beside_the_crack_and_other_settings_beside_a_plan_are_refused(tm
     path = NozzlePath(plan=read_planned_path(written(tmp_path, ROWS + np.array([0, 0, 9.0, 0, 0, 0]))))
     with pytest.raises(InputError, match=r"path\.plan, row 1: .* 9\.0 mm"):
         plan_trajectory(OUTLINE, path)
-    with pytest.raises(InputError, match="leave out trim_mm, speed_mm_s"):
+    with pytest.raises(InputError, match="Leave out trim_mm, speed_mm_s"):
         NozzlePath(plan=planned_path(BY_SECTIONS), speed_mm_s=5.0, trim_mm=3.0)

@@ -57,7 +57,7 @@ def test_what_a_bench_does_have_is_taken():
 
 def test_a_share_of_the_cavity_beside_a_volume_is_refused():
     """One of the two would be ignored."""
-    with pytest.raises(InputError, match=r"fill = 0\.8 with volume_ml = 4\.8"):
+    with pytest.raises(InputError, match=r"fill = 0\.8 is given with volume_ml = 4\.8"):
         NozzlePath(volume_ml=4.8, fill=0.8)
 
 

@@ -64,7 +64,7 @@ def bent() -> tuple[tuple[float, float], ...]:
         (BLOB, {"unround": (0.2, 0.0, 0.0)}, "14%"),
         (BLOB, {"middle_mm": (20.0, 75.0)}, "edge is visible on only"),
         (BLOB, {"radius_mm": 0.5}, "no blob stands out|Take the photo from closer"),
-        (BEAD, {"radius_mm": 5.0}, r"3\d px .* at least 40"),
+        (BEAD, {"radius_mm": 5.0}, r"3\d px, .* at least 40"),
         (BEAD, {"straight_mm": 4.0}, r"20\.\d mm long and 1\d\.\d mm wide"),
         (BEAD, {"edge_mm": bent()}, "1[0-9]% of its length"),
         (BEAD, {"middle_mm": (20.0, 30.0)}, "edge is visible on only"),

@@ -119,11 +119,11 @@ def test_the_cavity_s_volume_or_a_share_of_it_is_given_if_asked_for(path, share)
     [
         (20.5, {}, 0.0, "20.5 mm .* 10 and 10 mm"),
         (20.5, {"trim_mm": (18.0, 2.0)}, 0.0, "18 and 2 mm .* 1 mm"),
-        (40.0, {"ramp_mm": 10.5}, 0.0, "ramp_mm is 10.5: .* 20.0 mm.* at most 10, or"),
+        (40.0, {"ramp_mm": 10.5}, 0.0, "ramp_mm is 10.5, .* 20.0 mm.* at most 10, or"),
         (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0}, 0.0, "30.0 mm, leads included.* at most 15"),
         (80.0, {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}, 0.0, "100000 waypoints"),
         # volume_ml has a limit of 1000; "cavity" must not be a way round it.
-        (80.0, {"volume_ml": "cavity"}, 3.1e7, "31000 ml, more than the 1000 ml"),
+        (80.0, {"volume_ml": "cavity"}, 3.1e7, "31000 ml, and one path may give at most 1000 ml"),
         (80.0, {"volume_ml": "cavity", "fill": 3.0}, 4e5, "fill = 3 of the cavity is 1200 ml"),
     ],
 )
@@ -146,4 +146,4 @@ def test_a_sharp_turn_and_a_path_beside_the_crack_are_remarked_on():
     assert "40 degrees at s = 40.0 mm" in turn.text
     assert reported(dog_leg(15.0), smoothing_mm=0.0, spacing_mm=5.0)[1] == ()
     _, warnings = reported(dog_leg(60.0), smoothing_mm=2.0)
-    assert any("smoothing takes the nozzle" in text and "3.00 mm wide" in text for text in texts(warnings))
+    assert any("smoothing moves the nozzle" in text and "3.00 mm wide" in text for text in texts(warnings))

@@ -22,7 +22,7 @@ from tests.support.paths import ROOT
 
 def test_an_absent_device_is_an_error_and_no_fallback():
     assert choose_device("auto") == ("cuda:0" if wp.get_cuda_device_count() else "cpu")
-    with pytest.raises(InputError, match=r"cuda:7 is not on this machine; give auto or one of cpu"):
+    with pytest.raises(InputError, match=r"cuda:7 is not on this machine. Give auto or one of cpu"):
         choose_device("cuda:7")
 
 

@@ -61,7 +61,7 @@ def test_paste_stands_between_plates_that_bear_less_than_its_yield_stress():
     assert 0 <= creep_mm_s < 0.01
 
 
-SLOW = ("hydrostatic", "energy", "sloshing", "shear_wave", "slot_current", "channel", "bingham", "herschel")
+SLOW = ("hydrostatic", "sloshing", "shear_wave", "slot_current", "channel", "bingham", "herschel")
 
 
 @pytest.mark.parametrize(

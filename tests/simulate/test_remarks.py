@@ -24,9 +24,13 @@ THINS = {"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, 0.5]}
 @pytest.mark.parametrize(
     ("fluid", "begins", "says"),
     [
-        ({"viscosity_pa_s": 0.001}, "viscosity_pa_s is 0.001: 1 mm2/s", "but does not come to rest"),
+        ({"viscosity_pa_s": 0.001}, "viscosity_pa_s is 0.001: this is a viscosity of 1 mm2/s", "but it does not"),
         # It has none of the keys of the others; the remark once ended in StopIteration for it.
-        ({"curve": {"age_s": [0.0, 9.0], "viscosity_pa_s": [0.001, 0.1]}}, "curve begins thin: 1 mm2/s", ""),
+        (
+            {"curve": {"age_s": [0.0, 9.0], "viscosity_pa_s": [0.001, 0.1]}},
+            "curve begins thin: this is a viscosity of 1 mm2/s",
+            "",
+        ),
         # 9810 * 3.1^2 / 12e5
         ({"viscosity_pa_s": 100.0}, f"viscosity_pa_s is 100: {SINKS} 0.079 mm/s", ""),
         # tau_w = 15.2 Pa at the wall, m = 1/n: w/2 (tau_w / K)^m / (m + 2)
@@ -34,8 +38,8 @@ THINS = {"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, 0.5]}
         # Bingham: w/2 tau_w/mu (1 - p)^2 (1 - (1 - p)/3) / 2 with p = 10/15.2
         ({"viscosity_pa_s": 2.0, "yield_stress_pa": 10.0}, f"viscosity_pa_s is 2: {SINKS} 0.61 mm/s", ""),
         # U = 30, with or without what freezes, is the paper's own.
-        ({"U": 30.0}, f"U is 30: {LEVELS};", "viscous flow needs fluid.viscosity_pa_s."),
-        ({"U": 30.0, "freeze_after_s": 2.58}, f"U is 30: {LEVELS} until it freezes; viscous flow needs", ""),
+        ({"U": 30.0}, f"U is 30: {LEVELS}.", "Viscous flow needs fluid.viscosity_pa_s."),
+        ({"U": 30.0, "freeze_after_s": 2.58}, f"U is 30: {LEVELS} until it freezes. Viscous flow needs", ""),
         # Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa between rough walls.
         ({"viscosity_pa_s": 1.0, "yield_stress_pa": 15.3}, "yield_stress_pa: a yield stress of 15.3 Pa", HOLDS),
         ({"viscosity_pa_s": 1.0, "yield_stress_pa": 30.0, "wall_share": 0.9}, "yield_stress_pa: a yield", HOLDS),

@@ -103,8 +103,8 @@ def test_a_particle_put_behind_a_wall_is_found_though_it_knows_of_open_room():
 @pytest.mark.parametrize(
     ("solver", "nozzle", "fluid", "fault"),
     [
-        ({}, {"diameter_mm": 40.0}, {}, r"nozzle.diameter_mm is 40: wider than the face.* 27.1"),
-        ({"radius_mm": 0.9}, {}, {}, r"solver.radius_mm is 0.9: fewer than 2 particles fit abreast.*0.775"),
+        ({}, {"diameter_mm": 40.0}, {}, r"nozzle.diameter_mm is 40, wider than the face.* 27.1"),
+        ({"radius_mm": 0.9}, {}, {}, r"solver.radius_mm is 0.9: fewer than 2 particles fit side by side.*0.775"),
         ({"radius_mm": 0.4}, {"diameter_mm": 0.5}, {}, r"wider than the nozzle.*at most 0.25"),
         ({}, {}, {"freeze_after_s": 0.02}, r"freeze_after_s is 0.02: .*0.057"),
     ],
@@ -184,7 +184,7 @@ def test_a_path_that_leads_far_away_is_refused_before_memory_is_asked_for(away_m
     solid, outline = slot(12.0)
     trajectory = path(outline, 0.05, speed_mm_s=20.0)
     trajectory.position_mm[3] += away_mm
-    with pytest.raises(InputError, match=r"trajectory: .* \(.*1e\+\d+.*\) mm; .* 4000000 are allowed"):
+    with pytest.raises(InputError, match=r"trajectory: .* \(.*1e\+\d+.*\) mm\. .* 4000000 are allowed"):
         pour((solid, outline), trajectory)
 
 

@@ -80,10 +80,10 @@ def test_constants_out_of_their_range_are_refused(table):
     [
         (Fluid(viscosity_pa_s=300.0), "viscosity_pa_s is 300, .* 50 Pa s: is it in mPa s"),
         (Fluid(viscosity_pa_s=0.3, density_kg_m3=1.69), "density_kg_m3 is 1.69, .*: is it in g/cm3"),
-        (Nozzle(diameter_mm=6.0), "diameter_mm is 6, but usually at most 5.8 mm"),
+        (Nozzle(diameter_mm=6.0), "diameter_mm is 6, but is usually at most 5.8 mm"),
         (NozzlePath(speed_mm_s=0.04), "speed_mm_s is 0.04, .*: is it in m/s"),
         (SampleSlope(gradient_deg=-25.0), "gradient_deg is -25, .*: is it in percent"),
-        (CrackShape(depth_mm=((0.0, 1.2), (9.0, 1.6))), "depth_mm is 1.6, but usually at least 2.9 .*: is it in cm"),
+        (CrackShape(depth_mm=((0.0, 1.2), (9.0, 1.6))), "depth_mm is 1.6, but is usually at least 2.9 .*: is it in cm"),
         *((Fluid(viscosity_pa_s=real), "") for real in (0.001, 0.2, 5.0, 20.0)),  # Water, bitumen, cement paste, honey
         *((table, "") for table in (Nozzle(), NozzlePath(), SampleSlope(gradient_deg=12.0), CrackShape(depth_mm=3.0))),
     ],

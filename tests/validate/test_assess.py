@@ -113,7 +113,7 @@ def test_what_the_runs_left_survives_its_file():
     broken = json.loads(written)
     for level_mm in broken["sizes"][1]["levels_mm"]:
         level_mm.pop()
-    with pytest.raises(ValueError, match="the levels of a run and s_mm differ in length"):
+    with pytest.raises(ValueError, match="the levels of a run do not have the same length as s_mm"):
         Spread.of(broken)
 
 

@@ -80,7 +80,7 @@ DRAWINGS = [
         lambda _, space: (ring(space), space.add_circle((20, 20), 1, dxfattribs=on("ISLANDS"))), "a.dxf",
         "(20, 20) is not inside"),
     drawn("round sample", lambda _, space: (ring(space), space.add_circle((20, 1.5), 60, dxfattribs=on("FACE"))),
-        "a.dxf", "layer FACE", "expected one rectangle", lacks=OF_A_MESH),
+        "a.dxf", "layer FACE", "Expected is one rectangle", lacks=OF_A_MESH),
     drawn("no crack but a square", lambda _, space: space.add_circle((5, 5), 6, dxfattribs=on("OUTLINE")), "a.dxf",
         "mm wide", "--units", lacks=OF_A_MESH),
     drawn("far line", lambda _, space: lines(space, ((0, 0), (9e9, 0))), "layer L: its LINE #", more=ALONG),
@@ -94,7 +94,8 @@ DRAWINGS = [
     drawn("line with an arm", lambda _, space: lines(space, ((0, 0), (20, 0)), ((20, 0), (40, 0)), ((20, 0), (30, 9))),
         "3 lines meet at (20, 0)", more=ALONG),
     drawn("texts, a hidden and a second edge", beside_lines,
-        "layer OUTLINE: left out: exact copies of lines (1), invisible lines (1), TEXT (1), POINT (1)", code=0),
+        "layer OUTLINE: these parts were left out: exact copies of lines (1), invisible lines (1), TEXT (1), POINT (1)",
+        code=0),
     drawn("drawn upright", lambda _, space: lines(space, ((0, 0, 0), (20, 0, 6)), ((20, 0, 6), (40, 0, 0))), "layer L",
         "z is 0 to 6 mm", "XY plane", more=ALONG),
     drawn("edge that crosses itself evenly",
@@ -143,9 +144,9 @@ OF_A_LIBRARY = ("charset_normalizer", "unmatched data", "codec")
 # fmt: off
 MESHES = [
     imported("a pocket in place of a crack", mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(POCKET), process=False))),
-        "m.stl", "long", lacks=("px", "--ends", "photo", "mask", "walls not found")),
+        "m.stl", "long", lacks=("px", "--ends", "photo", "mask", "walls were not found")),
     imported("decimal commas", mesh(lambda shape: as_stl(shape, "stl_ascii").replace(b".", b",")), "m.stl",
-        "its decimals are commas, as in ", lacks=OF_A_LIBRARY),
+        "numbers have decimal commas, as in ", lacks=OF_A_LIBRARY),
     imported("decimal commas in a path", line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"), "line.csv",
         "row 1", "x_mm;y_mm", "separated by commas", "decimal points", more=" --set mesh.path={given}/line.csv"),
     imported("so far from the origin that its crack is rough", mesh(lambda shape: as_stl(far_away(shape))), "m.stl",
@@ -154,7 +155,7 @@ MESHES = [
         "2 separate bodies", "8 x 40 x 20 mm around (106, 20, -10)"),
     imported("mesh with a side arm",
         mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(slotted(SIDE_ARM)), process=False))),
-        "side arms (1) of up to 12 mm are not on the path", code=0),
+        "side arms (1, up to 12 mm long", code=0),
 ]
 # fmt: on
 CASES: list[WrongInput] = [*DRAWINGS, *MESHES]

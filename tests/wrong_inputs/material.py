@@ -27,7 +27,7 @@ def curve(name: str, rows: str, *names: str, options: str = DATA, exit_code: int
 CASES: list[WrongInput] = [
     curve("five equal stresses", "1,12 3,12 10,12 30,12 100,12", "curve.csv", "viscosity_pa_s", "1 to 100 /s"),
     curve("a curve that is nearly flat", "1,5 3,5.58 10,6.29 30,7.03 100,7.92", "curve.csv", "flow_index"),
-    curve("a jump to another paste", "1,6 2,7 4,9 8,13 16,66 32,82 64,114", "curve.csv", "misses the stresses"),
+    curve("a jump to another paste", "1,6 2,7 4,9 8,13 16,66 32,82 64,114", "curve.csv", "the misfit of"),
     curve("pascals that are kilopascals", "1,0.012 3,0.0135 10,0.017 30,0.027 100,0.062", "row 6", "0.062"),
     curve("a window and a nozzle", LINE, "shear_rates", "nozzle_mm", exit_code=USAGE,
         options=f"{DATA} --shear-rates 1:100 --nozzle-mm 2"),

@@ -90,7 +90,7 @@ CASES: list[WrongInput] = [
     filmed("solid whose sections lost a depth", film_of(solid={**SOLID, "sections": {**SECTIONS, "depth_mm": [8.0]}}),
         "solid.json", "depth_mm", "s_mm"),
     filmed("solid whose sections are in another order",
-        film_of(solid={**SOLID, "sections": {**SECTIONS, "s_mm": [10.0, 0.0]}}), "solid.json", "s_mm should grow"),
+        film_of(solid={**SOLID, "sections": {**SECTIONS, "s_mm": [10.0, 0.0]}}), "solid.json", "s_mm should increase"),
     filmed("solid whose areas by level lack a level",
         film_of(solid={**SOLID, "sections": {**SECTIONS, "levels_mm": [-8.0, 0.0], "below_mm2": [[0.0], [0.0]]}}),
         "solid.json", "below_mm2", "levels_mm"),

@@ -1,4 +1,4 @@
-"""Statistics of a calibration: what measured levels determine about settings that were not measured.
+"""Statistics of a calibration: what measured levels reveal about settings that were not measured.
 
-It makes no runs.
+This package makes no runs.
 """

@@ -1,8 +1,8 @@
-"""An emulator of the level profile: a Gaussian process for each of its principal components.
+"""Emulator of the level profile: a Gaussian process for each of the profile's principal components.
 
-Higdon et al. 2008, J. Am. Stat. Assoc. 103:570. The covariance is Matern's with nu = 5/2, with a length for each
-setting, and with a nugget for the scatter of runs that differ only in seed. Both are fitted to the runs. The scatter is
-a log-linear function of the settings: stiff paste scatters two to three times more than runny paste.
+See Higdon et al. 2008, J. Am. Stat. Assoc. 103:570. The covariance is Matern's with nu = 5/2. It has a length for each
+setting, and a nugget for the scatter of runs that differ only in seed. Lengths and nugget are fitted to the runs. The
+scatter is a log-linear function of the settings, because stiff paste scatters two to three times more than runny paste.
 """
 
 from dataclasses import dataclass
@@ -13,35 +13,35 @@ from sealtwin.core.records import Floats
 
 COMPONENTS = 5
 LENGTH, AMPLITUDE, NUGGET = (0.05, 20.0), (0.05, 50.0), (1e-5, 2.0)
-"""Bounds of the lengths, as shares of a setting's range, and of variance and nugget, relative to the scores'
+"""Bounds of a process: lengths as fractions of a setting's range, and amplitude and nugget as fractions of the scores'
 variance."""
 USUAL_LENGTH, FACTOR = 1.0, 3.0
-"""Median of the lengths' prior, and its standard deviation as a factor. Without a prior, the likelihood of 16 runs has
-maxima at lengths of 0 and of infinity."""
+"""Prior of the lengths: its median, and its standard deviation as a factor. Without a prior, the likelihood of 16 runs
+has maxima at lengths of 0 and of infinity."""
 STARTS = (0.4, 1.5)  # Initial lengths of the optimisation
 ROOT5 = np.sqrt(5.0)
 SLOPE, OF_A_RUN = 1.5, 0.5
-"""Prior standard deviations of the change of ln variance over a setting's range, and of a single run's ln variance
+"""Prior standard deviations: of the change of ln variance over a setting's range, and of a single run's ln variance
 about this slope."""
-LEAST_MM2 = 1e-6  # Added to the variance of a run, which is 0 for a closed form
+LEAST_MM2 = 1e-6  # Variance that is added to each run's, since it is 0 for a closed form
 
 
 @dataclass(frozen=True)
 class Processes:
-    """One process for each column of scores; points are in the unit cube."""
+    """Gaussian processes, one for each column of scores. Points are in the unit cube."""
 
     points: Floats  # (n, d)
     scores: Floats  # (n, k)
     length: Floats  # (k, d)
     variance: Floats  # (k,)
-    nugget: Floats  # (k,) variance of a single run about the process, where the relative variance is 1
-    relative: Floats  # (n,) variance of each run's scatter over the nugget
-    inverse: Floats  # (k, n, n), of the scores' covariance
+    nugget: Floats  # (k,) variance of a single run about the process, if its relative variance is 1
+    relative: Floats  # (n,) variance of each run's scatter, divided by the nugget
+    inverse: Floats  # (k, n, n), inverse of the scores' covariance
     weights: Floats  # (k, n)
 
     @classmethod
     def fitted(cls, points: Floats, scores: Floats, relative: Floats) -> "Processes":
-        """Fit lengths, variance and nugget of each process at the maximum of its posterior."""
+        """Fit the lengths, variance and nugget of each process at the maximum of its posterior."""
         logs = np.array([_most_likely(points, column, relative) for column in scores.T])
         dimensions = points.shape[1]
         size = scores.var(axis=0)
@@ -62,14 +62,14 @@ class Processes:
         return cls(points, scores, length, variance, nugget, relative, inverse, weights)
 
     def at(self, points: Floats) -> tuple[Floats, Floats]:
-        """Return mean and variance of the scores of a run's average over seeds, (m, k) each."""
+        """Return the mean and the variance of the scores, averaged over seeds, (m, k) each."""
         across = matern(points, self.points, self.length, self.variance)
         mean = np.einsum("kmn,kn->mk", across, self.weights)
         explained = np.einsum("kmn,kmn->mk", across @ self.inverse, across)
         return mean, np.maximum(self.variance - explained, 1e-12 * self.variance)
 
     def with_points(self, points: Floats, relative: Floats) -> "Processes":
-        """Return the processes with added runs at ``points`` that give the expected scores.
+        """Return the processes with additional runs at ``points`` that give the expected scores.
 
         Only their variance is valid.
         """
@@ -78,14 +78,16 @@ class Processes:
 
 
 def matern(a: Floats, b: Floats, length: Floats, variance: Floats) -> Floats:
-    """Return the covariance (k, m, n) between points (m, d) and (n, d), with nu = 5/2."""
+    """Return the covariance with nu = 5/2, (k, m, n), between points (m, d) and (n, d)."""
     scaled = (a[:, None, :] - b) / length[:, None, None, :]
     far = ROOT5 * np.sqrt((scaled**2).sum(axis=-1))
     return variance[:, None, None] * (1 + far + far**2 / 3) * np.exp(-far)
 
 
 def minus_log_posterior(logs: Floats, points: Floats, score: Floats, relative: Floats) -> tuple[float, Floats]:
-    """Return -ln of likelihood times prior and its gradient; ``logs`` are ln of lengths, variance and nugget.
+    """Return -ln of likelihood times prior, and its gradient.
+
+    ``logs`` are the logarithms of lengths, variance and nugget.
 
     The likelihood lacks its constant, n/2 ln 2 pi. ``score`` and ``relative`` are (n,).
     """
@@ -128,15 +130,18 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Covariance of the part of a level that the components do not fit, and how it changes with the settings."""
+    """Covariance of the part of a level that the components do not fit, and its change with the settings."""
 
-    rest_mm2: Floats  # (n, n) covariance of the residual of the components, at the middle
-    middle: Floats  # (d,) of the runs' points
-    slopes: Floats  # (d,) of ln variance
+    rest_mm2: Floats  # (n, n) covariance of the components' residual, at ``middle``
+    middle: Floats  # (d,) mean of the runs' points
+    slopes: Floats  # (d,) slopes of ln variance over the settings
 
     @classmethod
     def fitted(cls, points: Floats, levels_mm: Floats, components: int) -> "Scatter":
-        """Fit to each run's residual from ``components`` components of the other runs. Its own would fit too well."""
+        """Fit the scatter to each run's residual from ``components`` components of the other runs.
+
+        Components that include the run itself would fit too well.
+        """
         rows = []
         for number, level_mm in enumerate(levels_mm):
             others = np.delete(levels_mm, number, axis=0)
@@ -151,7 +156,7 @@ class Scatter:
         return cls(evened.T @ evened / len(residual_mm), middle, slopes)
 
     def relative(self, points: Floats) -> Floats:
-        """Return the variance at points (m, d) as a ratio to the variance at ``middle``, (m,)."""
+        """Return the variance at points (m, d), divided by the variance at ``middle``, (m,)."""
         return np.exp((points - self.middle) @ self.slopes)
 
 
@@ -159,14 +164,14 @@ class Scatter:
 class Emulator:
     """Levels at a trial's stations as a function of the free settings."""
 
-    mean_mm: Floats  # (n,) of all runs
-    basis_mm: Floats  # (k, n) of unit scores
+    mean_mm: Floats  # (n,) mean level of all runs
+    basis_mm: Floats  # (k, n) level of each component for a score of 1
     processes: Processes
     scatter: Scatter
 
     @classmethod
     def fitted(cls, points: Floats, levels_mm: Floats, components: int = COMPONENTS) -> "Emulator":
-        """Fit to runs at ``points`` in the unit cube, (r, d), with their levels at the stations, (r, n)."""
+        """Fit an emulator to runs at ``points`` in the unit cube, (r, d), and their levels at the stations, (r, n)."""
         mean_mm = levels_mm.mean(axis=0)
         scores, size, basis = np.linalg.svd(levels_mm - mean_mm, full_matrices=False)
         components = min(components, most_components(*levels_mm.shape), int((size > 1e-9 * size[0]).sum()))
@@ -176,7 +181,7 @@ class Emulator:
 
     @property
     def run_noise_mm2(self) -> Floats:
-        """Covariance between stations, (n, n), of a single run's level about its average over seeds.
+        """Covariance between stations, (n, n), of a single run's deviation from its average over seeds.
 
         It is valid at the mean of the runs' settings.
         """

@@ -1,4 +1,4 @@
-"""Free settings: the prior of each, their posterior given readings of one or several trials, and what it determines."""
+"""Free settings: their prior, their posterior for the readings of one or several trials, and what this determines."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from sealtwin.core.records import Floats
 from validate.calibration.emulator import COMPONENTS, Emulator, Scatter, most_components
 from validate.units import setting_name, words
 
-LOG_RATIO = 5.0  # Ratio of the ends of a range from which on it is sampled on a log scale
+LOG_RATIO = 5.0  # Ratio of a range's ends from which on the range is sampled on a log scale
 INTERVAL = 0.9  # Probability of the stated interval of a free setting
 
 
@@ -18,7 +18,7 @@ INTERVAL = 0.9  # Probability of the stated interval of a free setting
 class Free:
     """A free setting. Its prior is uniform over the range, or centred on a measured value."""
 
-    name: str  # Dotted name, as "fluid.yield_stress_pa"
+    name: str  # Dotted name, for example "fluid.yield_stress_pa"
     low: float
     high: float
     measured: tuple[float, float] | None = None  # Value and standard uncertainty if it was measured
@@ -48,7 +48,7 @@ class Free:
 
     @cached_property
     def prior(self) -> tuple[float, float]:
-        """Width of the prior's central 90 % interval and its standard deviation, both as shares of the range."""
+        """Width of the prior's central 90 % interval, and its standard deviation, both as fractions of the range."""
         shares = (np.arange(4000) + 0.5) / 4000
         log_density = self.log_prior(shares)
         weight = np.exp(log_density - log_density.max())
@@ -58,17 +58,17 @@ class Free:
         return float(high - low), float(np.sqrt(weight @ (shares - middle) ** 2))
 
 
-LIMIT = 0.5  # Width of an interval over that of the prior, above which a setting is not identified
+LIMIT = 0.5  # Largest width of an identified setting's interval, divided by the prior's width
 CONFOUNDED = 0.8  # Correlation from which on two settings are confounded
-NAMED = 0.2  # Smallest listed share of a setting in a combination
+NAMED = 0.2  # Smallest weight of a setting that is listed in a combination
 
 
 @dataclass(frozen=True)
 class Marginal:
-    """Posterior of one free setting."""
+    """Posterior of a free setting."""
 
     free: Free
-    best: float  # Value at the draw with the highest density
+    best: float  # Value of the draw with the highest posterior density
     low: float
     high: float  # Ends of the central 90 % interval
     width_over_prior: float
@@ -80,10 +80,10 @@ class Marginal:
 
 @dataclass(frozen=True)
 class Combination:
-    """A direction in the space of the settings, in units of their prior standard deviations."""
+    """A direction in the space of the settings. Its units are the settings' prior standard deviations."""
 
     parts: tuple[float, ...]  # Unit vector
-    deviation: float  # Standard deviation along it; 1 if the readings contain no information
+    deviation: float  # Standard deviation along it. It is 1 if the readings contain no information.
 
     def said(self, frees: Sequence[Free]) -> str:
         """Return the direction as text, for example "0.8 ln viscosity - 0.6 yield stress"."""
@@ -96,7 +96,7 @@ class Combination:
 
 
 def marginals_of(frees: Sequence[Free], draws: Floats, best: Floats) -> list[Marginal]:
-    """Return the posterior of each setting, from draws in the unit cube, (count, d)."""
+    """Return the posterior of each setting, from posterior draws in the unit cube, (count, d)."""
     ends = np.quantile(draws, [(1 - INTERVAL) / 2, (1 + INTERVAL) / 2], axis=0)
     marginals = []
     for number, free in enumerate(frees):
@@ -107,7 +107,10 @@ def marginals_of(frees: Sequence[Free], draws: Floats, best: Floats) -> list[Mar
 
 
 def combinations_of(frees: Sequence[Free], draws: Floats) -> list[Combination]:
-    """Return the eigenvectors of the draws' covariance, beginning with the best determined one."""
+    """Return the eigenvectors of the covariance of posterior draws.
+
+    The combination that is determined best comes first.
+    """
     scaled = draws / np.array([free.prior[1] for free in frees])
     variance, vectors = np.linalg.eigh(np.atleast_2d(np.cov(scaled.T)))
     combinations = []
@@ -118,50 +121,48 @@ def combinations_of(frees: Sequence[Free], draws: Floats) -> list[Combination]:
 
 
 def confounded_pairs(frees: Sequence[Free], draws: Floats) -> list[tuple[Free, Free, float]]:
-    """Return pairs of settings that the readings cannot separate, with their correlation."""
+    """Return pairs of settings that the readings cannot separate, each with its correlation."""
     together = np.atleast_2d(np.corrcoef(draws.T))
     pairs = zip(*np.nonzero(np.triu(np.abs(together) > CONFOUNDED, 1)), strict=True)
     return [(frees[int(a)], frees[int(b)], float(together[a, b])) for a, b in pairs]
 
 
 INFLATED = 1.2
-"""Factor on all standard uncertainties. Lengths and nugget are treated as exact. Therefore, without the factor, the 90
-% intervals of a prototype contained 81 to 88 % of the true values. The factor was chosen on that prototype, not on this
-repository's benchmark."""
+"""Factor that enlarges all standard uncertainties. It is needed because lengths and nugget are treated as exact:
+without it, the 90 % intervals of a prototype contained 81 to 88 % of the true values. It was chosen on that prototype,
+not on the benchmark of this repository."""
 POSSIBLE = 0.995  # Probability that true settings satisfy a bound of the misfit
 DISCREPANCIES_MM = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
-DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the discrepancy; one trial cannot separate it from paste
-ALIKE_MM = 15.0  # Correlation length of the discrepancy along the crack, as of a bed that rises and falls
+DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the model discrepancy
+ALIKE_MM = 15.0  # Correlation length of the discrepancy along the crack, like that of a level's waves
 MOST_COMPONENTS = 10
 WALKERS, STRETCH = 64, 2.0
 CANDIDATES = 4096  # Sobol points from which walkers start
 
-COMMON_MM = 0.3  # The datum, the mean width, shrinkage, and volume that does not arrive: all stations alike
-TILT_MM = 0.2  # At either end of the readings: a sheet or a datum that is tilted
-SMOOTH_MM, SMOOTH_LENGTH_MM = 0.3, 15.0  # Walls that change along the crack, and what the model leaves out
-ENDS_MM, ENDS_LENGTH_MM = 0.4, 5.0  # At each end of the path, and how fast it falls: a late pump, a mound, creep
+COMMON_MM = 0.3  # Error that is equal at all stations: datum, mean width, shrinkage, missing volume
+TILT_MM = 0.2  # Error at either end of the readings, from a tilted sheet or datum
+SMOOTH_MM, SMOOTH_LENGTH_MM = 0.3, 15.0  # Error and length of walls that vary, and of what the model leaves out
+ENDS_MM, ENDS_LENGTH_MM = 0.4, 5.0  # Error at each end of the path, and its decay: late pump, mound, creep
 
 SMOOTH_ERRORS_MM = {"common": COMMON_MM, "tilt": TILT_MM, "smooth": SMOOTH_MM, "ends": ENDS_MM}
-"""Standard deviations of smooth errors of readings and model together, which no setting stands for. They are stated.
-
-One profile cannot tell such an error from a setting that makes the same shape. Without an allowance for it the setting
-takes the error up, and its narrow interval lies beside the truth (Kennedy and O'Hagan 2001, J. R. Stat. Soc. B 63:425;
-Brynjarsdottir and O'Hagan 2014, Inverse Probl. 30:114007).
-"""
+"""Stated standard deviations of smooth errors of readings and model together, for which there is no setting. One
+profile cannot tell such an error from a setting that makes the same shape. If the error were left out, a setting would
+absorb it, and the setting's narrow interval would miss the true value (Kennedy and O'Hagan 2001, J. R. Stat. Soc. B
+63:425; Brynjarsdottir and O'Hagan 2014, Inverse Probl. 30:114007)."""
 
 
 @dataclass(frozen=True)
 class ReadLevels:
-    """Measured levels of a trial."""
+    """Measured levels of a trial, with the covariance of their errors."""
 
     s_mm: Floats  # (n,)
     level_mm: Floats  # (n,)
-    covariance_mm2: Floats  # (n, n) of their errors
-    smooth_mm2: Floats | float = 0.0  # (n, n) of smooth errors of readings and model, whose sizes are stated
+    covariance_mm2: Floats  # (n, n) covariance of the levels' errors
+    smooth_mm2: Floats | float = 0.0  # (n, n) covariance of smooth errors of stated size, of readings and model
 
 
 def smooth_errors_mm2(s_mm: Floats, path_mm: tuple[float, float]) -> Floats:
-    """Return the covariance of the smooth errors at stations, (n, n). ``path_mm`` has the ends of the nozzle's path."""
+    """Return the covariance of the smooth errors at stations, (n, n). ``path_mm`` are the ends of the nozzle's path."""
     middle_mm, half_mm = (s_mm.max() + s_mm.min()) / 2, max(float(np.ptp(s_mm)) / 2, 1e-9)
     tilt = TILT_MM * (s_mm - middle_mm) / half_mm
     apart = (s_mm[:, None] - s_mm) / SMOOTH_LENGTH_MM
@@ -175,7 +176,7 @@ def smooth_errors_mm2(s_mm: Floats, path_mm: tuple[float, float]) -> Floats:
 
 @dataclass(frozen=True)
 class BasisReach:
-    """Smallest residual of the readings from any weighted sum of the runs' components, whatever the settings."""
+    """Smallest residual of the readings from any weighted sum of the runs' components, for any settings."""
 
     residual_mm: float  # Root mean square residual at the stations
     noise_mm: float  # Root mean square of the standard uncertainty of a reading against a run
@@ -184,11 +185,11 @@ class BasisReach:
 
 
 def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
-    """Project the readings on as many components of runs, (r, n), as needed, but at most ``MOST_COMPONENTS``.
+    """Project the readings on as many components of runs, (r, n), as needed, up to ``MOST_COMPONENTS``.
 
-    Too small a basis would look like a wrong model (Salter et al. 2019, J. Am. Stat. Assoc. 114:1800). The limit of the
-    misfit is the chi-square quantile at ``POSSIBLE``. It uses the largest scatter of all runs, since the true settings
-    are unknown.
+    With too few components, a correct model would look wrong (Salter et al. 2019, J. Am. Stat. Assoc. 114:1800). The
+    limit of the misfit is the chi-square quantile at ``POSSIBLE``. It uses the largest scatter of all runs, because the
+    true settings are unknown.
     """
     from scipy.stats import chi2
 
@@ -229,7 +230,7 @@ class _Misfit:
         self.log_size = 2 * float(np.log(root.diagonal()).sum())
 
     def misfit(self, mean: Floats, variance: Floats, relative: Floats) -> tuple[Floats, Floats]:
-        """Return squared misfit and ln of the covariance's determinant, (m,) each, computed as low-rank updates."""
+        """Return the squared misfit and ln of the covariance's determinant, (m,) each, computed as low-rank updates."""
         size = 1 + relative[:, None] * np.maximum(self.scatter, 0.0)
         residual = self.off - mean @ self.shapes.T
         spread = INFLATED * np.sqrt(variance)
@@ -243,18 +244,21 @@ class _Misfit:
 
 @dataclass(frozen=True)
 class Posterior:
-    """Posterior in the unit cube of the free settings."""
+    """Posterior of the free settings, in the unit cube."""
 
     frees: Sequence[Free]
     emulators: Sequence[Emulator]  # One for each trial
     evidence: Sequence[ReadLevels]
     smooth: bool = True
-    """False for a search, which must come close to the readings: without the smooth errors of stated size, and with the
-    scatter that runs have at each setting."""
+    """True to include the smooth errors of stated size. False for a search, which must come close to the readings: it
+    leaves these errors out and uses the scatter that runs have at each setting."""
 
     @cached_property
     def discrepancies_mm(self) -> Floats:
-        """Sizes of a further model discrepancy to average over: only several trials can separate it from settings."""
+        """Sizes of a further model discrepancy, over which is averaged.
+
+        Only several trials can separate it from settings.
+        """
         return DISCREPANCIES_MM if len(self.evidence) > 1 else DISCREPANCIES_MM[:1]
 
     @cached_property
@@ -273,7 +277,7 @@ class Posterior:
         return [(*emulator.processes.at(points), emulator.scatter.relative(points)) for emulator in self.emulators]
 
     def log_densities(self, points: Floats) -> Floats:
-        """Return ln of the density up to a constant, for each size of the model discrepancy, (sizes, m)."""
+        """Return ln of the density for each size of the model discrepancy, up to a constant, (sizes, m)."""
         inside = ((points >= 0) & (points <= 1)).all(axis=1)
         prior = sum(free.log_prior(column) for free, column in zip(self.frees, np.clip(points, 0, 1).T, strict=True))
         expected = self._expected(points)
@@ -295,7 +299,7 @@ class Posterior:
     def implausibility(self, points: Floats) -> Floats:
         """Return each point's squared misfit, divided by the bound that true settings satisfy, (m,).
 
-        True settings satisfy the bound with the probability ``POSSIBLE``. The result is the largest over the trials,
+        True settings satisfy the bound with the probability ``POSSIBLE``. The result is the largest of all trials,
         without model discrepancy or smooth errors (Vernon et al. 2010, Bayesian Anal. 5:619).
         """
         from scipy.stats import chi2
@@ -308,7 +312,7 @@ class Posterior:
 
     @cached_property
     def least_implausibility(self) -> float:
-        """Smallest implausibility over the range: above 1, no setting reproduces the readings."""
+        """Smallest implausibility over the range. If it is above 1, no setting reproduces the readings."""
         return float(self.implausibility(self._candidates).min())
 
     @cached_property
@@ -321,8 +325,8 @@ class Posterior:
     def draws(self, count: int, steps: int) -> tuple[Floats, float]:
         """Return draws, (count, d), and the largest Gelman-Rubin ratio of a setting between halves of the chain.
 
-        Affine-invariant ensemble sampler (Goodman and Weare 2010, Commun. Appl. Math. Comput. Sci. 5:65); the first
-        half of ``steps`` is discarded. Seeds are fixed.
+        The sampler is an affine-invariant ensemble (Goodman and Weare 2010, Commun. Appl. Math. Comput. Sci. 5:65). The
+        first half of ``steps`` is discarded. Seeds are fixed.
         """
         random = np.random.default_rng(0)
         log_density = self.log_density(self._candidates)
@@ -348,7 +352,7 @@ class Posterior:
 
 
 def _mixing(chain: Floats) -> float:
-    """Return the largest Gelman-Rubin ratio of any setting between halves of the chain (steps, walkers, d)."""
+    """Return the largest Gelman-Rubin ratio of a setting between halves of the chain, (steps, walkers, d)."""
     halves = np.array_split(chain, 2)
     means, variances = (
         np.array([function(half.reshape(-1, chain.shape[2]), axis=0) for half in halves])

@@ -1,4 +1,4 @@
-"""Sentences on a calibration, and the bands that its posterior predicts for readings."""
+"""Sentences about a calibration, and the bands that its posterior predicts for readings."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,12 +22,12 @@ from validate.units import percent, setting_name
 
 MIXED = 1.1  # Gelman-Rubin ratio above which the draws have not converged
 SHARE = 0.95
-LEAST_IN_BAND = 0.8  # Smallest share of the stations in the 95 % band of a held-out trial
+LEAST_IN_BAND = 0.8  # Smallest fraction of a held-out trial's stations that must be in the 95 % band
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """A trial's readings, and the band that the posterior predicts for them. All arrays are (n,)."""
+    """Readings of a trial, and the band that the posterior predicts for them. All arrays are (n,)."""
 
     trial: str
     role: Literal["calibrated", "held out"]
@@ -44,17 +44,17 @@ class Prediction:
 
     @property
     def flat_rms_mm(self) -> float:
-        """Root mean square distance of the readings from their own mean: a baseline."""
+        """Root mean square distance of the readings from their mean, as a baseline."""
         return float(self.read_mm.std())
 
     @property
     def held(self) -> float:
-        """Share of the stations whose reading is inside the 95 % band."""
+        """Fraction of the stations whose reading is inside the 95 % band."""
         return float(np.mean(np.abs(self.mean_mm - self.read_mm) <= self.half_mm))
 
     @property
     def judged(self) -> str:
-        """Sentence on the distance of the readings from the predicted mean, and on those in the band."""
+        """Sentence on the distance of the readings from the predicted mean, and on the fraction inside the band."""
         return (
             f"RMS error {self.rms_mm:.2f} mm (the readings' mean: {self.flat_rms_mm:.2f} mm); "
             f"{percent(self.held, 0)} of {len(self.s_mm)} stations are in the 95 % band."
@@ -62,7 +62,7 @@ class Prediction:
 
 
 def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Floats) -> tuple[Floats, Floats]:
-    """Return mean and half-width of the 95 % band, (n,) each, for the trial to whose runs the emulator was fitted."""
+    """Return the mean and half-width of the 95 % band, (n,) each, for the trial whose runs the emulator fits."""
     from scipy.special import ndtri
 
     levels_mm = emulator.levels_mm(draws)
@@ -73,7 +73,10 @@ def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Float
 
 
 def predicted_by_runs(levels_mm: Floats, evidence: ReadLevels) -> tuple[Floats, Floats]:
-    """Return mean and half-width of the 95 % band, (n,) each, from runs (m, n) of posterior draws with own seeds."""
+    """Return the mean and half-width of the 95 % band, (n,) each, from runs of posterior draws, (m, n).
+
+    Each run has its own seed.
+    """
     from scipy.special import stdtrit
 
     runs = len(levels_mm)
@@ -84,12 +87,12 @@ def predicted_by_runs(levels_mm: Floats, evidence: ReadLevels) -> tuple[Floats, 
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A calibration of one trial or several."""
+    """Result of a calibration of one trial or several trials."""
 
     name: str
     emulated: bool  # True if some readings were computed, not measured
     frees: tuple[Free, ...]
-    draws: Floats | None  # (500, d) in the unit cube; None if no setting reproduces the readings
+    draws: Floats | None  # (500, d) in the unit cube. None if no setting reproduces the readings.
     best: Floats  # (d,)
     runs: int  # Number of runs of each trial
     unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason of runs without a valid result
@@ -101,7 +104,7 @@ class Calibrated:
     predictions: tuple[Prediction, ...]
     radius_mm: tuple[float, ...]
     drafts: tuple[int, ...]  # Number of drafts among the runs of each trial
-    warned: tuple[str, ...] = ()  # Sentences on the fluids of its runs, and on its readings
+    warned: tuple[str, ...] = ()  # Sentences about the fluids of the runs, and about the readings
 
     @cached_property
     def marginals(self) -> list[Marginal]:
@@ -149,7 +152,7 @@ class Calibrated:
 
     @property
     def advice(self) -> list[str]:
-        """Sentences on settings that are not identified, and on the remedy."""
+        """Sentences that name settings which are not identified, and what to do about them."""
         sentences = [
             f"{_capital(marginal.free.label)} is not identified ({marginal.low:.3g} to {marginal.high:.3g}): measure "
             "it and remove it from --free, or calibrate on a second trial as well."
@@ -168,16 +171,16 @@ class Calibrated:
         if self.emulated:
             sentences.append(
                 "EMULATED: some of these readings were computed, not measured. The result shows how well the method "
-                "recovers the settings of such a computation; it is no evidence about a paste."
+                "recovers the settings of such a computation. It is no evidence about a paste."
             )
         if self.mixing > MIXED:
             sentences.append(
-                f"The intervals are unreliable, since the draws have not mixed (ratio of variances {self.mixing:.2f}; "
-                f"at most {MIXED:g} is sound)."
+                f"The intervals are unreliable, because the draws have not converged (ratio of variances "
+                f"{self.mixing:.2f}, but at most {MIXED:g} is sound)."
             )
         if self.unused:
             reasons = "; ".join(sorted({reason for _, _, reason in self.unused})[:3])
-            sentences.append(f"{len(self.unused)} runs are not used by the emulator. {reasons}")
+            sentences.append(f"The emulator does not use {len(self.unused)} runs. {reasons}")
         sentences += [
             f"{prediction.trial}, held out: only {percent(prediction.held, 0)} of the stations are in the 95 % band. "
             "The calibrated material does not fit this trial."

@@ -1,4 +1,4 @@
-"""Page of a calibration: readings and the posterior's predictions of them, and the settings that it determines."""
+"""Page of a calibration: readings, predictions of them by the posterior, and the settings that they determine."""
 
 from functools import partial
 
@@ -77,7 +77,7 @@ def _levels(calibrated: Calibrated, prediction: Prediction, number: int) -> Sect
 
 @themed()
 def draw_prediction(prediction: Prediction, mark: str = "") -> Figure:
-    """Draw the readings over the band that is predicted for them."""
+    """Draw the readings over the band that the posterior predicts for them."""
     _, axes = wide_axes(3.8, face=True)
     draw_curve(
         axes,
@@ -134,7 +134,7 @@ def _settings(calibrated: Calibrated, draws: Floats) -> Section:
 
 @themed()
 def draw_marginals(calibrated: Calibrated, draws: Floats) -> Figure:
-    """Draw the posterior, (n, d) in the unit cube, of each free setting as bars over its prior."""
+    """Draw the posterior of each free setting, (n, d) in the unit cube, as bars over its prior."""
     columns = min(len(calibrated.marginals), 3)
     lines = -(-len(calibrated.marginals) // columns)
     figure = wide_figure(2.6 * lines)
@@ -185,7 +185,7 @@ def _gates(calibrated: Calibrated) -> Section:
     sizes, discrepancy_mm = SMOOTH_ERRORS_MM, calibrated.discrepancy_mm
     sentences = [
         "Residual: the part of the readings that no combination of the runs fits. Noise: the standard uncertainty of a "
-        "reading, and of the components that are left out.",
+        "reading and of the components that are left out.",
         f"The error of the best setting within the ranges is {calibrated.least_implausibility:.2f} times what the "
         "uncertainty of readings, runs and emulator allows; above 1, no setting is possible.",
         "The intervals allow for smooth errors of readings and model together, which no setting stands for and which "

@@ -1,4 +1,4 @@
-"""A study's runs over two settings, compared with the same readings: the nearest pair, and pairs that fit as well."""
+"""A study's runs over two settings, compared with the same readings: the best pair, and pairs that fit as well."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,23 +18,24 @@ from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.uncertainty.computed import require_different
 from validate.units import counted, name_and_unit
 
-DECADES = 100.0  # Least ratio of the largest to the smallest value of a logarithmic axis: two decades
-LEVELS = 16  # Largest number of values of a setting that are drawn as a line each
-DRAWS = 2_000  # Number of random sets of readings, from which a share of 2.5 % is known to 0.35 %
+DECADES = 100.0  # Smallest ratio of an axis' largest to its smallest value for a logarithmic axis: two decades
+LEVELS = 16  # Largest number of values of a setting for which each value is drawn as a line
+DRAWS = 2_000  # Number of random sets of readings. A fraction of 2.5 % is then known to 0.35 %.
 CANNOT_TELL = 0.025
-"""A run fits as well as the best one if its error is smaller than the best one's in more than this share of the random
-sets of readings. The share is one tail outside a 95 % interval."""
-FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean errors of a run that fits equally well and of the best run
-REPEATED = "seed"  # Setting in which replicates differ; it is never an axis
-NAMED = 8  # Most runs that a sentence names
-UNFIT = Fact("unfit", "the fast model is unfit for these settings.")
+"""Fraction of the random sets of readings in which a run must have a smaller error than the best run to fit equally
+well. It is one tail outside a 95 % interval."""
+FARTHEST_NEAR = 4 / 3  # Largest mean error of a run that fits equally well, divided by the best run's
+REPEATED = "seed"  # Setting in which repeated runs differ. It is never an axis.
+NAMED = 8  # Largest number of runs that a sentence names
+UNFIT = Fact("unfit", "the fast model is not valid for these settings.")
 VOLUME_OFF = Fact("volume", "the settled volume differs from the dispensed volume by more than 5 %.")
-CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
-STEPS = 12  # Number of equal steps of the number of moving particles
-FEWEST = 3  # Least number of frames in a step, and of steps with a median for a straight line
+CELLS = 240  # Number of the map's cells along each axis, more than a page can show
+STEPS = 12  # Number of equal steps into which the number of moving particles is divided
+FEWEST = 3  # Smallest number of frames in a step, and of steps for fitting a straight line
 LEAST_VALUES, LEAST_RUNS, LEAST_SHARE = 4, 16, 2 / 3
-"""Least values of each setting, least runs, and least share of the map between the runs for a surface. On a grid these
-are 4 by 4 runs; 30 random runs enclose about 0.7 of the map. A surface between fewer runs is a guess of its maker."""
+"""Smallest number of values of each setting, smallest number of runs, and smallest fraction of the map between the runs
+that a surface needs. On a grid this is 4 by 4 runs; 30 random runs enclose about 0.7 of the map. A surface between
+fewer runs would be a guess."""
 
 
 @dataclass(frozen=True)
@@ -55,33 +56,33 @@ class Axis:
         return self.values[0] > 0 and self.values[-1] >= DECADES * self.values[0]
 
     def is_graded(self, runs: int) -> bool:
-        """Return True if the runs have so few values of the setting that each value can have a line, as on a grid."""
+        """Return True if the setting has so few values that each can have its own line, as on a grid of runs."""
         return len(self.values) <= min(LEVELS, runs // 2)
 
     def spaced(self, values: Floats) -> Floats:
-        """Return the positions of values on the axis: their logarithms if the axis is logarithmic."""
+        """Return the positions of values on the axis. On a logarithmic axis these are the logarithms."""
         return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
 
     def said(self, values: Floats | float) -> str:
-        """Return a value or the range of values for a sentence: "D = 0.3 cm", "D from 0.03 to 0.3 cm"."""
+        """Return a value or a range of values as text, for example "D = 0.3 cm" or "D from 0.03 to 0.3 cm"."""
         # Four digits, and 10000 for 1e+04.
         low, high = (f"{float(f'{value:.4g}'):g}" for value in (np.min(values), np.max(values)))
         return f"{self.name} {f'= {low}' if low == high else f'from {low} to {high}'} {self.unit}".rstrip()
 
 
 def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
-    """Return the two settings other than the seed that vary among the runs. The first is the horizontal axis.
+    """Return the two settings, other than the seed, that vary among the runs. The first is the horizontal axis.
 
-    Raises InputError unless exactly two vary, both are numbers, and the runs cover an area, not a line.
+    Raises InputError unless exactly two settings vary, both are numbers, and the runs cover an area instead of a line.
     """
     values = {name: [each[name] for each in settings] for name in settings[0] if name != REPEATED}
     varying = [name for name, each in values.items() if len({str(value) for value in each}) > 1]
     if len(varying) != 2:
         these = "none varies" if not varying else f"{len(varying)} vary: {', '.join(varying)}"
-        raise InputError(f"A map needs two settings that vary among the finished runs, but {these}. Vary two.")
+        raise InputError(f"A map needs two settings that vary among the finished runs, but {these}. Vary exactly two.")
     for name in varying:
         if odd := [value for value in values[name] if isinstance(value, bool) or not isinstance(value, int | float)]:
-            raise InputError(f"{name} = {odd[0]!r:.40} is not a number; draw a map of numbers only.")
+            raise InputError(f"{name} = {odd[0]!r:.40} is not a number. A map needs two settings that are numbers.")
     across, up = (
         Axis(name, *name_and_unit(name.rpartition(".")[2]), tuple(sorted({float(value) for value in values[name]})))
         for name in varying
@@ -90,7 +91,7 @@ def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
     reach = np.ptp(points, axis=0)
     if np.linalg.matrix_rank((points - points.mean(axis=0)) / reach, tol=1e-6) < 2:
         raise InputError(
-            f"{across.setting} and {up.setting} vary together: all runs are on one line. Vary them independently."
+            f"{across.setting} and {up.setting} vary together, so all runs are on one line. Vary them independently."
         )
     return across, up
 
@@ -107,24 +108,24 @@ class Finished:
 
 @dataclass(frozen=True)
 class Excluded:
-    """A run without a result, or a run that is not ranked."""
+    """A run that has no result or is not ranked."""
 
     number: int
     settings: Mapping[str, Any]
     reason: Fact
-    volume_ratio: float | None = None  # Volume of the settled sealant over the dispensed volume; None without a result
+    volume_ratio: float | None = None  # Settled volume, divided by the dispensed volume. None without a result.
 
 
 @dataclass(frozen=True)
 class HeldRun(Finished, ErrorFigures):
-    """A finished run with the exact errors of its level (simulated minus measured) over the common stretch of s."""
+    """A finished run with the exact errors of its level (simulated minus measured), where both levels are known."""
 
-    values: tuple[float, float]  # Of the two settings of the map
+    values: tuple[float, float]  # Values of the map's two settings
 
 
 @dataclass(frozen=True)
 class RepeatedPairs:
-    """Runs that repeat a pair of settings with another seed."""
+    """Runs that repeat pairs of settings with other seeds."""
 
     runs: int
     pairs: int  # Number of pairs that they repeat
@@ -132,7 +133,7 @@ class RepeatedPairs:
 
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
-    """Compare a run with the readings. Raises InputError if they share no stretch of s."""
+    """Compare a run with the readings. Raises InputError if they have no stretch of s in common."""
     errors = error_figures(level_difference(run.profile, readings), readings)
     across, up = (float(run.settings[axis.setting]) for axis in axes)
     return HeldRun(**vars(run), **vars(errors), values=(across, up))
@@ -143,8 +144,8 @@ def first_of_each_pair(
 ) -> tuple[tuple[HeldRun, ...], RepeatedPairs | None]:
     """Return the first run of each pair of settings, and the scatter of repeated runs.
 
-    The scatter is None if no pair was repeated, and for the ``fast`` model, whose runs do not depend on the seed.
-    ``where`` is the start of an error message. Raises InputError if particles gave the same level twice.
+    The scatter is None if no pair was repeated. It is also None for the ``fast`` model, whose runs do not depend on the
+    seed. ``where`` is the start of an error message. Raises InputError if particles gave the same level twice.
     """
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
@@ -170,16 +171,16 @@ class Chart:
     runs: tuple[HeldRun, ...]
     excluded: tuple[Excluded, ...]
     readings: Profile
-    total: int  # Number of runs of the study, with those that repeat a pair
+    total: int  # Number of runs of the study, including runs that repeat a pair
     band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
     as_near: tuple[bool, ...]
-    """True for each run that cannot be distinguished from the best one. Without replicates, True only for the best
+    """True for each run that cannot be distinguished from the best one. Without repeated runs, True only for the best
     one."""
     replicates: RepeatedPairs | None
-    screening: str = ""  # Sentence on the runs of the fast model; empty if there are none
-    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict
-    fluid_warnings: tuple[str, ...] = ()  # Sentences on faults of the runs' fluids
-    fitted: int = 2  # Number of settings fitted to these readings: those of the map, and those that the trial declares
+    screening: str = ""  # Sentence about the runs of the fast model. Empty if there are none.
+    unused: tuple[str, ...] = ()  # Sentences about declared errors that the readings contradict
+    fluid_warnings: tuple[str, ...] = ()  # Sentences about faults of the runs' fluids
+    fitted: int = 2  # Number of settings fitted to these readings: the map's two, and those that the trial declares
 
     @property
     def errors_mm(self) -> Floats:
@@ -191,18 +192,21 @@ class Chart:
 
     @cached_property
     def baselines(self) -> tuple[Baseline, ...]:
-        """Best curves through the readings, over the stretch of the nearest run."""
+        """Best curves through the readings, over the stretch of the best run."""
         return best_curves(self.readings, *self._ends_mm, (*ALWAYS, self.fitted))
 
     @property
     def beside_baselines(self) -> str:
-        """Sentence on the nearest run and the baselines. The run counts as calibrated, as these readings chose it."""
+        """Sentence that compares the best run with the baselines.
+
+        The run counts as calibrated, because these readings chose it.
+        """
         stations = len(compared_stations(self.best.profile, self.readings).s_mm)
         return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted, stations)
 
     @property
     def _ends_mm(self) -> tuple[float, float]:
-        """Ends of the stretch that the nearest run and the readings share."""
+        """Ends of the stretch that both the best run and the readings cover."""
         x = level_difference(self.best.profile, self.readings).x
         return float(x[0]), float(x[-1])
 
@@ -212,18 +216,18 @@ class Chart:
 
     @property
     def pairs(self) -> Floats:
-        """The two settings of each run, (n, 2)."""
+        """Values of the two settings for each run, (n, 2)."""
         return np.array([run.values for run in self.runs])
 
     @property
     def places(self) -> Floats:
-        """Places of the runs on the map, from 0 to 1 along each axis, (n, 2)."""
+        """Positions of the runs on the map, from 0 to 1 along each axis, (n, 2)."""
         places = np.column_stack([axis.spaced(each) for axis, each in zip(self.axes, self.pairs.T, strict=True)])
         return (places - places.min(axis=0)) / np.ptp(places, axis=0)
 
     @property
     def has_surface(self) -> bool:
-        """True if the runs are enough for a surface between them."""
+        """True if there are enough runs for a surface between them."""
         from scipy.spatial import ConvexHull
 
         return (
@@ -234,14 +238,14 @@ class Chart:
         )
 
     def said(self, run: HeldRun) -> str:
-        """Return the two settings of a run, for a sentence."""
+        """Return the two settings of a run as text."""
         return ", ".join(axis.said(value) for axis, value in zip(self.axes, run.values, strict=True))
 
     @property
     def flatness(self) -> str:
-        """Sentence on the pairs that fit as well as the nearest one."""
+        """Sentence about the pairs of settings that fit as well as the best one."""
         if self.replicates is None and self.screening:
-            return "Runs of the fast model do not scatter; their distance from runs with particles is unknown."
+            return "Runs of the fast model do not scatter. Their distance from runs with particles is unknown."
         if self.replicates is None:
             return (
                 "No pair was repeated with another seed, so it is unknown how far single runs scatter and which other "
@@ -251,7 +255,7 @@ class Chart:
         pairs = f"{counted(self.replicates.pairs, 'pair')} repeated"
         freedom = f"{counted(self.replicates.runs, 'degree')} of freedom"
         scatter = f"{self.replicates.scatter_mm:.2f} mm (one standard deviation, {pairs}, {freedom})"
-        first = f"Single runs scatter by {scatter}; given this and the uncertainty of the readings,"
+        first = f"Single runs scatter by {scatter}. Given this and the uncertainty of the readings,"
         if len(near) == 1:
             return f"{first} no other pair fits equally well."
         values = self.pairs[np.array(self.as_near)].T
@@ -263,7 +267,7 @@ class Chart:
 
     @property
     def exclusion(self) -> str:
-        """Sentences on the excluded runs and the reasons."""
+        """Sentences about the excluded runs and the reasons for their exclusion."""
         if not self.excluded:
             return f"All {self.total} runs of the study are ranked."
         numbers: dict[str, list[str]] = {}
@@ -281,9 +285,9 @@ def as_near_as_the_best(
 ) -> tuple[bool, ...]:
     """Return True for each run whose mean error cannot be distinguished from the smallest one.
 
-    All runs are compared with random readings, drawn from their budget: an error of the readings changes the errors of
-    similar runs alike, so their difference is far more certain than either. ``scatter_mm`` is added to each run
-    independently. A run whose mean error is over a third larger never fits equally well.
+    All runs are compared with the same random readings, drawn from the budget of the readings. An error of the readings
+    changes the errors of similar runs equally, so their difference is far more certain than each error. ``scatter_mm``
+    is added to each run independently. A run whose mean error is over a third larger never fits equally well.
     """
     profiles = [readings, *(run.profile for run in runs)]
     # All stations in the stretch that all profiles share.
@@ -307,7 +311,7 @@ def as_near_as_the_best(
 
 
 def chosen_few(chart: Chart) -> list[HeldRun]:
-    """Return about nine runs, near the lowest, the highest and the best run's value of each of the two settings.
+    """Return about nine runs: those nearest to the lowest, best and highest value of each of the two settings.
 
     If the best run's value is near an end of the range, the middle of the range is used instead.
     """
@@ -322,8 +326,8 @@ def chosen_few(chart: Chart) -> list[HeldRun]:
 def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
     """Return values along both axes, (k,) each, and the mean error on their grid, (k, k).
 
-    It is interpolated between the runs by SciPy's linear griddata. A logarithmic axis is interpolated in its logarithm;
-    outside the runs' hull the error is NaN.
+    The error is interpolated between the runs by SciPy's linear griddata. A logarithmic axis is interpolated in its
+    logarithm. Outside the convex hull of the runs, the error is NaN.
     """
     from scipy.interpolate import griddata
 
@@ -337,9 +341,9 @@ def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
 
 @dataclass(frozen=True)
 class Watched:
-    """Frames and times of a run."""
+    """Frames and computing times of a run."""
 
-    frames: tuple[Frame, ...]  # Frames in the order of time; the last one is the end of the run
+    frames: tuple[Frame, ...]  # Frames in order of time. The last one is at the end of the run.
     particles: Floats  # Number of moving particles, every few frames, (k,)
     frame_ms: Floats  # Computing time of a frame at the same moments, (k,)
 
@@ -347,7 +351,7 @@ class Watched:
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
     """Return the median number of particles and the median time in each step, (2, k).
 
-    Other load changes them little.
+    Medians change little if other programs are running.
     """
     step = np.minimum((particles / particles.max() * STEPS).astype(int), STEPS - 1)
     inside = [step == number for number in range(STEPS) if (step == number).sum() >= FEWEST]
@@ -357,8 +361,8 @@ def medians(particles: Floats, frame_ms: Floats) -> Floats:
 def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
     """Fit a straight line to the medians by least squares.
 
-    Returns None if there are too few medians; else the time of a frame without particles in ms, the time that each
-    moving particle adds in µs, and R², the share of the medians' variance that the line explains.
+    Returns three numbers: the time of a frame without particles in ms, the time that each moving particle adds in µs,
+    and R², the fraction of the medians' variance that the line explains. Returns None if there are too few medians.
     """
     from scipy.stats import linregress
 

@@ -1,4 +1,4 @@
-"""Page that compares finished runs: settings that differ, the nearest run, shared readings.
+"""Page that compares finished runs: settings that differ, the best run, shared readings.
 
 Figures and tables name a run by its number.
 """
@@ -21,8 +21,8 @@ from validate.result import Comparison
 from validate.units import setting_words
 
 SAME_MM = 0.01
-"""Largest difference at any station between copies of the same readings: the last digit of a caliper. Repeated readings
-differ by ten times that."""
+"""Largest difference in mm, at any station, between copies of the same readings: the last digit of a caliper. Repeated
+readings differ by ten times as much."""
 FIGURES: dict[str, tuple[str, Callable[[Any], str]]] = {
     "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
     "95 % interval (mm)": ("interval_95_mm", lambda ends_mm: "{:.2f} to {:.2f}".format(*ends_mm)),
@@ -38,23 +38,21 @@ FIGURES: dict[str, tuple[str, Callable[[Any], str]]] = {
     "beats the dispensed volume's flat level": ("volumes.beats_volume_balance", setting_words),
     "share of the crack that is filled": ("simulated_volumes.fill_ratio", "{:.3f}".format),
 }
-"""Path and text of each figure of a comparison, by label."""
+"""Path and format of each figure of a comparison, by label."""
 
 COLOURS = (SIMULATED, MEASURED, THIRD, "#cc79a7", "#e69f00", "#9467bd", INK)
-"""Okabe and Ito's colours without sky blue, because the first colour is shown as sky blue on a dark page.
-
-Colours four places apart have the same stroke, so they are not shades of one colour.
-"""
+"""Colours of the runs: Okabe and Ito's without sky blue, because the first colour is shown as sky blue on a dark page.
+Colours four positions apart have the same stroke, so they are not shades of one colour."""
 STROKES = ("-", "--", ":", "-.")
-MOST_RUNS = len(COLOURS) * len(STROKES)  # Most runs that look different: every stroke in every colour
-LEGEND_COLUMNS = 10  # Most two-digit labels, with their strokes, side by side
+MOST_RUNS = len(COLOURS) * len(STROKES)  # Largest number of runs that look different: every stroke in every colour
+LEGEND_COLUMNS = 10  # Largest number of two-digit labels, with their strokes, side by side
 
 Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and format of a value on the page
 
 
 @dataclass(frozen=True)
 class Side:
-    """One run of a comparison."""
+    """One run of the comparison."""
 
     name: str  # Unique name
     settings: Mapping[str, Any]  # Settings by dotted name
@@ -62,7 +60,7 @@ class Side:
     readings: Profile | None
     comparison: Comparison | None  # None without readings
     facts: Mapping[str, float | None]  # Figures of the run itself, by name with unit
-    volume_ratio: float  # Volume of the settled sealant over the dispensed volume
+    volume_ratio: float  # Settled volume, divided by the dispensed volume
     escaped_particles: int = 0  # Number of particles that went through a wall
     edited: Sequence[str] = ()  # Names of its files that were changed after the run
     fluid_warnings: Sequence[Fact] = ()  # Faults of its fluid
@@ -70,7 +68,7 @@ class Side:
 
     @property
     def unranked(self) -> str:
-        """Reasons why the run is not ranked; empty if it is ranked."""
+        """Reasons why the run is not ranked. Empty if it is ranked."""
         low, high = SOUND
         reasons = {
             f"files were edited by hand after the run ({', '.join(self.edited)})": self.edited,
@@ -91,9 +89,9 @@ Sides = Sequence[Side]
 
 
 def differing(sides: Sides) -> dict[str, list[Any]]:
-    """Return the settings that differ among the runs with the value in every run; None if it is not set.
+    """Return the settings that differ among the runs, with the value for each run. It is None if a run does not set it.
 
-    Those that change the level or its error in no run come last.
+    Settings that change neither the level nor its error in any run come last.
     """
     effective, idle = dict[str, list[Any]](), dict[str, list[Any]]()
     for name in dict.fromkeys(name for side in sides for name in side.settings):
@@ -105,7 +103,7 @@ def differing(sides: Sides) -> dict[str, list[Any]]:
 
 
 def first_with_readings(sides: Sides) -> list[int | None]:
-    """Return for each run the index of the first run with the same readings; None for a run without readings.
+    """Return for each run the index of the first run with the same readings, or None for a run without readings.
 
     Readings with equal numbers count as the same, even if their sheets differ.
     """
@@ -123,8 +121,8 @@ def _same(first: Profile | None, second: Profile | None) -> bool:
 def nearest(sides: Sides) -> int | None:
     """Return the index of the ranked run with the smallest mean error.
 
-    Returns None if no ranked run has readings. Also returns None if their readings differ, since some readings are
-    easier to fit than others.
+    Returns None if no ranked run has readings. Also returns None if the runs have different readings, because some
+    readings are easier to fit than others.
     """
     errors_mm = _ranked_errors_mm(sides)
     firsts = first_with_readings(sides)
@@ -132,13 +130,13 @@ def nearest(sides: Sides) -> int | None:
 
 
 def held_out_mean_mm(sides: Sides) -> float | None:
-    """Return the average of the mean errors of the ranked held-out runs, or None if there are none."""
+    """Return the average of the mean errors of the ranked held-out runs. Returns None if there are none."""
     errors_mm = [error_mm for index, error_mm in _ranked_errors_mm(sides).items() if sides[index].held_out]
     return float(np.mean(errors_mm)) if errors_mm else None
 
 
 def _ranked_errors_mm(sides: Sides) -> dict[int, float]:
-    """Return the mean error of each ranked run with readings, by its index."""
+    """Return the mean error of each ranked run with readings, by the run's index."""
     return {
         index: side.comparison.mean_error_mm
         for index, side in enumerate(sides)
@@ -153,7 +151,7 @@ def numbered(indices: Sequence[int]) -> str:
 
 
 def compare_page(sides: Sides, cautions: Sequence[str] = ()) -> Page:
-    """Return the page that compares ``sides``. ``cautions`` come before the cautions on the runs."""
+    """Return the page that compares ``sides``. ``cautions`` are shown before the cautions about the runs."""
     compared, settings = [side for side in sides if side.comparison is not None], differing(sides)
     key_figures = [("settings that differ", str(len(settings)))]
     if (best := nearest(sides)) is not None and (comparison := sides[best].comparison) is not None:
@@ -212,7 +210,7 @@ def _cautions(sides: Sides) -> list[str]:
 def _names(sides: Sides) -> FigureTable:
     readings: list[str | None] = []
     for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True)):
-        same = f", the same as of run {first + 1}" if first is not None and first < index else ""
+        same = f", the same as for run {first + 1}" if first is not None and first < index else ""
         readings.append(side.comparison and f"{side.comparison.readings_data}, {side.comparison.role}{same}")
     columns = [
         FigureColumn("run", range(1, len(sides) + 1)),
@@ -224,7 +222,7 @@ def _names(sides: Sides) -> FigureTable:
 
 
 def _by_run(sides: Sides, name: str, first: str, rows: Sequence[Row]) -> FigureTable:
-    """Return a table with a column for each run. Its head is the run's number; in the CSV, number and name."""
+    """Return a table with a column for each run. Its head is the run's number, and in the CSV also the name."""
     columns = [FigureColumn(first, [label for label, _, _ in rows])]
     for index, named in enumerate(_named(sides)):
         cells = [(values[index], text) for _, values, text in rows]
@@ -268,7 +266,7 @@ def _rounded(value: float) -> str:
 
 @themed()
 def draw_levels_of_runs(sides: Sides) -> Figure:
-    """Draw levels as lines, and readings as circles in the colour of their run, or in ink if runs share them."""
+    """Draw levels as lines and readings as circles, which are dark if several runs have the same readings."""
     _, axes = wide_axes(4.2, face=True)
     first_with = first_with_readings(sides)
     for index, side in enumerate(sides):
@@ -285,7 +283,7 @@ def draw_levels_of_runs(sides: Sides) -> Figure:
 
 @themed()
 def draw_errors_of_runs(sides: Sides) -> Figure:
-    """Draw the signed errors of the runs with readings."""
+    """Draw the signed errors of the runs that have readings."""
     _, axes = wide_axes(3.2, face=True)
     curves = []
     for index, side in enumerate(sides):
@@ -298,7 +296,10 @@ def draw_errors_of_runs(sides: Sides) -> Figure:
 def _draw_runs(
     axes: Axes, sides: Sides, curves: Iterable[tuple[int, tuple[Floats, Floats]]], y: str, title: str
 ) -> Figure:
-    """Draw a curve of each run, given with its index. Neighbours have different strokes, so both are visible."""
+    """Draw one curve per run. ``curves`` has the run's index with each curve.
+
+    Neighbouring curves have different strokes, so that both are visible.
+    """
     for index, curve in curves:
         stroke, colour = STROKES[index % len(STROKES)], COLOURS[index % len(COLOURS)]
         axes.plot(*curve, stroke, color=colour, label=str(index + 1))

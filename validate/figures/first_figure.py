@@ -1,4 +1,4 @@
-"""The figure of a report's first page: the straightened photo, the level and the error on one axis, and a section."""
+"""Figure of a report's first page: the straightened photo, level and error on one axis, and a section."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,17 +19,17 @@ from validate.units import signed
 
 @dataclass(frozen=True)
 class FirstLayout:
-    """Sizes in inches of the first figure in one width of the page, chosen by eye."""
+    """Sizes in inches of the first figure for one width of the page. They were chosen by eye."""
 
     width: float
     left: float  # Room for the labels of the level's axis
     right: float  # Room for notes and the section
     font_pt: float
     whole_titles: bool  # False without room for the explaining part of a title
-    level: tuple[float, float] = (1.9, 2.9)  # Least and largest height of the level
+    level: tuple[float, float] = (1.9, 2.9)  # Smallest and largest height of the level
     strip: float = 1.0  # Largest height of the photo
     error: float = 0.85
-    gap: float = 0.42  # Between two rows, for their titles
+    gap: float = 0.42  # Space between two rows, for their titles
     foot: float = 0.5
 
     @property
@@ -39,13 +39,14 @@ class FirstLayout:
 
 WIDE = FirstLayout(width=11.2, left=0.6, right=2.1, font_pt=11.0, whole_titles=True)
 NARROW = FirstLayout(width=4.4, left=0.55, right=0.15, font_pt=9.5, whole_titles=False)
-HEADROOM_MM, BELOW_FLOOR_MM = 1.5, 1.5  # Shown above the highest level or reading, and below the floor
+HEADROOM_MM, BELOW_FLOOR_MM = 1.5, 1.5  # Heights shown above the highest level or reading, and below the floor
 BAND_READ, BAND_NEXT = "error of the readings, 19 of 20", "one further run, 19 of 20 places"
-"""Names of the 95 % bands of all readings together, and of a run with another seed: "band" is taken for a tolerance."""
-LABELLED_MM = 0.5  # Least error that has a number
-NEAR_END = 0.06  # Share of the length at each end in which a label is beside its place
-OBLIQUE = 0.3  # Largest distance of a wall's point along the crack, over that across it, at which it is drawn
-ONE_TO_ONE = 1.05  # Ratio of heights to lengths up to which they are drawn to one scale
+"""Labels of two 95 % bands: of all readings together, and of a run with another seed. They avoid the word "band", which
+is easily taken for a tolerance."""
+LABELLED_MM = 0.5  # Smallest error that is labelled with its number
+NEAR_END = 0.06  # Fraction of the length at each end in which a label is beside its position
+OBLIQUE = 0.3  # Largest offset of a drawn wall point along the crack, divided by its offset across
+ONE_TO_ONE = 1.05  # Ratio of the scales of heights and lengths up to which both get one scale
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class FirstFigure:
     seeds: SeedRuns | None = None
 
     def stretch(self, layout: FirstLayout) -> float:
-        """Return how much larger heights and widths are drawn than lengths; 1 if they are drawn to one scale."""
+        """Return the scale of heights and widths divided by the scale of lengths. Returns 1 if both have one scale."""
         inch_per_mm = layout.along / self.outline.length_mm
         height = float(np.diff(self._ends_mm)[0]) * inch_per_mm
         factor = float(np.clip(height, *layout.level)) / height
@@ -71,7 +72,7 @@ class FirstFigure:
 
     @property
     def _ends_mm(self) -> tuple[float, float]:
-        """Lower and upper end of the level's axis."""
+        """Lower and upper end of the level's axis in mm."""
         shown = [self.profile.level_mm]
         if self.readings is not None:
             shown.append(self.readings.level_mm)
@@ -83,7 +84,7 @@ class FirstFigure:
 
     @themed()
     def draw(self, layout: FirstLayout = WIDE) -> Figure:
-        """Draw the figure in a layout; the error only if there are readings, the section only in a wide one."""
+        """Draw the figure in a layout. The error needs readings, and the section needs a wide layout."""
         length_mm = self.outline.length_mm
         inch_per_mm = layout.along / length_mm * self.stretch(layout)
         half_mm = self.straight.shape[0] * length_mm / (self.straight.shape[1] - 1) / 2
@@ -178,7 +179,7 @@ class FirstFigure:
         axes.legend(loc="lower right", fontsize=layout.font_pt, frameon=True, framealpha=0.85, edgecolor="none")
 
     def _draw_error(self, axes: Axes, readings: Profile, comparison: Comparison, layout: FirstLayout) -> None:
-        """Draw the error between the curves pale, at each compared station as a bar, and the readings' band about 0."""
+        """Draw the error along the crack in a pale colour, a bar at each compared station, and the readings' band."""
         error, length_mm = level_difference(self.profile, readings), self.outline.length_mm
         if comparison.uncertainty is not None:
             bands = comparison.uncertainty.levels
@@ -209,7 +210,7 @@ class FirstFigure:
         _title(axes, "Error: simulated minus read, mm", "; solid at a reading, above 0 too high", layout)
 
     def _draw_section(self, axes: Axes, shown_mm: float, layout: FirstLayout) -> None:
-        """Draw the section across the middle of the crack to the scale of the level, filled to its level there.
+        """Draw the section across the middle of the crack, filled to the level there, in the scale of the level.
 
         The view is along the path, so its left is at the left of the picture.
         """
@@ -226,11 +227,11 @@ class FirstFigure:
 
 
 def _title(axes: Axes, text: str, more: str, layout: FirstLayout) -> None:
-    """Set a title; ``more`` is added if there is room for it."""
+    """Set a title. ``more`` is added if there is room for it."""
     axes.set_title(text + more if layout.whole_titles else text, fontsize=layout.font_pt, pad=4.0)
 
 
 def _tens(length_mm: float) -> Floats:
-    """Return round places along the crack, without one that the length's own label would cover."""
+    """Return round positions along the crack, without any that the label of the length would cover."""
     step = next(step for step in (5, 10, 20, 50, 100, 200, 500, 1000) if length_mm / step <= 10)
     return np.arange(0.0, length_mm - 0.4 * step, step)

@@ -33,7 +33,7 @@ from validate.uncertainty.validation import COVERAGE
 
 OVER_LINES = {"facecolor": CARD, "edgecolor": "none", "pad": 1.5}
 DOTTED = (0, (1, 2))
-MOST_BIN_LABELS = 10  # Most bins whose labels fit side by side
+MOST_BIN_LABELS = 10  # Largest number of bins whose labels fit side by side
 
 
 def draw_levels(
@@ -47,10 +47,10 @@ def draw_levels(
     colour: str = SIMULATED,
     label: str = "simulated",
 ) -> Figure:
-    """Draw levels along a crack on ``axes``. Give ``profile`` or ``readings`` or both, and call it inside ``themed``.
+    """Draw levels along a crack on ``axes``. Give ``profile``, ``readings`` or both, and call it inside ``themed``.
 
-    The crack's floor is drawn only with ``sections``, the band of the readings only with ``comparison``. ``colour``
-    and ``label`` are those of the simulated level. Without a ``title`` the axes keep their own, and a plain legend.
+    The floor of the crack needs ``sections``, and the band of the readings needs ``comparison``. ``colour`` and
+    ``label`` are for the simulated level. Without a ``title`` the axes keep their own title and a plain legend.
     """
     curves = [curve for curve in (profile, readings) if curve is not None]
     s_mm, bottom_mm = curves[0].s_mm, min(float(curve.level_mm.min()) for curve in curves) - 1.5
@@ -116,7 +116,7 @@ def draw_histogram(comparison: Comparison) -> Figure:
 
 @themed()
 def draw_distribution(profile: Profile, readings: Profile, comparison: Comparison) -> Figure:
-    """Draw the share of the crack's length on which the error is at most x. It is exact between stations."""
+    """Draw the fraction of the crack's length on which the error is at most x. It is exact between stations."""
     axes = plate(2.9).add_subplot()
     size, within_mm = level_difference(profile, readings).size, np.linspace(0.0, comparison.worst_error_mm, 200)
     shares = [100 * size.share_below(limit_mm) for limit_mm in within_mm[:-1]] + [100.0]
@@ -133,7 +133,7 @@ def draw_distribution(profile: Profile, readings: Profile, comparison: Compariso
 
 @themed()
 def draw_uncertainty(stations: StationErrors) -> Figure:
-    """Draw the error at each station above its standard uncertainties."""
+    """Draw the error at each station, and below it the standard uncertainties."""
     s_mm, error_mm, off = stations.s_mm, stations.error_mm, stations.off
     upper, lower = plate(3.6).subplots(2, 1, sharex=True, height_ratios=(3, 2), gridspec_kw={"hspace": 0.65})
     draw_face(upper)
@@ -167,7 +167,7 @@ def draw_uncertainty(stations: StationErrors) -> Figure:
 
 @themed()
 def draw_weighed_fill(weighed: WeighedCavity) -> Figure:
-    """Draw the weighed volumes over their levels, with the fitted walls."""
+    """Draw the weighed volumes over their levels, with the curve of the fitted walls."""
     axes = plate(2.6).subplots()
     levels_mm, volumes_ml = np.array(weighed.levels_mm), np.array(weighed.volumes_mm3) / 1e3
     fitted_ml = volumes_ml - np.array(weighed.misfits_mm3) / 1e3

@@ -46,7 +46,7 @@ from validate.figures.theme import (
 )
 from validate.units import percent, setting_words, signed
 
-MOST_ROWS = 200  # Most rows on the page, the nearest runs first; the CSV has all
+MOST_ROWS = 200  # Largest number of rows on the page, best runs first. The CSV has all rows.
 ERRORS = {
     "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
     "bias (mm)": ("bias_mm", partial(signed, decimals=3)),
@@ -54,16 +54,16 @@ ERRORS = {
     "at s (mm)": ("worst_at_mm", "{:.1f}".format),
     "of the length under 1 mm": ("share_under_1_mm", partial(percent, decimals=0)),
 }
-"""Field and format of each figure of a run's error, by label."""
+"""Field and format of each figure about a run's error, by label."""
 LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
-"""Viridis without its ends: one is invisible on a dark page, the other on a light one."""
+"""Viridis without its ends, because one end is invisible on a dark page and the other on a light page."""
 HALO = [withStroke(linewidth=2.5, foreground=INK)]  # Dark edge of white marks on the map
-MOST_LABELS = 15  # Most runs with number and error beside their point; others have the number alone
+MOST_LABELS = 15  # Largest number of runs whose points are labelled with number and error, not only the number
 
 
 @dataclass(frozen=True)
 class Fill:
-    """A chosen run with its frames."""
+    """A selected run with its frames."""
 
     run: HeldRun
     title: str  # Unique title
@@ -72,7 +72,7 @@ class Fill:
 
 
 def map_page(chart: Chart, fills: Sequence[Fill], cautions: Sequence[str] = ()) -> Page:
-    """Return the page of a study's map. ``cautions`` come before the cautions on its runs."""
+    """Return the page of a study's map. ``cautions`` are shown before the cautions about its runs."""
     best, (first, second) = chart.best, chart.axes
     as_near = "unknown, since no pair was repeated"
     if chart.replicates is not None:
@@ -141,7 +141,7 @@ def _levels(chart: Chart) -> Plot:
 
 
 def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
-    """Return the map of the errors. The table of all runs has its numbers."""
+    """Return the map of the errors. The table of all runs has the numbers."""
     draw = partial(draw_error_map, chart, [fill.run for fill in fills])
     letters = "; letters mark the runs that are drawn below" if fills else ""
     if chart.has_surface:
@@ -236,7 +236,7 @@ def draw_levels_of_study(chart: Chart) -> Figure:
 
 
 def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
-    """Make an axis of a plot logarithmic if the axis of its setting is. Its labels are then plain numbers."""
+    """Make an axis of a plot logarithmic if the axis of its setting is logarithmic. Labels are then plain numbers."""
     if setting.logarithmic:
         axes.set(**{f"{name}scale": "log"})
         (axes.xaxis if name == "x" else axes.yaxis).set_major_formatter("{x:g}")
@@ -244,7 +244,10 @@ def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
 
 @themed()
 def draw_influence(chart: Chart, axis: int) -> Figure:
-    """Draw the mean error over an ``axis``: a line for each value of the other axis on a grid of runs, else points."""
+    """Draw the mean error over the setting of ``axis``.
+
+    For a grid of runs, each value of the other setting has a line. Otherwise each run is a point.
+    """
     along, other = chart.axes[axis], chart.axes[1 - axis]
     figure, axes = wide_axes(4.2)
     places, values = chart.pairs[:, axis], chart.pairs[:, 1 - axis]
@@ -266,10 +269,10 @@ def draw_influence(chart: Chart, axis: int) -> Figure:
 
 @themed()
 def draw_error_map(chart: Chart, chosen: Sequence[HeldRun]) -> Figure:
-    """Draw the mean error over the two settings: each run in the colour of its error, over a surface between them.
+    """Draw the mean error over the two settings: runs as points in the colour of their error, over a surface.
 
-    If the runs are too few for a surface, each has its number and, if there is room, its error. ``chosen`` runs have
-    their letters.
+    If there are too few runs for a surface, each run has its number and, if there is room, its error. The runs in
+    ``chosen`` have letters.
     """
     figure, axes = wide_axes(5.4)
     surface, errors_mm = chart.has_surface, chart.errors_mm
@@ -315,7 +318,10 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun]) -> Figure:
 
 
 def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
-    """Write letters of runs. Without a surface, each run has its number too, and its error unless there are many."""
+    """Write the letters of runs.
+
+    Without a surface, also write each run's number, and its error if there are few runs.
+    """
     surface, few = chart.has_surface, len(chart.runs) <= MOST_LABELS
     for run, position in zip(chart.runs, chart.places, strict=True):
         letter = letters.get(run.number, "")
@@ -331,7 +337,7 @@ def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
 
 @themed()
 def draw_fills(fills: Sequence[Fill]) -> Figure:
-    """Draw sections along the crack by age, with a row for each run and a column for each moment."""
+    """Draw sections along the crack with particles coloured by age: a row for each run, a column for each moment."""
     rows = [[(fill.scene, frame) for frame in fill.course.frames] for fill in fills]
     figure = wide_figure(0.8 + 0.95 * len(fills))
     grid = draw_sections(figure, rows, "age")
@@ -347,7 +353,7 @@ def draw_fills(fills: Sequence[Fill]) -> Figure:
 
 @themed()
 def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
-    """Draw the end of each chosen run, with the level measured from its particles."""
+    """Draw each selected run at its end, with the level measured from its particles."""
     ends = [(fill.scene, fill.course.frames[-1]) for fill in fills]
     rows = [ends[first : first + 3] for first in range(0, len(ends), 3)]
     figure = wide_figure(0.5 + 1.3 * len(rows))
@@ -367,7 +373,7 @@ def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
 
 @themed()
 def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
-    """Draw the times of frames of the chosen runs, and the times of whole runs over each of the two settings."""
+    """Draw the times of the selected runs' frames, and the times of whole runs over each of the two settings."""
     figure = wide_figure(3.4)
     row = figure.subplots(1, 3 if fills else 2)
     wall_s = [run.wall_s for run in chart.runs]
@@ -391,7 +397,7 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
 
 
 def frame_times(fills: Sequence[Fill]) -> tuple[Floats, Floats]:
-    """Return the number of moving particles and the time in ms of each frame of all fills, (k,) each."""
+    """Return the number of moving particles and the computing time in ms of each frame of all fills, (k,) each."""
     courses = [fill.course for fill in fills]
     return np.concatenate([course.particles for course in courses]), np.concatenate(
         [course.frame_ms for course in courses]

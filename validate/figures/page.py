@@ -1,6 +1,6 @@
-"""The page of a study: facts, plots and tables. Each plot is also written as SVG, each table as CSV.
+"""The page of a study: facts, plots and tables. Each plot is also written as SVG, and each table as CSV.
 
-A study has one function that returns a ``Page``: what it says, and its sections of sentences, plots and tables.
+A study has one function that returns its ``Page``: a finding, and sections of sentences, plots and tables.
 """
 
 import re
@@ -19,11 +19,11 @@ from sealtwin.core.files import write_sheet, write_text
 from validate.figures.theme import as_svg, in_page
 from validate.sentences import template_cache
 
-DPI = 110  # Resolution of the pixels inside a figure; a page of thirty fills then has less than 2 MB
+DPI = 110  # Resolution of the pixels inside a figure. A page of thirty fills then has less than 2 MB.
 FIGURES = "figures"
 NAME_BREAKS = re.compile(r"(?<=[._/])(?=[^\W\d])")
-"""Places in names and paths where a line of a table may break; never inside a number."""
-LONGEST_PART = 16  # Most characters between two such places; a cell with more may break anywhere
+"""Positions in names and paths at which a line of a table may break. There is none inside a number."""
+LONGEST_PART = 16  # Largest number of characters between two breaks. A longer part may break anywhere.
 NONE = "-"  # Text of a cell without a value
 Values = Sequence[Any] | NDArray[Any]
 
@@ -42,10 +42,10 @@ class Plot:
 class FigureColumn:
     """A column of a table on the page, of its CSV, or of both. A value is a number, a text or None."""
 
-    head: str  # Head on the page; empty if only the CSV has the column
+    head: str  # Head on the page. Empty if only the CSV has the column.
     values: str | Values  # Values, or the path of the value in each record of the table
     text: Callable[[Any], str] = str  # Text of a value on the page
-    name: str | None = None  # Head in the CSV; empty if only the page has the column, None if it is that of the page
+    name: str | None = None  # Head in the CSV. None: as on the page. Empty: only the page has the column.
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class FigureTable:
     name: str  # Name of its CSV
     columns: Sequence[FigureColumn]
     records: Sequence[Any] = ()  # Record of each row
-    order: Sequence[int] | None = None  # Rows on the page; None for all, as in the CSV
+    order: Sequence[int] | None = None  # Rows on the page, in order. None for all rows, as in the CSV.
 
     @property
     def head(self) -> list[str]:
@@ -64,7 +64,7 @@ class FigureTable:
 
     @property
     def rows(self) -> list[list[str]]:
-        """Texts of the page."""
+        """Texts of the rows on the page."""
         texts = [
             [NONE if value is None else column.text(value) for value in self._values(column)]
             for column in self.columns
@@ -85,12 +85,15 @@ class FigureTable:
 
 
 def part_of(record: Any, path: str) -> Any:
-    """Return a field of a record by its path, such as "volumes.volume_balance_error_mm"; None if a part is None."""
+    """Return a field of a record by its path, such as "volumes.volume_balance_error_mm".
+
+    Returns None if a part is None.
+    """
     return reduce(lambda value, name: None if value is None else getattr(value, name), path.split("."), record)
 
 
 class Section(NamedTuple):
-    """A part of a page: sentences, figures and tables."""
+    """Section of a page: sentences, figures and tables."""
 
     title: str
     items: Sequence[str | Plot | FigureTable]
@@ -98,7 +101,7 @@ class Section(NamedTuple):
 
 @dataclass(frozen=True)
 class Page:
-    """Facts, figures and tables of a page."""
+    """Content of a page: facts, figures and tables."""
 
     title: str
     lead: str
@@ -109,7 +112,7 @@ class Page:
 
 
 def page_environment(*packages: str) -> jinja2.Environment:
-    """Return the environment of the templates of ``packages`` and of this one, which escapes all text."""
+    """Return the environment of the templates of ``packages`` and of this package. It escapes all text."""
     loader = jinja2.ChoiceLoader([jinja2.PackageLoader(package) for package in (*packages, "validate")])
     return jinja2.Environment(
         loader=loader,
@@ -123,7 +126,7 @@ def page_environment(*packages: str) -> jinja2.Environment:
 def write_page(path: Path, page: Page) -> list[str]:
     """Write a page and, next to it, the folder figures/. The page needs no other file and no network.
 
-    Returns the names of all files in the page's folder.
+    Returns the names of all written files, relative to the page's folder.
     """
     written, pictures = [path.name], {}
 

@@ -1,4 +1,4 @@
-"""Sealant in a sample: discs to scale, colour scales, and views along the crack, from above and across."""
+"""Draw sealant in a sample: discs to scale, colour scales, and views along the crack, from above and across."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -19,18 +19,19 @@ from sealtwin.core.vtk_files import Frame
 from validate.figures.theme import AGES, AIR, FOOT_IN, GROUND, HEAD_IN, ON_GROUND, SPEEDS, draw_ground, label_axes
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
-"""Places of the sections across a crack, as shares of its length: slope, middle and plateau of the paste."""
+"""Positions of the sections across a crack, as fractions of its length: slope, middle and plateau of the paste."""
 ACROSS_MM = 9.0  # Half the width of a section
 PAST_ENDS_MM = 6.0  # Length shown past each end of the crack
-ABOVE_MM = 6.0  # Height shown above the face, with the nozzle's tip
+ABOVE_MM = 6.0  # Height shown above the face, for the nozzle's tip
 MARGIN_MM = 4.0  # Width shown past the sample's edges
 SLOWEST_MM_S, FASTEST_MM_S = 1.0, 1000.0  # Ends of the scale of speeds: creeping paste, and a fall of 50 mm
 UNDER, FACE, WALLS, OVER = 1.0, 1.1, 3.9, 4.0
-"""Drawing order from above: sealant under the face, the face, which hides it, the crack's walls, sealant over it."""
+"""Drawing order from above: sealant under the face, the face that hides it, the crack's walls, sealant above the
+face."""
 
 
 class ColourScale(NamedTuple):
-    """Label, colour map and range of the values that colours represent."""
+    """Label, colour map and range of values of a colour scale."""
 
     label: str
     colours: str | Colormap
@@ -45,12 +46,15 @@ def age_scale(oldest_s: float) -> ColourScale:
 
 
 def ages_of(frames: Iterable[Frame]) -> ColourScale:
-    """Return one scale of ages for all frames."""
+    """Return one scale of ages for all frames together."""
     return age_scale(max((float(frame.age_s.max(initial=0.1)) for frame in frames), default=0.1))
 
 
 def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, scale: ColourScale) -> EllipseCollection:
-    """Draw particles at (n, 2) as discs to scale. They become pixels, since 15,000 outlines would take megabytes."""
+    """Draw particles at (n, 2) as discs to scale.
+
+    They are drawn as pixels, because 15,000 outlines would take megabytes.
+    """
     scale.norm.autoscale_None(value)
     discs = EllipseCollection(
         [2 * radius_mm],
@@ -70,9 +74,9 @@ def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, sc
 
 
 def add_bar(figure: Figure, scale: ColourScale, axes: Axes | Sequence[Axes], **layout: Any) -> None:
-    """Draw a colour bar for ``axes``, in a plate below their labels.
+    """Draw a colour bar for ``axes``. In a plate it is below their labels.
 
-    The bar of speeds ends in an arrow, which means all lower values.
+    The bar of speeds ends in an arrow, which stands for all lower values.
     """
     if figure.get_layout_engine() is None:
         inch = 1 / (figure.get_figheight() - HEAD_IN - FOOT_IN)
@@ -84,15 +88,15 @@ def add_bar(figure: Figure, scale: ColourScale, axes: Axes | Sequence[Axes], **l
 
 
 class Views:
-    """Views of particles in a sample. Positions are (n, 3), and the values that colours represent are (n,)."""
+    """Views of particles in a sample. Positions are (n, 3), and the values shown as colours are (n,)."""
 
     def __init__(self, outline: Outline, solid: Solid, radius_mm: float) -> None:
         self.outline, self.solid, self.radius_mm = outline, solid, radius_mm
 
     def draw_along(self, axes: Axes, position_mm: Floats, value: Floats, scale: ColourScale) -> None:
-        """Draw the section along the crack: the particles nearest to the centreline, which are drawn last.
+        """Draw the section along the crack. Particles nearest to the centreline are drawn last, over the others.
 
-        A dam at an open end is not drawn: it is oblique like the sample's edge, so its place along the crack varies.
+        A dam at an open end is not drawn. It is oblique like the sample's edge, so its position along the crack varies.
         """
         length_mm, bottom_mm = self.outline.length_mm, -self.solid.depth_mm - 2
         low_mm, high_mm = -PAST_ENDS_MM, length_mm + PAST_ENDS_MM
@@ -112,7 +116,7 @@ class Views:
     def draw_from_above(
         self, axes: Axes, aside_mm: float, position_mm: Floats, value: Floats, scale: ColourScale
     ) -> None:
-        """Draw the sample from above, ``aside_mm`` around its crack. The face hides the sealant below it."""
+        """Draw the sample from above, up to ``aside_mm`` from its crack. The face hides the sealant below it."""
         outline, shown_mm = self.outline, self.shown_mm(aside_mm)
         low, high = np.clip(shown_mm, *np.reshape(self.solid.block_mm, (2, 2)))
         face = Rectangle(tuple(low), *(high - low), facecolor="none", edgecolor="none")
@@ -135,16 +139,16 @@ class Views:
         show_to_scale(axes, *shown_mm.T)
 
     def shown_mm(self, aside_mm: float) -> Floats:
-        """Return two corners, (2, 2), of a view from above.
+        """Return the two corners, (2, 2), of a view from above.
 
-        It ends ``aside_mm`` from the crack, but at most ``MARGIN_MM`` past the sample's edge.
+        The view ends ``aside_mm`` from the crack, but at most ``MARGIN_MM`` past the sample's edge.
         """
         outline_mm, block_mm = self.outline.outline_mm, np.reshape(self.solid.block_mm, (2, 2))
         ends_mm = np.array([outline_mm.min(axis=0) - aside_mm, outline_mm.max(axis=0) + aside_mm])
         return np.clip(ends_mm, block_mm[0] - MARGIN_MM, block_mm[1] + MARGIN_MM)
 
     def draw_across(self, row: Sequence[Axes], position_mm: Floats, value: Floats, scale: ColourScale) -> None:
-        """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles that the plane cuts.
+        """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles that each plane cuts.
 
         The view is along the path, so its left is at the left of the picture.
         """
@@ -171,26 +175,29 @@ def show_to_scale(axes: Axes, x_mm: Sequence[float], y_mm: Sequence[float]) -> N
 
 
 def plane_at(outline: Outline, s_mm: float) -> tuple[Floats, Floats]:
-    """Return a point of the centreline and the unit vector along it: the plane across the crack there."""
+    """Return the plane across the crack at ``s_mm``: a point on the centreline, (2,), and the unit normal, (2,).
+
+    The normal points along the crack.
+    """
     foot, tip = _centreline_at(outline, np.array([s_mm, min(s_mm + 1.0, outline.length_mm)]))
     return foot, (tip - foot) / np.linalg.norm(tip - foot)
 
 
 def _centreline_at(outline: Outline, s_mm: Floats) -> Floats:
-    """Return the points of the centreline at each s, (n, 2)."""
+    """Return the points of the centreline at the positions ``s_mm``, (n, 2)."""
     return np.column_stack([np.interp(s_mm, outline.s_mm, axis) for axis in outline.centreline_mm.T])
 
 
 def draw_solid_across(axes: Axes, solid: Solid, foot_mm: Floats, ahead: Floats, zorder: float = 1.0) -> None:
-    """Draw a solid where the plane through ``foot_mm`` across ``ahead`` cuts it."""
+    """Draw the section of a solid with the plane through ``foot_mm`` that is perpendicular to ``ahead``."""
     for ring in cut_rings(solid.vertices_mm, solid.faces, foot_mm, ahead):
         axes.add_artist(Polygon(ring, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8, zorder=zorder))
 
 
 def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floats) -> list[Floats]:
-    """Cut a mesh by the upright plane through ``foot_mm`` across the unit vector ``ahead``.
+    """Cut a mesh with the upright plane through ``foot_mm`` that is perpendicular to the unit vector ``ahead``.
 
-    Returns closed rings, (n, 2) each: the distance to the right of ``foot_mm`` and the height z, in mm.
+    Returns closed rings, (n, 2) each, in mm: the distance to the right of ``foot_mm``, and the height z.
     """
     load_trimesh()
     import trimesh

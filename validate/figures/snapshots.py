@@ -44,26 +44,26 @@ from validate.figures.theme import (
 )
 
 AROUND_MM = 8.0  # Width of the face shown around the crack
-MOST_ROWS = 8  # Most moments below each other; of more frames, this many are drawn, evenly chosen
+MOST_ROWS = 8  # Largest number of moments below each other. More frames are thinned out evenly.
 NOZZLE_MM = 5.0  # Length of the nozzle that is drawn
 STYLES = ((SIMULATED, "-"), (MEASURED, (0, (4, 2))))
-"""Colour and dashes of a panel's two curves. They can be distinguished without colour, and if they coincide."""
+"""Colour and dashes of a panel's two curves. The curves can be told apart without colour, and if they coincide."""
 Shade = Literal["speed", "age"]  # Quantity by which particles are coloured
 DPI = 150  # Resolution of a PNG
-FILM_IN, FILM_DPI = (6.4, 9.6), 100  # Height and width of a film, and its resolution
+FILM_IN, FILM_DPI = (6.4, 9.6), 100  # Height and width of a film in inches, and its resolution
 FASTEST_FPS, SLOWEST_FPS = 50, 1
-"""Limits of the frame rate: a GIF counts hundredths of a second, and browsers show a frame for at least two
+"""Limits of the frame rate. A GIF counts hundredths of a second, and browsers show each frame for at least two
 hundredths."""
-LAST_FRAME_S = 1.5  # Time for which a GIF shows its last frame before it begins again
+LAST_FRAME_S = 1.5  # Time in s for which a GIF shows its last frame before it begins again
 COLOURS = 128  # Size of a GIF's palette
 
 
 class Panel(NamedTuple):
-    """A panel of a run's health."""
+    """A panel of the figure of a run's health."""
 
     label: str  # Quantity and unit
     curves: Mapping[str, str]  # Label of each curve by its column
-    factor: float = 1.0  # Unit of the columns in that of the panel
+    factor: float = 1.0  # Factor that converts the columns into the panel's unit
     counts: bool = False  # True for whole numbers
 
 
@@ -85,7 +85,7 @@ PANELS = (
 
 
 class FillScene(Views):
-    """The parts of a picture of the fill that do not change during a run: crack, nozzle, size of the particles."""
+    """The unchanging parts of a picture of the fill: crack, nozzle and particle size."""
 
     def __init__(
         self, outline: Outline, solid: Solid, trajectory: Trajectory, radius_mm: float, nozzle_diameter_mm: float
@@ -114,7 +114,7 @@ class FillScene(Views):
 
 @themed()
 def draw_fill(frames: Sequence[Frame], scene: FillScene) -> Figure:
-    """Draw a section along the crack for each frame, below each other, with the particles coloured by speed."""
+    """Draw a section along the crack for each frame, one below the other, with particles coloured by speed."""
     if len(frames) > MOST_ROWS:
         frames = [frames[round(index)] for index in np.linspace(0, len(frames) - 1, MOST_ROWS)]
     figure = plate(1.0 + 1.35 * len(frames))
@@ -126,7 +126,7 @@ def draw_fill(frames: Sequence[Frame], scene: FillScene) -> Figure:
 
 
 def draw_sections(figure: Figure, rows: Sequence[Sequence[tuple[FillScene, Frame]]], by: Shade) -> NDArray[Any]:
-    """Draw sections along the crack and one colour bar; return the panels, (rows, columns)."""
+    """Draw sections along the crack and one colour bar. Returns the panels, (rows, columns)."""
     grid = figure.subplots(len(rows), max(map(len, rows)), squeeze=False, sharex=True, sharey=True)
     scale = SPEED if by == "speed" else ages_of(frame for row in rows for _, frame in row)
     for axes in grid.flat:
@@ -144,13 +144,17 @@ def _values(frame: Frame, shade: str) -> Floats:
 
 
 class Snapshot:
-    """A figure of one frame after another: making axes, ticks and colour bars takes as long as drawing particles."""
+    """A figure that shows one frame after another.
+
+    Axes, ticks and colour bars are made only once, because they take as long as the particles.
+    """
 
     @themed()
     def __init__(self, scene: FillScene, *, film: bool = False) -> None:
-        """Prepare sections along the crack by age and by speed, the sample from above by speed, and sections across.
+        """Prepare the panels: sections along the crack by age and by speed, a view from above, and sections across.
 
-        A ``film`` has one section along the crack, by speed, and the sample from above.
+        The last two are coloured by speed. A ``film`` has only the section along the crack by speed and the view from
+        above.
         """
         self._scene, self._scales = scene, {"age": age_scale(1.0), "speed": SPEED}
         cuts = [] if film else [f"cut {number}" for number in range(len(SECTIONS_AT))]
@@ -169,7 +173,7 @@ class Snapshot:
 
     @themed()
     def draw(self, frame: Frame) -> Figure:
-        """Draw a frame in place of the last one."""
+        """Draw a frame in place of the previous one."""
         for axes in self._axes.values():
             for artist in (*axes.collections, *axes.lines, *axes.patches):
                 artist.remove()
@@ -191,7 +195,7 @@ class Snapshot:
 
 @themed()
 def draw_health(columns: Mapping[str, Floats]) -> Figure:
-    """Draw the columns of health.csv, given by name. They have the same length; NaN is an empty field."""
+    """Draw the columns of health.csv, which are given by name. They have the same length. NaN is an empty field."""
     figure = wide_figure(8.5)
     rows = figure.subplots(len(PANELS), 1, sharex=True)
     for axes, panel in zip(rows, PANELS, strict=True):
@@ -217,7 +221,7 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
 
 
 def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, health: Mapping[str, Floats]) -> list[str]:
-    """Write PNGs of the run's health, and of each frame under its name.
+    """Write a PNG of the run's health, and a PNG of each frame under the frame's name.
 
     Returns the names of the files in ``folder``.
     """
@@ -242,15 +246,14 @@ def write_film(
 ) -> None:
     """Write a film of a run in real time, as GIF.
 
-    Only one frame at a time is in memory. ``read`` returns a frame by its index in ``times_s``; ``report`` receives the
-    number of finished frames.
-
-    Raises InputError if there are fewer than two frames, or if ``path`` does not end in .gif.
+    Only one frame at a time is in memory. ``read`` returns a frame by its index in ``times_s``. ``report`` gets the
+    number of finished frames. Raises InputError if there are fewer than two frames, or if ``path`` does not end in
+    .gif.
     """
     if len(times_s) < 2:
-        raise InputError(f"{path}: a film needs two frames, found {len(times_s)}. Set a smaller frames_every_s.")
+        raise InputError(f"{path}: a film needs two frames, but has {len(times_s)}. Set a smaller frames_every_s.")
     if path.suffix.lower() != ".gif":
-        raise InputError(f"{path}: a film is written as GIF; give a name that ends in .gif.")
+        raise InputError(f"{path}: a film is written as GIF. Give a name that ends in .gif.")
     snapshot = Snapshot(scene, film=True)
 
     def pictures() -> Iterator[Image.Image]:

@@ -1,7 +1,7 @@
 """Pictures of the sample and its fill: shaded meshes, side view, top view, sections.
 
-A shaded picture is a parallel projection, computed without a display or GL. Hidden surfaces are removed pixel by pixel:
-mplot3d sorts whole triangles, and drew the far dam through the near one.
+A shaded picture is a parallel projection, computed without a display or GL. Hidden surfaces are removed pixel by pixel.
+Matplotlib's mplot3d sorts whole triangles instead, and drew the far dam in front of the near one.
 """
 
 import cv2
@@ -28,21 +28,21 @@ from validate.figures.theme import (
 )
 
 FACE_COLOURS = np.array([to_rgb(colour) for colour in (GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
-"""Colours of the facets of a solid, in the order of ``FaceLabel``."""
+"""Colours of a solid's facets, in the order of ``FaceLabel``."""
 INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)  # Labels of the facets of the cavity
-WIDTH_PX = 690  # That of a plate at 150 dpi
+WIDTH_PX = 690  # Width of a plate at 150 dpi
 
 LIGHT = np.array([-0.36, 0.48, 0.8])
-"""Unit vector to the light. Its components point to the right and up in the picture, and toward the viewer."""
-DARKEST = 0.55  # Brightness without light; the colour can still be compared with its scale
-SMOOTHING = 2  # Samples along each side of a pixel, averaged for smooth edges
-MOST_AT_ONCE = 200_000  # Samples in the bounding boxes of facets that are computed together, in 20 MB
-FLAT = 1e-9  # Least width of a row, in samples, over which nearness may change
+"""Unit vector towards the light. Its components point to the right and up in the picture, and towards the viewer."""
+DARKEST = 0.55  # Brightness without light, at which a colour can still be compared with its scale
+SMOOTHING = 2  # Number of samples along each side of a pixel, which are averaged for smooth edges
+MOST_AT_ONCE = 200_000  # Number of samples in the bounding boxes of facets computed together, which take 20 MB
+FLAT = 1e-9  # Smallest width of a row, in samples, over which nearness may change
 
 
 @themed()
 def draw_solid(solid: Solid) -> Figure:
-    """Draw the block from above, and its cavity as a cast from the side. Both are as wide as the figure."""
+    """Draw the block from above, and its cavity from the side as a cast. Both are as wide as the figure."""
     colour = FACE_COLOURS[solid.face_label]
     azimuth_deg = square_on(solid)
     cavity = np.isin(solid.face_label, INSIDE)
@@ -77,7 +77,7 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
 
 @themed()
 def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -> Figure:
-    """Draw the section along the crack, particles coloured by age, with the level that was measured from them."""
+    """Draw the section along the crack with particles coloured by age, and the level measured from them."""
     figure, (position_mm, age_s, scale) = plate(2.7), _settled(run)
     axes = figure.add_subplot()
     Views(outline, solid, run.radius_mm).draw_along(axes, position_mm, age_s, scale)
@@ -113,7 +113,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
 
 @themed()
 def draw_sections(run: Run, outline: Outline, solid: Solid) -> Figure:
-    """Draw sections across the crack at three places, with particles coloured by age."""
+    """Draw sections across the crack at three positions, with particles coloured by age."""
     figure = plate(3.6)
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
     Views(outline, solid, run.radius_mm).draw_across(row, *_settled(run))
@@ -121,7 +121,7 @@ def draw_sections(run: Run, outline: Outline, solid: Solid) -> Figure:
 
 
 def _settled(run: Run) -> tuple[Floats, Floats, ColourScale]:
-    """Return position and age of the particles on the sample, and the scale of ages."""
+    """Return the position and age of the particles on the sample, and the scale of ages."""
     stays = ~run.spilled
     return run.position_mm[stays], run.age_s[stays], age_scale(float(run.age_s.max(initial=1.0)))
 
@@ -144,10 +144,11 @@ def render(
     width_px: int,
     face_normal: Floats | None = None,
 ) -> NDArray[np.uint8]:
-    """Return an RGBA picture of a mesh, ``width_px`` wide, transparent around it.
+    """Return an RGBA picture of a mesh, ``width_px`` wide, with a transparent background.
 
-    At ``azimuth_deg`` 0 the view is along +y, at ``elevation_deg`` 90 straight down. ``face_colour`` is (f, 3) in 0 to
-    1; ``face_normal`` (f, 3) replaces the facets' own normals in the shading. Facets that face away are drawn too.
+    At ``azimuth_deg`` 0 the view is along +y, and at ``elevation_deg`` 90 straight down. ``face_colour`` is (f, 3),
+    from 0 to 1. ``face_normal`` (f, 3) replaces the facets' normals for the shading. Facets that face away are drawn
+    too.
     """
     right, up, toward = view_axes(azimuth_deg, elevation_deg)
     used, corner = np.unique(faces, return_inverse=True)
@@ -182,7 +183,7 @@ def render(
 
 
 def view_axes(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats, Floats]:
-    """Return unit vectors to the right and up in the picture, and toward the viewer."""
+    """Return three unit vectors: to the right and up in the picture, and towards the viewer."""
     azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
     right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     away = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
@@ -199,8 +200,8 @@ def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
 def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
     """Return triangle, sample and nearness, (n,) each, for the samples that triangles cover.
 
-    ``corner`` is (f, 3, 3): the corners' places to the right, down and toward the viewer. Triangles are filled row by
-    row, so that slivers cost little.
+    ``corner`` is (f, 3, 3): the corners' coordinates to the right, down and towards the viewer. Triangles are filled
+    row by row, so that slivers cost little.
     """
     y = corner[..., 1]
     first = np.maximum(np.ceil(y.min(axis=1) - 0.5), 0).astype(int)

@@ -1,6 +1,6 @@
-"""Style of all figures, and a figure as SVG or as pixels.
+"""Style of all figures, and conversion of a figure to SVG or pixels.
 
-One font, and a palette that colour-blind readers can distinguish. It sets no global state.
+There is one font, and a palette that colour-blind readers can distinguish. No global state is set.
 """
 
 import io
@@ -29,10 +29,10 @@ GRID = "#d4dadf"
 GROUND = "#c9c2b8"
 """Colour of mortar in a section."""
 ON_GROUND = "#2b2620"
-"""Colour of lines and words on mortar and air; it stays dark on a dark page."""
+"""Colour of lines and words on mortar and air. It stays dark on a dark page."""
 AIR = "#fcfcfa"
-"""Colour around sealant; it stays light on a dark page, on which the darkest sealant would be invisible."""
-ON_SEALANT = [withStroke(linewidth=3.0, foreground=AIR)]  # Edge of a line on particles
+"""Colour around sealant. It stays light on a dark page, on which the darkest sealant would otherwise be invisible."""
+ON_SEALANT = [withStroke(linewidth=3.0, foreground=AIR)]  # Light edge of a line that is drawn on particles
 CARD = "#ffffff"  # Colour of the page behind a figure
 # Colours of Okabe and Ito, distinct with any colour vision and in grey.
 SIMULATED = "#0072b2"
@@ -82,14 +82,15 @@ STYLE: Any = {
 
 @contextmanager
 def themed() -> Iterator[None]:
-    """Apply the style. Draw and write figures inside: Matplotlib reads most of a style late."""
+    """Apply the style. Draw and write figures inside this context, because Matplotlib reads most of a style late."""
     with rc_context(STYLE):
         yield
 
 
 PLATE_IN = 4.6  # Width of a plate
 FOOT_IN, HEAD_IN = 0.46, 0.3
-"""Lower and upper margin of a plate. Margins are fixed, since to measure all labels takes longer than to draw them."""
+"""Lower and upper margin of a plate, in inches. Margins are fixed, because measuring all labels takes longer than
+drawing them."""
 
 
 def plate(height_in: float) -> Figure:
@@ -100,7 +101,7 @@ def plate(height_in: float) -> Figure:
 
 
 class Picture(Figure):
-    """A figure outside pyplot, whose state in a user's notebook stays as it is. A notebook shows it once."""
+    """A figure outside pyplot, so pyplot's state in a user's notebook does not change. A notebook shows it once."""
 
     def _repr_html_(self) -> str:
         file = io.BytesIO()
@@ -110,12 +111,12 @@ class Picture(Figure):
 
 
 def wide_figure(height_in: float, width_in: float = 9.0) -> Figure:
-    """Return an empty figure of a page's width."""
+    """Return an empty figure as wide as a page."""
     return Picture(figsize=(width_in, height_in), layout="constrained")
 
 
 def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:
-    """Return a figure of a page's width and its axes, with a line at 0 if ``face`` is True."""
+    """Return a figure as wide as a page and its axes. If ``face`` is True, there is a line at 0."""
     figure = wide_figure(height_in)
     axes = figure.add_subplot()
     if face:
@@ -124,9 +125,9 @@ def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:
 
 
 def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figure:
-    """Label axes, with a legend of ``legend`` columns between title and plot, and return their figure.
+    """Label axes and return their figure. A legend of ``legend`` columns is placed between title and plot.
 
-    Inside the plot a curve could run through the legend.
+    Inside the plot, a curve could run through the legend.
     """
     figure = axes.figure.get_figure(root=True)
     axes.set(xlabel=x, ylabel=y, title=title)
@@ -149,7 +150,7 @@ def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figur
 
 
 def caliper_label(readings: Profile) -> str:
-    """Return the name of readings in a legend, with their origin in capitals unless they were measured."""
+    """Return the name of readings for a legend, with their origin in capitals unless they were measured."""
     return "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
 
 
@@ -180,9 +181,9 @@ def draw_curve(
     band: str | None = None,
     **line: Any,
 ) -> None:
-    """Draw a level along the crack, over its band of half-width ``half_mm`` with the label ``band``.
+    """Draw a level along the crack over its band, which has the half-width ``half_mm`` and the label ``band``.
 
-    ``line`` has the colour, and other properties of the line.
+    ``line`` has the line's colour and other properties.
     """
     if half_mm is not None:
         draw_band(axes, s_mm, level_mm, half_mm, line["color"], alpha, band)
@@ -190,7 +191,7 @@ def draw_curve(
 
 
 def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) -> None:
-    """Draw the sample between its floor and the lower end of the plot."""
+    """Draw the sample's material between the floor and the lower end of the plot."""
     axes.fill_between(s_mm, floor_mm, bottom_mm, color=GROUND, linewidth=0)
 
 
@@ -215,11 +216,11 @@ PAGE_COLOURS = {
     MEASURED: "--measured",
     THIRD: "--third",
 }
-"""Colours of a figure that follow the page, light or dark, with their CSS variables."""
+"""Colours of a figure that follow a light or dark page, with their CSS variables."""
 
 
 def in_page(svg: str, caption: str) -> Markup:
-    """Return ``svg`` for use inside a page. Matplotlib has escaped its texts, so they cannot be markup."""
+    """Return ``svg`` for use inside a page. Matplotlib has escaped its texts, so they cannot act as markup."""
     head, body = svg[svg.index("<svg") :].split(">", 1)
     head = re.sub(r' (width|height)="[^"]*"', "", head)
     for colour, variable in PAGE_COLOURS.items():
@@ -228,7 +229,7 @@ def in_page(svg: str, caption: str) -> Markup:
 
 
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-"""Metadata that an SVG omits, so that two equal runs give equal files."""
+"""Metadata that is left out of an SVG, so that equal runs give equal files."""
 
 
 def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:

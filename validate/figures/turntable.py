@@ -33,33 +33,36 @@ from validate.figures.theme import AGES, ON_GROUND
 # Sizes of the model in 3-D. They change its look and the page's size, but no figure of a result. Blur and limits were
 # chosen by counting: vertices, bytes, and the grain of a lattice of particles. The view was chosen by eye.
 BLUR = 0.6
-"""Standard deviation of the blur, as a multiple of the particles' spacing: a lattice keeps 0.1 % of its grain, and a
+"""Standard deviation of the blur, divided by the particles' spacing. With it, a lattice keeps 0.1 % of its grain, and a
 layer one particle thick still fills more than half of its space. A larger blur rounds edges and loses thin layers."""
 HALF_FULL = 0.5
-"""Filled share of the space at the surface. With a half, sealant that ends in a plane has this plane as surface."""
+"""Filled fraction of the space at the surface. With one half, sealant that ends in a plane has this plane as its
+surface."""
 MOST_VERTICES = 24_000
-"""Largest number of vertices of the surface: a finer surface looks no better, and a vertex takes 12 bytes of a page."""
+"""Largest number of vertices of the surface. A finer surface looks no better, and each vertex takes 12 bytes of a
+page."""
 COARSER_SURFACE, COARSER_WALLS = 1.15, 1.3
-"""Factors by which the cells of the surface and of the walls grow in each try, as long as there are too many
-vertices."""
+"""Factors by which the cells of the surface and of the walls grow in each attempt while there are too many vertices."""
 MERGED_CELL = 1 / 2000
-"""Size of the cells in which vertices of the walls are first merged if there are too many, as a share of the solid's
+"""Size of the cells in which wall vertices are first merged if there are too many, as a fraction of the solid's
 extent."""
 ASIDE_DEG, DOWN_DEG = 28.0, 32.0
-"""Angle between the first view and a view at right angles to the crack, large enough to show the crack's width, and
-angle by which the view looks down from the horizontal."""
+"""Angles of the first view. It is turned from a view at right angles to the crack, far enough to show the crack's
+width, and it looks down from the horizontal."""
 RIM_MM = 0.35  # Width of the line around the crack's mouth
 STILL_PX = (1000, 500)  # Width and height of the still picture
 MARGIN = 0.08
-"""Least margin of the first view, as a share of the picture's width, since the mesh is wider in other views."""
-STEPS = 65_535  # Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm
+"""Smallest margin of the first view, as a fraction of the picture's width. It is needed because the mesh is wider in
+other views."""
+STEPS = 65_535  # Steps of 16 bits across the largest extent, 2 µm each in a sample of 160 mm
 MOST_CORNERS = STEPS + 1 - MOST_VERTICES
-"""Limit on the vertices of walls and rim, since indices have 16 bits. The paper's trial has 7,000, a scan millions."""
+"""Largest number of vertices of walls and rim, because indices have 16 bits. The paper's trial has 7,000, a scan
+millions."""
 
 
 @dataclass(frozen=True)
 class Turntable:
-    """Mesh whose facets are drawn only from outside."""
+    """Mesh whose facets are drawn only if they are seen from outside."""
 
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3), counter-clockwise from outside
@@ -83,8 +86,8 @@ class Turntable:
     def packed(self) -> str:
         """Return JSON for the page's script, with the mesh in base64, little-endian.
 
-        A vertex has 12 bytes: its place as three 16-bit numbers of steps of ``step_mm`` from ``low_mm``, its normal as
-        three signed bytes, its colour as three bytes. A facet has the three 16-bit indices of its vertices.
+        A vertex has 12 bytes: its position as three 16-bit numbers of steps of ``step_mm`` from ``low_mm``, its normal
+        as three signed bytes, and its colour as three bytes. A facet has the three 16-bit indices of its vertices.
         """
         low_mm, high_mm = self.vertices_mm.min(axis=0), self.vertices_mm.max(axis=0)
         step_mm = float((high_mm - low_mm).max()) / STEPS
@@ -110,7 +113,7 @@ class Turntable:
 
     @cached_property
     def _first_view(self) -> tuple[Integers, Floats, Floats]:
-        """Facets of the first view, (f, 3), and the lower left and the upper right corner of their picture."""
+        """Facets of the first view, (f, 3), and the lower left and upper right corners of their picture."""
         right, up, toward = view_axes(self.azimuth_deg, self.elevation_deg)
         shown = self.faces[facet_normals(self.vertices_mm, self.faces) @ toward > 0]
         picture_mm = self.vertices_mm[np.unique(shown)] @ np.column_stack([right, up])
@@ -118,7 +121,7 @@ class Turntable:
 
     @property
     def _across_mm(self) -> float:
-        """Width of the picture, in millimetres of the sample."""
+        """Width of the picture in millimetres of the sample."""
         _, low_mm, high_mm = self._first_view
         width_mm, height_mm = high_mm - low_mm
         return float(max(width_mm, height_mm * STILL_PX[0] / STILL_PX[1])) / (1 - 2 * MARGIN)
@@ -134,7 +137,7 @@ class Turntable:
 
 
 def build_turntable(run: Run, solid: Solid) -> Turntable:
-    """Mesh the crack's walls and floor, a line around its mouth, and the sealant, coloured by age."""
+    """Return a mesh of the crack's walls and floor, a line around its mouth, and the sealant, coloured by age."""
     stays = ~run.spilled
     oldest_s = max(float(run.age_s.max(initial=0.0)), 0.1)
     fluid = fluid_surface(run.position_mm[stays], run.particle_volume_mm3, run.age_s[stays])
@@ -150,16 +153,19 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
 
 
 class Surface(NamedTuple):
-    """Mesh of a part of the model."""
+    """Mesh of one part of the 3-D model."""
 
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3), counter-clockwise from outside
     normal: Floats  # (v, 3), outward
-    value: Floats  # Colour, (v, 3); of the sealant its age, (v,), the mean over the particles around
+    value: Floats  # Colour, (v, 3). For the sealant, mean age of nearby particles, (v,).
 
 
 def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, Integers, Integers]:
-    """Return the cavity's facets, (f, 3), their labels, (f,), and its rim: edges, (n, 2), with the face on the left."""
+    """Return the cavity's facets, (f, 3), their labels, (f,), and its rim.
+
+    The rim consists of edges, (n, 2), with the face on their left.
+    """
     # A dam at an open end would hide the sealant in the first view.
     inside = np.isin(label, INSIDE)
     edges, back = _directed_edges(faces[label == FaceLabel.TOP]), _directed_edges(faces[inside])[:, ::-1]
@@ -168,7 +174,7 @@ def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, I
 
 
 def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
-    """Return a solid's cavity. Neighbouring vertices are merged if there are more than ``MOST_CORNERS``."""
+    """Return the cavity of a solid. If it has more than ``MOST_CORNERS`` vertices, neighbouring vertices are merged."""
     faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
     cell_mm = MERGED_CELL * float(np.ptp(solid.vertices_mm, axis=0).max())
     # Each facet has its own three vertices, and an edge of the rim has two facets.
@@ -200,7 +206,7 @@ def _ribbon(vertices_mm: Floats, rim: Integers) -> Surface:
 
 
 def _flat(triangle_mm: Floats, normal: Floats, colour: Floats) -> Surface:
-    """Return triangles, (f, 3, 3), each with its own vertices, of one normal and one colour for each triangle."""
+    """Return triangles, (f, 3, 3), each with its own vertices, one normal and one colour."""
     corner = triangle_mm.reshape(-1, 3)
     shape = len(triangle_mm), 3
     normal, colour = (np.repeat(np.broadcast_to(values, shape), 3, axis=0) for values in (normal, colour))
@@ -217,9 +223,9 @@ NOTHING = Surface(np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty((0, 3))
 def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats) -> Surface:
     """Return the surface on which half of the space is sealant, from a blurred count of the particles in each cell.
 
-    The colour field is that of Müller, Charypar and Gross 2003. ``position_mm`` is (n, 3), ``value`` (n,). Cells are
-    half the particles' spacing, or larger to have at most ``MOST_VERTICES`` vertices. Single particles have no
-    surface.
+    The method is the colour field of Müller, Charypar and Gross 2003. ``position_mm`` is (n, 3), ``value`` (n,). Cells
+    are half as wide as the particles' spacing, or wider if the surface would have more than ``MOST_VERTICES`` vertices.
+    Single particles have no surface.
     """
     if not len(position_mm):
         return NOTHING
@@ -245,7 +251,7 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
 
 
 def _spread(position: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:
-    """Return weights on a grid, each distributed over the eight nodes around its place."""
+    """Return weights on a grid. Each weight is distributed over the eight nodes around its position."""
     base, corners = np.floor(position).astype(np.int64), np.array([*np.ndindex(2, 2, 2)])
     part = (position - base)[:, None]
     share = np.prod(np.where(corners, part, 1 - part), axis=2) * weight[:, None]

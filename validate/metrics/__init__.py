@@ -1,1 +1,1 @@
-"""Metrics of a comparison: distances between levels, volumes, baselines and the verdict."""
+"""Measures of a comparison: distances between levels, volumes, baselines and the verdict."""

@@ -1,7 +1,7 @@
 """Distances between two levels along a crack: the area between them, in total and in bins, and Frechet's distance.
 
 Both levels are piecewise linear, so integrals and quantiles are exact. No library supports curves with different
-stations. Every comparison checks the area against similaritymeasures.
+stations. Every comparison checks the area with the library similaritymeasures.
 """
 
 from dataclasses import replace
@@ -16,11 +16,11 @@ from validate.comparison import ComparedStations, ErrorBin, ErrorFigures
 from validate.intervals import Alignment, ShiftedError
 
 BIN_MM = 10.0
-"""Length of an error bin along the crack, as in the paper's Fig. 9b; the outer bins are its start and end zones."""
-CLOSE_MM = 1.0  # Error for which the paper states the share of the crack's length below it
-FRECHET_MM = 0.5  # Spacing of the points for Frechet's distance, which depends on it: always the same
-MOST_FRECHET = 400  # Limit on the number of points: the time grows with its square
-ROUNDING = 1e-14  # Rounding error of a difference, as a share of its largest value
+"""Length of an error bin along the crack, as in the paper's Fig. 9b, whose outer bins are the start and end zones."""
+CLOSE_MM = 1.0  # Error for which the paper states the fraction of the crack's length below it
+FRECHET_MM = 0.5  # Spacing of the points for Frechet's distance. It is fixed, because the distance depends on it.
+MOST_FRECHET = 400  # Largest number of points, since the time grows with its square
+ROUNDING = 1e-14  # Rounding error of a difference, as a fraction of its largest value
 
 
 class PiecewiseLinear:
@@ -38,14 +38,14 @@ class PiecewiseLinear:
         return float(np.sqrt(np.sum(np.diff(self.x) * (first**2 + first * last + last**2) / 3) / self.length_mm))
 
     def share_below(self, limit: float) -> float:
-        """Return the share of the length with values below a limit."""
+        """Return the fraction of the length with values below a limit."""
         low, high = np.sort([self.value[:-1], self.value[1:]], axis=0)
         rise = high - low
         part = np.where(rise > 0, (limit - low) / np.where(rise > 0, rise, 1.0), limit > low)
         return float(np.sum(np.diff(self.x) * np.clip(part, 0.0, 1.0)) / self.length_mm)
 
     def quantile(self, share: float) -> float:
-        """Return the quantile: the value that this share of the length stays below."""
+        """Return the quantile: the value that this fraction of the length does not exceed."""
         low, high = float(self.value.min()), float(self.value.max())
         for _ in range(100):
             middle = (low + high) / 2
@@ -54,17 +54,20 @@ class PiecewiseLinear:
 
 
 class Difference(PiecewiseLinear):
-    """The difference a - b over the common support of two curves, at the stations of both and at each crossing."""
+    """The difference a - b over the range that both curves cover, at the points of both and at each crossing."""
 
     def __init__(self, x_a: ArrayLike, y_a: ArrayLike, x_b: ArrayLike, y_b: ArrayLike) -> None:
-        """Take points in any order. Raises InputError for NaN, repeated x, fewer than two points or no overlap."""
+        """Prepare the difference of two curves. Their points may have any order.
+
+        Raises InputError for NaN, repeated x, fewer than two points or no overlap.
+        """
         x_a, y_a = _polyline(x_a, y_a)
         x_b, y_b = _polyline(x_b, y_b)
         low, high = max(x_a[0], x_b[0]), min(x_a[-1], x_b[-1])
         if not low < high:
             raise InputError(
                 f"The curves do not overlap: {x_a[0]:g} to {x_a[-1]:g} and {x_b[0]:g} to {x_b[-1]:g}. "
-                "Check that both count s from the same end, in mm."
+                "Check that both measure s from the same end, in mm."
             )
         x = np.unique(np.concatenate([x_a, x_b]))
         x = x[(x >= low) & (x <= high)]
@@ -87,14 +90,14 @@ class Difference(PiecewiseLinear):
 
     @property
     def mean_error(self) -> float:
-        """The mean of |a - b| over the common support."""
+        """The mean of |a - b| over the range that both curves cover."""
         return self.area / self.length_mm
 
     def area_by_similaritymeasures(self) -> float:
-        """Return the area computed with the library that the paper used, on one grid with every crossing.
+        """Return the area computed with the library that the paper used, on one grid that includes every crossing.
 
-        Its ``area_between_two_curves`` pairs points by index, not by x, and ignores a crossing inside a pair. For 17
-        against 801 stations it is wrong by a factor of 3. On the common grid it is exact.
+        The library's ``area_between_two_curves`` pairs points by index, not by x, and ignores a crossing inside a pair.
+        For 17 and 801 stations it is wrong by a factor of 3. On a common grid it is exact.
         """
         import similaritymeasures
 
@@ -109,12 +112,12 @@ class Difference(PiecewiseLinear):
 
 
 def level_difference(simulated: Profile, measured: Profile) -> Difference:
-    """Return simulated minus measured level. Raises InputError if the two do not overlap."""
+    """Return the simulated minus the measured level. Raises InputError if the two do not overlap."""
     return Difference(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
 
 
 def are_compared(s_mm: Floats, from_mm: float, to_mm: float) -> Booleans:
-    """Return which stations are on the compared stretch, including its ends, (n,)."""
+    """Return True for each station on the compared stretch, including its ends, (n,)."""
     return (s_mm >= from_mm) & (s_mm <= to_mm)
 
 
@@ -129,7 +132,7 @@ def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
     """Return points sorted by x. Raises InputError if they are not a function of x."""
     x, y = np.array(x, dtype=float), np.array(y, dtype=float)
     if x.ndim != 1 or x.shape != y.shape or len(x) < 2:
-        raise InputError(f"A curve needs at least two points, and as many x as y; found {x.shape} and {y.shape}.")
+        raise InputError(f"A curve needs at least two points, and as many x as y, but has {x.shape} and {y.shape}.")
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         raise InputError("A curve contains NaN or infinity. Remove missing stations.")
     order = np.argsort(x, kind="stable")
@@ -141,7 +144,7 @@ def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def error_figures(error: Difference, measured: Profile) -> ErrorFigures:
-    """Return the errors of a level from its difference to the readings, ``error``."""
+    """Return the errors of a level from ``error``, its difference from the readings."""
     size = error.size
     worst = int(np.argmax(size.value))
     # The nearest constant level is the readings' median over the length.
@@ -159,7 +162,7 @@ def error_figures(error: Difference, measured: Profile) -> ErrorFigures:
 
 
 def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple[ErrorBin, ...]:
-    """Return the mean |error| in each 10 mm of the crack, over the covered part.
+    """Return the mean |error| in each 10 mm of the crack, over the part that both levels cover.
 
     The last bin is up to 5 mm longer or shorter than the others.
     """
@@ -180,8 +183,8 @@ def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple
 def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: float) -> float:
     """Return the discrete Frechet distance of two curves over a stretch of s, both sampled at the same even points.
 
-    Unlike an area, it measures a step that comes too early by the step's shift along the crack, since s and level have
-    equal weight.
+    Unlike an area, this distance measures a step that comes too early by the step's shift along the crack, because s
+    and level have equal weight.
     """
     import similaritymeasures
 
@@ -192,18 +195,18 @@ def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: flo
 
 
 def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]:
-    """Return stations and levels of part of a profile, with interpolated ends."""
+    """Return the stations and levels of a part of a profile, with interpolated ends."""
     inner = profile.s_mm[(profile.s_mm > low) & (profile.s_mm < high)]
     s_mm = np.concatenate([[low], inner, [high]])
     return s_mm, profile.level_at_mm(s_mm)
 
 
 CHOICE = "both curves count s from the first end given; neither is shifted to fit the other"
-SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Possible errors of a station placed by hand, or of the end of a crack
+SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Possible errors in the position of a station, or of the end of a crack
 
 
 def alignment(simulated: Profile, measured: Profile) -> Alignment:
-    """Return mean error and bias with the readings shifted along the crack, for each shift."""
+    """Return the mean error and bias for each shift of the readings along the crack."""
     errors = [level_difference(simulated, replace(measured, s_mm=measured.s_mm + shift_mm)) for shift_mm in SHIFTS_MM]
     shifts = [
         ShiftedError(shift_mm, error.mean_error, error.mean())

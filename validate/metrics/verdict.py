@@ -1,6 +1,6 @@
-"""The verdict on a comparison, the readings that it needs, and the baselines beside it.
+"""Verdict on a comparison, the readings that it needs, and the baselines for comparison.
 
-Baselines are levels without a simulation, compared with the same readings. A calibrated level was fitted to its
+Baselines are levels without a simulation that are compared with the same readings. A calibrated level was fitted to its
 readings, and so are its baselines: curves with one coefficient, with three, and with as many as settings were fitted.
 The baseline for held-out readings is made without them: a flat level of the dispensed volume.
 """
@@ -20,8 +20,8 @@ from validate.metrics.volumes import balance_profile
 from validate.sentences import sentence, stated
 from validate.settings import Gate, Role
 
-ALWAYS = (1, 3)  # Numbers of coefficients of the curves for every calibrated level: a bed falls, rests and rises
-FIT_POINTS, GAP_POINTS = 400, 8  # Largest number of fit points, and of those in a gap between stations
+ALWAYS = (1, 3)  # Numbers of coefficients of the curves that every calibrated level is compared with
+FIT_POINTS, GAP_POINTS = 400, 8  # Largest number of fit points, and largest number in a gap between stations
 NAMES = {1: "a flat line", 2: "a straight line", 3: "a parabola"}
 POOL = "the dispensed volume lying flat"
 
@@ -29,8 +29,9 @@ POOL = "the dispensed volume lying flat"
 def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterable[int]) -> tuple[Baseline, ...]:
     """Return the best polynomial with each number of coefficients over a stretch of the readings, fewest first.
 
-    Best means the smallest mean absolute error along the crack, by which a simulation is measured too. A curve with as
-    many coefficients as compared stations is omitted, since it would fit all of them exactly.
+    The best polynomial has the smallest mean absolute error along the crack, the measure that is also used for
+    simulations. A curve with as many coefficients as compared stations is left out, because it would fit all of them
+    exactly.
     """
     compared = int(are_compared(measured.s_mm, from_mm, to_mm).sum())
     stations_mm = measured.s_mm[(measured.s_mm > from_mm) & (measured.s_mm < to_mm)]
@@ -45,7 +46,7 @@ def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterab
 
 @lru_cache(maxsize=256)  # The runs of a study are compared with the same readings.
 def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count: int) -> float:
-    """Return the mean error of the best polynomial of ``count`` coefficients, exact between its points."""
+    """Return the mean error of the best polynomial of ``count`` coefficients. It is exact between its points."""
     x, readings = np.array(s_mm), Profile(np.array(s_mm), np.array(level_mm))
     if len(x) * GAP_POINTS <= FIT_POINTS:
         x = np.unique(x[:-1, None] + np.diff(x)[:, None] * np.linspace(0, 1, GAP_POINTS + 1))
@@ -56,7 +57,8 @@ def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count:
 def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
     """Return the polynomial of ``count`` coefficients with the smallest mean absolute difference, at each x.
 
-    It is a linear programme: minimise the sum of w t with |P c - level| <= t at each x, in Legendre polynomials P.
+    It solves a linear programme: minimise the sum of w t with |P c - level| <= t at each x. P are Legendre polynomials,
+    c the coefficients, w the weights and t the bounds of the differences.
     """
     from numpy.polynomial.legendre import legvander
     from scipy.optimize import linprog
@@ -90,11 +92,11 @@ def flat_levels(measured: Profile, outline: Outline, solid: Solid, dispensed_mm3
 
 
 def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: int | None) -> bool | None:
-    """Return whether a mean error is smaller than those of all baselines with no more fitted numbers.
+    """Return whether a mean error is smaller than the error of every baseline with no more fitted numbers.
 
-    These are the curves with at most ``fitted`` coefficients, the number of fitted settings; if it is None (not
-    declared), one is assumed. For held-out readings, only levels made without the readings count. Returns None if there
-    is no such baseline.
+    These baselines are the curves with at most ``fitted`` coefficients, the number of fitted settings. If ``fitted`` is
+    None (not declared), one is assumed. For held-out readings, only levels made without the readings count. Returns
+    None if there is no such baseline.
     """
     most = 0 if role == "held-out" else 1 if fitted is None else fitted
     fair = [baseline.mean_error_mm for baseline in baselines if baseline.numbers <= most]
@@ -102,7 +104,7 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
 
 
 def nearer_baseline(error_mm: float, baselines: Sequence[Baseline]) -> str:
-    """Return a sentence on the simplest baseline nearer to the readings than a mean error, and on simpler baselines."""
+    """Return a sentence about the simplest baseline closer to the readings than a mean error, and simpler ones."""
     names = [f"{baseline.name} ({baseline.mean_error_mm:.2f} mm)" for baseline in baselines]
     nearer = next((i for i, baseline in enumerate(baselines) if baseline.mean_error_mm <= error_mm), None)
     return sentence("nearer_baseline", baselines=baselines, names=names, nearer=nearer)
@@ -115,7 +117,7 @@ def against_baselines(
     fitted: int | None,
     stations: int | None = None,
 ) -> str:
-    """Return the sentences that compare a mean error with those of the baselines.
+    """Return the sentences that compare a mean error with the errors of the baselines.
 
     ``fitted`` is the number of settings that were fitted to the readings, or None if it was not declared. ``stations``
     is the number of compared stations, or None if it is unknown.
@@ -133,28 +135,33 @@ def against_baselines(
 
 
 FEWEST_STATIONS = 7
-"""Smallest number of stations. Beside a mound where the nozzle stops, the interval of the bias contains the truth in 0
-to 98 % of trials with 5 stations, 90 % or more with 6, and 94 % or more with 7."""
+"""Smallest number of stations for a verdict. Next to a mound where the nozzle stops, the interval of the bias contains
+the true value in 0 to 98 % of trials with 5 stations, in 90 % or more with 6, and in 94 % or more with 7."""
 LEAST_COVERAGE = 0.8
-"""Least covered share of the crack's length: a tenth at each end may be out of a caliper's reach. The paper's worst
-errors are at the ends."""
+"""Smallest fraction of the crack's length that must be covered for a verdict. A tenth at each end may be out of a
+caliper's reach, but the paper's largest errors are at the ends."""
 WIDEST_GAP = 0.3
-"""Largest distance of neighbouring stations, as a share of the crack's length. Stations placed by hand are uneven.
-A cluster and one far away leave a wider gap."""
-NEARLY_ALL = 0.95  # Coverage below which the verdict states it
+"""Largest distance between neighbouring stations for a verdict, as a fraction of the crack's length. Stations placed by
+hand are uneven. A cluster of stations and a single one far away leave a wider gap."""
+NEARLY_ALL = 0.95  # Coverage below which the verdict mentions it
 ROUNDING = 1e-9
 BASELINES, SCREENING = "verdict.baselines", "verdict.screening"
-"""Keys of a headline with a valid mean error, and of one by the fast model."""
+"""Keys of two headlines: with a valid mean error, and for a level by the fast model."""
 SOUND = (0.95, 1.05)
-"""Sound range of the volume ratio, which is settled over dispensed volume. The preset "accurate" stays within it."""
+"""Sound range of the volume ratio, which is settled divided by dispensed volume. The preset "accurate" stays within
+it."""
 
 
 Case = Literal["leak", "edited", "predicted", "alone", "screening", "too-few-readings", "judged"]
-"""Reason for a verdict, or for none. The first that holds is taken.
+"""Reason for a verdict, or for none. The first reason that applies is taken.
 
-leak: a particle escaped; edited: files were edited by hand; predicted: no readings, but a band; alone: neither;
-screening: the fast model computed the level; too-few-readings; judged: the mean error is compared with a gate.
-"""
+leak: a particle escaped.
+edited: files were edited by hand.
+predicted: there are no readings, but the level has a band.
+alone: there are neither readings nor a band.
+screening: the fast model computed the level.
+too-few-readings: the readings do not allow a verdict.
+judged: the mean error is compared with a gate."""
 
 
 def kept_volume(ratio: float) -> bool:
@@ -164,9 +171,9 @@ def kept_volume(ratio: float) -> bool:
 
 
 def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Basis:
-    """Return the stations, coverage and largest gap of sorted stations that are compared from ``from_mm`` to ``to_mm``.
+    """Return which stations are compared, the fraction of the crack that they cover, and their largest gap.
 
-    ``length_mm`` is that of the crack.
+    The comparison is from ``from_mm`` to ``to_mm``. ``s_mm`` is sorted. ``length_mm`` is the length of the crack.
     """
     first = max(0, int(np.searchsorted(s_mm, from_mm, side="right")) - 1)
     last = min(len(s_mm) - 1, int(np.searchsorted(s_mm, to_mm, side="left")))
@@ -192,9 +199,9 @@ def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Ba
 def case_of(
     comparison: Comparison | None, escaped: int, edited: Sequence[str], *, fast: bool, predicted: bool = False
 ) -> Case:
-    """Return why there is a verdict or none.
+    """Return the reason why there is a verdict or none.
 
-    ``fast`` is True if the fast model computed the level, ``predicted`` if the level has a band.
+    ``fast`` is True if the fast model computed the level. ``predicted`` is True if the level has a band.
     """
     if escaped:
         return "leak"
@@ -214,7 +221,7 @@ HEADLINES: dict[Case, tuple[str, ...]] = {
     "too-few-readings": ("verdict.too-few-readings", "verdict.role"),
     "judged": (BASELINES, "verdict.role", "verdict.gate"),
 }
-"""Keys of the facts of a headline."""
+"""Keys of the facts that form a headline, by case."""
 LEVELS: dict[str, Level] = {
     "verdict.leak": "fault",
     "verdict.edited": "fault",
@@ -229,9 +236,9 @@ def judged(
 ) -> Comparison:
     """Return the comparison with its headline: baselines, use of the readings, and the declared limit.
 
-    ``edited`` are files of the run that were changed after their stage wrote them. With such files, an escaped particle
-    or a model for ``screening`` there is no verdict. ``passed`` compares the mean error with the limit. ``outcome``
-    compares its 95 % interval, which is due to the readings.
+    ``edited`` are files of the run that were changed after their stage wrote them. There is no verdict if there are
+    such files, if a particle escaped, or if the model is for ``screening``. ``passed`` compares the mean error with the
+    limit. ``outcome`` compares the 95 % interval of the mean error, which is due to the readings, with the limit.
     """
     m, uncertainty = comparison, comparison.uncertainty
     case = case_of(m, m.escaped_particles, edited, fast=screening)
@@ -256,7 +263,7 @@ def judged(
 
 
 def _outcome(m: Comparison, case: Case, gate: Gate | None) -> tuple[bool | None, Outcome]:
-    """Return whether the mean error is within the gate, and the outcome by its interval."""
+    """Return whether the mean error is within the gate, and the outcome that follows from its interval."""
     if case == "leak":
         return False, "failed"
     if case == "screening":
@@ -271,6 +278,6 @@ def _outcome(m: Comparison, case: Case, gate: Gate | None) -> tuple[bool | None,
 
 
 def beside_baselines(m: Comparison) -> str:
-    """Return the sentences that compare the mean error with those of the baselines."""
+    """Return the sentences that compare the mean error with the errors of the baselines."""
     fitted = None if m.fitted is None else len(m.fitted)
     return against_baselines(m.mean_error_mm, m.baselines, m.role, fitted, m.basis.stations_compared)

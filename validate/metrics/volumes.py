@@ -20,7 +20,7 @@ from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile,
 from validate.comparison import FilledVolumes, MassBalance
 from validate.settings import Readings
 
-CELL_MM = 0.2  # Raster cell for sealant on the face: half a particle of the paper's size
+CELL_MM = 0.2  # Width in mm of raster cells for sealant on the face: half the paper's particle size
 
 
 def mass_balance(run: Run, solid: Solid, volume_ratio: float, readings_mm3: float, settings: Readings) -> MassBalance:
@@ -47,7 +47,7 @@ def mass_balance(run: Run, solid: Solid, volume_ratio: float, readings_mm3: floa
 
 
 def _footprint_mm2(run: Run, solid: Solid) -> float:
-    """Return the area of the face under the discs of the particles that rest on it."""
+    """Return the area of the face in mm2 under the discs of the particles that rest on it."""
     x_min, y_min, x_max, y_max = solid.block_mm
     corner_mm = np.array([x_min, y_min])
     # Cells of the block's upper side outside the mouth, rows along y.
@@ -66,10 +66,10 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
 
 
 def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, volume_ratio: float) -> float:
-    """Return the change of level due to volume that the numerics gained; negative if they lost volume.
+    """Return the change of level due to volume that the numerics gained. It is negative if they lost volume.
 
-    It is this volume divided by the area of the fluid's surface: the area of the crack at the level, plus the area of
-    the face that sealant covers outside the mouth.
+    It is this volume divided by the area of the fluid's surface, which has two parts: the area of the crack at the
+    level, and the area of the face that sealant covers outside the mouth.
     """
     spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
     if not run.has_particles:
@@ -82,10 +82,10 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
 
 
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> FilledVolumes:
-    """Return the volumes below and above a level over a stretch.
+    """Return the volumes below and above a level over a stretch of the crack.
 
-    The cavity is that of the mesh, at the level of the nearest place on the main crack. Above the face it continues
-    straight up; profiles do not include sealant on the face outside the mouth.
+    The cavity is taken from the mesh, at the level of the nearest position on the main crack. Above the face it
+    continues straight up. Sealant on the face outside the mouth is not included in profiles.
     """
     cavity = cavity_by_level(outline, solid)
     share, s_mm = cavity.between(from_mm, to_mm)
@@ -105,7 +105,7 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
 def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profile:
     """Return the flat level of a volume in the whole crack, like water between dams at both ends.
 
-    It depends only on volume and crack. A simulation, which also models the flow, should have a smaller error.
+    It depends only on the volume and the crack. A simulation also models the flow, so its error should be smaller.
     """
     from scipy.optimize import root_scalar
 
@@ -123,19 +123,19 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
     return Profile(outline.s_mm, np.maximum(floor_mm, level_mm), source="volume balance")
 
 
-CELLS_ACROSS, LARGEST_MM = 8, 0.125  # Across the crack's mean width, and their largest size within the limits below
-MOST_IN_MOUTH, MOST_CELLS = 40_000, 1_000_000  # Most cells between the walls, and in all
-LEAST_SHARE = 1e-9  # Share of a cell below which an area is a rounding error
-LEVELS = 49  # Levels from the deepest floor to the face: a third of a millimetre apart at 16 mm
+CELLS_ACROSS, LARGEST_MM = 8, 0.125  # Number of cells across the crack's mean width, and their largest size
+MOST_IN_MOUTH, MOST_CELLS = 40_000, 1_000_000  # Largest numbers of cells between the walls, and in total
+LEAST_SHARE = 1e-9  # Fraction of a cell below which an area is a rounding error
+LEVELS = 49  # Number of levels from the deepest floor to the face, a third of a mm apart at 16 mm
 BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at which the area jumps
-LOWEST_LEVELS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # In the lowest layer: a modelled floor is not quite level
+LOWEST_LEVELS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # In the lowest layer, since a modelled floor is uneven
 LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
-"""Height within which facets count as level; smallest area at one height, as a share of the mouth's area, that gets its
-own levels; and the largest number of such heights. Floors, shelves and roofs are level: without their own levels, the
-area would slope where it should jump."""
+"""Three limits for level facets: height in mm within which facets count as level, smallest area at one height that gets
+its own levels (as a fraction of the mouth's area), and largest number of such heights. Floors, shelves and roofs are
+level. Without their own levels, the area would slope where it should jump."""
 NOISE, MOST_NOISE = 2.5, 1 / 8
-"""Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and its limit as a share of
-the cavity's depth. Only 0.6 % of the vertices are deeper, too few to form connected hollows."""
+"""Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and largest depth as a
+fraction of the cavity's depth. Only 0.6 % of the vertices are deeper, too few to form connected hollows."""
 NORMAL_MEDIAN = 0.6745  # Median distance from the mean, in standard deviations
 SMOOTHED_MM = 5.0  # Length along the crack over which the walls' slope under the face is averaged
 
@@ -144,8 +144,9 @@ SMOOTHED_MM = 5.0  # Length along the crack over which the walls' slope under th
 class CavityByLevel:
     """Horizontal areas of the cavity by level, in bins along the crack. Between levels an area is linear.
 
-    Each point of the cavity belongs to the bin of the main crack that is nearest to it through the cavity: a side crack
-    to the bin of its root, the room around a tip to the last bin. So the bins add up to the cavity, without its stones.
+    Each point of the cavity belongs to the bin of the main crack that is nearest to it through the cavity. A side crack
+    belongs to the bin of its root, and the space around a tip to the last bin. The bins therefore add up to the cavity
+    without its stones.
     """
 
     ends_mm: Floats  # (k + 1,): arc length at the ends of the bins
@@ -158,12 +159,12 @@ class CavityByLevel:
         return (self.ends_mm[1:] + self.ends_mm[:-1]) / 2
 
     def between(self, from_mm: float, to_mm: float) -> tuple[Floats, Floats]:
-        """Return the share of each bin between two arc lengths, and the middle of the included part, (k,) each."""
+        """Return the fraction of each bin between two arc lengths, and the middle of the included part, (k,) each."""
         inside_mm = np.clip(self.ends_mm, from_mm, to_mm)
         return np.diff(inside_mm) / np.diff(self.ends_mm), (inside_mm[1:] + inside_mm[:-1]) / 2
 
     def area_at_mm2(self, level_mm: Floats) -> Floats:
-        """Return the area of each bin at the bin's own level, (k,). Above the face it is the area of the mouth."""
+        """Return the area of each bin at its level, (k,). Above the face it is the area of the mouth."""
         before, share = self._places(level_mm)
         lower_mm2, upper_mm2 = self._beside(self.area_mm2, before)
         return lower_mm2 + share * (upper_mm2 - lower_mm2)
@@ -171,8 +172,9 @@ class CavityByLevel:
     def below_mm3(self, level_mm: Floats) -> Floats:
         """Return the volume of each bin from its floor up to its level or the face, whichever is lower, (k,).
 
-        In the layer of a bin's floor the volume is linear from the floor up. The area jumps at a floor; if it were
-        linear from the layer's lower level, a level on the floor would contain sealant.
+        The area jumps from zero at a bin's floor. In the layer that contains the floor, the volume therefore grows
+        linearly from the floor, not from the bottom of the layer. Otherwise a level at the floor would have a volume
+        above zero.
         """
         before, share = self._places(level_mm)
         step_mm = np.diff(self.levels_mm)
@@ -191,7 +193,7 @@ class CavityByLevel:
         return np.cumulative_sum(layers_mm3, axis=1, include_initial=True)
 
     def _places(self, level_mm: Floats) -> tuple[Integers, Floats]:
-        """Return the index of the next lower level, and the share of the layer below ``level_mm``, for each bin."""
+        """Return for each bin the index of the next lower level, and the fraction of the layer below ``level_mm``."""
         before = np.searchsorted(self.levels_mm, level_mm, side="right") - 1
         before = np.clip(before, 0, len(self.levels_mm) - 2)
         step_mm = np.diff(self.levels_mm)[before]
@@ -222,7 +224,7 @@ class _Raster:
     shape: tuple[int, int]  # rows, columns
 
     def areas(self, rings: Iterable[Floats]) -> Floats:
-        """Return the area of a region in each cell, row by row, as shares of a cell."""
+        """Return the area of a region in each cell, row by row, as fractions of a cell."""
         return cell_areas(((np.asarray(ring) - self.origin_mm) / self.cell_mm for ring in rings), self.shape).ravel()
 
     def middles_mm(self, cells: Integers) -> Floats:
@@ -272,9 +274,10 @@ def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
 
 
 def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Floats:
-    """Return the arc length of the nearest point on the main crack for each cell, row by row; -1 outside the crack.
+    """Return for each cell the arc length of the nearest point on the main crack, row by row, or -1 outside the crack.
 
-    A cell that is partly between the walls counts as main crack, since a gap next to a stone may contain no whole cell.
+    A cell that is partly between the walls counts as main crack, because a gap next to a stone may contain no whole
+    cell.
     """
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
     main = np.flatnonzero((np.abs(raster.areas([walls_mm])) > LEAST_SHARE) & inside.ravel())
@@ -286,9 +289,9 @@ def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Fl
 
 
 def _noise_mm(solid: Solid) -> float:
-    """Return the depth of the hollows in an imported sample's face, or 0 if the face is plane.
+    """Return the depth of the hollows in the face of an imported sample, or 0 if the face is plane.
 
-    It is estimated from the median height of the face's vertices. A rounded or chamfered mouth does not affect the
+    It is estimated from the median height of the face's vertices. A rounded or chamfered mouth does not change the
     median, so it does not count as noise.
     """
     if solid.figures.mesh is None:
@@ -303,16 +306,16 @@ def _noise_mm(solid: Solid) -> float:
 
 
 def _plan_areas_mm2(corners_mm: Floats) -> Floats:
-    """Return the area of each facet (n, 3, 3) in plan view, (n,)."""
+    """Return the area of each facet, (n, 3, 3), in plan view, (n,)."""
     (x1, y1), (x2, y2) = ((corners_mm[:, corner, :2] - corners_mm[:, 0, :2]).T for corner in (1, 2))
     return np.abs(x1 * y2 - x2 * y1) / 2
 
 
 def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats, noise_mm: float, bin_mm: float) -> Floats:
-    """Return areas extrapolated to the deepest floor and the face, from the first and the last cut just inside.
+    """Return areas extrapolated to the deepest floor and the face, from the first and last cut just inside.
 
-    Hollows of a rough face meet the crack. There, areas are extrapolated from below the hollows with the walls' slope.
-    It is the smaller of the slopes of two layers, since a ledge is not a slope.
+    Hollows of a rough face meet the crack. Under them, areas are extrapolated from below the hollows with the slope of
+    the walls. This is the smaller of the slopes of two layers, because a ledge is not a slope.
     """
     share = BESIDE_MM / (levels_mm[1] - levels_mm[0] - BESIDE_MM)
     area_mm2[:, 0] += share * (area_mm2[:, 0] - area_mm2[:, 1])
@@ -329,7 +332,7 @@ def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats, noise_mm: float, bin_mm
 
 
 def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
-    """Return levels from the deepest floor to the face, increasing, with a level on both sides of level facets.
+    """Return increasing levels from the deepest floor to the face, with a level on both sides of level facets.
 
     No level is within the hollows of a rough face.
     """
@@ -342,7 +345,7 @@ def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
 
 
 def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
-    """Return the levels just below and above level facets, for the heights at which they have the largest areas."""
+    """Return the levels just below and above level facets, for the heights with the largest areas of such facets."""
     corners_mm = solid.vertices_mm[solid.faces]
     low_mm, high_mm = corners_mm[:, :, 2].min(axis=1), corners_mm[:, :, 2].max(axis=1)
     flat = (high_mm - low_mm < LEVEL_MM) & (low_mm > -solid.depth_mm - BESIDE_MM) & (high_mm < -BESIDE_MM)
@@ -368,13 +371,12 @@ def _cuts(solid: Solid, levels_mm: Floats, noise_mm: float) -> list[CrossSection
 
 
 def cell_areas(rings: Iterable[Floats], shape: tuple[int, int]) -> Floats:
-    """Return the area of a region in each cell, (rows, columns), as a share of the cell.
+    """Return the area of a region in each cell, (rows, columns), as a fraction of the cell.
 
     Cell (row, column) is the unit square whose lower corner is (column, row). Rings run counter-clockwise around the
-    region and clockwise around its islands, all within the raster.
-
-    Edges are cut at the borders of cells. A piece adds the area between it and the right border of its cell, and its
-    height to all cells on its right: Green's theorem, row by row.
+    region and clockwise around its islands, all within the raster. Edges are cut at the borders of cells. Each piece
+    adds the area between it and the right border of its cell, and adds its height to all cells on its right. This is
+    Green's theorem, row by row.
     """
     edges = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
     if not edges:

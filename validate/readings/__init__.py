@@ -1,13 +1,13 @@
 """Caliper readings from a lab's sheets: CSV, XLSX and ODS.
 
-``grid`` reads the cells of a file, ``table`` finds its header and its columns by their names (``words``), and ``rows``
-reads the stations. ``beside`` asks about each text beside these that is not known to be harmless, and ``screens`` about
-readings that may be mistakes. ``read_readings`` is the entry.
+``grid`` reads the cells of a file. ``table`` finds the header, and the columns by their names (``words``). ``rows``
+reads the stations. ``beside`` asks about each text next to them that is not known to be harmless. ``screens`` asks
+about readings that may be mistakes. ``read_readings`` is the entry point.
 
-One shape is read: a header of one to three rows, a row for each station, or for each reading with a column that counts
-repeats, and one sample. All else is asked: to a new form belongs a question, not a reader. New words go into
-``words.toml``. A new quantity beside the readings, such as the humidity, is a member of ``words.Role`` and a table of
-words, units and limits in ``words.toml``: its columns are then known, values outside the limits are asked about, and
-its mean is in comparison.json and on the first page of report and PDF. Tests are tables of sheets in
-``tests/validate/readings/``.
+One form of sheet is read: a header of one to three rows, one sample, and a row for each station, or a row for each
+reading with a column that counts repeats. Everything else leads to a question. For a new form of sheet, add a question,
+not a reader. New words belong in ``words.toml``. A new quantity in addition to the readings, such as the humidity, is a
+member of ``words.Role`` and a table of words, units and limits in ``words.toml``. Its columns are then known, values
+outside the limits lead to a question, and its mean is in comparison.json and on the first page of report and PDF. Tests
+are tables of sheets in ``tests/validate/readings/``.
 """

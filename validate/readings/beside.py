@@ -1,8 +1,8 @@
-"""Texts beside the numbers of a sheet: harmless, or quoted in one question.
+"""Texts next to the numbers of a sheet: they are either harmless, or quoted in one question.
 
-A text is harmless if each of its clauses is: no word that may change readings, a harmless topic (a person, a client, a
-photo), and few unknown words and numbers. The words are in ``words_beside.toml``. Marks of cells, such as a strike, and
-names of columns that may change readings are asked about too.
+A text is harmless if each of its clauses is harmless: it has no word that may change readings, it has a harmless topic
+(a person, a client, a photo), and it has few unknown words and numbers. The words are in ``words_beside.toml``. Marks
+of cells, such as a strike, and names of columns that may change readings also lead to questions.
 """
 
 # ruff: noqa: RUF001  Texts of labs have letters of all scripts.
@@ -30,7 +30,7 @@ LETTERS = str.maketrans(
 
 
 def plain(text: str) -> str:
-    """Return the text in small letters without accents, and with k for c. Marks of Japanese letters are kept."""
+    """Return the text in lower case without accents, with k instead of c. Marks of Japanese letters are kept."""
     text = unicodedata.normalize("NFKD", text.casefold()).translate(LETTERS)
     bare = (letter for letter in text if letter > "\u3000" or unicodedata.category(letter) != "Mn")
     return unicodedata.normalize("NFC", "".join(bare))
@@ -76,31 +76,31 @@ TOKEN = re.compile(
 )
 CLAUSE = re.compile(r"[;\n。]| [-\u2013\u2014] (?!\d)|(?<=\w{6})\.\s+(?=\w{3})")
 GERMAN = re.compile(r"\b(?:und|mit|vom|der|das|ist|wurden?|am|im|ab|auf|beim?|nach|zu[rm]?)\b|emes")
-MOST_QUOTED, LONGEST_QUOTED = 60, 400  # Texts of a sheet, and letters of each
+MOST_QUOTED, LONGEST_QUOTED = 60, 400  # Largest number of quoted texts of a sheet, and of characters in each
 REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
 NAMES, RANGE = "names", "range"
-"""Entries of as_written for the names of file and worksheet, and for all texts outside of the range."""
+"""Entries of as_written: for the names of file and worksheet, and for all texts outside the range."""
 MARKS: dict[str, tuple[str, Callable[[Grid, int, int], bool | str]]] = {
     "struck": ("struck through", lambda grid, row, column: grid.cell(row, column).is_struck),
     "hidden": ("hidden", lambda grid, row, column: row in grid.hidden_rows or column in grid.hidden_columns),
     "coloured": ("coloured unlike the others", lambda grid, row, column: grid.cell(row, column).colours),
 }
-"""Marks of cells by kind: in words, and the function that returns the mark of a cell."""
+"""Marks of cells by kind: the mark in words, and a function that returns the mark of a cell."""
 CODE = re.compile(r"[^\W\d_]{1,3}[ _-]?[0-9]+\w?")
-LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat with its word, or a letter
+LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat, possibly after a word, or a letter
 
 
 class Text(NamedTuple):
-    """A text beside the readings."""
+    """A text next to the readings."""
 
-    answer: str  # Entry of as_written that confirms it
+    answer: str  # Entry of as_written that confirms the text
     text: str
     where: str
-    beside: str = ""  # Place and readings of its row
+    beside: str = ""  # Position and readings in the row of the text
 
 
 def ask_about_rest(table: Table, rows: ReadRows) -> None:
-    """Ask once about the texts that may change the readings, and once about each kind of marks of cells that are read.
+    """Ask once about the texts that may change the readings, and once about each kind of mark on cells that are read.
 
     The name of the sample is harmless.
     """
@@ -123,7 +123,7 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
 
 
 def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
-    """Yield the texts of the sheet outside of its header and readings, comments, and texts elsewhere in the file."""
+    """Yield the texts outside the header and the readings of a sheet, comments, and other texts in the file."""
     grid, (columns_inside, rows_inside) = table.grid, table.span
 
     def text_of(row: int, column: int, text: str, beside: str = "", what: str = "") -> Text:
@@ -155,13 +155,13 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
 
 
 def _has_labels(table: Table, rows: ReadRows, column: int) -> bool:
-    """Return whether the texts of a column name the stations: P1, P2, P3."""
+    """Return whether the texts of a column name the stations, for example P1, P2, P3."""
     labels = {table.grid.cell(row, column).text for row in rows.read} - {""}
     return len(labels) == len(rows.cells.s_mm) and all(map(CODE.fullmatch, labels))
 
 
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:
-    """Return whether a text in the header, or beside readings, is neither a known name nor a word for nothing."""
+    """Return whether a text may change readings: in the header or next to readings, and not known to be harmless."""
     cell, name = table.grid.cell(row, column), table.header.names.get(column, "")
     roles, other = {each.role for each in table.used if each.index == column}, table.others.get(column)
     if row in table.header.rows:
@@ -180,7 +180,7 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
 
 
 def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
-    """Yield the names of the worksheet and of the file, without that of the sample."""
+    """Yield the names of the worksheet and of the file, without the name of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
     for what, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
         # "P02" in the file of P01 is another sample.
@@ -190,12 +190,12 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
 
 
 def _ask_about_names(table: Table) -> None:
-    """Ask about words and marks in the names of columns that may change what is read, whatever is declared."""
+    """Ask about words and marks in column names that may change what is read, whatever is declared."""
     for column in dict.fromkeys([*(column.index for column in table.used), *table.unclear]):
         text = table.header.names.get(column, "")
         if parsed(text).has_rest or (meaning(text) is None and changes(parsed(text).text)):
             remedy = "Write lengths into the sheet, and what the name says (unit, datum, end of s) into other answers."
-            finding = f"does {quoted(text)} change the readings, or is it no length?"
+            finding = f"does {quoted(text)} change the readings, or is it not a length?"
             row, answer = max(table.header.rows, default=1), [letters(column)]
             table.ask("name", finding, remedy, {CONFIRMS: answer}, answer, row, stops=True)
 
@@ -216,12 +216,12 @@ def _ask_about_marks(table: Table, rows: ReadRows) -> None:
 
 
 def changes(text: str) -> bool:
-    """Return True if a text has a word or a sign that may change readings: unit, side, zero, factor, rejection."""
+    """Return True if a text has a word or sign that may change readings: a unit, side, zero, factor or rejection."""
     return not CHANGES.isdisjoint(_kinds(text))
 
 
 def is_harmless(text: str, sample: str = "") -> bool:
-    """Return True only if a text is known to leave the readings of its sample as they are: a date, an operator.
+    """Return True only if a text is known to leave the readings of its sample unchanged, such as a date or an operator.
 
     Texts without a harmless topic, and numbers without a harmless label, give False.
     """
@@ -248,7 +248,7 @@ def is_harmless(text: str, sample: str = "") -> bool:
 
 
 def _kinds(text: str) -> list[str]:
-    """Return the kinds of words, numbers and signs, without unknown words of up to three letters."""
+    """Return the kinds of words, numbers and signs in a text. Unknown words of up to three letters are left out."""
     text = FIGURES.sub(" § ", unicodedata.normalize("NFKC", NUMBER_SIGN.sub(" ¤ ", text)))
     has_names = not (text.isupper() or GERMAN.search(text))
     kinds = ["", ""]
@@ -264,7 +264,7 @@ def _kinds(text: str) -> list[str]:
 
 
 def _kind(word: str) -> str:
-    """Return the kind of the longest entry that fits a plain word, or an empty text."""
+    """Return the kind of the longest entry that matches a plain word. Returns an empty text if none matches."""
     inner = (f"*{word[start:end]}" for start, end in combinations(range(len(word) + 1), 2))
     parts = {f"{word}.", *accumulate(word), *inner}
     return KINDS.get(max(sorted(KINDS.keys() & parts), key=len, default=""), "")

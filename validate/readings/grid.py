@@ -1,4 +1,4 @@
-"""The cells of a sheet with their marks, and what else is in its file: a text with fields, or a workbook."""
+"""Read the cells of a sheet with their marks, and other content of its file, which is a text file or a workbook."""
 
 import csv
 import io
@@ -20,14 +20,14 @@ from validate.readings.words import number
 from validate.settings import Separator
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
-"""Kind of a cell. Cells of a text file are all "text". A "formula" is one without a stored result."""
-MOST_ROWS = 10_100  # 10,000 stations below a header and titles
-MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has fewer
-MOST_NAMED = 8  # Cells or columns that a sentence names
-LONGEST_SHOWN = 60  # Limit on the letters of a cell that are quoted
+"""Kind of a cell. All cells of a text file are "text". A "formula" is a formula without a stored result."""
+MOST_ROWS = 10_100  # Largest number of rows: 10,000 stations below a header and titles
+MOST_COLUMNS = 256  # Largest number of columns with content. A sheet of readings has fewer.
+MOST_NAMED = 8  # Largest number of cells or columns that a sentence names
+LONGEST_SHOWN = 60  # Largest number of characters of a cell that are quoted
 SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
-LARGEST_FILE_BYTES = 5_000_000  # Limit on the size of a sheet, or of a workbook with its pictures
-LARGEST_UNPACKED_MB = 32  # Limit on all parts together: 10,000 rows of 32 numbers take 13 MB
+LARGEST_FILE_BYTES = 5_000_000  # Largest size of a sheet, or of a workbook with its pictures
+LARGEST_UNPACKED_MB = 32  # Largest size of all parts together. 10,000 rows of 32 numbers take 13 MB.
 SMALLER = "Remove pictures and other tables from it, or save it as CSV."
 ZIP = b"PK\x03\x04"
 OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # First bytes of .xls, and of an XLSX with a password
@@ -36,21 +36,21 @@ OTHER_FORMAT = re.compile(
     rb"|\x1f\x8b|rar!|7z\xbc\xaf)",
     re.IGNORECASE,
 )
-"""First bytes of pages, texts, databases and archives that programs export with the file extension of a sheet."""
+"""First bytes of pages, texts, databases and archives that programs export under the file extension of a sheet."""
 SEPARATORS: dict[Separator | None, str] = {"tab": "\t", "semicolon": ";", "comma": ","}
-"""Separators in order of preference if two fit equally well: text contains commas, but rarely tabs."""
+"""Separators. If two fit equally well, the first one is taken, because text contains commas, but rarely tabs."""
 UTF_16_MARKS = b"\xff\xfe", b"\xfe\xff"
 SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNORECASE)
-"""First line such as "sep=;", which states the separator for Excel."""
+"""First line such as "sep=;", which tells Excel the separator."""
 
 
 class Cell(NamedTuple):
-    text: str  # Content without surrounding blanks; numbers of a workbook have a decimal point and up to 15 digits
+    text: str  # Content without surrounding blanks. A workbook's numbers have a decimal point and up to 15 digits.
     kind: Kind = "text"
     unit: str = ""  # Text that a number's format shows behind it, such as "cm" or "%"
     is_formula: bool = False  # True if a formula gives the content
     is_struck: bool = False
-    colours: str = ""  # Colours of fill and font; empty for black on white
+    colours: str = ""  # Colours of fill and font. Empty for black on white.
 
 
 BLANK = Cell("")
@@ -59,7 +59,7 @@ FORMULA = Cell("", "formula", is_formula=True)
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The cells of a sheet, and what else is in its file."""
+    """The cells of a sheet, and the other content of its file."""
 
     path: Path
     written: tuple[str, ...]  # Format of the file in words: ("CSV", "UTF-16", "semicolons")
@@ -72,18 +72,19 @@ class Grid:
     hidden_rows: set[int] = field(default_factory=set)
     hidden_columns: set[int] = field(default_factory=set)
     elsewhere: list[tuple[str, str]] = field(default_factory=list)
-    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm"), ("page header", "P01")."""
+    """Other texts of a workbook, each with its location: ("sheet 'Notes', row 1", "all in cm"), ("page header",
+    "P01")."""
 
-    doubts: tuple[Doubt, ...] = ()  # What is open about the file
+    doubts: tuple[Doubt, ...] = ()  # Questions about the file
 
     def require_size(self) -> Self:
-        """Return the sheet. Raises SheetFaults if it exceeds the size limit of a sheet of readings."""
+        """Return the sheet. Raises SheetFaults if it is larger than a sheet of readings may be."""
         if len(self.rows) > MOST_ROWS:
-            finding = f"has more than {MOST_ROWS} rows, which is the limit."
+            finding = f"the sheet has more than {MOST_ROWS} rows, which is the limit."
             raise refused(self.location(), finding, "Use fewer stations.")
         for row, cells in self.rows.items():
             if max(cells) >= MOST_COLUMNS:
-                finding = f"has more than {MOST_COLUMNS} columns, which is the limit."
+                finding = f"the sheet has more than {MOST_COLUMNS} columns, which is the limit."
                 raise refused(self.location(row), finding, "Delete everything outside the table.")
         return self
 
@@ -91,19 +92,19 @@ class Grid:
         return self.rows.get(row, {}).get(column, BLANK)
 
     def texts(self, row: int) -> tuple[str, ...]:
-        """Return the texts of a row from the first column on."""
+        """Return the texts of a row, from the first column on."""
         return tuple(self.cell(row, column).text for column in range(max(self.rows.get(row, {}), default=-1) + 1))
 
     def location(self, row: int | None = None) -> Location:
-        """Return the sheet, or a row of it."""
+        """Return the location of the sheet, or of a row of it."""
         parts = [] if self.sheet is None else [f"sheet {quoted(self.sheet)}"]
         return Location(Path(as_text(self.path)), ", ".join(parts if row is None else [*parts, f"row {row}"]))
 
     def drop_zeros(self, *, never_calculated: bool = False) -> None:
-        """Treat the results of formulas as never calculated if the program that wrote the file stored zeros for them.
+        """Mark formulas as never calculated if the program that wrote the file stored zeros as their results.
 
-        That is assumed if the file states it (``never_calculated``), or if there are several formulas and all results
-        are 0.
+        This is assumed if the file says so (``never_calculated``), or if there are several formulas and all results are
+        0.
         """
         cells = [(row, column, cell) for row in self.rows.values() for column, cell in row.items() if cell.is_formula]
         zeros = [(row, column) for row, column, cell in cells if cell.text in ("0", "-0")]
@@ -112,7 +113,7 @@ class Grid:
                 row[column] = FORMULA
 
     def all_texts(self) -> Iterator[tuple[str, str]]:
-        """Yield the texts of a worksheet with their places; those of a row are one."""
+        """Yield the texts of a worksheet with their locations. The texts of a row are joined."""
         sheet = f"sheet {quoted(f'{self.sheet}')}"
         yield from ((f"{sheet}, {part}", text) for part, text in self.elsewhere)
         for row, _, text in self.comments:
@@ -123,7 +124,7 @@ class Grid:
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
-    """All that is open in a sheet: one question with its parts, and the sheet as far as it was understood."""
+    """All that is unclear in a sheet: one question with its parts, and the sheet as far as it was understood."""
 
     def __init__(self, doubts: Sequence[Doubt], understood: ReadSheet | None = None) -> None:
         self.doubts, self.understood = tuple(doubts), understood
@@ -133,14 +134,14 @@ class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet,
 def read_grid(path: Path, sheet: str | None = None, separator: Separator | None = None) -> Grid:
     """Return the rows with content of a CSV, or of one sheet of a workbook (XLSX or ODS).
 
-    Raises SheetFaults if the file is neither, or if several sheets have a table and ``sheet`` names none of them.
-    Raises InputError if the file cannot be opened.
+    Raises SheetFaults if the file has another format, or if several sheets have a table and ``sheet`` names none of
+    them. Raises InputError if the file cannot be opened.
     """
     content = _content(path)
     if not content.startswith(ZIP):
         if sheet is None:
             return _read_text(path, content, separator).require_size()
-        finding = f"a text file, which has no sheets, but [readings] sheet = {sheet!r}."
+        finding = f"this is a text file, which has no sheets, but [readings] has sheet = {sheet!r}."
         raise refused(path, finding, "Remove this setting, or give the workbook.")
     from validate.readings import workbooks
 
@@ -155,18 +156,18 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
             elif "[Content_Types].xml" in archive.namelist():
                 sheets = [*workbooks.read_xlsx(path, archive, content)]
             else:
-                raise refused(path, "a zip file, but not an XLSX.", SAVE_AGAIN)
+                raise refused(path, "this is a zip file, but not an XLSX or ODS.", SAVE_AGAIN)
     except SheetFaults:
         raise
     except Exception as fault:  # Damaged files raise errors of any class.
         cause = fault.__cause__ or fault
-        finding = f"damaged, or not a workbook ({type(cause).__name__}: {shown(str(cause))})."
+        finding = f"the file is damaged, or it is not a workbook ({type(cause).__name__}: {shown(str(cause))})."
         raise refused(path, finding, SAVE_AGAIN) from fault
     return _chosen(path, sheets, sheet).require_size()
 
 
 def table_of(path: Path) -> tuple[tuple[str, ...], list[tuple[int, list[tuple[str, str]]]]]:
-    """Return the names in the first row of any table, and the number of each other row with name and text of its cells.
+    """Return the names in the first row of a table, and for each other row its number and its cells with their names.
 
     Raises InputError if the file cannot be read.
     """
@@ -177,28 +178,28 @@ def table_of(path: Path) -> tuple[tuple[str, ...], list[tuple[int, list[tuple[st
 
 
 def _content(path: Path) -> bytes:
-    """Return the bytes of a file. Raises InputError for what is no file, and SheetFaults for another format."""
+    """Return the bytes of a file. Raises InputError if it is not a file, and SheetFaults if it has another format."""
     try:
         with opened(path) as file:
             content = file.read(LARGEST_FILE_BYTES + 1)
     except OSError as fault:
-        finding = f"readings cannot be opened ({fault.strerror})."
+        finding = f"the readings cannot be opened ({fault.strerror})."
         raise InputError(f"{as_text(path)}: {finding} Give the sheet's path in [readings] file.") from fault
     if len(content) > LARGEST_FILE_BYTES:
-        raise refused(path, f"larger than {LARGEST_FILE_BYTES:,} bytes.", SMALLER)
+        raise refused(path, f"the file is larger than {LARGEST_FILE_BYTES:,} bytes.", SMALLER)
     if content.startswith(OLD_EXCEL):
-        raise refused(path, "an old Excel workbook (.xls), or one with a password.", SAVE_AGAIN)
+        raise refused(path, "this is an old Excel workbook (.xls), or one with a password.", SAVE_AGAIN)
     if other := OTHER_FORMAT.match(content):
-        finding = f"another format with the file name of a sheet: it begins with {other[1].decode('latin-1')!r}."
+        finding = f"the file is not a sheet, although its name says so: it begins with {other[1].decode('latin-1')!r}."
         raise refused(path, finding, SAVE_AGAIN)
     return content
 
 
 def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
-    """Return the rows of a CSV. The number of a row is that of its line. Raises SheetFaults if it is not a table."""
+    """Return the rows of a CSV by line number. Raises SheetFaults if it is not a table."""
     text, encoding = _decoded(path, content)
     if "\0" in text:
-        finding = "NUL bytes, of a logger that lost power or of UTF-16 without its mark."
+        finding = "the file has NUL bytes: a logger lost power, or the text is UTF-16 without its mark."
         raise refused(path, finding, "Save it as 'CSV UTF-8', and check for lost readings.")
     if (stated := SEPARATOR_LINE.match(text)) is not None:
         text = "\n" + text[stated.end() :]
@@ -206,12 +207,12 @@ def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
     try:
         lines = _fields(text, mark)
     except csv.Error as fault:
-        raise refused(path, f"not a CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
+        raise refused(path, f"the file is not a CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
     rows = {}
     for line, fields in lines.items():
         within = [each for field in fields for each in field.splitlines()[1:]]
         if any(re.search(rf"[0-9]\s?{mark}\s?[-+.,0-9]", each) for each in within):
-            finding = "a quotation mark of an earlier line closes here, and the quoted text contains rows of numbers."
+            finding = "a quotation mark of an earlier line is closed here, so the quoted text has rows of numbers."
             where = Location(Path(as_text(path)), f"line {line}")
             raise refused(where, finding, "Delete both marks, or the line breaks between them.")
         rows[line] = {column: Cell(text) for column, text in enumerate(fields) if text}
@@ -219,13 +220,13 @@ def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
 
 
 def _decoded(path: Path, content: bytes) -> tuple[str, str]:
-    """Return the text and the name of its encoding."""
+    """Return the decoded text and the name of its encoding."""
     # Latin-1 is Windows-1252 with control characters in place of some letters.
     codecs = {"UTF-8": "utf-8-sig", "Windows-1252": "cp1252"}
     for name, codec in {"UTF-16": "utf-16"}.items() if content.startswith(UTF_16_MARKS) else codecs.items():
         with suppress(UnicodeDecodeError):
             return content.decode(codec), name
-    raise refused(path, "not a text in UTF-8, UTF-16 or Windows-1252.", "Save the sheet as 'CSV UTF-8' or XLSX.")
+    raise refused(path, "the text is not in UTF-8, UTF-16 or Windows-1252.", "Save the sheet as 'CSV UTF-8' or XLSX.")
 
 
 def _likeliest(text: str) -> str:
@@ -240,7 +241,10 @@ def _likeliest(text: str) -> str:
 
 
 def _fields(text: str, mark: str) -> dict[int, list[str]]:
-    """Return the fields of lines with content by line number. Raises csv.Error with the line where a row begins."""
+    """Return the fields of each line with content, by line number.
+
+    Raises csv.Error, which names the line where a row begins.
+    """
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark, strict=True)
     lines, begins = {}, 1
     try:
@@ -254,10 +258,10 @@ def _fields(text: str, mark: str) -> dict[int, list[str]]:
 
 
 def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
-    """Return the sheet ``wanted``, or the only visible one with a table; else ask for it."""
+    """Return the sheet ``wanted``, or the only visible sheet with a table. If there is none, ask for it."""
     filled = [sheet for sheet in sheets if sheet.rows]
     if not filled:
-        finding = "has no rows of readings: all its sheets are empty, or saved as Strict Open XML."
+        finding = "the file has no readings: all sheets are empty, or it was saved as Strict Open XML."
         raise refused(path, finding, "Save it with its cells as an ordinary XLSX.")
     tables = [sheet for sheet in filled if _has_table(sheet)] or filled
     chosen = [sheet for sheet in tables if not sheet.is_hidden]
@@ -279,7 +283,7 @@ def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
 
 
 def _has_table(sheet: Grid) -> bool:
-    """Return whether at least two rows have two numbers."""
+    """Return True if at least two rows of a sheet have two numbers."""
     rows = [
         [cell for cell in cells.values() if cell.kind == "formula" or number(cell.text) is not None]
         for cells in sheet.rows.values()
@@ -288,19 +292,19 @@ def _has_table(sheet: Grid) -> bool:
 
 
 def refused(where: Location | Path, finding: str, remedy: str) -> SheetFaults:
-    """Return the error of a single fault that ends reading. ``where`` may be the path of the file."""
+    """Return the error for a single fault that ends reading. ``where`` may be the path of the file."""
     where = Location(Path(as_text(where))) if isinstance(where, Path) else where
     return SheetFaults([Doubt("file", where, finding, remedy)])
 
 
 def letters(column: int) -> str:
-    """Return a spreadsheet's name of a column: 0 is A, 26 is AA."""
+    """Return the letters of a column as in a spreadsheet: 0 is A, 26 is AA."""
     above, last = divmod(column, 26)
     return (letters(above - 1) if above else "") + chr(ord("A") + last)
 
 
 def column_of(name: str) -> int:
-    """Return the number of a column from its letters: A is 0."""
+    """Return the number of a column from its letters. A is 0."""
     column = 0
     for letter in name:
         column = 26 * column + ord(letter) - ord("A") + 1
@@ -312,17 +316,17 @@ def clipped(text: str, longest: int = LONGEST_SHOWN) -> str:
 
 
 def quoted(text: str, longest: int = LONGEST_SHOWN) -> str:
-    """Return the text clipped, in quotation marks and with escapes."""
+    """Return the text in quotation marks, shortened and with escapes."""
     return repr(clipped(text, longest))
 
 
 def listed(texts: Sequence[str], most: int = MOST_NAMED) -> str:
-    """Return the first texts in a sentence, and the number of the others."""
+    """Return the first texts as a list in a sentence, and the number of the remaining ones."""
     more = f" and {len(texts) - most} more" if len(texts) > most else ""
     return ", ".join(texts[:most]) + more
 
 
 def shown(text: str) -> str:
-    """Return the text clipped and on one line, with escapes for what cannot be printed."""
+    """Return the text shortened to one line, with escapes for characters that cannot be printed."""
     text = clipped(text)
     return text if text.isprintable() else repr(text)

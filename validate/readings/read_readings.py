@@ -1,4 +1,4 @@
-"""Caliper readings of a trial: a sheet, or rows of an array."""
+"""Read the caliper readings of a trial from a sheet, or from the rows of an array."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,16 +30,17 @@ def read_readings(
 ) -> Profile:
     """Read a CSV, XLSX or ODS as levels from the sample's surface: mean and repeats of each station, sorted along s.
 
-    A sheet has a header of up to three rows, and a row for each station, or for each reading with a column that counts
-    repeats. Rows may have any order, a blank field is a missing reading, and a station without readings is omitted.
-    Facts that the sheet leaves open must be declared in ``settings``. If the depth of the crack is given, stations
-    outside the crack and impossible levels are faults too; its length may still be unknown. A possible but suspicious
-    reading, or a text that may change readings, becomes a doubt of the profile, unless ``settings.as_written`` confirms
-    it; ``filling`` gives further data for these checks. If the sheet counts s from the crack's second end, s is
-    reversed once the length is given.
+    A sheet has a header of up to three rows, and a row for each station, or a row for each reading with a column that
+    counts repeats. Rows may have any order. A blank field is a missing reading, and a station without readings is left
+    out. Facts that the sheet does not state must be declared in ``settings``.
+
+    If the depth of the crack is given, stations outside the crack and impossible levels are faults too. The length may
+    still be unknown. A possible but suspicious reading, or a text that may change readings, becomes a doubt of the
+    profile, unless ``settings.as_written`` confirms it. ``filling`` gives further data for these checks. If the sheet
+    measures s from the crack's second end, s is reversed once the length is given.
 
     Raises:
-        SheetFaults: The sheet leaves something open; the error has all of it, each with its place, value and remedy.
+        SheetFaults: Something in the sheet is unclear. The error lists everything, with location, value and remedy.
         InputError: The file cannot be opened.
     """
     return readings_of(read_grid(path, settings.sheet, settings.separator), settings, length_mm, depth_mm, filling)
@@ -52,7 +53,7 @@ def readings_of(
     depth_mm: float | None = None,
     filling: Filling | None = None,
 ) -> Profile:
-    """Read the cells of a sheet, with the checks and doubts of ``read_readings``."""
+    """Read the cells of a sheet, with the same checks and doubts as ``read_readings``."""
     table = find_table(grid, settings)
     rows = read_rows(table)
     cells = rows.cells
@@ -95,7 +96,10 @@ def readings_of(
 
 
 def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:
-    """Return rows of values as the cells of a sheet, in which "A1" is the first one; None and NaN are blank."""
+    """Return rows of values as the cells of a sheet, in which "A1" is the first value.
+
+    None and NaN become blank cells.
+    """
     cells = {number: dict(enumerate(map(_cell, row))) for number, row in enumerate(rows, start=1)}
     cells = {number: {k: cell for k, cell in row.items() if cell != BLANK} for number, row in cells.items()}
     return Grid(Path(name), ("rows",), {number: row for number, row in cells.items() if row}).require_size()
@@ -106,7 +110,7 @@ def _cell(value: Any) -> Cell:
         return BLANK
     if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         if not np.isfinite(value):
-            raise InputError(f"{value} is not a finite number; use NaN for a missing reading.")
+            raise InputError(f"{value} is not a finite number. Use NaN for a missing reading.")
         return Cell(f"{value:.15g}", "number")
     return Cell(f"{value}".strip())
 
@@ -118,7 +122,7 @@ def _is_unanswered(doubt: Doubt, table: Table) -> bool:
 
 
 def _dialect(table: Table, rows: ReadRows) -> str:
-    """Return the interpretation of a sheet in a sentence, so that whoever measured can check it."""
+    """Return a sentence that states how a sheet was interpreted, for a check by the person who measured."""
     units = list(dict.fromkeys(f"{column.unit}" for column in table.readings))
     counting = f"{WAYS[table.quantity]} in {' and '.join(units)} from {LABELS['datums'][table.declared.datum]}"
     if table.declared.datum != "sample_surface":
@@ -135,7 +139,7 @@ def _dialect(table: Table, rows: ReadRows) -> str:
 
 
 def _understood(table: Table, rows: ReadRows) -> ReadSheet:
-    """Return the columns with their roles, the header and the first rows, with the cells that are read."""
+    """Return the columns with their roles, the header, the first rows, and which of their cells are read."""
     quantities = [column for column in table.others.values() if column.role.is_quantity]
     roles = {column.index: column.in_words for column in (*table.used, *quantities)}
     header = table.header.rows

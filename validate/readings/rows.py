@@ -1,4 +1,4 @@
-"""The rows of a table as stations with their readings, in millimetres."""
+"""Read the rows of a table as stations with their readings, in millimetres."""
 
 import math
 from collections import defaultdict
@@ -30,40 +30,41 @@ from validate.readings.words import (
 from validate.settings import Decimal
 
 CLOSEST = 2
-"""Decimals of s in mm that distinguish stations: up to the last digit of a caliper. Others are one, read twice."""
+"""Number of decimals of s in mm that distinguish stations, up to the last digit of a caliper. Stations that agree to
+these decimals are one station that was read twice."""
 SLACK_MM = 2.0
-LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
+LONGEST_MM = 10_000.0  # Largest s for a crack of unknown length. A longer sample does not fit into a lab.
 COMPLAINTS = {
     "formula": ("a formula without a stored result", "Open the workbook in a spreadsheet program and save it."),
     "error": ("an error of the spreadsheet", "Correct the formula, or clear the cell."),
     "date": ("a date; spreadsheets convert numbers such as 16.1 to dates", "Enter the number again."),
-    "mark": ("another decimal mark than in the other cells", "Write all numbers with one mark."),
-    "word": ("no number, but a word", "If it marks a missing reading, skip it."),
-    "number": ("no number in the unit of its column", "Skip it if it is no reading."),
+    "mark": ("a decimal mark that differs from the other cells", "Write all numbers with the same mark."),
+    "word": ("a word instead of a number", "If it marks a missing reading, skip it."),
+    "number": ("not a number in the unit of its column", "Skip it if it is not a reading."),
 }
-"""Findings about cells that cannot be read, and remedies, by the kind of the cell or of its text."""
+"""Findings and remedies for cells that cannot be read, by the kind of the cell or of its text."""
 
 
 class Reading(NamedTuple):
-    value_mm: float  # NaN if it is missing
+    value_mm: float  # NaN if the reading is missing
     row: int
     column: int
-    digit_mm: float = 1.0  # Place value of its last digit that is not 0
+    digit_mm: float = 1.0  # Place value of the last digit that is not 0
 
 
 @dataclass(frozen=True)
 class ReadRows:
-    """Readings of a table, and the rows that have none."""
+    """Readings of a table, and the rows without readings."""
 
     cells: ReadCells
     mark: Decimal | None
-    read: frozenset[int]  # Rows with a place and a reading
-    passed: frozenset[int]  # Rows to skip, rows of means, and rows that are asked about
-    means: dict[str, QuantityMean]  # Of the other quantities
+    read: frozenset[int]  # Rows with a position and a reading
+    passed: frozenset[int]  # Rows to skip, and rows of means or other calculated figures
+    means: dict[str, QuantityMean]  # Means of the other quantities
 
 
 def read_rows(table: Table) -> ReadRows:
-    """Return the readings of a table, sorted along s; what cannot be read is added to its doubts."""
+    """Return the readings of a table, sorted along s. Cells that cannot be read are added to the table's doubts."""
     numbers = _Numbers(table)
     _ask_about_fields(table)
     passed = frozenset(_passed(table))
@@ -73,7 +74,7 @@ def read_rows(table: Table) -> ReadRows:
 
 
 def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, Cell]]:
-    """Yield the rows with readings, and the cell with the place of each."""
+    """Yield each row that has readings, with the cell that gives its position."""
     above = BLANK
     for row in table.body if table.station else ():
         # A row that is skipped has the place of the repeats below it.
@@ -84,7 +85,10 @@ def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, 
 
 
 def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
-    """Return the answer that skips some readings, and the rows of some places; none for half of all rows."""
+    """Return the answer that skips some readings, or the rows of some positions.
+
+    Returns none for half of all rows or more.
+    """
     station = table.station.letters if table.station else ""
     entries = [int(row) if (row := cell.removeprefix(station)).isdigit() else cell for cell in cells]
     rows = {cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ") for cell in cells}
@@ -92,7 +96,7 @@ def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
 
 
 class _Numbers:
-    """The numbers of cells in millimetres, and the cells that have none."""
+    """Numbers of cells in millimetres, and the cells that have no number."""
 
     def __init__(self, table: Table) -> None:
         self.table = table
@@ -100,7 +104,10 @@ class _Numbers:
         self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
 
     def reading(self, row: int, column: Column, cell: Cell) -> Reading:
-        """Return the number of a cell that counts for a row; NaN if it is missing, or after noting what is wrong."""
+        """Return the number in a cell as a reading of a row. Returns NaN if it is missing or cannot be read.
+
+        The fault of a cell that cannot be read is noted.
+        """
         name, is_reading = f"{column.letters}{row}", column.role is Role.READING
         if name in self.table.chosen.skip or (is_reading and cell.kind == "text" and is_missing(cell.text)):
             return Reading(math.nan, row, column.index)
@@ -115,14 +122,14 @@ class _Numbers:
         return Reading(math.nan, row, column.index)
 
     def report(self) -> None:
-        """Ask about cells that are no numbers, with one question for each kind of mistake."""
+        """Ask about cells that are not numbers, with one question for each kind of mistake."""
         for kind, cells in self.unread.items():
             finding, remedy = COMPLAINTS[kind]
             self.table.ask("cell", f"{_listed(cells)}: {finding}.", remedy, skipping(self.table, [*cells]), [*cells])
 
 
 def _listed(cells: Mapping[str, str]) -> str:
-    """Return cells with their texts in words."""
+    """Return cells with their texts, as words."""
     return listed([f"{name} {quoted(text)}" for name, text in cells.items()])
 
 
@@ -131,13 +138,13 @@ def _decimal_mark(table: Table) -> Decimal | None:
     texts = [value[0] for cell in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
     mark = table.declared.decimal or common_mark(texts, table.grid.separator)
     if mark is None and (ambiguous := [*filter(is_ambiguous, texts)]):
-        finding = f"the mark in {quoted(ambiguous[0])} is a decimal mark, or separates thousands."
+        finding = f"the mark in {quoted(ambiguous[0])} may be a decimal mark, or it may separate thousands."
         table.ask("decimal", finding, "The decimal mark is comma or point.", {"decimal": None})
     return mark
 
 
 def _ask_about_fields(table: Table) -> None:
-    """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
+    """Ask about rows with numbers beyond the header. If commas separate fields, these may be decimals."""
     last, cells = max(table.header.names, default=table.span[0].stop - 1), table.grid.rows
     rows = [f"{row}" for row in table.body if any(numeric(cell) for k, cell in cells[row].items() if k > last)]
     if rows and table.grid.separator == ",":
@@ -150,8 +157,8 @@ def _passed(table: Table) -> Iterator[int]:
     """Yield the rows to skip, and the rows of means and other calculated figures."""
     entries, columns = {*map(str, table.chosen.skip)}, ["", *(column.letters for column in table.used)]
     if absent := entries - {f"{column}{row}" for row in table.body for column in columns}:
-        finding = f"skip has {listed(sorted(absent))}, which is no row and no reading of the table."
-        table.ask("skip", finding, "Correct skip; rows are counted from 1.")
+        finding = f"skip has {listed(sorted(absent))}, which is neither a row nor a reading of the table."
+        table.ask("skip", finding, "Correct skip. Rows are counted from 1.")
     for row in table.body:
         first = next(iter(table.part[row].values()))
         labels = first.text, "" if table.repeat is None else table.cell(row, table.repeat).text
@@ -160,7 +167,7 @@ def _passed(table: Table) -> Iterator[int]:
 
 
 def _has_readings(table: Table, row: int) -> bool:
-    """Return whether a row has a place or a number: rows of texts alone are remarks."""
+    """Return whether a row has a position or a number. Rows with texts only are remarks."""
     station, *others = used = [table.cell(row, column) for column in table.used]
     # A date may be a number that a spreadsheet has converted.
     is_place = station.kind == "date" or station.text[:1].isdigit()
@@ -169,9 +176,9 @@ def _has_readings(table: Table, row: int) -> bool:
 
 
 def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dict[float, dict[str, Reading]]:
-    """Return the readings of each s by the number of the repeat; ask about rows without a place of their own.
+    """Return the readings at each s, by the number of the repeat. Ask about rows without a position of their own.
 
-    ``stations`` has the cell of the place of each row.
+    ``stations`` has the cell that gives the position of each row.
     """
     column, repeat = table.station or Column(0, Role.STATION), table.repeat
     by_s, nearest = dict[float, dict[str, Reading]](), dict[float, float]()
@@ -196,9 +203,9 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
             twice.append(name)
     numbers.report()
     if blank:
-        remedy = "If these are repeats of the place above, confirm it; else write a place into every row."
+        remedy = "If these are repeats of the place above, confirm it. Otherwise write a place into every row."
         answers = {CONFIRMS: ["repeats"], **skipping(table, blank)}
-        table.ask("place", f"{listed(blank)}: no place beside the readings.", remedy, answers, blank, stops=True)
+        table.ask("place", f"{listed(blank)}: the readings have no place.", remedy, answers, blank, stops=True)
     if twice:
         finding = f"the places in {listed(twice)} occur twice, or with the same number of a repeat."
         remedy = "Correct them, or name the column that numbers the repeats (repeat)."
@@ -233,7 +240,7 @@ def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCell
 
 
 def _declared_places(table: Table, numbers: list[float]) -> list[float]:
-    """Return the places that the settings give for the numbers of stations; without these, the numbers."""
+    """Return the positions that the settings give for the station numbers. Returns the numbers if there are none."""
     places, count = table.chosen.places, len(numbers)
     if not isinstance(places, tuple) or count < 2:
         return numbers
@@ -245,7 +252,7 @@ def _declared_places(table: Table, numbers: list[float]) -> list[float]:
 
 
 def _means(table: Table, mark: Decimal | None, cells: ReadCells) -> Iterator[tuple[str, QuantityMean]]:
-    """Yield the means of the other quantities over the stations that are read, and ask about what is left out."""
+    """Yield the means of the other quantities over the stations read, and ask about cells that are left out."""
     for role in QUANTITIES:
         columns = [column for column in table.others.values() if column.role is role]
         if columns[1:]:
@@ -260,7 +267,7 @@ def _means(table: Table, mark: Decimal | None, cells: ReadCells) -> Iterator[tup
 
 
 def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[int]) -> tuple[dict[int, float], str]:
-    """Return the values of a quantity by row, and their unit; ask about cells that have none within its limits."""
+    """Return the values of a quantity by row, and their unit. Ask about cells without a value within the limits."""
     role, unit, values, left_out = column.role, column.unit or "", dict[int, float](), dict[str, str]()
     for row in rows:
         cell = table.cell(row, column)
@@ -291,7 +298,7 @@ def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[in
 
 
 def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:
-    """Ask about places outside the crack, (n,), and about impossible levels, (n, r)."""
+    """Ask about positions outside the crack, (n,), and about impossible levels, (n, r)."""
     # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
     # be at the crack's end. At the beginning the scale has no effect.
     end_mm = LONGEST_MM if length_mm is None else length_mm

@@ -1,4 +1,4 @@
-"""Screens of suspicious readings. Each yields what may be a mistake and its cells; none changes a value."""
+"""Find suspicious readings. Each function yields possible mistakes and their cells, and none changes a value."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,35 +15,36 @@ from validate.readings.grid import letters
 # synthetic sheets whose seeds benchmarks/ingest.py does not use: planted mistakes are found, and few sound sheets are
 # questioned. A stricter limit (smaller distance or ratio, larger probability) finds smaller mistakes and questions more
 # sound sheets.
-LEAST_SPREAD_MM = 0.02  # Smallest sd: the limit of error of a digital caliper, which no hand repeats better
-USUAL_SPREAD_MM = 0.5  # The sd if too few readings show it
-ROUNDING_MM = 1e-6  # Margin for two equal means, above the error of binary fractions
+LEAST_SPREAD_MM = 0.02  # Smallest sd, the limit of error of a digital caliper, which no hand repeats better
+USUAL_SPREAD_MM = 0.5  # sd that is assumed if too few readings show it
+ROUNDING_MM = 1e-6  # Tolerance for two equal means, above the error of binary fractions
 CHANCE = 7e-3  # Probability of chance agreement below which a row or column is a mean of others
-PLACE_MM = 0.07  # Rounding of the place of a mean row
+PLACE_MM = 0.07  # Rounding error of the position in a row of means
 COMPARED = 5  # Smallest number of stations at which repeats are compared
-FAR_MM = 1.0  # Distance of a repeat from the middle of its stations, at half of them
-SCATTER_SD = 5.4  # Scatter of a station's readings from which on the outer ones are suspicious
-ZERO_MM, ZERO_SD = 1.0, 4.2  # Distance of a 0 from the other readings of its station
+FAR_MM = 1.0  # Distance of a repeat from its stations' medians, at half of them, that is suspicious
+SCATTER_SD = 5.4  # Scatter of a station's readings from which on its outer readings are suspicious
+ZERO_MM, ZERO_SD = 1.0, 4.2  # Suspicious distance of a 0 from the other readings of its station
 DEEP_MM = 1.5  # Distance from both neighbours from which on a station of zeros is suspicious
-TURNED_MM = 3.0  # The same distance for a station of the other sign
-PEAK_MM = 15.0  # The same distance for any station
-SPAN = 0.2  # Share of the crack below which the span of all places is suspicious
-COUNTED = 0.5  # The same for places that only count 1, 2, 3
+TURNED_MM = 3.0  # Same distance for a station with the opposite sign
+PEAK_MM = 15.0  # Same distance for any station
+SPAN = 0.2  # Fraction of the crack's length below which the span of all positions is suspicious
+COUNTED = 0.5  # Same fraction for positions that only count 1, 2, 3
 ABOVE_MM = 1.5  # Mean height above the face that paste does not reach
-HIGH_MM = 3.0  # Height above the face that it does not reach at a quarter of the stations
-FLOOR = 0.1  # Share of the depth by which a floor is uneven, at least 1 mm
-TENTH = 0.13  # Share of the depth that contains all readings if centimetres were entered as millimetres
-STEADY_MM = 0.033  # Spread of repeats that is smaller than by hand, and usual in centimetres
-FINEST_MM = 0.0015  # Above the last digit of centimetres with three digits under mm, and below any caliper's
-COVERED = 0.8  # Share of the crack's length between the outer stations from which on their volume counts
+HIGH_MM = 3.0  # Height above the face that paste does not reach at a quarter of the stations
+FLOOR = 0.1  # Fraction of the depth by which a floor may be uneven, at least 1 mm
+TENTH = 0.13  # Fraction of the depth that contains all readings if centimetres were entered as mm
+STEADY_MM = 0.033  # Spread of repeats that is too small for mm read by hand, but usual for centimetres
+FINEST_MM = 0.0015  # Digit that a caliper's mm do not show, but centimetres with three digits entered as mm do
+COVERED = 0.8  # Fraction of the crack between the outer stations from which on volumes are compared
 VOLUME_OFF = 0.14  # Logarithm of the ratio of volumes that raises a doubt
-VOLUME_MET = 0.4  # Part of that logarithm that an explanation may leave
-OFFSET_MM = 2.5  # Smallest constant offset that a volume shows
-OFFSET_SHARE = 0.12  # The same as a share of the depth
+VOLUME_MET = 0.4  # Largest part of this logarithm that remains with an explanation
+OFFSET_MM = 2.5  # Smallest constant offset that a volume can show
+OFFSET_SHARE = 0.12  # Same offset as a fraction of the depth
 NEARER, NEARER_MM = 0.6, 0.8
-"""Share of the distance to the simulated level that the other direction may leave, and its least gain in mm."""
+"""Limits for doubting the direction: the largest distance to the simulated level that the other direction may leave, as
+a fraction, and the smallest gain in mm."""
 TURNED = (("sign", -1.0, "with the opposite sign"), ("unit", 10.0, "in centimetres"))
-"""Mistakes that multiply all levels by a factor."""
+"""Mistakes that multiply all levels by a factor: kind, factor and words."""
 
 REMEDIES = {
     "outlier": "Correct it, or clear it if it stands for a missing reading.",
@@ -60,7 +61,7 @@ ANSWERS: dict[str, dict[str, Any]] = {
     "datum": {"datum": None, "datum_level_mm": None},
     "direction": {"columns.s_from": "second"},
 }
-"""Answers to a doubt other than its cells or its kind."""
+"""Answers to doubts of some kinds, in addition to the cells or the kind itself."""
 ALL = slice(None)
 
 
@@ -69,8 +70,8 @@ class ReadCells:
     """Readings of a sheet as written, in mm, and their cells."""
 
     s_mm: Floats  # (n,), increasing
-    readings_mm: Floats  # (n, r), in the direction of the sheet; NaN for a missing one
-    rows: Integers  # (n, r): row of each reading, from 1; of a missing one, a row of its station
+    readings_mm: Floats  # (n, r), in the direction of the sheet. NaN for a missing reading.
+    rows: Integers  # (n, r): row of each reading, from 1. For a missing reading, a row of its station.
     columns: Integers  # (r,): column of each repeat, from 0
     digits_mm: Floats  # (n, r): place value of each reading's last digit that is not 0
     is_depth: bool = False  # True if the sheet counts downward
@@ -79,11 +80,11 @@ class ReadCells:
 
     @property
     def levels_mm(self) -> Floats:
-        """Levels that the readings mean, (n, r), upward from the face."""
+        """Levels from the readings, (n, r), upward from the face."""
         return (-self.readings_mm if self.is_depth else self.readings_mm) + self.datum_level_mm
 
     def from_other_end(self, length_mm: float) -> "ReadCells":
-        """Return the readings with s counted from the other end of a crack of length ``length_mm``."""
+        """Return the readings with s measured from the other end of a crack of length ``length_mm``."""
         turned = {name: getattr(self, name)[::-1] for name in ("readings_mm", "rows", "digits_mm")}
         return replace(self, s_mm=length_mm - self.s_mm[::-1], **turned)
 
@@ -98,13 +99,13 @@ class Filling:
     simulated: Profile | None
 
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
-        """Return the volume of sealant below a level. Beyond the outer stations the level is constant."""
+        """Return the volume of sealant below a level. Beyond the outer stations, the level is taken as constant."""
         profile = Profile(s_mm, np.maximum(level_mm, -self.solid.depth_at_mm(s_mm)))
         return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm).sealant_mm3
 
 
 class SheetAndCrack(NamedTuple):
-    """The cells, and the crack as far as it is known."""
+    """The cells of a sheet, and what is known about the crack."""
 
     cells: ReadCells
     depth_mm: float | None
@@ -112,7 +113,10 @@ class SheetAndCrack(NamedTuple):
     filling: Filling | None = None
 
     def profile_mm(self) -> tuple[Floats, Floats]:
-        """Return s and median level of the stations with a reading; nothing if they are fewer than three."""
+        """Return s and median level of the stations with a reading.
+
+        Returns empty arrays for fewer than three stations.
+        """
         level_mm = row_medians(self.cells.levels_mm)
         read = ~np.isnan(level_mm)
         read &= read.sum() > 2
@@ -120,16 +124,16 @@ class SheetAndCrack(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """A possible mistake: of readings [i, j], of station i, of repeat j, or of the whole sheet."""
+    """A possible mistake: in readings [i, j], in station i, in repeat j, or in the whole sheet."""
 
     kind: str
     sentence: str
     i: Any = ALL  # A station
-    j: Any = ALL  # Repeats, in a list
+    j: Any = ALL  # A list of repeats
 
 
 def screens(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
-    """Return the doubts about readings. A doubtful reading is missing in the screens that follow."""
+    """Return the doubts about readings. Each check treats readings that an earlier check doubted as missing."""
     doubts = dict[Any, Doubt]()
     for screen in SCREENS:
         readings_mm = sheet.cells.readings_mm.copy()
@@ -147,7 +151,7 @@ def screens(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
 
 
 def _names(cells: ReadCells, i: Any, j: Any) -> tuple[str, ...]:
-    """Return the names of the cells, the row or the column of a finding; none for the whole sheet."""
+    """Return the names of the cells, the row or the column of a finding. Returns none for the whole sheet."""
     if j is ALL:
         return () if i is ALL else (f"{cells.rows[i].min()}",)
     columns = [letters(column) for column in cells.columns.tolist()]
@@ -159,12 +163,15 @@ def _names(cells: ReadCells, i: Any, j: Any) -> tuple[str, ...]:
 
 
 def row_medians(values: Floats) -> Floats:
-    """Return the median of each row, (n,), ignoring NaN. A row of NaN gives NaN."""
+    """Return the median of each row, (n,), ignoring NaN. A row of only NaN gives NaN."""
     return np.ma.filled(np.ma.median(np.ma.masked_invalid(values), axis=1), np.nan)
 
 
 def spread_mm(readings_mm: Floats) -> float:
-    """Return the typical sd of a single reading. Without repeats it follows from the scatter along s."""
+    """Return the typical standard deviation of a single reading.
+
+    Without repeats it follows from the scatter along s.
+    """
     off_mm = np.diff(readings_mm, axis=1) / np.sqrt(2)
     if (~np.isnan(off_mm)).sum() < 3:
         middle_mm = row_medians(readings_mm)
@@ -177,7 +184,7 @@ def spread_mm(readings_mm: Floats) -> float:
 
 
 def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
-    """Return how probably each row is the mean of all others by chance, (n,); infinite if it is not their mean."""
+    """Return the probability that each row is the mean of all others by chance, (n,). It is infinite for other rows."""
     read = ~np.isnan(values_mm)
     count = np.maximum(read.sum(axis=0), 1)
     # A mean of the others is the mean of all too.
@@ -189,7 +196,7 @@ def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
 
 
 def short_spans(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield places in a small part of the crack."""
+    """Yield a finding if all positions are in a small part of the crack."""
     s_mm, length_mm = sheet.cells.s_mm, sheet.length_mm
     if length_mm is not None and len(s_mm) > 2:
         counts, span_mm = np.allclose(np.diff(s_mm), 1.0), np.ptp(s_mm)
@@ -218,7 +225,7 @@ def copied_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
 
 
 def mean_and_far_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield the repeat that is the mean of all others, and the one that is far from the others at most stations."""
+    """Yield the repeat that is the mean of all others, and the repeat that is far from the others at most stations."""
     values_mm = sheet.cells.readings_mm
     chance = _mean_chances(values_mm.T, sheet.cells.digits_mm.T, spread_mm(values_mm))
     for j in np.flatnonzero(chance < CHANCE)[:1].tolist():
@@ -231,7 +238,7 @@ def mean_and_far_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
 
 
 def outliers(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield readings unlike the others of their station, and stations unlike both of their neighbours."""
+    """Yield readings that differ from the others of their station, and stations that differ from both neighbours."""
     cells, values_mm = sheet.cells, sheet.cells.readings_mm
     level_mm, sd_mm = row_medians(values_mm), spread_mm(values_mm)
     stations = np.flatnonzero(~np.isnan(level_mm))
@@ -264,7 +271,7 @@ def outliers(sheet: SheetAndCrack) -> Iterator[Finding]:
 
 
 def impossible_levels(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield levels that paste does not form, or that the crack's depth makes unlikely."""
+    """Yield levels that paste does not form, or that are unlikely for the depth of the crack."""
     (_, level_mm), depth_mm = sheet.profile_mm(), sheet.depth_mm or np.nan
     if not level_mm.size:
         return
@@ -282,7 +289,7 @@ def impossible_levels(sheet: SheetAndCrack) -> Iterator[Finding]:
 
 
 def other_volume(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield the change of sign, unit or datum with which the volume below the readings is the dispensed volume."""
+    """Yield the change of sign, unit or datum that makes the volume below the readings equal the dispensed volume."""
     (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
     if filling is None or filling.volume_mm3 <= 0 or not s_mm.size:
         return
@@ -307,7 +314,7 @@ def other_volume(sheet: SheetAndCrack) -> Iterator[Finding]:
 
 
 def other_direction(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield the direction if the readings are much closer to the simulated level from the other end."""
+    """Yield the direction if the readings are much closer to the simulated level with s from the other end."""
     (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
     if filling is None or (run := filling.simulated) is None or len(s_mm) < 4:
         return
@@ -330,4 +337,4 @@ SCREENS = (
     other_volume,
     other_direction,
 )
-"""All screens, in order: what the first ones find is missing in those that follow."""
+"""All checks, in order. Each check treats the readings that earlier checks found as missing."""

@@ -1,6 +1,6 @@
-"""The table of a sheet: its header, and which columns are places, readings and numbers of repeats.
+"""Find the table of a sheet: its header, and the columns of positions, readings and numbers of repeats.
 
-The columns have a unit, and the readings a direction, by the names in the header or by the settings.
+The names in the header or the settings give the unit of each column and the direction of the readings.
 """
 
 import re
@@ -16,12 +16,12 @@ from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of, l
 from validate.readings.words import MM, Meaning, Role, meaning, number, parsed, sample_key, unit_of
 from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
 
-MOST_ROWS = 3  # Rows of a header
-FIRST_ROWS = 60  # Rows among which it begins
-MOST_FILE_ROWS = 10**9  # More than the number of any row in a file
+MOST_ROWS = 3  # Largest number of rows in a header
+FIRST_ROWS = 60  # Number of first rows in which a header must begin
+MOST_FILE_ROWS = 10**9  # A number above every row number in a file
 SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|\"|%)")
-"""A number and the unit behind it."""
+"""A number followed by a unit."""
 WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
 
 
@@ -31,14 +31,14 @@ Rows = Mapping[int, Mapping[int, Cell]]
 
 @dataclass(frozen=True)
 class Header:
-    rows: tuple[int, ...]  # Numbers of its rows; none if the sheet begins with readings
+    rows: tuple[int, ...]  # Numbers of its rows. Empty if the sheet begins with readings.
     names: Mapping[int, str]  # Names of the columns, by their number from 0
-    first: int  # Number of the first row below it
+    first: int  # Number of the first row below the header
 
 
 @dataclass
 class Column:
-    index: int  # From 0
+    index: int  # Number from 0
     role: Role
     unit: str | None = None
     quantity: Quantity | None = None
@@ -57,21 +57,21 @@ class Column:
 
 @dataclass
 class Table:
-    """The table of readings in a sheet. Its columns may be stand-ins while a question asks for them."""
+    """The table of readings in a sheet. If a question asks for a column, the most likely one is used meanwhile."""
 
     grid: Grid
     declared: Declared
-    span: tuple[range, range]  # Columns and rows of the part of the sheet in which it is
+    span: tuple[range, range]  # Columns and rows of the part of the sheet that has the table
     part: Rows  # Cells of these columns, down to the last of these rows
     header: Header
     body: list[int]  # Rows with cells below the header
-    doubts: list[Doubt]  # All that is open in the sheet so far, and what may be a mistake
+    doubts: list[Doubt]  # Questions about the sheet so far, and possible mistakes
     station: Column | None = None
     readings: list[Column] = field(default_factory=list[Column])
     repeat: Column | None = None
-    others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to be others
+    others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to have another role
     unclear: list[int] = field(default_factory=list[int])  # Columns that may be the answer to a question
-    stands_in: bool = False  # True if columns that no name and no setting names stand in
+    stands_in: bool = False  # True if columns were chosen that no name and no setting gives
 
     @property
     def chosen(self) -> Columns:
@@ -99,23 +99,23 @@ class Table:
         *,
         stops: bool = False,
     ) -> None:
-        """Add a question about the sheet or one of its rows; with an answer ``as_written`` it is a doubt."""
+        """Add a question about the sheet or one of its rows. With an answer ``as_written`` it is only a doubt."""
         self.doubts.append(Doubt(kind, self.grid.location(row), finding, remedy, answers or {}, tuple(cells), stops))
 
     def confirms(self, entry: str) -> bool:
-        """Return whether ``as_written`` confirms an entry: a cell by itself, by its row or by its column."""
+        """Return whether ``as_written`` confirms an entry: a cell, the cell's row or the cell's column."""
         parts = {entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""}
         return not parts.isdisjoint(self.declared.as_written or ())
 
     def is_open(self, *kinds: str) -> bool:
-        """Return whether a question of these kinds, or any without kinds, must be answered."""
+        """Return whether a question of one of these kinds must be answered. Without kinds, any question counts."""
         return any(doubt.is_open and (not kinds or doubt.kind in kinds) for doubt in self.doubts)
 
     def column(self, index: int, role: Role) -> Column:
         return Column(index, role, parsed(self.header.names.get(index, "")).unit, self.what(index).quantity)
 
     def what(self, column: int) -> Meaning:
-        """Return what the name of a column says about its unit and direction."""
+        """Return what the name of a column says about unit and direction."""
         return meaning(self.header.names.get(column, "")) or Meaning(Role.OTHER)
 
     def named(self, columns: Sequence[int]) -> str:
@@ -124,10 +124,10 @@ class Table:
 
 
 def find_table(grid: Grid, declared: Declared) -> Table:
-    """Return the table with the columns of places and of readings.
+    """Return the table with the columns of positions and readings.
 
-    What the sheet leaves open is added to its doubts, and the likeliest columns stand in for it, so that everything
-    else about the sheet can be asked at the same time.
+    Questions about the sheet are added to its doubts. If a column is unclear, the most likely one is used meanwhile, so
+    that all other questions can be asked at the same time.
     """
     # Without a range, or an end of it, all columns and rows
     left, top, right, bottom = SPAN.findall((declared.columns or Columns()).range or ":")[0]
@@ -173,7 +173,8 @@ def find_header(part: Rows, top: int) -> Header:
 def _names_of(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str]:
     """Return the names of the columns in the rows of a header.
 
-    A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
+    A name in an upper row also names the columns to its right that have no name there: "Depth" above "1", "2" and "3"
+    is part of all three names.
     """
     names, left = dict[int, str](), [""] * len(rows)
     for column in sorted({column for cells in rows for column in cells}):
@@ -187,7 +188,7 @@ def _names_of(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str]:
 
 
 def _names_if_header(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str] | None:
-    """Return the names in rows if these are a header: with a column of places and one of readings, and no number."""
+    """Return the names in rows if the rows are a header: columns of positions and of readings, and no number."""
     if any(sum(bool(cell.text) for cell in cells.values()) < 2 for cells in rows):
         return None
     names = _names_of(rows)
@@ -199,7 +200,7 @@ def _names_if_header(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str] | Non
 
 
 def _meanings(names: Mapping[int, str]) -> dict[int, Meaning]:
-    """Return the meanings of names by column, as far as they are known."""
+    """Return the known meanings of names by column."""
     return {column: what for column, name in names.items() if (what := meaning(name)) is not None}
 
 
@@ -214,7 +215,7 @@ def _has_numbers(cells: Mapping[int, Cell]) -> bool:
 
 @lru_cache(maxsize=50_000)
 def numeric(cell: Cell) -> tuple[str, str] | None:
-    """Return the number of a cell and the unit behind it, both as text; None for another cell."""
+    """Return the number of a cell and the unit behind it, both as text. Returns None for any other cell."""
     if cell.kind == "number" or (cell.kind == "text" and number(cell.text) is not None):
         return cell.text, cell.unit
     match = QUANTITY.fullmatch(cell.text) if cell.kind == "text" else None
@@ -224,12 +225,12 @@ def numeric(cell: Cell) -> tuple[str, str] | None:
 
 
 def roles_in(cells: Iterable[Cell]) -> set[Role]:
-    """Return the roles of columns with names in these cells, as far as they are known."""
+    """Return the known roles of columns that are named in these cells."""
     return {what.role for cell in cells if number(cell.text) is None and (what := meaning(cell.text)) is not None}
 
 
 def _end_before_next_table(table: Table) -> None:
-    """Take the first of several tables one below the other, and ask for a range."""
+    """Use only the first of several tables one below the other, and ask for a range."""
     for count, row in enumerate(table.body):
         if count and _are_of_a_header(roles_in(table.part[row].values())):
             _ask_for_range(table, f"another table begins in row {row}.")
@@ -244,7 +245,7 @@ def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
 
 
 def _set_columns(table: Table) -> None:
-    """Set the columns of a table by its names and the settings, or ask for them."""
+    """Set the columns of a table from its names and the settings, or ask for them."""
     chosen, cells = table.chosen, chain.from_iterable(table.part[row].items() for row in table.body)
     numbers = sorted({column for column, cell in cells if numeric(cell) or cell.kind == "formula"})
     meanings = _meanings(table.header.names)
@@ -279,7 +280,7 @@ def _set_columns(table: Table) -> None:
 
 
 def _lettered(table: Table, entries: Sequence[str], numbers: Sequence[int]) -> list[int]:
-    """Return the columns of letters and spans of letters, such as "B" and "C:D"."""
+    """Return the columns given by letters or spans of letters, such as "B" and "C:D"."""
     columns, empty = dict[int, None](), list[str]()
     for entry in entries:
         first, _, last = entry.partition(":")
@@ -287,14 +288,14 @@ def _lettered(table: Table, entries: Sequence[str], numbers: Sequence[int]) -> l
         columns |= dict.fromkeys(sorted(of_entry))
         empty += [] if of_entry else [entry]
     if empty:
-        table.ask("columns", f"{listed(empty)} is no column of the table.", "Name columns by their letters.")
+        table.ask("columns", f"{listed(empty)} is not a column of the table.", "Name columns by their letters.")
     return [*columns]
 
 
 def _problems(
     table: Table, stations: Sequence[int], readings: Sequence[int], repeats: Sequence[int], unknown: Sequence[int]
 ) -> Iterator[str]:
-    """Yield what is not clear about the columns, as parts of a sentence."""
+    """Yield what is unclear about the columns, as parts of a sentence."""
     meanings = [*map(table.what, readings)]
     if len(stations) != 1 or {*stations} & {*readings}:
         yield f"{table.named(stations) or 'no column'} is the place along the crack"
@@ -314,7 +315,7 @@ def _problems(
 def _stand_ins(
     table: Table, stations: list[int], readings: list[int], likely: Sequence[int], finding: str
 ) -> tuple[list[int], list[int]]:
-    """Return the likeliest columns, and ask for them."""
+    """Return the most likely columns, and ask for the right ones."""
     beside = [column for column in readings if stations[1:] and column < stations[1]]
     if beside and beside != readings:
         _ask_for_range(table, f"{finding} Are there several tables?")
@@ -326,13 +327,13 @@ def _stand_ins(
     kinds = {column: (table.what(column).unit, table.what(column).quantity) for column in named}
     named = [column for column in named if kinds[column] == kinds[named[0]]]
     answers["columns.levels"] = [*map(letters, named)] or None
-    remedy = "Name the columns of places and readings by their letters; transpose a table of rows in a copy."
+    remedy = "Name the columns of places and readings by their letters. Transpose a table of rows in a copy."
     table.ask("columns", finding, remedy, answers)
     return stations, named or [column for column in likely if column not in stations]
 
 
 def _ask_about_samples(table: Table, column: int) -> None:
-    """Take the rows of one sample, and ask for a range, if a column names several."""
+    """If a column names several samples, use the rows of one sample and ask for a range."""
     names, name, sample = dict[str, list[int]](), "", table.declared.sample or table.grid.path.stem
     for row in table.body:
         name = table.grid.cell(row, column).text or name
@@ -346,7 +347,7 @@ def _ask_about_samples(table: Table, column: int) -> None:
 
 
 def _ask_for_units(table: Table) -> None:
-    """Set the unit of each column by its name, its cells or the settings, and ask for one that is open."""
+    """Set the unit of each column from its name, its cells or the settings, and ask for missing units."""
     declared, places = table.declared.unit, table.chosen.places
     lacking, another, is_needed = list[Column](), list[int](), False
     for column in table.used:
@@ -380,7 +381,7 @@ def _ask_for_direction(table: Table) -> None:
     written: set[Quantity] = {column.quantity for column in table.readings if column.quantity is not None}
     quantity = table.declared.quantity or next(iter(written), None)
     if written - {quantity}:
-        finding = f"the header has {' and '.join(sorted(written))}, of which one is read."
+        finding = f"the header has {' and '.join(sorted(written))}, but only one of them is read."
         table.ask("quantity", finding, "Remove the setting, or choose other columns.")
     elif quantity is None and table.readings:
         finding = "nothing says whether the readings count upward from the face (level) or downward (depth)."

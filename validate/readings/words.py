@@ -1,6 +1,6 @@
-"""Words and numbers of labs: the names of columns and of samples, decimal marks, and words for a missing reading.
+"""Interpret words and numbers of labs: names of columns and samples, decimal marks, and words for a missing reading.
 
-Nothing is guessed: an unknown word leaves a name open. The words are in ``words.toml``.
+Nothing is guessed: an unknown word leaves the meaning of a name open. The words are in ``words.toml``.
 """
 
 import math
@@ -39,11 +39,11 @@ WORD_OR_MARK = re.compile(r"[^\W\d_]+|[0-9%\u2030]")
 UNIT_WORD = "(?:{})".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
 LENGTH_MM = r"(?:{})(?![^\W\d_])".format("|".join(WORDS["units"]["mm"].split()))
 DIAL_UNIT = re.compile(rf"(?<![\w.,/])1\s?/\s?(100?)\s?{LENGTH_MM}|(?<![^\W\d_]){LENGTH_MM}\s?/\s?(100?)(?![\w.,])")
-"""Tenths and hundredths of a millimetre, the divisions of dials: 1/10 mm, mm/100."""
+"""Tenths and hundredths of a millimetre, which are the divisions of dials: 1/10 mm, mm/100."""
 INCH = re.compile(r"(?<=[\[(/_])\s*in\s*[\])]?\s*$|\"\s*[\])]?\s*$|\s+in\s*$")
-"""The unit "in", in brackets or at the end; elsewhere "in" is a preposition."""
+"""The unit "in", in brackets or at the end of a name. Elsewhere "in" is a preposition."""
 FACTOR = re.compile(rf"[\[(]\s*[0-9][^\])]*{UNIT_WORD}|(?<![\w])10+\s+{UNIT_WORD}")
-"""A number that may be a factor of the unit: [10 mm], "depth 10 mm"."""
+"""A number that may be a factor of the unit, as in [10 mm] or "depth 10 mm"."""
 UNIT_BEHIND_SLASH = re.compile(rf"/\s*(?={UNIT_WORD}\s*[\])]?\s*$)")
 HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
 ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
@@ -51,22 +51,22 @@ ORDINAL = re.compile(
     rf"(?<![\w.,])#?([0-9]{{1,2}})(?:{'|'.join(COLUMNS['ordinal'])}|[.\u00b0](?![0-9]))(?!\w)|#(?=[0-9])"
 )
 REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]")
-"""A mark, a unit that is unknown, or none."""
+"""A mark, or a unit in brackets that is unknown or only a 1."""
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
-"""Number such as 1.250: a decimal, or 1250 with a thousands separator. 0.125 can only be a decimal."""
+"""A number such as 1.250, which is either a decimal or 1250 with a thousands separator. 0.125 can only be a decimal."""
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
-"""The typographic minus, and the dash that word processors substitute for a hyphen."""
+"""The typographic minus, and the dash that word processors put in place of a hyphen."""
 OTHER_MARKS: dict[Decimal | None, str] = {"point": ",", "comma": "."}
-"""Mark that numbers with a decimal mark do not contain."""
+"""Mark that cannot occur in numbers with a decimal mark, by the decimal mark."""
 
 
 class Role(Enum):
     """Role of a column.
 
-    Each quantity that labs write beside their readings, and whose mean a report shows, is a member here with its words,
-    units and limits in the table [quantities] of ``words.toml``.
+    Labs write other quantities in addition to their readings. Each quantity whose mean a report shows is a member here,
+    and has its words, units and limits in the table [quantities] of ``words.toml``.
     """
 
     STATION = "station"
@@ -75,19 +75,19 @@ class Role(Enum):
     SAMPLE = "sample"  # Name of the sample of the row
     TEMPERATURE = "temperature"
     HUMIDITY = "humidity"
-    OTHER = "other"  # Notes, figures calculated from readings, and what is of no use
+    OTHER = "other"  # Notes, figures calculated from readings, and all that is not used
 
     @property
     def is_quantity(self) -> bool:
         return self.value in WORDS["quantities"]
 
     def units_in(self, words: Container[str]) -> list[str]:
-        """Return the units of this quantity that have a word among ``words``."""
+        """Return the units of this quantity for which ``words`` has a word."""
         units = WORDS["quantities"][self.value]["units"].items()
         return [unit for unit, names in units if any(name in words for name in names.split())]
 
     def limits_in(self, unit: str) -> tuple[float, float]:
-        """Return the smallest and the largest value of this quantity in a unit, or in any of its units if it is ""."""
+        """Return the smallest and largest value of this quantity in a unit. For "" all its units count."""
         limits = WORDS["quantities"][self.value]["limits"].items()
         ends = [end for each, ends in limits if unit in ("", each) for end in ends]
         return min(ends), max(ends)
@@ -100,20 +100,20 @@ QUANTITIES = tuple(map(Role, WORDS["quantities"]))
 class Meaning:
     role: Role
     unit: str | None = None
-    quantity: Quantity | None = None  # Direction of a reading; None if the name leaves it open
-    number: str | None = None  # Number of a repeat; None if the name has none
+    quantity: Quantity | None = None  # Direction of a reading. None if the name leaves it open.
+    number: str | None = None  # Number of a repeat. None if the name has no number.
 
 
 class Name(NamedTuple):
-    """A column's name in parts."""
+    """The parts of a column's name."""
 
-    text: str  # In plain letters, without its unit
+    text: str  # Name in plain letters, without its unit
     unit: str | None
     is_sound: bool  # False if it has several units, or a factor, or is too long
 
     @property
     def has_rest(self) -> bool:
-        """True if more than words, brackets and one number is in the text, or if it is a share: "rel. depth"."""
+        """True if the text has more than words, brackets and one number, or is relative, such as "rel. depth"."""
         words = {*WORD.findall(self.text)}
         is_more = not self.is_sound or len(re.findall("[0-9]+", self.text)) > 1 or REST.search(self.text)
         return bool(is_more or (words & RELATIVE and not words & FACE))
@@ -141,7 +141,7 @@ def parsed(name: str) -> Name:
 
 @lru_cache(maxsize=4096)
 def meaning(name: str) -> Meaning | None:
-    """Return the meaning of a column's name, or None if a word or a mark of it is unknown."""
+    """Return the meaning of a column's name. Returns None if the name has an unknown word or mark."""
     text, unit, is_sound = in_parts = parsed(name)
     parts = WORD.findall(text)
     numbers, words = [part for part in parts if part.isdigit()], {part for part in parts if not part.isdigit()}
@@ -171,9 +171,9 @@ def meaning(name: str) -> Meaning | None:
 
 
 def _quantity_meaning(text: str) -> Meaning | None:
-    """Return the meaning of a name in plain letters that has a word of another quantity; None for another name.
+    """Return the meaning of a name in plain letters that has a word of another quantity. Returns None for another name.
 
-    With further words it is of no use, unless it may be a reading: "depth LH" and "depth RH" may be two sides.
+    With further words the column is not used, unless it may be a reading: "depth LH" and "depth RH" may be two sides.
     """
     words = {*WORD_OR_MARK.findall(text)}
     for role in QUANTITIES:
@@ -189,26 +189,26 @@ def _quantity_meaning(text: str) -> Meaning | None:
 
 
 def unit_of(text: str) -> str | None:
-    """Return the unit of a text that contains only a unit, such as "[mm]"; else None."""
+    """Return the unit of a text that contains only a unit, such as "[mm]". Returns None for any other text."""
     plain, unit, is_sound = parsed(f"[{text.strip().strip('[](){}/. ')}]")
     return unit if is_sound and not WORD.search(plain) else None
 
 
 def is_note(name: str) -> bool:
-    """Return whether a column has remarks: a number in it may be a reading."""
+    """Return whether a column has remarks, in which a number may be a reading."""
     return bool({*WORD.findall(plain_letters(name))} & COLUMNS["notes"])
 
 
 def is_calculated(text: str) -> bool:
-    """Return whether the text of a row's first cell marks the row as calculated from others, such as a mean."""
+    """Return whether the text in a row's first cell marks the row as calculated from others, for example as a mean."""
     words = {word for word in WORD.findall(plain_letters(text[:LONGEST_NAME])) if not word.isdigit()}
     return bool(words & CALCULATED) and words <= CALCULATED | OF_READING | READING | COUNTER
 
 
 def sample_key(sample: str) -> str:
-    """Return a key that is the same for spellings that differ only in case, spaces, points, hyphens and underscores.
+    """Return a key that ignores case, spaces, points, hyphens and underscores in the name of a sample.
 
-    A gap between two digits counts: 1-11 is not 11-1. Other marks count: P01' is not P01.
+    A gap between two digits counts: 1-11 is not 11-1. Other marks count too: P01' is not P01.
     """
     key = ""
     for part in PART.findall(unicodedata.normalize("NFKC", sample).casefold()):
@@ -218,13 +218,13 @@ def sample_key(sample: str) -> str:
 
 @lru_cache(maxsize=50_000)
 def plain_letters(text: str) -> str:
-    """Return the text in lower case, umlauts spelt out (ä is ae) and other accents removed (é is e, ñ is n)."""
+    """Return the text in lower case, with umlauts spelt out (ä is ae) and other accents removed (é is e, ñ is n)."""
     folded = unicodedata.normalize("NFKC", text).casefold().translate(UMLAUTS)
     return "".join(letter for letter in unicodedata.normalize("NFD", folded) if unicodedata.category(letter) != "Mn")
 
 
 def is_missing(text: str) -> bool:
-    """Return whether a cell is blank or contains a word for a missing reading."""
+    """Return whether a cell is blank or has a word for a missing reading."""
     return not text or "".join(plain_letters(text).split()) in MISSING
 
 
@@ -234,9 +234,9 @@ def is_ambiguous(text: str) -> bool:
 
 
 def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
-    """Return the decimal mark of a file's numbers, or None if they do not decide it.
+    """Return the decimal mark of a file's numbers. Returns None if the numbers do not decide it.
 
-    A comma as the field separator excludes decimal commas.
+    If commas separate fields, the decimal mark cannot be a comma.
     """
     texts = list(texts)
     numbers = [text for text in texts if NUMBER.fullmatch(text.translate(MINUS)) and not is_ambiguous(text)]
@@ -249,7 +249,10 @@ def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
 
 
 def number(text: str, mark: Decimal | None = None) -> float | None:
-    """Return a finite number with the decimal ``mark``, or with either mark if it is None. Other texts give None."""
+    """Return a finite number with the decimal ``mark``, or with either mark if it is None.
+
+    Returns None for other texts.
+    """
     text = text.translate(MINUS)
     if not NUMBER.fullmatch(text) or OTHER_MARKS.get(mark, " ") in text:
         return None

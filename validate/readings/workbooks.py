@@ -1,9 +1,9 @@
-"""Read the worksheets of an XLSX or of an OpenDocument spreadsheet (ODS), as LibreOffice saves it.
+"""Read the worksheets of an XLSX, or of an OpenDocument spreadsheet (ODS) as LibreOffice saves it.
 
-Of openpyxl, only the parser of a single worksheet is used, in one pass. A whole workbook of openpyxl fills merged
-ranges and links with cells, loses which cells are formulas, and turns numbers with the format "Standard" into dates. In
-an ODS, repeated rows and cells are expanded only up to the size limit of a sheet of readings; defusedxml refuses
-entities.
+From openpyxl, only the parser of a single worksheet is used, in one pass. Opening a whole workbook with openpyxl would
+fill merged ranges and links with cells, lose which cells are formulas, and turn numbers with the format "Standard" into
+dates. In an ODS, repeated rows and cells are expanded only up to the size limit of a sheet of readings, and defusedxml
+refuses entities.
 """
 
 import io
@@ -30,16 +30,16 @@ from openpyxl.xml.constants import COMMENTS_NS
 
 from validate.readings.grid import BLANK, FORMULA, MOST_COLUMNS, MOST_ROWS, Cell, Grid, Kind, quoted
 
-LEFT_TO_OTHERS = b'fullCalcOnLoad="1"'  # Mark of a program that calculates nothing. Excel removes it
-HIDDEN_XLSX = {("hidden", "1"), ("hidden", "true"), ("ht", "0"), ("width", "0")}  # Attributes of rows and columns
+LEFT_TO_OTHERS = b'fullCalcOnLoad="1"'  # Mark of a program that does not calculate formulas. Excel removes it.
+HIDDEN_XLSX = {("hidden", "1"), ("hidden", "true"), ("ht", "0"), ("width", "0")}  # Attributes of hidden cells
 NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
-"""A letter that no date format contains. Words for "General" in other languages, such as "Standard", contain one."""
+"""A letter that no date format contains. Words for "General" in other languages contain one, for example "Standard"."""
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
 SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
-"""Text, quoted or letter by letter, that a format shows behind a number."""
+"""Text that a format shows behind a number, either quoted or letter by letter."""
 PLAIN_XLSX = re.compile(r"rgb ..(?:000000|FFFFFF)|theme [01] 0\.0|indexed (?:0|1|8|9|6\d) |auto")
 """Colours that are black, white or automatic, with their tint."""
-FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, place or field of a page header, such as &P
+FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, position or field of a page header, such as &P
 MIMETYPE = b"application/vnd.oasis.opendocument.spreadsheet"
 PARTS = ("styles.xml", "content.xml")
 OFFICE, TABLE, TEXT, STYLE, LOOK = (
@@ -53,16 +53,16 @@ HIDDEN_ODS = ("collapse", "filter")
 NUMBERS = ("float", "percentage", "currency")
 OTHER_KINDS: dict[str | None, Kind] = {"date": "date", "time": "date", "boolean": "truth"}
 COLOURS = (f"{LOOK}background-color", f"{LOOK}color")
-PLAIN_ODS = ("", "transparent", "#000000", "#ffffff")  # Colours
+PLAIN_ODS = ("", "transparent", "#000000", "#ffffff")  # Colours that are not a mark
 ERROR = re.compile(r"#.*[^\W\d_].*|(?:err|fehler|erreur|error)\s?:\s?[0-9]+", re.IGNORECASE)
-"""Text of an error: #DIV/0!, #WERT!, Err:503. In contrast, ### is a number in a column that is too narrow."""
+"""Text of an error, such as #DIV/0!, #WERT! or Err:503. The text ### is different: a number in a too narrow column."""
 BEHIND = re.compile(r"[-+]?[0-9][0-9.,' \u00a0\u202f]*(\D+)")
 """A displayed number, and the text that its format adds behind it."""
 Look = Callable[[str | None], Mapping[str, str]]
 
 
 class _CellParser(WorkSheetParser):
-    """openpyxl's parser, which additionally marks formulas, and those without a stored result."""
+    """The parser of openpyxl, extended to mark formulas, and formulas without a stored result."""
 
     def parse_cell(self, element: Any) -> dict[str, Any]:
         cell = super().parse_cell(element)
@@ -74,7 +74,7 @@ class _CellParser(WorkSheetParser):
 
 
 def read_xlsx(path: Path, archive: zipfile.ZipFile, content: bytes) -> Iterator[Grid]:
-    """Yield all worksheets. A damaged file raises errors of any class."""
+    """Yield all worksheets of an XLSX. A damaged file raises errors of any class."""
     # The type stubs lack the attributes of a read-only workbook that its parser uses.
     book: Any = openpyxl.load_workbook(
         io.BytesIO(content), read_only=True, data_only=True, keep_links=False, rich_text=True
@@ -103,7 +103,7 @@ def read_xlsx(path: Path, archive: zipfile.ZipFile, content: bytes) -> Iterator[
 
 
 def _look(style: Any, code: str, book: Any) -> Cell:
-    """Return a cell without content, with the unit that the format of a style shows, and with the style's marks."""
+    """Return an empty cell with the marks of a style, and with the unit that the style's format shows."""
     font, fill = book._fonts[style.fontId], book._fills[style.fillId]
     behind = SHOWN_BEHIND.search(code.partition(";")[0])
     unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
@@ -138,7 +138,7 @@ def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:
 
 
 def _content(value: Any, data_type: str) -> tuple[str, Kind]:
-    """Return the text and the kind of a cell."""
+    """Return the text and the kind of a cell's value."""
     if data_type == "f" or value is None:
         return "", "formula" if data_type == "f" else "text"
     if data_type == "e":
@@ -153,13 +153,13 @@ def _content(value: Any, data_type: str) -> tuple[str, Kind]:
 
 
 def read_ods(path: Path, archive: zipfile.ZipFile) -> Iterator[Grid]:
-    """Yield all worksheets. A damaged file raises errors of any class."""
+    """Yield all worksheets of an ODS. A damaged file raises errors of any class."""
     roots = [fromstring(archive.read(part)) for part in PARTS if part in archive.namelist()]
     styles = {style.get(f"{STYLE}name"): style for root in roots for style in root.iter(f"{STYLE}style")}
 
     @cache
     def look(name: str | None) -> Mapping[str, str]:
-        """Return the properties of a style, with those it inherits."""
+        """Return the properties of a style, including inherited ones."""
         if (style := styles.get(name)) is None:
             return {}
         properties = [look(style.get(f"{STYLE}parent-style-name")), *(part.attrib for part in style)]
@@ -199,7 +199,7 @@ def _ods_sheet(path: Path, table: Element, look: Look) -> Grid:
 
 
 def _marked(value: Cell, cell: Element, look: Look, style: str | None) -> Cell:
-    """Return a cell with its marks."""
+    """Return a cell with the marks of its styles."""
     looks = [look(style), *(look(span.get(f"{TEXT}style-name")) for span in cell.iter(f"{TEXT}span"))]
     return value._replace(
         is_formula=cell.get(FORMULA_KEY) is not None,
@@ -209,7 +209,7 @@ def _marked(value: Cell, cell: Element, look: Look, style: str | None) -> Cell:
 
 
 def _below(element: Element, tag: str) -> Iterator[Element]:
-    """Yield the rows or columns of a table, including grouped ones, but not those of tables within its cells."""
+    """Yield the rows or columns of a table, including grouped ones. Tables within its cells are left out."""
     for each in element:
         if each.tag == f"{TABLE}{tag}":
             yield each

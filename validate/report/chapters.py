@@ -1,6 +1,6 @@
 """Content of a report, chapter by chapter: figures, tables and text. The page has all of it, the PDF its pictures.
 
-The words are in templates/report_words.j2; a figure is a ``Plate`` with a caption there.
+The words are in templates/report_words.j2. A figure is a ``Plate`` with a caption in that file.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -61,7 +61,7 @@ class PhotoBlock:
 
 @dataclass(frozen=True)
 class Model:
-    """A model in 3-D that the page can turn; the PDF shows it from one side."""
+    """A model in 3-D that the page can turn. The PDF shows it from one side."""
 
     caption: str
     alt: str
@@ -77,7 +77,7 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class CommandLines:
-    """Commands that can be copied as they are."""
+    """Commands that can be copied unchanged."""
 
     lines: tuple[str, ...]
     comment: str
@@ -96,14 +96,17 @@ class Chapter:
 
     @property
     def rows(self) -> Iterator[tuple[Item, ...]]:
-        """Rows of items from top to bottom. A row has one item, or a pair of consecutive plates or photos."""
+        """Rows of items, from top to bottom. A row has one item, or two consecutive plates or photos."""
         for half, group in groupby(self.items, lambda item: isinstance(item, Plate | PhotoBlock)):
             items, size = tuple(group), 2 if half else 1
             yield from (items[first : first + size] for first in range(0, len(items), size))
 
 
 def first_figure(evidence: Evidence) -> FirstFigure:
-    """Return what the first page draws. Raises InputError if the picture along the crack cannot be read."""
+    """Return the content of the figure on the first page.
+
+    Raises InputError if the picture along the crack cannot be read.
+    """
     return FirstFigure(
         outline=evidence.outline,
         solid=evidence.solid,
@@ -118,7 +121,7 @@ def first_figure(evidence: Evidence) -> FirstFigure:
 
 
 def chapters(evidence: Evidence) -> list[Chapter]:
-    """Return the chapters of a trial's report, with numbered figures: result, explanation, appendix.
+    """Return the chapters of a trial's report, with numbered figures: result, explanation and appendix.
 
     Raises InputError if the overlay cannot be read.
     """
@@ -191,7 +194,10 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:
-    """Yield figures of the fill: along the crack, over time if the run has snapshots, else at rest; and from above."""
+    """Yield two figures of the fill: along the crack and from above.
+
+    The one along the crack shows the fill over time if the run has snapshots, and the sealant at rest otherwise.
+    """
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
     if evidence.frames:
         yield Plate(sentence("figure_fill"), lambda: draw_fill(evidence.frames, scene_of(evidence)))
@@ -205,7 +211,7 @@ def scene_of(evidence: Evidence) -> FillScene:
     return FillScene(*parts, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
 
 
-OVERLAY_PX = 1500  # Largest width of the overlay in the report; the run folder has it in full size
+OVERLAY_PX = 1500  # Largest width of the overlay in the report. The run folder has it in full size.
 
 
 def _photo(evidence: Evidence) -> PhotoBlock:
@@ -224,12 +230,12 @@ def _read_picture(path: Path) -> Pixels:
     content = np.frombuffer(files.read_bytes(path) if path.is_file() else b"", np.uint8)
     picture = cv2.imdecode(content, cv2.IMREAD_COLOR_RGB) if content.size else None
     if picture is None:
-        raise InputError(f"{path}: is not a readable picture. Draw it again with 'sealtwin digitise'.")
+        raise InputError(f"{path}: the picture cannot be read. Draw it again with 'sealtwin digitise'.")
     return np.asarray(picture, dtype=np.uint8)
 
 
 def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
-    """Return the part of the overlay around the crack, or all of it if the photo's size was not recorded."""
+    """Return the part of the overlay around the crack. Returns all of it if the photo's size was not recorded."""
     if outline.photo_size_px is None:
         return overlay
     scale = overlay.shape[1] / outline.photo_size_px[0]
@@ -243,11 +249,11 @@ SHOWN_HEALTH = (
     *("particles_across", "viscosity_m2_s", "viscosity_pa_s", "viscosity_added_m2_s", "reynolds", "bond", "bingham"),
     *("flat_mm", "to_rest_mm", "setup_s", "frames_s"),
 )
-"""Figures of a run's health on the page. report.json has all of them."""
+"""Figures of a run's health that the page shows. report.json has all of them."""
 
 
 def comparison_tables(evidence: Evidence) -> Iterator[PageTable]:
-    """Yield the tables of the error's metrics, and of the readings: their file, format and scatter."""
+    """Yield two tables: the measures of the error, and the readings with their file, format and scatter."""
     parts = {"m": evidence.comparison, "readings": evidence.readings, "sheet": evidence.sheet}
     yield table("table_agreement", **parts)
     yield table("table_readings", **parts)
@@ -280,7 +286,7 @@ def path_table(evidence: Evidence) -> PageTable:
 
 
 def health_table(health: RunHealth) -> PageTable:
-    """Return the figures of the page that the run recorded, in the run's order."""
+    """Return the table of those health figures that the page shows and the run recorded, in the run's order."""
     figures = []
     for key, value in health.recorded().items():
         if key in SHOWN_HEALTH and value is not None:
@@ -290,7 +296,7 @@ def health_table(health: RunHealth) -> PageTable:
 
 
 def settings_table(settings: dict[str, Any]) -> PageTable:
-    """Return the settings in effect, a row for each table; the seed is in the table of versions."""
+    """Return the table of settings in effect, with a row for each group. The seed is in the table of versions."""
     groups = {
         group: [
             f"{words(key)} {setting_words(value)}" for key, value in content.items() if value not in (None, {}, [], ())

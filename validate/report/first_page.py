@@ -1,4 +1,4 @@
-"""First page of a report in words: the verdict, two sentences, and four figures, for a reader who was not there."""
+"""First page of a report in words: the verdict, two sentences and four figures, for readers who were not involved."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ def first_page(evidence: Evidence) -> FirstPage:
 
 
 def first_caption(evidence: Evidence) -> str:
-    """Return a text on the bands of the first figure, and on the places in them; empty without bands."""
+    """Return a text about the bands of the first figure and the stations inside them. Returns "" without bands."""
     comparison = evidence.comparison
     uncertainty = None if comparison is None else comparison.uncertainty
     inside = 0 if uncertainty is None else int((~uncertainty.stations.off).sum())
@@ -37,7 +37,10 @@ def first_caption(evidence: Evidence) -> str:
 
 
 def _where_off(evidence: Evidence) -> str:
-    """Return a sentence on where the level is off; for a missed limit, on whether level or shape is wrong."""
+    """Return a sentence about where the level is off.
+
+    If the limit is missed, it says whether level or shape is wrong.
+    """
     m, readings = evidence.comparison, evidence.readings
     if m is None or readings is None:
         return ""
@@ -49,7 +52,7 @@ def _where_off(evidence: Evidence) -> str:
 
 
 def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
-    """Return reservations; the cautions after the first follow below the page."""
+    """Return the reservations of the first page. All cautions after the first are shown below the page."""
     labels = [("Check first:", fault.text) for fault in faults(evidence)[:1]]
     if evidence.comparison is not None and not evidence.comparison.basis.enough_readings:
         labels.append(("Verdict:", evidence.comparison.headline[0].text))
@@ -73,7 +76,7 @@ def _notes(evidence: Evidence) -> tuple[tuple[str, str], ...]:
 
 
 def _tiles(evidence: Evidence) -> tuple[Tile, ...]:
-    """Return the four figures: of a comparison, of a prediction, or of a level alone."""
+    """Return the four figures of the first page, for a comparison, for a prediction, or for a level alone."""
     parts, m, p = parts_of(evidence), evidence.comparison, evidence.prediction
     if m is not None:
         instead, bars = _instead(m)
@@ -98,9 +101,10 @@ def _tiles(evidence: Evidence) -> tuple[Tile, ...]:
 
 
 def _instead(m: Comparison) -> tuple[tuple[str, str, str], tuple[ErrorBar, ...]]:
-    """Return the level without a simulation, of the fewest numbers, that is nearer; if none is nearer, the simplest.
+    """Return the simplest level without a simulation that is closer to the readings, or the simplest of all.
 
-    The bars are the errors of all these levels and of the simulation, the largest first.
+    The simplest level has the fewest fitted numbers. The bars are the errors of all these levels and of the simulation,
+    largest first.
     """
     nearer = [baseline for baseline in m.baselines if baseline.mean_error_mm <= m.mean_error_mm]
     simpler = min(nearer or m.baselines, key=lambda baseline: (baseline.numbers, baseline.mean_error_mm), default=None)
@@ -121,9 +125,9 @@ def _level_alone(evidence: Evidence) -> list[tuple[str, str, str]]:
 
 
 def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return the figure as a table: place, reading, its interval, simulated level and error at each station.
+    """Return the figure as a table: position, reading, its interval, simulated level and error at each station.
 
-    Empty without readings; a station beyond the compared stretch has no error.
+    Without readings the table is empty. A station beyond the compared stretch has no error.
     """
     readings, comparison, seeds = evidence.readings, evidence.comparison, evidence.seeds
     if readings is None or comparison is None:

@@ -1,6 +1,7 @@
 """The report as a PDF of at most four pages: the facts of the first page, and all pictures with their captions.
 
-Two pages of text, and two of pictures: six on each, and a report has at most twelve. Pages say if text was left out.
+There are two pages of text and two pages of pictures with six pictures each. A report has at most twelve pictures.
+Pages say if text was left out.
 """
 
 import io
@@ -20,21 +21,22 @@ from validate.result import ReportData, Tile
 
 FONT = "DejaVu Sans"
 MARGIN_IN, LINE_IN, GUTTER_IN = 0.7, 0.165, 0.2
-"""Margin of an A4 page, distance between two lines of text, and space between two pictures side by side."""
+"""Margin of an A4 page, distance between two lines of text, and space between two pictures side by side, in inches."""
 TEXT_PT, LEAD_PT, LARGE_PT, SMALL_PT = 8.5, 10.0, 15.0, 8.0
-TEXT_PAGES, ROWS = 2, 3  # Most pages of text, and rows of two pictures on a page
+TEXT_PAGES, ROWS = 2, 3  # Largest number of pages of text, and of rows of two pictures on a page
 LONGEST, CAPTION_LINES, SHORT = 20, 5, 60
-"""Most lines of a paragraph (a trial's note has up to 2,000 characters), of a caption, and characters of a foot."""
-MORE = "Not all sentences on this trial have room here: read report.html."
+"""Largest number of lines in a paragraph (a trial's note has up to 2,000 characters), of lines in a caption, and of
+characters in a footer."""
+MORE = "This page has no room for all sentences about this trial: read report.html."
 OUTCOME_COLOUR = {"passed": "#00704f", "failed": "#b3261e", "undecided": "#7a5c00", "open": MUTED}
-"""Colours of the verdict, whose sentence has the same meaning without them; "undecided" is that of cautions too."""
+"""Colours of the verdict. Its sentence has the same meaning without them. Cautions have the colour of "undecided"."""
 
 Captioned = tuple[Image.Image | io.BytesIO, str]
 """A picture, as pixels or as a JPEG, and its caption."""
 
 
 def write_pdf(path: Path, data: ReportData, first: Captioned, others: Sequence[Captioned]) -> None:
-    """Write the PDF. It has no date, so that the same report gives the same bytes."""
+    """Write the PDF. It contains no date, so that the same report gives the same bytes."""
     paper, page = _Paper(data.name), data.first_page
     paper.paragraph(f"{data.name} · {page.subject}", colour=MUTED)
     paper.paragraph(page.state, LEAD_PT, "B", OUTCOME_COLOUR[data.tone])
@@ -59,7 +61,7 @@ def write_pdf(path: Path, data: ReportData, first: Captioned, others: Sequence[C
 
 
 class _Paper(FPDF):
-    """A4 pages, filled from top to bottom."""
+    """A4 pages that are filled from top to bottom."""
 
     def __init__(self, title: str) -> None:
         super().__init__(unit="in", format="A4")
@@ -78,7 +80,7 @@ class _Paper(FPDF):
         self.add_page()
 
     def footer(self) -> None:
-        """Print the page's number, and the title or MORE; fpdf2 calls it at the end of each page."""
+        """Print the page's number, and the title or MORE. fpdf2 calls this at the end of each page."""
         self.set_y(-0.5)
         self._style(SMALL_PT, "", MUTED)
         self.cell(0, LINE_IN, f"{self.page_no()} · {self._foot}")
@@ -92,7 +94,7 @@ class _Paper(FPDF):
         width_in: float = 0.0,
         most: int = LONGEST,
     ) -> None:
-        """Print up to ``most`` lines on one page; nothing if the pages of text are full."""
+        """Print up to ``most`` lines on one page. Prints nothing if the pages of text are full."""
         self._style(size_pt, weight, colour)
         line_in = LINE_IN * size_pt / TEXT_PT
         split = self.multi_cell(width_in, text=printable(text), align="L", dry_run=True, output=MethodReturnValue.LINES)
@@ -108,7 +110,7 @@ class _Paper(FPDF):
         self.ln(0.5 * LINE_IN)
 
     def tiles(self, tiles: Sequence[Tile]) -> None:
-        """Print figures side by side: title, figure, text, and the lines of its small chart as text."""
+        """Print figures side by side: title, figure, text, and the lines of the small chart as text."""
         texts = [[tile.text, *(f"{bar.error_mm:.2f} mm {bar.name}" for bar in tile.bars)] for tile in tiles]
         rows = (
             (FontFace(emphasis="BOLD", color=MUTED, size_pt=SMALL_PT), LINE_IN, [tile.title for tile in tiles]),

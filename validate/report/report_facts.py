@@ -1,4 +1,4 @@
-"""Facts that a report states about a trial: verdict, cautions, volumes, uncertainty, assumptions, what is left out."""
+"""Facts that a report states about a trial: verdict, cautions, volumes, uncertainty, assumptions, omissions."""
 
 from collections.abc import Iterable, Sequence
 from itertools import groupby
@@ -22,11 +22,11 @@ from validate.units import LABELS, unit_of, words
 
 ML = 1000.0  # mm³
 HEALTH_LABELS: dict[str, tuple[str, float, str]] = LABELS["health"]
-"""Label, factor to the reported unit, and format of each number that a run records about itself."""
+"""Label, factor to the reported unit, and format of each figure that a run records about itself."""
 
 
 def parts_of(evidence: Evidence) -> dict[str, Any]:
-    """Return the names that blocks of report_words.j2 have in common."""
+    """Return the values that several blocks of report_words.j2 use, by name."""
     run, m, p = evidence.run, evidence.comparison, evidence.prediction
     fast = run.fast_fill is not None
     return {
@@ -57,7 +57,7 @@ def headline(evidence: Evidence) -> tuple[Facts, Outcome]:
 
 
 def predicted(prediction: PredictedLevel | None) -> Fact:
-    """Return the prediction, or that there are no readings."""
+    """Return the fact that states the prediction. Without one, it states that there are no readings."""
     if prediction is None:
         return stated("verdict.no-readings")
     others = other_levels(prediction)
@@ -65,7 +65,7 @@ def predicted(prediction: PredictedLevel | None) -> Fact:
 
 
 def other_levels(prediction: PredictedLevel) -> str:
-    """Return a sentence, after a space, on the mean levels of the fast model and of the volume lying flat."""
+    """Return a space and a sentence about the mean levels of the fast model and of the flat dispensed volume."""
     levels = {"the fast model": prediction.fast_level_mm, "the dispensed volume lying flat": prediction.flat_level_mm}
     means_mm = {
         name: float(np.trapezoid(level_mm)) / (len(level_mm) - 1)
@@ -93,7 +93,7 @@ def faults(evidence: Evidence) -> Facts:
 
 
 def not_measured(evidence: Evidence) -> list[str]:
-    """Return clauses on the data that were not measured, or not declared; none for a validation."""
+    """Return clauses about data that were not measured, or not declared. A validation has none."""
     readings_data = "measured" if evidence.readings is None else evidence.readings.data
     things = {f"the {evidence.outline.seen_in} is": evidence.photo_data, "the caliper readings are": readings_data}
     clauses = [sentence("not_measured", thing=thing, data=data) for thing, data in things.items()]
@@ -103,7 +103,7 @@ def not_measured(evidence: Evidence) -> list[str]:
 
 
 def volumes(evidence: Evidence) -> Facts:
-    """Return the volume of the dispensed sealant at each place, in mm³."""
+    """Return the volume of dispensed sealant in each part of the sample, in mm³."""
     fast = evidence.run.fast_fill is not None
     return tuple(
         Fact(f"volume.{location}", sentence("place", place=location, fast=fast), volume_mm3, "mm³", "figure")
@@ -127,7 +127,7 @@ def _volumes_mm3(run: Run) -> dict[str, float]:
 
 
 def health_facts(evidence: Evidence) -> Facts:
-    """Return the numbers that a run recorded about itself."""
+    """Return the figures that a run recorded about itself."""
     return tuple(
         Fact(f"health.{key}", HEALTH_LABELS.get(key, (words(key),))[0], value, unit_of(key), "figure")
         for key, value in evidence.run.health.recorded().items()
@@ -136,7 +136,7 @@ def health_facts(evidence: Evidence) -> Facts:
 
 
 def uncertainty_facts(evidence: Evidence) -> Facts:
-    """Return facts on several runs, and on the uncertainty; that it was not assessed, if it was not."""
+    """Return facts about several runs and about the uncertainty, or the fact that it was not assessed."""
     comparison, seeds = evidence.comparison, seed_facts(evidence.seeds, draft=is_draft(evidence.run))
     if evidence.prediction is not None:
         return *seeds, *prediction_facts(evidence.prediction)
@@ -160,7 +160,7 @@ def _included(uncertainty: ErrorUncertainty) -> Facts:
 
 
 def prediction_facts(p: PredictedLevel) -> Facts:
-    """Return facts on the parts of a prediction's band, and on what it does not include."""
+    """Return facts about the parts of a prediction's band, and about what it does not include."""
     causes = list(dict.fromkeys(f"the {part.name}" if part.kind == "model" else part.kind for part in p.parts))
     facts = [stated("uncertainty.band", float(np.median(p.band_95_mm)), "mm", p=p, causes=causes)]
     if p.numerics_mm is None:
@@ -173,7 +173,7 @@ def prediction_facts(p: PredictedLevel) -> Facts:
 
 
 def _inputs(left_out: Sequence[str], unfit: Sequence[Fact], whole: str, missing: Sequence[str] = ()) -> Iterable[Fact]:
-    """Yield facts on the inputs and ``missing`` errors not in ``whole``, and on inputs of an unfit fast model."""
+    """Yield facts about inputs and ``missing`` errors not included in ``whole``, and about an invalid fast model."""
     if names := [*(LABELS["inputs"][name][0] for name in left_out), *missing]:
         yield assumed("uncertainty.left-out", len(names), whole=whole, names=names)
     if unfit:
@@ -181,7 +181,7 @@ def _inputs(left_out: Sequence[str], unfit: Sequence[Fact], whole: str, missing:
 
 
 def stretches_off(stations: StationErrors) -> str:
-    """Return a sentence on stretches of stations that are outside the band on one side, if any, the worst first."""
+    """Return a sentence about stretches of stations outside the band on the same side, worst first. It may be empty."""
     stretches, errors_mm = [], np.where(stations.off, stations.error_mm, 0.0)
     for side, group in groupby(range(len(errors_mm)), np.sign(errors_mm).tolist().__getitem__):
         part = [*group]
@@ -193,9 +193,9 @@ def stretches_off(stations: StationErrors) -> str:
 
 
 def assumptions(evidence: Evidence) -> Facts:
-    """Return the assumptions, with numbers that show how much depends on them, and the data that no metric includes.
+    """Return the assumptions, with figures that show how much depends on them, and the data that no measure includes.
 
-    The block of what does not apply is empty.
+    A block that does not apply is empty.
     """
     outline, solid, run, readings = evidence.outline, evidence.solid, evidence.run, evidence.readings
     m, fluid = evidence.comparison, run.settings.get("fluid", {})
@@ -249,7 +249,7 @@ def _angles(evidence: Evidence) -> str:
 
 
 def walls(evidence: Evidence) -> str:
-    """Return a sentence on the width that the photo contradicts or does not show, if the walls flare or undercut."""
+    """Return a sentence about the width that the photo contradicts or does not show, if the walls flare or undercut."""
     solid = evidence.solid
     widths_mm = {"flare": solid.figures.mouth_width_mm, "undercut": solid.figures.floor_width_mm}
     if widths_mm.get(solid.tilt) is None:
@@ -260,13 +260,13 @@ def walls(evidence: Evidence) -> str:
 
 
 def freezing(evidence: Evidence) -> str:
-    """Return a sentence on freezing by age, if there is any."""
+    """Return a sentence about freezing by age. Returns "" if particles do not freeze."""
     freeze_s = evidence.run.settings.get("fluid", {}).get("freeze_after_s")
     return sentence("freezing", freeze_s=freeze_s) if isinstance(freeze_s, int | float) else ""
 
 
 def _settled(evidence: Evidence) -> str:
-    """Return how long after the last release the sealant settled: the time that was set, or until it was at rest."""
+    """Return how long the sealant settled after the last release: the set time, or the time until it was at rest."""
     health, path = evidence.run.health, evidence.trajectory
     settle_s, at_rest_s = evidence.run.settings.get("solver", {}).get("settle_s", 0.0), None
     flowing = np.flatnonzero(path.flow_mm3_s[:-1] > 0)
@@ -277,7 +277,10 @@ def _settled(evidence: Evidence) -> str:
 
 
 def _meniscus_mm(evidence: Evidence) -> float | None:
-    """Return the largest depth of a meniscus of water, or None if the uncertainty includes or names it."""
+    """Return the largest depth of a meniscus of water.
+
+    Returns None if the uncertainty includes or names the meniscus.
+    """
     profile, comparison = evidence.profile, evidence.comparison
     if evidence.prediction is not None or (comparison is not None and comparison.uncertainty is not None):
         return None

@@ -43,16 +43,18 @@ from validate.result import Evidence, ReadingsFile, ReportData
 from validate.sentences import sentence
 from validate.units import PageTable
 
-DPI = 150  # Resolution of the pixels inside a figure of the page, and of a figure of the PDF
-QUALITY = {"quality": 85, "method": 2}  # Of photos and stills; WebP's default method takes twice as long
-STOPS = 9  # Number of colours between which the page interpolates a colour scale; viridis is then exact to 1 %
+DPI = 150  # Resolution of pixels inside the page's figures, and of the PDF's figures
+QUALITY = {"quality": 85, "method": 2}  # Encoding of photos and stills. WebP's default method takes twice as long.
+STOPS = 9  # Colours between which the page interpolates a colour scale. Viridis is then exact to 1 %.
 REPORT, PDF = ("report.html", "report.json"), "report.pdf"  # Files of a report, and its PDF
 
 ALT = "The straightened photo, the level of the sealant and its error along the crack, and a section across"
 
 
 def write_report(folder: Path, evidence: Evidence, *, pdf: bool = False) -> list[str]:
-    """Write report.html, which needs no other file and no network, report.json and, if ``pdf`` is True, report.pdf.
+    """Write report.html and report.json, and report.pdf if ``pdf`` is True.
+
+    The page needs no other file and no network.
 
     Returns the names of the files. Raises InputError if the overlay cannot be read.
     """

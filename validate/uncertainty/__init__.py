@@ -1,1 +1,1 @@
-"""Uncertainty of a comparison, which is due to the readings, the numerics and the inputs."""
+"""Uncertainty of a comparison due to the readings, the numerics and the inputs."""

@@ -1,7 +1,7 @@
-"""The error budget of a comparison: draws of each named error. Every interval, band and verdict follows from them.
+"""Error budget of a comparison: random draws of each named error. All intervals, bands and verdicts follow from them.
 
 The draws and their order are fixed, so every run gives the same figures. A standard uncertainty is defined as half the
-half-width of a 95 % interval, so that ± 2 u is that interval for any distribution.
+half-width of a 95 % interval. With this definition, ± 2 u is the 95 % interval for any distribution.
 """
 
 from collections.abc import Callable
@@ -18,51 +18,50 @@ from validate.sentences import doubted
 from validate.settings import PASS_MM
 
 DRAWS = 4_000
-"""Number of draws of each error. Draws are stratified: one error by itself is as exact as its quantiles, and the sum of
-several gives a half-width to 1 %."""
+"""Number of draws of each error. Draws are stratified: the quantiles of a single error are exact, and the half-width of
+a sum of several errors is known to 1 %."""
 MOST = 1_000_000
-"""Largest number of values in the draws of one error: a scan of more than 250 stations gets fewer draws."""
-CURVES = 1_000  # Number of draws for the mean error, whose interval needs a search
+"""Largest number of values in the draws of one error. A scan of more than 250 stations gets fewer draws."""
+CURVES = 1_000  # Number of draws for the mean error, since its interval needs a search
 FEW_STATIONS = 200
 SHARE = 0.95
-UNDECLARED_MM = 0.2  # Size of an undeclared error, for the table of its effect
+UNDECLARED_MM = 0.2  # Size in mm that the table of undeclared errors assumes
 STEPS = "steps of the bed between few stations"
 
 Kind = Literal["readings", "numerics", "inputs", "model"]
 Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]
-"""Origin of an error's size: repeats: it follows from repeated readings; detected: from their last digits; declared: it
-is in the trial file or a default; allowed for: the data cannot exclude it; assumed; computed: it follows from extra
-runs."""
+"""Origin of an error's size. repeats: repeated readings. detected: the last digits of the readings. declared: the trial
+file or a default. allowed for: the data cannot exclude it. assumed: no data. computed: extra runs."""
 
 
 @dataclass(frozen=True)
 class Component:
-    """Draws of one error, in mm, that is added to the measured level of each station."""
+    """Draws of one error in mm, which is added to the measured level of each station."""
 
     name: str
     source: Source
     draws_mm: Floats  # (draws, n), or (draws, n - 1) for an error between stations
-    shared: bool = False  # True for an error common to many stations, which does not average out along the crack
-    between: bool = False  # True for the straight line's height above the bed, in the middle between two stations
+    shared: bool = False  # True for an error of many stations together, which does not average out
+    between: bool = False  # True for the height of a straight line above the sealant, midway between stations
     kind: Kind = "readings"
-    setting: str = ""  # Key of the trial file that declares it
+    setting: str = ""  # Key of the trial file that declares the error
 
 
 @dataclass(frozen=True)
 class Curve:
-    """An error along the crack: x, simulated minus measured level there, and the influence of each station's level."""
+    """An error along the crack: positions x, simulated minus measured level, influence of each station's level."""
 
     x: Floats
     error_mm: Floats
-    hat: Any  # (len(x), n): share of each station's level
-    bump: Any  # (len(x), n - 1): share of each height between two stations
+    hat: Any  # (len(x), n): weight of each station's level
+    bump: Any  # (len(x), n - 1): weight of each height between two stations
 
     @classmethod
     def of(cls, x: Floats, error_mm: Floats, s_mm: Floats) -> "Curve":
         """Return the curve of an error, interpolated linearly between the points ``x``.
 
         If there are few stations, points are added at the quarters of each gap between stations, to resolve the arch
-        over the gap. The closely spaced stations of a scan need no such points.
+        over the gap. The closely spaced stations of a scan do not need them.
         """
         parts = [0.0, 0.25, 0.5, 0.75] if len(s_mm) <= FEW_STATIONS else [0.0]
         quarters = (s_mm[:-1, None] + np.diff(s_mm)[:, None] * parts).ravel()
@@ -70,9 +69,9 @@ class Curve:
         return cls(fine, np.interp(fine, x, error_mm), hats(fine, s_mm), arches(fine, s_mm))
 
     def weights(self, sign: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the weights of levels at and between stations in the mean over x.
+        """Return the weights, in the mean over x, of the levels at stations and of the heights between them.
 
-        ``sign`` is the sign of each piece.
+        ``sign`` is the sign of each piece of the curve.
         """
         piece = (np.diff(self.x) if sign is None else np.diff(self.x) * sign) / (self.x[-1] - self.x[0])
         weight = (np.append(piece, 0.0) + np.append(0.0, piece)) / 2
@@ -81,17 +80,19 @@ class Curve:
 
 @dataclass(frozen=True)
 class Budget:
-    """All errors of a comparison, by name, and the undeclared errors that the data cannot show."""
+    """All errors of a comparison by name, and the undeclared errors that the data cannot show."""
 
     stations: int
     components: tuple[Component, ...]
     missing: tuple[Component, ...] = ()
-    """Errors that are neither declared nor shown by the readings, with a size of ``UNDECLARED_MM`` or their own."""
+    """Errors that are neither declared nor shown by the readings. Their size is ``UNDECLARED_MM`` or the usual size of
+    such an error."""
     scatter_known: bool = True
     notes: Facts = ()  # Features of the readings
-    unused: Facts = ()  # Declared errors that the readings contradict; no interval includes them
+    unused: Facts = ()  # Declared errors that the readings contradict. No interval includes them.
     steps_mm: float = 0.0
-    """Change of the mean error, either way, by steps of the bed between few stations. It is no error of a level."""
+    """Change of the mean error, up or down, due to steps of the sealant's level between few stations. It is not an
+    error of a level."""
 
     def only(self, keep: Callable[[Component], bool]) -> "Budget":
         return replace(self, components=tuple(component for component in self.components if keep(component)))
@@ -103,7 +104,7 @@ class Budget:
         return replace(self, components=(*self.components, *more))
 
     def at(self, which: Booleans) -> "Budget":
-        """Return the budget of a selection of stations, without the bed's shape between them."""
+        """Return the budget for a selection of stations, without the shape of the sealant between them."""
         components = [
             replace(component, draws_mm=component.draws_mm[:, which])
             for component in self.components
@@ -118,7 +119,7 @@ class Budget:
 
     @cached_property
     def at_stations_mm(self) -> Floats:
-        """Draws of the error of each station's level, (draws, n)."""
+        """Draws of the error of the level at each station, (draws, n)."""
         return sum(
             (component.draws_mm for component in self.components if not component.between),
             start=np.zeros((self.draws, self.stations)),
@@ -126,7 +127,7 @@ class Budget:
 
     @cached_property
     def between_mm(self) -> Floats:
-        """Draws of the straight line's height above the bed between two stations, (draws, n - 1)."""
+        """Draws of the straight line's height above the sealant between two stations, (draws, n - 1)."""
         start = np.zeros((self.draws, self.stations - 1))
         return sum((component.draws_mm for component in self.components if component.between), start=start)
 
@@ -136,20 +137,20 @@ class Budget:
         return along_mm + self.between_mm[:CURVES] @ curve.bump.T if self.between_mm.any() else along_mm
 
     def mean_mm(self, weights: tuple[Floats, Floats]) -> float:
-        """Return the half-width of the 95 % interval of a weighted sum of the levels at and between stations."""
+        """Return the half-width of the 95 % interval of a weighted sum of levels at stations and between them."""
         return float(half_width(self.at_stations_mm @ weights[0] + self.between_mm @ weights[1]))
 
     @cached_property
     def band_mm(self) -> Floats:
-        """Half-width of the 95 % interval of the level at each station by itself, (n,)."""
+        """Half-width of the 95 % interval of the level at each single station, (n,)."""
         return half_width(self.at_stations_mm)
 
     @cached_property
     def profile_band_mm(self) -> Floats:
         """Half-width of the band that contains the levels at all stations in 95 % of cases, (n,).
 
-        It is the band of single stations, widened by one factor: the 95 % quantile of the largest ratio (max-t, Montiel
-        Olea & Plagborg-Møller 2019, J. Appl. Econom. 34:1).
+        It is the band of single stations, multiplied by one factor: the 95 % quantile of the largest ratio (max-t,
+        Montiel Olea & Plagborg-Møller 2019, J. Appl. Econom. 34:1).
         """
         positive = self.band_mm > 0
         if not positive.any():
@@ -159,23 +160,28 @@ class Budget:
 
     @property
     def by_chance(self) -> float:
-        """Expected number of stations outside their own bands if the model's level were the true one."""
+        """Expected number of stations outside their own bands if the model's level were the true level."""
         return float((np.abs(self.at_stations_mm) > self.band_mm).sum(axis=1).mean())
 
     def mean_error_interval(self, curve: Curve) -> tuple[float, float]:
-        """Return the ends of the 95 % interval of the mean of |error| against the true level."""
+        """Return the ends of the 95 % interval of the mean of |error| relative to the true level."""
         low_mm, high_mm = self._between_straight_lines(curve)
         return max(0.0, low_mm - self.steps_mm), high_mm + self.steps_mm
 
     def _between_straight_lines(self, curve: Curve) -> tuple[float, float]:
-        """Return the interval of the mean error of a bed without steps between stations.
+        """Return the interval of the mean error for sealant without steps between stations.
 
-        Scatter adds to a mean of absolute values, the more the smaller the true error is. The true error is assumed to
-        have the likeliest error's shape, scaled by k. The ends are the k for which readings with these errors would
-        give at least the likeliest error's mean in 2.5 % of all cases, and at most this mean in 2.5 %. The likeliest
-        error is that against the likeliest level: a probe reads too high, and so does a station with one outlier
-        upward. A shared error may change the error's sign along whole stretches, so the upper end also covers the error
-        shifted by it.
+        Scatter adds to a mean of absolute values, and it adds more if the true error is small. Some errors are
+        one-sided: a probe reads too high, and so does a station with one outlier upward. The likely error is therefore
+        the difference from the most likely true level.
+
+        1. The true error is assumed to have the shape of the likely error, multiplied by a factor k.
+
+        2. The lower end is the k at which readings with these errors give at least the likely error's mean in 2.5 % of
+        all cases. The upper end is the k at which they give at most this mean in 2.5 %.
+
+        3. A shared error may change the sign of the error along whole stretches. The upper end therefore also covers
+        the error shifted by the shared errors.
         """
         from scipy.optimize import root_scalar
 
@@ -211,9 +217,9 @@ class Budget:
         return min(mean_mm, least * likely_mm), upper_mm
 
     def summary(self, curve: Curve) -> BudgetSummary:
-        """Return each component's standard uncertainties, as in report.json.
+        """Return the standard uncertainties of each component, as in report.json.
 
-        They are those of the mean level, of the mean error and of the level at one station.
+        They are given for the mean level, for the mean error and for the level at one station.
         """
         signs = np.sign(curve.error_mm[:-1] + curve.error_mm[1:])
         parts, missing = (
@@ -237,9 +243,9 @@ class Budget:
         return doubted("readings.allowed-for", times, pass_mm=PASS_MM, setting=component.setting)
 
     def part(self, component: Component, curve: Curve, signs: Floats | None = None) -> BudgetPart:
-        """Return the standard uncertainties by one error alone.
+        """Return the standard uncertainties that one error causes by itself.
 
-        ``signs`` of the error between its points are needed for that of the mean error.
+        For the uncertainty of the mean error, give ``signs`` of the error between its points.
         """
         alone = replace(self, components=(component,))
         level_mm = alone.mean_mm(curve.weights()) / 2
@@ -251,7 +257,7 @@ class Budget:
 
 
 def half_width(draws_mm: Floats) -> Floats:
-    """Return the half-width of the 95 % interval about 0 of draws along the first axis."""
+    """Return the half-width of the 95 % interval about 0 of draws, which are along the first axis."""
     return np.quantile(np.abs(draws_mm), SHARE, axis=0)
 
 
@@ -262,14 +268,17 @@ def draws_for(stations: int) -> int:
 
 @cache
 def uniforms(name: str, columns: int, draws: int = DRAWS) -> Floats:
-    """Return stratified draws from 0 to 1 (a Latin hypercube), (draws, columns). A name always gives the same draws."""
+    """Return stratified random numbers from 0 to 1 (a Latin hypercube), (draws, columns).
+
+    The same name always gives the same numbers.
+    """
     random = np.random.default_rng([columns, *name.encode()])
     places = np.tile((np.arange(draws) + 0.5) / draws, (columns, 1))
     return random.permuted(places, axis=1).T.copy()
 
 
 def chi_squared(share: float | Floats, freedom: float) -> Any:
-    """Return quantiles of a chi-squared distribution. ``scipy.stats`` gives them too, and takes 0.5 s to import."""
+    """Return quantiles of a chi-squared distribution. ``scipy.stats`` has them too, but takes 0.5 s to import."""
     from scipy.special import gammaincinv
 
     return 2 * gammaincinv(freedom / 2, share)
@@ -277,35 +286,35 @@ def chi_squared(share: float | Floats, freedom: float) -> Any:
 
 @cache
 def normals(name: str, columns: int, draws: int = DRAWS) -> Floats:
-    """Return stratified draws of the normal distribution, (draws, columns)."""
+    """Return stratified random numbers of the standard normal distribution, (draws, columns)."""
     from scipy.special import ndtri
 
     return ndtri(uniforms(name, columns, draws))
 
 
 def hats(x: Floats, s_mm: Floats) -> Any:
-    """Return the influence of each station's level at each x of a curve that is linear between stations, (len(x), n).
+    """Return the weight of each station's level at each x, for a curve that is linear between stations, (len(x), n).
 
-    The matrix is sparse: only two stations influence an x.
+    The matrix is sparse, because only two stations influence an x.
     """
     gap, part = _gaps(x, s_mm)
     return _sparse(len(x), len(s_mm), (gap, 1 - part), (gap + 1, part))
 
 
 def arches(x: Floats, s_mm: Floats) -> Any:
-    """Return the height at each x of parabolas of height 1 over the gaps between stations, (len(x), n - 1), sparse."""
+    """Return at each x the height of parabolas of height 1 over the gaps between stations, (len(x), n - 1), sparse."""
     gap, part = _gaps(x, s_mm)
     return _sparse(len(x), len(s_mm) - 1, (gap, 4 * part * (1 - part)))
 
 
 def _gaps(x: Floats, s_mm: Floats) -> tuple[Integers, Floats]:
-    """Return the gap between stations that contains each x, and the position in it from 0 to 1."""
+    """Return the gap between stations that contains each x, and the position of x in the gap from 0 to 1."""
     gap = np.clip(np.searchsorted(s_mm, x, side="right") - 1, 0, len(s_mm) - 2)
     return gap, np.clip((x - s_mm[gap]) / (s_mm[gap + 1] - s_mm[gap]), 0.0, 1.0)
 
 
 def _sparse(rows: int, columns: int, *entries: tuple[Integers, Floats]) -> Any:
-    """Return a matrix with one entry in each row for each pair of columns and values."""
+    """Return a sparse matrix. Each pair of columns and values gives one entry in each row."""
     from scipy.sparse import csr_array
 
     column, value = (np.concatenate(part) for part in zip(*entries, strict=True))
@@ -313,7 +322,7 @@ def _sparse(rows: int, columns: int, *entries: tuple[Integers, Floats]) -> Any:
 
 
 def mean_absolute(x: Floats, value: Floats) -> Floats:
-    """Return the exact mean of |value| over x, for curves (..., len(x)) that are linear between the x."""
+    """Return the exact mean of |value| over x, for curves (..., len(x)) that are linear between the points x."""
     size = np.abs(value)
     together = size[..., :-1] + size[..., 1:]
     # If the value changes its sign, the trapezium becomes two triangles.

@@ -17,16 +17,16 @@ from validate.intervals import InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, chi_squared, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
-RUNS = 1_000  # They give a standard deviation to 2 %
+RUNS = 1_000  # Number of runs, which give a standard deviation to 2 %
 Z_95 = 1.96
-"""Half-width of a 95 % band in standard deviations. The variance of the band is averaged over the places along the
-crack, of which a run has some 50 independent ones, so two runs determine it."""
+"""Half-width of a 95 % band, in standard deviations. The variance of the band is averaged over the positions along the
+crack. About 50 of these are independent in a run, so two runs determine the variance."""
 
 
 def drawn_inputs(names: Iterable[str], runs: int = RUNS) -> Floats:
-    """Return draws of the error of each input, in units of its standard uncertainty, (runs, n).
+    """Return random errors of each input, in units of its standard uncertainty, (runs, n).
 
-    A name always gives the same draws.
+    The same name always gives the same numbers.
     """
     return np.hstack([normals(name, 1, runs) for name in names])
 
@@ -41,19 +41,19 @@ class Effect:
     """Effect of one input's standard uncertainty on the simulated level."""
 
     name: str  # Name of the setting in [uncertainty]
-    standard: float  # Declared standard uncertainty, in the unit that the name ends with
-    level_mm: Numbers  # Change of the level for an input larger by that, at the s where levels are compared
+    standard: float  # Declared standard uncertainty, in the unit at the end of the name
+    level_mm: Numbers  # Change of the level if the input is increased by ``standard``, at each s
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """Effects of the n varied inputs on the levels at k places, computed with one model."""
+    """Effects of the n varied inputs on the levels at k positions, computed with one model."""
 
     model: Method
-    standards: Mapping[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
-    straight_mm: Floats  # (n, k): change of the level for an input larger by that
-    curved_mm: Floats  # (n, k): additional change, equal for a larger and a smaller input; 0 by particles
-    together_mm: Floats  # (draws, k): change by interactions of the inputs; no draws by particles
+    standards: Mapping[str, float]  # Declared standard uncertainty of each input, by its name in [uncertainty]
+    straight_mm: Floats  # (n, k): change of the level if an input is increased by its uncertainty
+    curved_mm: Floats  # (n, k): further change, equal for an increased and a reduced input; 0 for particles
+    together_mm: Floats  # (draws, k): change by interactions of the inputs, without draws for particles
 
     def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
         """Return the effects at ``s_mm``, interpolated from ``known_mm``."""
@@ -61,7 +61,7 @@ class Inputs:
         return Inputs(self.model, self.standards, *(along(s_mm, known_mm, change_mm) for change_mm in changes_mm))
 
     def errors(self) -> list[Component]:
-        """Return the errors of the levels that the effects cause, at the stations for which the effects are given."""
+        """Return the errors of the level that the effects cause, at the stations for which the effects are known."""
         stations, components = self.straight_mm.shape[1], list[Component]()
         for name, straight_mm, curved_mm in zip(self.standards, self.straight_mm, self.curved_mm, strict=True):
             z = normals(name, 1, draws_for(stations))
@@ -78,7 +78,7 @@ class Inputs:
         return Component(name, "declared", draws_mm, shared=True, kind="inputs", setting=setting)
 
     def reported(self, x: Floats) -> tuple[tuple[InputEffect, ...], float]:
-        """Return each effect on the mean level over x, and the share of the variance that is due to interactions.
+        """Return each effect on the mean level over x, and the fraction of the variance that is due to interactions.
 
         For a standard normal z, the variance of a z + b z^2 is a^2 + 2 b^2.
         """
@@ -107,18 +107,18 @@ class Inputs:
 
 @dataclass(frozen=True)
 class InputDraws:
-    """Runs of the fast model with all inputs drawn at once, relative to its run with unchanged inputs."""
+    """Runs of the fast model in which all inputs vary at random together, relative to the run with unchanged inputs."""
 
     s_mm: Numbers  # (k,)
-    standards: dict[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
-    moved_mm: Numbers  # (runs, k): level minus that of the inputs as they are
+    standards: dict[str, float]  # Declared standard uncertainty of each input, by its name in [uncertainty]
+    moved_mm: Numbers  # (runs, k): level minus the level with unchanged inputs
 
     @cached_property
     def inputs(self) -> Inputs:
-        """Effect of each input by itself, fitted by least squares as a parabola that is 0 at the unchanged input.
+        """Effect of each single input: a parabola that is 0 at the unchanged input, fitted by least squares.
 
-        The draws of two inputs are independent, so the variance of an input's parabola, divided by that of all runs, is
-        its first-order index (Saltelli et al. 2008, Global Sensitivity Analysis, 1.2).
+        The draws of two inputs are independent. The variance of an input's parabola, divided by the variance of all
+        runs, is therefore its first-order index (Saltelli et al. 2008, Global Sensitivity Analysis, 1.2).
         """
         z = drawn_inputs(self.standards, len(self.moved_mm))
         terms = np.hstack([z, z**2])
@@ -128,10 +128,10 @@ class InputDraws:
 
 
 ORDERS = np.linspace(0.5, 2.0, 61)
-"""Allowed orders of convergence. Below the lowest, an error over so few sizes looks constant; the highest is that of
-the best part of the scheme (Oberkampf & Roy 2010, 8.6.4)."""
-LEAST_RUNS = 2  # Fewest runs of a size: a single one has no scatter
-ROUNDING_MM2 = 1e-12  # Square of a residual by rounding
+"""Allowed orders of convergence. Below the lowest one, an error over so few sizes looks constant. The highest one is
+the order of the best part of the scheme (Oberkampf & Roy 2010, 8.6.4)."""
+LEAST_RUNS = 2  # Smallest number of runs at a size, since a single run shows no scatter
+ROUNDING_MM2 = 1e-12  # Square of a residual due to rounding
 
 
 @dataclass(frozen=True)
@@ -139,17 +139,18 @@ class Replicates:
     """Results of runs with different seeds at each of three particle sizes.
 
     The discretisation error at the middle size is a in f0 + a h^p, fitted by least squares, where h is the radius
-    divided by the middle radius. The order p is averaged over its likelihood, with flat priors of f0 and a; one p is
-    used for all results, from their mean. All sizes have the same scatter.
+    divided by the middle radius. The order p is averaged over its likelihood, with flat priors of f0 and a. The
+    likelihood is computed from the mean of the results, so all results have the same p. All sizes have the same
+    scatter.
     """
 
     radii_mm: Sequence[float]  # From the finest to the coarsest
     runs: Sequence[Floats]  # (runs, k) for each size
-    mean_of: int = 1  # Number of runs of the middle size whose mean is the level
+    mean_of: int = 1  # Number of runs at the middle size whose mean is the level
 
     @cached_property
     def means(self) -> Floats:
-        """Mean over the runs of each size, (3, k)."""
+        """Mean over the runs at each size, (3, k)."""
         return np.array([runs.mean(axis=0) for runs in self.runs])
 
     @cached_property
@@ -160,7 +161,8 @@ class Replicates:
     def size_errors(self, draws: int) -> Floats:
         """Return draws of the discretisation error at the middle size, (draws, k).
 
-        Given p, they have Student's t distribution, with the covariance of the k results in the residuals.
+        For a given p, they follow Student's t distribution, with the covariance that the k results have in the
+        residuals.
         """
         error, squares, lack = self._fits(self.orders(draws))
         noise = normals("particle size", self._count + 1, draws)
@@ -187,7 +189,7 @@ class Replicates:
 
     @cached_property
     def _residuals(self) -> Floats:
-        """Difference of each run from the mean of its size, (runs of all sizes, k)."""
+        """Difference of each run from the mean at its size, (runs of all sizes, k)."""
         return np.vstack([runs - mean for runs, mean in zip(self.runs, self.means, strict=True)])
 
     @property
@@ -195,7 +197,10 @@ class Replicates:
         return sum(map(len, self.runs))
 
     def _fits(self, orders: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return for each order the fitted a, (m, k), squares of h^p about its mean, (m,), and the residual, (m, k)."""
+        """Fit level = f0 + a h^p for each of m orders p, with h the radius divided by the middle radius.
+
+        Returns a, (m, k), the weighted sum of squares of h^p about its mean, (m,), and the residual, (m, k).
+        """
         weight = np.array([len(runs) for runs in self.runs], dtype=float)
         root = np.sqrt(weight)
         power = (np.asarray(self.radii_mm) / self.radii_mm[1]) ** orders[:, None]
@@ -209,7 +214,7 @@ class Replicates:
 
 
 def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) -> SizeSeries:
-    """Return the record of one result at three particle sizes. ``values`` has the result of each run of each size."""
+    """Return the record of one result at three particle sizes. ``values`` has the result of each run at each size."""
     replicates = Replicates(radii_mm, [np.array(runs)[:, None] for runs in values])
     draws = draws_for(1)
     low, high = np.quantile(replicates.orders(draws), (0.025, 0.975))
@@ -225,8 +230,8 @@ def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) ->
 def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> list[Component]:
     """Return the numerical errors of the level at each of k stations.
 
-    They include a shift of all levels together, up or down by up to ``volume_level_mm``, for volume gained or lost. The
-    fit over particle sizes already contains an unknown part of that shift.
+    They include a shift of all levels together, up or down by at most ``volume_level_mm``, for volume gained or lost.
+    The fit over particle sizes already contains an unknown part of this shift.
     """
     stations = replicates.means.shape[1]
     draws, runs = draws_for(stations), replicates.mean_of
@@ -243,9 +248,9 @@ def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> l
 def two_level_design(inputs: int) -> Integers:
     """Return -1 or 1 for each run and input, (runs, inputs): columns of a Hadamard matrix, balanced and orthogonal.
 
-    Up to 1, 3, 7 or 15 inputs take 2, 4, 8 or 16 runs (Plackett & Burman 1946). An effect is a difference of two halves
-    of all runs, which averages out most of the scatter of single runs; the interaction of two inputs is confounded with
-    the effect of a third one.
+    Up to 1, 3, 7 or 15 inputs take 2, 4, 8 or 16 runs (Plackett & Burman 1946). Each effect is a difference between two
+    halves of all runs, which averages out most of the scatter of single runs. The interaction of two inputs cannot be
+    separated from the effect of a third one.
     """
     return _matrix(inputs)[:, 1 : inputs + 1]
 
@@ -253,8 +258,8 @@ def two_level_design(inputs: int) -> Integers:
 def effects_of(results: Floats, inputs: int) -> tuple[Floats, float | None]:
     """Return the effect of each input, from its middle to its upper value, (inputs, k), and its scatter by chance.
 
-    ``results``, (runs, k), are in the order of ``two_level_design``. The scatter is a standard deviation, root mean
-    square over k, from the columns without an input; None if every column has one.
+    ``results``, (runs, k), are in the order of ``two_level_design``. The scatter is the standard deviation, as root
+    mean square over k, in the columns without an input. It is None if every column has an input.
     """
     contrasts = _matrix(inputs).T @ results / len(results)
     spare = contrasts[inputs + 1 :]
@@ -269,7 +274,7 @@ def _matrix(inputs: int) -> Integers:
 
 @dataclass(frozen=True)
 class SizeRuns:
-    """Levels of runs with particles of one size and the same physics, with different seeds."""
+    """Levels of runs with different seeds, particles of one size and the same physics."""
 
     radius_mm: float
     levels_mm: Numbers  # (runs, k)
@@ -277,20 +282,22 @@ class SizeRuns:
 
 @dataclass(frozen=True)
 class Spread:
-    """Levels of all extra runs at ``s_mm``, (k,)."""
+    """Levels of all extra runs at the positions ``s_mm``, (k,)."""
 
     s_mm: Numbers
     sizes: tuple[SizeRuns, SizeRuns, SizeRuns] | None
-    """Runs at three particle sizes: finer, the trial's own (its run first), coarser; None for the fast model."""
+    """Runs at three particle sizes: finer, the trial's size (the trial's run comes first) and coarser. None for the
+    fast model."""
     effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, by particles
     effect_scatter_mm: float | None
-    """Standard deviation of an effect due to the scatter of single runs; None if it was not computed."""
-    design_radius_mm: float | None  # Particle radius in the runs of the effects; None without such runs
+    """Standard deviation of an effect due to the scatter of single runs. None if it was not computed."""
+    design_radius_mm: float | None  # Particle radius in the runs that gave the effects. None without such runs.
     draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
     fast_mm: Numbers | None = None
-    """Level by the fast model at ``s_mm``; None if the fast model is unfit, or computed the trial's own level."""
-    unfit: Facts = ()  # Reasons why the fast model is unfit for the case
-    mean_of: int = 1  # Number of runs whose mean is the level; a setting of the trial, which is not in the file
+    """Level computed by the fast model at ``s_mm``. None if that model is not valid here, or if it computed the trial's
+    level."""
+    unfit: Facts = ()  # Reasons why the fast model is not valid for the case
+    mean_of: int = 1  # Number of runs whose mean is the level. It is a setting of the trial, not in the file.
 
     def __post_init__(self) -> None:
         """Raise InputError if runs of one size are copies of each other."""
@@ -299,16 +306,16 @@ class Spread:
             require_different(size.levels_mm, seeds, f"extra runs at a radius of {size.radius_mm:.4g} mm")
 
     def at(self, s_mm: Floats) -> Replicates | None:
-        """Return the levels of the runs of each size, interpolated at ``s_mm``, or None without such runs."""
+        """Return the levels of the runs at each size, interpolated at ``s_mm``. Returns None without such runs."""
         if self.sizes is None:
             return None
         levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
         return Replicates([size.radius_mm for size in self.sizes], levels_mm, self.mean_of)
 
     def errors(self, s_mm: Floats, volume_level_mm: float | None) -> list[Component]:
-        """Return the errors of the level at stations by the numerics and by the declared inputs.
+        """Return the errors of the level at stations due to the numerics and the declared inputs.
 
-        ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown.
+        ``volume_level_mm`` is the change of level due to volume that the numerics gained. None if it is unknown.
         """
         sizes = self.at(s_mm)
         computed = [] if sizes is None else numerical_errors(sizes, volume_level_mm)
@@ -323,31 +330,31 @@ class Spread:
         return Inputs("particles", standards, levels_mm, 0 * levels_mm, levels_mm[:0]).at(self.s_mm, s_mm)
 
     def content(self) -> dict[str, Any]:
-        """Return the content of a JSON file."""
+        """Return this spread as a dict that can be written to JSON. ``of`` reads it back."""
         content = asdict(self)
         del content["mean_of"]
         return {"version": 3, **content}
 
     @classmethod
     def of(cls, content: dict[str, Any]) -> Self:
-        """Return the spread from the content of a JSON file. Raises ValueError if it does not fit."""
+        """Return a spread from the content of a JSON file. Raises ValueError if the content is not valid."""
         spread = TypeAdapter(cls).validate_python(content)
         levels_mm = [size.levels_mm for size in spread.sizes or ()]
         levels_mm += [effect.level_mm[None] for effect in spread.effects]
         levels_mm += [] if spread.fast_mm is None else [spread.fast_mm[None]]
         if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
-            raise ValueError("the levels of a run and s_mm differ in length")
+            raise ValueError("the levels of a run do not have the same length as s_mm")
         if any(len(size.levels_mm) < LEAST_RUNS for size in spread.sizes or ()):
-            raise ValueError(f"fewer than {LEAST_RUNS} runs with particles of one size")
+            raise ValueError(f"a particle size has fewer than {LEAST_RUNS} runs")
         if spread.sizes is None and spread.draws is None:
             raise ValueError("there are neither runs of particles nor runs of the fast model")
         if (draws := spread.draws) is not None and draws.moved_mm.shape[1:] != draws.s_mm.shape:
-            raise ValueError("moved_mm and s_mm of the draws differ in length")
+            raise ValueError("moved_mm of the draws does not have the same length as their s_mm")
         return spread
 
 
 def further_run_mm2(levels_mm: Floats, mean_of: int) -> float:
-    """Return the variance of a further run's level about the mean of ``mean_of`` runs, averaged over the places.
+    """Return the variance of one further run's level about the mean of ``mean_of`` runs, averaged over the positions.
 
     ``levels_mm``, (runs, k), are the levels that show the scatter.
     """
@@ -355,14 +362,14 @@ def further_run_mm2(levels_mm: Floats, mean_of: int) -> float:
 
 
 def require_different(levels_mm: Iterable[Floats], names: Sequence[str], where: str) -> None:
-    """Raise InputError if two replicates have the same level, bit by bit.
+    """Raise InputError if two runs with different seeds have bit-identical levels.
 
     ``names`` has the name of each level's run. The message begins with ``where``.
     """
     for (name, level_mm), (other, other_mm) in combinations(zip(names, levels_mm, strict=True), 2):
         if np.array_equal(level_mm, other_mm):
             raise InputError(
-                f"{where}: the runs {name} and {other} have the same level to the last digit. They are copies, not "
-                "replicates, and do not show the scatter of single runs. Give another solver.radius_mm, at which the "
-                "seed changes the run."
+                f"{where}: the runs {name} and {other} have the same level to the last digit. They are copies, so they "
+                "do not show the scatter of single runs. Give another solver.radius_mm, at which the seed changes the "
+                "run."
             )

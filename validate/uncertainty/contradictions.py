@@ -1,4 +1,4 @@
-"""Refusal of declared errors that the readings contradict, including passes, at a stated rate of false alarms."""
+"""Refuse declared errors that the readings contradict, including passes, at a stated rate of false alarms."""
 
 import numpy as np
 
@@ -9,21 +9,24 @@ from validate.sentences import doubted
 from validate.settings import PASS_MM, Readings, Uncertainty
 from validate.uncertainty.budget import Component, Source, chi_squared, draws_for, normals, uniforms
 
-FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of a pass; few, so that repeats may exceed it
+FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of a pass, few so that repeats may exceed it
 FALSE_ALARM = 0.01  # Probability that a true declaration is refused
-ORDERS = 2_000  # Random orders of each station's repeats: they give a share of 0.3 % to 0.12 %
-NUMBERS = 1_000_000  # Readings that are permuted at a time
+ORDERS = 2_000  # Number of random orders of each station's repeats. They give a fraction of 0.3 % to 0.12 %.
+NUMBERS = 1_000_000  # Number of readings that are permuted at a time
 WAYS = ("{off} off the mean of all", "tilted by {off} (rms along the crack)", "bent by {off} (rms along the crack)")
 
 
 def repeats_of(measured: Profile) -> tuple[Floats, Floats]:
-    """Return the readings of each station, (n, r), and their differences from the station's mean."""
+    """Return the readings at each station, (n, r), and their differences from the station's mean."""
     repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
     return repeats_mm, repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
 
 
 def without_passes(residual_mm: Floats, s_mm: Floats, pass_mm: float | None) -> tuple[Floats, Floats, Floats]:
-    """Return residuals without passes, (n, r), the shapes of passes, (n, k), and each repeat's coefficients, (k, r)."""
+    """Remove passes from residuals. Returns the residuals without passes, (n, r), and the passes.
+
+    The passes are their shapes, (n, k), and each repeat's coefficients, (k, r).
+    """
     shapes = np.zeros((len(s_mm), 0)) if pass_mm == 0 else shapes_of_passes(s_mm)
     per_pass = coefficients(residual_mm, shapes)
     own_mm = residual_mm - shapes @ per_pass
@@ -31,9 +34,11 @@ def without_passes(residual_mm: Floats, s_mm: Floats, pass_mm: float | None) -> 
 
 
 def shapes_of_passes(s_mm: Floats) -> Floats:
-    """Return an offset, a tilt and a bend along the crack, (n, k). They are orthogonal, and each is 1 (rms).
+    """Return an offset, a tilt and a bend along the crack, (n, k).
 
-    Fewer than six stations allow only the first two, fewer than four only the offset.
+    They are orthogonal, and each has a root mean square of 1.
+
+    Fewer than six stations allow only the first two, and fewer than four only the offset.
     """
     most = min(3, max(1, len(s_mm) // 2))
     position = (s_mm - s_mm.mean()) / np.ptp(s_mm)
@@ -42,7 +47,7 @@ def shapes_of_passes(s_mm: Floats) -> Floats:
 
 
 def coefficients(residual_mm: Floats, shapes: Floats) -> Floats:
-    """Return each repeat's coefficient of each shape, (k, repeats), minus the mean of all repeats."""
+    """Return each repeat's coefficient for each shape, (k, repeats), minus the mean of all repeats."""
     columns: list[Floats] = []
     for repeat_mm in residual_mm.T:
         read = ~np.isnan(repeat_mm)
@@ -56,9 +61,9 @@ def passes_error(
 ) -> Component:
     """Draw the error that passes over all stations, or operators, cause in the mean of the repeats.
 
-    Each shape has its own standard deviation t among passes. Its posterior combines a half-t prior of the declared
-    scale with the spread of the coefficients, whose variance is t² plus that of the scatter. The error of the mean is
-    drawn with it, since repeats do not show an error of their own mean.
+    Each shape has its own standard deviation t among passes. The posterior of t combines a half-t prior, whose scale is
+    declared, with the spread of the coefficients, whose variance is t² plus the variance of the scatter. The error of
+    the mean is drawn with this t, because repeats do not show an error of their own mean.
     """
     scale_mm = PASS_MM if declared_mm is None else declared_mm
     passes = read.shape[1]
@@ -83,10 +88,11 @@ def passes_error(
 def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: str) -> None:
     """Raise InputError if the columns of repeats differ more than the declared ``pass_mm`` allows.
 
-    ``residual_mm`` are the repeats minus the mean of their station, (n, r). Sheets are drawn as the declaration states
-    them: repeats are shuffled within each station (a permutation test), and each pass gets a random offset, tilt and
-    bend. The declaration is refused if at most ``FALSE_ALARM`` of these sheets have differences as large; the rate is
-    divided among offset, tilt and bend. Small differences are accepted, since a pass need not have all three.
+    ``residual_mm`` are the repeats minus the mean of their station, (n, r). Random sheets are made that agree with the
+    declaration: repeats are shuffled within each station (a permutation test), and each pass gets a random offset, tilt
+    and bend. The declaration is refused if at most ``FALSE_ALARM`` of these sheets have differences as large as the
+    readings. This rate is divided among offset, tilt and bend. Small differences are accepted, because a pass need not
+    have all three.
     """
     shapes, read = shapes_of_passes(s_mm), ~np.isnan(residual_mm)
     (stations, passes), count = residual_mm.shape, shapes.shape[1]
@@ -133,14 +139,14 @@ RESOLUTION_LIMIT = 1.2
 """Resolution, in standard deviations, above which rounding hides the scatter and is modelled explicitly. Below it,
 rounding counts as an independent error (Sheppard)."""
 WRITTEN_MM = 0.006  # Distance from a multiple of an inch's fraction that is written in hundredths of a millimetre
-ODD_SHARE = 0.05  # Share of readings that need not be multiples of the last digit, as those between two marks
+ODD_SHARE = 0.05  # Fraction of readings that need not be multiples of the last digit, such as between two marks
 
 
 def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncertainty) -> None:
-    """Refuse declared errors that the readings contradict, naming the key. Raises InputError.
+    """Raise InputError for a declared error that the readings contradict. The message names the key.
 
-    A datum's height, a limit of error, the probe's width, a shift of all stations and an error shared by all repeats
-    leave no trace in the readings, and are accepted as declared.
+    The height of a datum, a limit of error, the probe's width, a shift of all stations and an error that all repeats
+    share leave no trace in the readings, and are accepted as declared.
     """
     source, (repeats_mm, residual_mm) = measured.source or "readings", repeats_of(measured)
     _require_resolution(repeats_mm, settings.resolution_mm, source)
@@ -154,7 +160,7 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
                 raise InputError(
                     f"{source}: the repeats contradict uncertainty.repeatability_mm = {declared_mm:g}: they scatter by "
                     f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), more than 99 of 100 "
-                    "sheets with this repeatability. Remove it, since the repeats show the scatter."
+                    "sheets with this repeatability. Remove repeatability_mm, since the repeats show the scatter."
                 )
         else:
             own_mm = declared_mm * np.ones(len(measured.s_mm))
@@ -165,7 +171,7 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
 
 
 def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -> None:
-    """Refuse a last digit that the readings do not have, whatever height they are measured from."""
+    """Refuse a last digit that the readings do not have, for any height of the datum."""
     default_mm = Readings.model_fields["resolution_mm"].default
     read_mm = repeats_mm[~np.isnan(repeats_mm)]
     if resolution_mm <= default_mm:
@@ -176,16 +182,16 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
     if count > ODD_SHARE * len(read_mm):
         raise InputError(
             f"{source}: the readings contradict readings.resolution_mm = {resolution_mm:g}: {count} of {len(read_mm)} "
-            "are not multiples of it from any datum. Set it to the last digit of the caliper, and declare other errors "
-            "in [uncertainty]."
+            "are not multiples of it from any datum. Set resolution_mm to the caliper's last digit, and declare other "
+            "errors in [uncertainty]."
         )
 
 
 def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> Facts:
     """Return a doubt about a declared repeatability that exceeds the scatter of the repeats.
 
-    With repeats, no interval uses a declared repeatability. The test is that of ``refuse_contradicted`` at the other
-    end of the distribution. It is skipped if the last digit hides the scatter.
+    With repeats, no interval uses a declared repeatability. The test is the one in ``refuse_contradicted``, at the
+    other end of the distribution. It is skipped if the last digit hides the scatter.
     """
     declared_mm = declared.repeatability_mm
     if declared_mm is None or measured.repeats_mm is None or resolution_mm > RESOLUTION_LIMIT * declared_mm:
@@ -199,7 +205,7 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
 
 
 def _scatter(residual_mm: Floats, s_mm: Floats, declared: Uncertainty) -> tuple[float, float]:
-    """Return the repeats' sum of squares about their stations' means, without passes, and its degrees of freedom."""
+    """Return the repeats' sum of squares about their stations' means, without passes, and degrees of freedom."""
     own_mm, shapes, _ = without_passes(residual_mm, s_mm, declared.pass_mm)
     freedom = ((~np.isnan(residual_mm)).sum(axis=1) - 1).sum() * (1 - shapes.shape[1] / len(s_mm))
     return float(np.nansum(own_mm**2)), float(freedom)
@@ -208,9 +214,9 @@ def _scatter(residual_mm: Floats, s_mm: Floats, declared: Uncertainty) -> tuple[
 def _require_rough(measured: Profile, own_mm: Floats, key: str, declared_mm: float, source: str) -> None:
     """Refuse independent errors of the stations that would make the level rougher than it is.
 
-    ``own_mm`` are their standard deviations. For any shape of the bed, second differences along the crack are at least
-    as likely to be large as for the errors without a bed (Anderson 1955, Proc. Am. Math. Soc. 6:170), so at most
-    ``FALSE_ALARM`` of all sheets are refused wrongly.
+    ``own_mm`` are the standard deviations of these errors. For sealant of any shape, large second differences along the
+    crack are at least as likely as for the errors alone (Anderson 1955, Proc. Am. Math. Soc. 6:170). At most the
+    fraction ``FALSE_ALARM`` of all sheets is therefore refused wrongly.
     """
     s_mm, level_mm = measured.s_mm, measured.level_mm
     if len(s_mm) < 4 or not own_mm.any():
@@ -226,7 +232,7 @@ def _require_rough(measured: Profile, own_mm: Floats, key: str, declared_mm: flo
     if bends_mm < least_mm:
         raise InputError(
             f"{source}: the readings contradict uncertainty.{key} = {declared_mm:g}: stations differ from the line "
-            f"between their neighbours by {bends_mm:.2g} mm (rms), and with such an error by at least "
-            f"{least_mm:.2g} mm in 99 of 100 sheets, on any bed. Declare a smaller error; one that neighbours share "
-            "is uncertainty.common_mm."
+            f"between their neighbours by {bends_mm:.2g} mm (rms). With such an error they would differ by at least "
+            f"{least_mm:.2g} mm in 99 of 100 sheets, for any level. Declare a smaller error. Declare an error that "
+            "neighbours share as uncertainty.common_mm."
         )

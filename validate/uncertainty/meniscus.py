@@ -1,7 +1,7 @@
-"""The meniscus of a sealant that wets the walls: its level in the middle is below the mean level across the crack.
+"""Meniscus of a sealant that wets the walls. Its level in the middle is below the mean level across the crack.
 
-A run has no surface tension, and its level is the mean. A caliper reads in the middle, and a prediction is of the level
-there.
+A run has no surface tension, and its level is the mean. A caliper reads in the middle, and a prediction is also for the
+level in the middle.
 """
 
 from dataclasses import dataclass
@@ -12,15 +12,15 @@ from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.core.regime import SURFACE_TENSION_N_M, capillary_length_mm, raise_and_height_mm
 from validate.uncertainty.budget import Component, Kind, draws_for, uniforms
 
-WIDTHS = 32  # Widths at which a meniscus is computed, from 0 to the largest; interpolation is exact to 0.2 %
-LEAST_MM = 0.005  # A meniscus below it is none in a report, which has hundredths of a millimetre
+WIDTHS = 32  # Number of widths at which a meniscus is computed. Interpolation is then exact to 0.2 %.
+LEAST_MM = 0.005  # Smallest meniscus that a report can show, since it has hundredths of a mm
 
 
 @dataclass(frozen=True)
 class Mouth:
     """Width of the crack at the face along s, and density of the sealant, which shape its meniscus.
 
-    Without a density gravity is left out, and a meniscus is deeper.
+    Without a density, gravity is left out, which makes the meniscus deeper.
     """
 
     s_mm: Floats
@@ -33,17 +33,17 @@ class Mouth:
         return cls(outline.s_mm, outline.width_mm + opening * solid.depth_mm, density_kg_m3)
 
     def at_mm(self, s_mm: Floats) -> Floats:
-        """Return the width at each s, (n,)."""
+        """Return the width in mm at each s, (n,)."""
         return np.interp(s_mm, self.s_mm, self.width_mm)
 
     def sag_mm(
         self, s_mm: Floats, level_mm: Floats, surface_tension_n_m: float = SURFACE_TENSION_N_M, *, read: bool = False
     ) -> Floats:
-        """Return by how much the level in the middle is below the mean if the walls are fully wetted, (n,).
+        """Return how far the level in the middle is below the mean level if the walls are fully wetted, (n,).
 
-        ``level_mm`` is the mean level, or that in the middle if it was ``read``. The edges of the mouth pin a meniscus
-        that would climb past them; a level above the face has none. Walls that lean by 10 degrees change it by up to
-        4 %.
+        ``level_mm`` is the mean level or, if ``read`` is True, the level in the middle. A meniscus that would climb
+        past the edges of the mouth stays at them. A level above the face has no meniscus. Walls that lean by 10 degrees
+        change the meniscus by up to 4 %.
         """
         density = self.density_kg_m3
         capillary_mm = capillary_length_mm(surface_tension_n_m, density) if density else np.inf
@@ -57,10 +57,11 @@ class Mouth:
     def meniscus(
         self, s_mm: Floats, level_mm: Floats, surface_tension_n_m: float | None, kind: Kind
     ) -> Component | None:
-        """Return the error of a level as that of the middle: only downward. None if there is no meniscus.
+        """Return the error of taking the mean level for the level in the middle. Returns None if there is no meniscus.
 
-        The part of ``sag_mm`` is uniform: contact angles from 0 to 90 degrees, or a yield stress that keeps the surface
-        flat. Undeclared, it is that of water.
+        The error is only downward. It is a uniformly distributed fraction of ``sag_mm``, for contact angles from 0 to
+        90 degrees, or for a yield stress that keeps the surface flat. If no surface tension is declared, the surface
+        tension of water is used.
         """
         tension_n_m = SURFACE_TENSION_N_M if surface_tension_n_m is None else surface_tension_n_m
         sag_mm = self.sag_mm(s_mm, level_mm, tension_n_m, read=kind == "readings")

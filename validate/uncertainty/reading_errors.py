@@ -1,4 +1,4 @@
-"""The budget of caliper readings: errors that repeats show, errors that none shows, and the bed between stations."""
+"""Budget of caliper readings: errors that repeats show, errors that they do not show, and gaps between stations."""
 
 from functools import cache
 
@@ -34,22 +34,23 @@ OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
 INCHES = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 0.01, 0.005)
 FEWEST_LEVELS = 5
-"""Smallest number of different levels that identifies a step. By chance, so many levels are all multiples of 0.05 mm
-once in 600 sheets."""
+"""Smallest number of different levels that identifies a step. By chance, this number of levels are all multiples of
+0.05 mm in one of 600 sheets."""
 ARCH_RATIO = 2.4
-"""Largest arch between two stations, as a multiple of the arch of the parabola with their curvature; the smallest is 0.
-For a bed with a corner it is 0 if the corner is at a station, 2 if it is in the middle of a gap, and 1 on average."""
+"""Largest arch between two stations, divided by the arch of a parabola with their curvature. The smallest is 0. For a
+level with a corner, the ratio is 0 if the corner is at a station, 2 if it is in the middle of a gap, and 1 on
+average."""
 
 STATIONS_FOR_STEPS = 12
-"""Smallest number of stations that resolves steps of the bed. With the arches alone, the mean error's interval contains
-the truth in 94 % of trials with 12 stations, 85 % with 10 and 50 % with 5."""
+"""Smallest number of stations that resolves steps of the level. With arches alone, the interval of the mean error
+contains the true value in 94 % of trials with 12 stations, 85 % with 10 and 50 % with 5."""
 STEP = 1 / 8
-"""Mean distance of the bed from the line between two stations, as a share of a step between them: 1/4 if the step is
-sharp, in the middle and all of their difference in height, and half of it on average."""
+"""Mean distance of the level from the line between two stations, divided by a step between them. It is 1/4 if the step
+is sharp, in the middle and equal to the whole difference in height, and half of that on average."""
 
 
 def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth: Mouth) -> Budget:
-    """Return the budget of a set of readings of a crack with this mouth.
+    """Return the budget for readings of a crack with this mouth.
 
     Raises InputError for a declared error that the readings contradict.
     """
@@ -125,9 +126,9 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
 
 
 def resolution_of(repeats_mm: Floats) -> float:
-    """Return the largest usual step, in mm or in fractions of an inch, that divides all readings; 0 if there is none.
+    """Return the largest usual step, in mm or fractions of an inch, that divides all readings. Returns 0 if none does.
 
-    A common offset, such as that of a datum, is allowed.
+    The readings may have a common offset, such as the height of a datum.
     """
     read_mm = np.unique(np.round(repeats_mm[~np.isnan(repeats_mm)], 6))
     if len(read_mm) < FEWEST_LEVELS:
@@ -139,9 +140,9 @@ def resolution_of(repeats_mm: Floats) -> float:
 
 
 def _arches(s_mm: Floats, level_mm: Floats) -> Component:
-    """Draw the height of the straight line above the bed in the middle between two stations.
+    """Draw the height of the straight line above the sealant, in the middle between two stations.
 
-    Each station shows a curvature; the part of it in the neighbouring gaps is drawn for each station (``ARCH_RATIO``).
+    The level has a curvature at each station. A random part of it (``ARCH_RATIO``) is drawn for the neighbouring gaps.
     """
     gap_mm = np.diff(s_mm)
     turn = np.diff(np.diff(level_mm) / gap_mm) / ((gap_mm[:-1] + gap_mm[1:]) / 2)
@@ -152,10 +153,10 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
 
 
 def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
-    """Return the mean distance along the crack of the bed from the line through few stations, due to steps.
+    """Return the mean distance along the crack between the sealant and the line through few stations, due to steps.
 
-    A gap shows a step by a slope unlike that of a neighbouring gap. By the triangle inequality the mean of |error|
-    changes by at most that distance; the mean level need not change.
+    A gap with a step has a slope that differs from the slope of a neighbouring gap. By the triangle inequality, the
+    mean of |error| changes by at most this distance. The mean level need not change.
     """
     if not 2 < len(s_mm) < STATIONS_FOR_STEPS:
         return 0.0
@@ -167,10 +168,10 @@ def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
 
 
 def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans, float]:
-    """Return which readings are outliers of their station, and the robust standard deviation, in mm.
+    """Return which readings are outliers of their station, and the robust standard deviation in mm.
 
-    A station has at most one outlier: two outliers count as its scatter. The scatter is at least that of the last
-    digit, even if most repeats are equal.
+    A station has at most one outlier, because two outliers count as its scatter. The scatter is at least the rounding
+    error of the last digit, even if most repeats are equal.
     """
     again = count > 1
     scaled_mm = np.nan_to_num(np.abs(own_mm)) / np.sqrt(1 - 1 / np.maximum(count, 2))[:, None]
@@ -182,13 +183,13 @@ def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans,
 
 
 ALIKE_MM = 15.0
-"""Correlation length of an error that all repeats share: the length over which a bed rises and falls."""
+"""Correlation length, in mm, of an error that all repeats share: the length over which a level rises and falls."""
 SLOPE_ERROR = 0.8
-"""Standard deviation of the slope at a station, over its mean change there and at both neighbours. Chosen so that bands
-of tips of 2 to 4 mm contain 94 to 99 % of stations."""
+"""Standard deviation of the slope at a station, divided by the mean change of slope at the station and its neighbours.
+With this value, bands for tips of 2 to 4 mm contain 94 to 99 % of stations."""
 CALIPER_MM = 0.02  # Limit of error of a digital caliper up to 150 mm
 USUAL_SIZES = {"readings.probe_mm": 2.0, "readings.limit_mm": 0.02}
-"""Sizes of undeclared errors: width of a tip, and a gauge's error of scale, relative."""
+"""Sizes of undeclared errors: the width of a tip in mm, and the relative error of a gauge's scale."""
 OF_READINGS = ("datum_error_mm", "probe_mm")
 ROUNDING = "readings.rounding"
 
@@ -196,7 +197,7 @@ ROUNDING = "readings.rounding"
 def _hidden_errors(
     measured: Profile, settings: Readings, declared: Uncertainty, mouth: Mouth, step_mm: float
 ) -> tuple[list[Component], tuple[Component, ...]]:
-    """Return the declared errors, and the undeclared ones with a size of ``UNDECLARED_MM`` or that in their names.
+    """Return the declared and the undeclared errors. Undeclared errors get a usual size or ``UNDECLARED_MM``.
 
     ``step_mm`` is the last digit of the readings.
     """
@@ -225,9 +226,9 @@ def _hidden_errors(
 
 
 def _slopes(s_mm: Floats, level_mm: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return at each station the slope on the steeper side, the mean of both sides, and the change of slope, (n,) each.
+    """Return at each station the slope on the steeper side, the mean of both slopes, and the change of slope.
 
-    The last is a mean over the station and its neighbours.
+    They are (n,) each. The change of slope is averaged over the station and its neighbours.
     """
     slope = np.diff(level_mm) / np.diff(s_mm)
     sides = np.array([np.append(slope[0], slope), np.append(slope, slope[-1])])
@@ -237,7 +238,7 @@ def _slopes(s_mm: Floats, level_mm: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Component:
-    """Return draws of an error of the size ``size_mm``. ``height_mm`` is that of the level above the datum."""
+    """Return draws of an error of the size ``size_mm``. ``height_mm`` is the height of the level above the datum."""
     slope, mean_slope, turn = _slopes(s_mm, height_mm)
     stations, ones, draws = len(s_mm), np.ones(len(s_mm)), draws_for(len(s_mm))
     common, independent = normals(name, 1, draws), normals(f"{name}, each", stations, draws)
@@ -277,23 +278,25 @@ def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Compon
 
 
 UNEVEN = 0.5
-"""Scale of the half-normal prior of the standard deviation of ln(scatter) among stations, the usual one for a spread of
-logarithms (Röver et al. 2021, Res. Synth. Methods 12:448): at 0.5 two stations in three are within a factor of 1.65 of
-the middle one, and three times that is hardly possible."""
+"""Scale of the half-normal prior for the standard deviation of ln(scatter) among stations. This prior is usual for a
+spread of logarithms (Röver et al. 2021, Res. Synth. Methods 12:448). At 0.5, two stations in three are within a factor
+of 1.65 of the middle one, and three times 0.5 is hardly possible."""
 SPREADS = np.arange(0.025, 3 * UNEVEN, 0.05)
-"""Grid of the spread of ln(scatter): 0.3 % of the prior are beyond it, and a dozen stations do not resolve 0.05."""
+"""Grid of the spread of ln(scatter). Only 0.3 % of the prior are beyond it, and a dozen stations do not resolve
+0.05."""
 LEVEL_GRID = np.arange(-5.0, 10.5, 0.5)
-"""Grid of the scatter's level, in standard deviations from the likeliest; few repeats leave a long upper tail."""
+"""Grid of the scatter's level, in standard deviations from the most likely level. Few repeats leave a long upper
+tail."""
 
 
 def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS) -> Floats:
-    """Draw standard deviations of a single reading at each station, (draws, n); all rows are equally likely.
+    """Draw possible standard deviations of a single reading at each station, (draws, n). All rows are equally likely.
 
-    Input is each station's sum of squares about its mean and its degrees of freedom, (n,) each and not all 0; the seed
-    is fixed. Variances are draws of an inverse chi-square (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3): the
-    variance of a station is moved towards those of the others, and more so if all are similar. Smyth fits that
-    distribution. With a dozen stations the fit is uncertain and gives bands that are too narrow, so here the
-    distribution is averaged over its posterior.
+    The input is each station's sum of squares about its mean and its degrees of freedom, (n,) each and not all 0. The
+    seed is fixed. Variances follow an inverse chi-squared distribution (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3).
+    The variance of a station is moved towards the others, and more so if all are similar. Smyth fits this distribution.
+    With a dozen stations the fit is uncertain and gives bands that are too narrow, so the distribution is averaged over
+    its posterior here.
     """
     behind = _freedoms_behind()
     log_level, width = _likeliest(squares_mm2, freedom)
@@ -310,7 +313,7 @@ def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS
 
 
 def _log_chance(level_mm2: Floats, behind: Floats, squares_mm2: Floats, freedom: Floats) -> Floats:
-    """Return the log likelihood of the stations' squares, over the last axis, up to a constant."""
+    """Return the log likelihood of the stations' sums of squares, over the last axis, up to a constant."""
     from scipy.special import gammaln
 
     both = behind + freedom
@@ -319,7 +322,7 @@ def _log_chance(level_mm2: Floats, behind: Floats, squares_mm2: Floats, freedom:
 
 
 def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
-    """Return the log of the likeliest level of the variances for each spread, and the width of its peak."""
+    """Return for each spread the log of the most likely level of the variances, and the width of its peak."""
     behind = _freedoms_behind()
     log_level = np.full(len(behind), np.log(squares_mm2.sum() / freedom.sum()))
     curve = np.ones(len(behind))
@@ -334,7 +337,7 @@ def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
 
 @cache
 def _freedoms_behind() -> Floats:
-    """Return the degrees of freedom of the inverse chi-squares with spreads SPREADS of ln(scatter), (n, 1)."""
+    """Return the degrees of freedom of the inverse chi-squared distributions for each spread in SPREADS, (n, 1)."""
     from scipy.optimize import brentq
     from scipy.special import polygamma
 
@@ -347,15 +350,15 @@ def _freedoms_behind() -> Floats:
     )
 
 
-STEPS = 121  # Positions of a station's true level within the range of its rounded readings
-SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a reading, in steps, from hidden to plain
+STEPS = 121  # Number of positions of a station's true level within the range of its rounded readings
+SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a reading, in steps, from hidden to visible
 
 
 def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int) -> Floats:
     """Draw the error of each station's mean, (draws, n), for readings in steps that hide the scatter.
 
-    The likelihood of a reading is the share of a normal distribution that rounds to it. The scatter is the same at all
-    stations, with a prior that is uniform in its logarithm, and the true level is anywhere near the readings.
+    The likelihood of a reading is the part of a normal distribution that rounds to it. The scatter is the same at all
+    stations, with a prior that is uniform in its logarithm. The true level may be anywhere near the readings.
     """
     from scipy.special import ndtr
 

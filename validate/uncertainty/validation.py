@@ -1,4 +1,4 @@
-"""Conclusions from the errors of a level: with readings, after ASME V&V 20 (2009); else the band of a prediction."""
+"""Conclusions from the errors of a level: by ASME V&V 20 (2009) with readings, and the band of a prediction without."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ def mean_level_budget(
     inputs_waiting: bool = False,
     volume_level_mm: float | None = None,
 ) -> MeanLevelBudget:
-    """Return the error E = S - D of the mean level with its standard uncertainties.
+    """Return the error E = S - D of the mean level, and its standard uncertainties. S is simulated, D measured.
 
     ``resolved`` is None until numerics and all declared inputs are included.
     """
@@ -53,11 +53,11 @@ def level_findings(
     calibrated: bool = False,
     screening: bool = False,
 ) -> tuple[Fact, Fact]:
-    """Return the findings on the mean level and on the stations.
+    """Return the findings about the mean level and about the stations.
 
-    The first is the conclusion according to ASME V&V 20 if numerics and inputs are included. Otherwise it states that
-    V&V 20 is not assessed. If the model was ``calibrated`` on the readings, E is not the error of a prediction, which
-    V&V 20 requires; a model for ``screening`` is not assessed either.
+    If numerics and inputs are included, the first finding is the conclusion according to ASME V&V 20. Otherwise it
+    states that V&V 20 was not assessed. If the model was ``calibrated`` on the readings, E is not the error of a
+    prediction, which V&V 20 requires. A model for ``screening`` is not assessed either.
     """
     value_mm = None if screening or mean.resolved is None else mean.error_mm
     terms = {"mean": mean, "coverage": COVERAGE, "calibrated": calibrated, "screening": screening}
@@ -76,7 +76,7 @@ def level_findings(
 
 
 def _included(mean: MeanLevelBudget) -> str:
-    """Return the names of the included uncertainties."""
+    """Return the names of the uncertainties that are included, as words."""
     if mean.resolved is not None:
         return "readings, numerics and inputs"
     parts = ["readings"] if mean.numerics_mm is None else ["readings", "numerics"]
@@ -87,14 +87,14 @@ def _included(mean: MeanLevelBudget) -> str:
 # g stays, and where it starts paste creeps back. Two computations of the same physics differ there by as much as the
 # mound, and by a quarter of it elsewhere, since the volume is the same. Sizes are from particles against a continuum
 # model on pours that were not used to test the bands.
-LAST, FIRST = 0.7, 0.35  # Standard deviation of the level at the path's last and first place, over the mound's height
-REACH_MM = 6.0  # Distance from these places over which it falls to 1/e
-MOUND = 4.0  # Height of a mound over tau / rho g
+LAST, FIRST = 0.7, 0.35  # Standard deviation of the level at the path's ends, divided by the mound's height
+REACH_MM = 6.0  # Distance from the path's ends over which the standard deviation falls to 1/e
+MOUND = 4.0  # Height of a mound, divided by tau / rho g
 
 
 @dataclass(frozen=True)
 class BedEnds:
-    """First and last place of the nozzle with flow, and the height of a mound."""
+    """First and last position of the nozzle at which sealant flows, and the height of a mound."""
 
     first_mm: float
     last_mm: float
@@ -102,7 +102,7 @@ class BedEnds:
 
     @classmethod
     def of(cls, trajectory: Trajectory, run: Run) -> "BedEnds | None":
-        """Return the ends of a run's path; None for a fluid without a yield stress, which levels out."""
+        """Return the ends of a run's path. Returns None for a fluid without a yield stress, which levels out."""
         stress_pa, density_kg_m3 = run.health.yield_stress_pa, run.density_kg_m3
         if not stress_pa or density_kg_m3 is None or trajectory.dispensed_mm3 <= 0:
             return None
@@ -111,7 +111,7 @@ class BedEnds:
         return cls(float(places_mm[0]), float(places_mm[-1]), MOUND * held_mm)
 
     def errors(self, s_mm: Floats) -> Component:
-        """Return the error at places along the whole crack. Its mean over them is 0: no volume is gained."""
+        """Return the error at positions along the whole crack. Its mean over them is 0, because no volume is gained."""
         draws = normals("ends of the bed", 2, draws_for(len(s_mm)))
         total = np.zeros((len(draws), len(s_mm)))
         for z, place_mm, share in zip(draws.T, (self.first_mm, self.last_mm), (FIRST, LAST), strict=True):
@@ -120,7 +120,7 @@ class BedEnds:
         return Component("bed at the ends of the path", "assumed", total, shared=True, kind="model")
 
 
-PLACES = 101  # Number of positions of the band; over 250 would get fewer draws
+PLACES = 101  # Number of positions of the band. More than 250 would get fewer draws.
 DIGITS = 4  # Decimals of a level in mm
 
 
@@ -135,10 +135,11 @@ def predict(
 ) -> PredictedLevel:
     """Return the band of a simulated level that follows from extra runs. It is consistent with ``error_uncertainty``.
 
-    ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown. ``ends``
-    adds the error of the model at the path's ends. A comparison does not include it: there it is what is looked for.
-    ``mouth`` adds or names the meniscus, since the level in the middle is predicted. ``flat`` is the level of the
-    dispensed volume, for the record. Half of the difference of particles and fast model is an error of the model too.
+    ``volume_level_mm`` is the change of level due to volume that the numerics gained. None if it is unknown. ``ends``
+    adds the error of the model at the path's ends. A comparison does not include this error, because it is what a
+    comparison should find. ``mouth`` adds or names the meniscus, since the level in the middle is predicted. ``flat``
+    is the level of the dispensed volume, for the record. Half of the difference between particles and fast model is an
+    error of the model too.
     """
     # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)

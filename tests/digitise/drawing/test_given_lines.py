@@ -56,7 +56,7 @@ def test_two_walls_are_the_crack_between_them_whichever_way_the_second_runs(face
     [
         ([(0, 0), (5, 0)], None, "5 mm long .* 3 mm wide"),
         ([(0, 0), (40, 0), (40, 1), (0, 1)], None, "within 1 mm of itself, at s = "),
-        ([(0, 0), (40, 0)], (0.0, 10.0, 100.0, 40.0), "outside the face, 100 x 30 mm"),
+        ([(0, 0), (40, 0)], (0.0, 10.0, 100.0, 40.0), "outside the face of 100 x 30 mm"),
     ],
 )
 def test_a_line_that_bounds_no_crack_is_refused(points_mm, face_mm, words):
@@ -66,7 +66,7 @@ def test_a_line_that_bounds_no_crack_is_refused(points_mm, face_mm, words):
 
 def test_exchanged_walls_and_those_beside_the_face_are_refused():
     left_mm, right_mm = _walls_mm(0.0)
-    with pytest.raises(InputError, match="walls: 0 pieces of the crack are on the face"):
+    with pytest.raises(InputError, match="walls: the crack has 0 pieces on the face"):
         outline_between(left_mm, right_mm, (0.0, 60.0, 80.0, 90.0), "walls")
-    with pytest.raises(InputError, match="exchange"):
+    with pytest.raises(InputError, match="Exchange"):
         outline_between(right_mm, left_mm, None, "walls")

@@ -106,7 +106,7 @@ def test_a_line_with_a_width_is_the_same_crack_as_from_its_points(tmp_path, clos
     assert _volume_mm3(outline) == pytest.approx(_volume_mm3(same), rel=1e-9)
     assert outline.centreline_mm == pytest.approx(same.centreline_mm)
     assert outline.ends == same.ends == ("cut" if closed else "open", "cut")
-    assert any("layer L: left out: widths of polylines (1)" in note.text for note in drawing.notes)
+    assert any("layer L: these parts were left out: widths of polylines (1)" in note.text for note in drawing.notes)
 
 
 def test_an_island_stands_in_the_crack(tmp_path):
@@ -137,9 +137,9 @@ def test_lines_in_blocks_are_read_as_they_are_inserted(tmp_path):
 @pytest.mark.parametrize(
     ("asked", "named"),
     [
-        ({}, "layer OUTLINE has no lines to read in model space; left out: nothing; layers with lines: A"),
-        ({"outline": "A"}, "layer A: 1 open lines: the smallest gap is 3 mm at (0, -0.002)"),
-        ({"walls": ("A", "B")}, "layer B has no lines"),
+        ({}, "layer OUTLINE has no readable lines in model space. Left out: nothing. Layers with lines: A"),
+        ({"outline": "A"}, "layer A: it has 1 open lines; the smallest gap is 3 mm at (0, -0.002)"),
+        ({"walls": ("A", "B")}, "layer B has no readable lines"),
         ({"line": ("A", 3.0)}, "within 3 mm of itself, at s = "),
         ({"unit": 0}, "--units"),
     ],

@@ -63,7 +63,7 @@ def test_a_cube_is_sound_and_keeps_its_volume_far_from_the_origin():
         (V, np.vstack([F[:4], F[4:5, ::-1], F[5:]]), None, ["opposite sides: 3"]),
         (np.vstack([V, [20.0, 0, 0]]), np.vstack([F, [*F[0][:2], 8], [*F[0][1::-1], 8]]), None, ["more faces: 1", "("]),
         (np.vstack([V, V + np.array([5.0, 4.0, 3.0])]), np.vstack([F, F + 8]), None, ["crosses itself"]),
-        (np.array(RING.vertices), np.array(RING.faces, dtype=np.int64), 2, ["Euler number 0, not 2"]),
+        (np.array(RING.vertices), np.array(RING.faces, dtype=np.int64), 2, ["Euler number 0 instead of 2"]),
     ],
     ids=["hole", "turned face", "fin", "overlap", "ring for a ball"],
 )

@@ -20,7 +20,10 @@ def test_specks_are_dropped_and_islands_filled_and_both_are_named():
     assert lay_out(thread, VERTICAL, 0.0).crack.area() == pytest.approx(60.0, rel=1e-3)
     start, end = [(0, 0), (10, 0), (10, 1.498), (10.5, 1.498)], [(10.5, 1.502), (10.0, 1.502), (10.0, 3.0), (0.0, 3.0)]
     half, speck = [(10.5, 0), (20, 0), (20, 3), (10.5, 3)], [(10.5, 1.4), (10.7, 1.4), (10.7, 1.6), (10.5, 1.6)]
-    for part, pieces, words in ((half, 2, "in 2 pieces"), (speck, 1, "0.040 mm² near (10.6, 1.5) mm dropped")):
+    for part, pieces, words in (
+        (half, 2, "in 2 pieces"),
+        (speck, 1, "near (10.6, 1.5) mm was dropped: its area of 0.040 mm²"),
+    ):
         footprint = lay_out(ring_of([*start, *part, *end]), VERTICAL, 0.0)
         assert footprint.crack.num_contour() == pieces
         assert any(words in warning.text for warning in footprint.warnings)
@@ -41,13 +44,13 @@ def test_a_small_island_is_filled_and_its_place_named():
     assert footprint.crack.num_contour() == 2
     (filled,) = footprint.warnings
     assert filled.key == "solid.island-filled"
-    assert "0.090 mm² near (5.0, 0.2) mm" in filled.text
+    assert "near (5.0, 0.2) mm was filled: its area of 0.090 mm²" in filled.text
 
 
 def test_islands_that_fill_the_crack_are_refused():
-    with pytest.raises(InputError, match="outside its islands: this is not a crack"):
+    with pytest.raises(InputError, match="outside its islands, which is too little for a crack"):
         lay_out(with_islands(stone(10.0, 0.0, 30.0)), VERTICAL, 0.0)
-    with pytest.raises(InputError, match="only finite numbers, also in its islands"):
+    with pytest.raises(InputError, match="only finite numbers, for the outline and its islands"):
         lay_out(with_islands(np.full((4, 2), np.nan)), VERTICAL, 0.0)
 
 

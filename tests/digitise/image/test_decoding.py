@@ -48,7 +48,7 @@ def deep(path, picture):
 @pytest.mark.parametrize(
     ("name", "write", "says"),
     [
-        ("a.jpg", lambda path, _: path.mkdir(), "no file"),
+        ("a.jpg", lambda path, _: path.mkdir(), "not a regular file"),
         ("a.jpg", lambda path, _: path.touch(), "0 MB"),
         ("a.jpg", lambda path, _: path.write_text("this is not a photo\n" * 50), "JPEG, PNG"),
         ("a.png", lambda path, picture: Image.fromarray(picture[:20]).save(path), "100 x 20"),
@@ -153,7 +153,7 @@ def write_tiff(path, **tags):
 @pytest.mark.parametrize(
     ("content", "name", "kind"),
     [
-        (iso_box(b"hevc"), "burst.heic", "videos are not read"),
+        (iso_box(b"hevc"), "burst.heic", "videos are not accepted"),
         (iso_box(b"avif"), "photo.avif", "AVIF"),
         (iso_box(b"crx "), "photo.cr3", "raw file"),
         (b"FUJIFILMCCD-RAW 0201", "photo.raf", "raw file"),

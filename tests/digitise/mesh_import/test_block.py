@@ -45,7 +45,7 @@ EDGEWISE = turned(sheet(rough_mm=0.0, from_mm=200.0), 0, 90.0)
 
 @pytest.mark.parametrize("mesh", [(np.array(BALL.vertices), np.array(BALL.faces)), EDGEWISE], ids=["ball", "edgewise"])
 def test_what_has_no_plane_upper_side_has_no_face(mesh):
-    with pytest.raises(InputError, match=r"face .*: \d+%"):
+    with pytest.raises(InputError, match=r"face .*: only \d+%"):
         face_of(mesh)
 
 

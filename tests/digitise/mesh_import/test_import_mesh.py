@@ -51,8 +51,8 @@ def test_numbers_become_millimetres(units, mm):
 @pytest.mark.parametrize(
     ("longest", "units", "says"),
     [
-        (80.0, "m", "in mm or cm: set units"),
-        (6.3, "mm", "in cm or inch: set units"),
+        (80.0, "m", "probably mm or cm: set units"),
+        (6.3, "mm", "probably cm or inch: set units"),
         (9000.0, "cm", "Crop the mesh to the sample"),
     ],
 )
@@ -168,7 +168,7 @@ def test_a_given_path_along_a_part_of_the_crack_is_told(tmp_path):
     line_mm = np.linspace((50.0, 20.0), (85.0, 20.0), 50)
     np.savetxt(tmp_path / "path.csv", line_mm, delimiter=",", header="x_mm,y_mm", comments="")
     (warning,) = brought(tmp_path, SLOT, path=Path("path.csv")).outline.warnings
-    assert "follows 50 %" in warning.text or "follows 51 %" in warning.text
+    assert "follows only 50 %" in warning.text or "follows only 51 %" in warning.text
 
 
 def test_a_block_that_stands_on_its_side_is_told(tmp_path):

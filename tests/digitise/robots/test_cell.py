@@ -61,11 +61,11 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
         (None, '["spel", "csv"]', '["gcode"]', ['formats has "gcode", but there is no [gcode] table']),
         (None, '["spel", "csv"]', '["krl"]', ["formats.0 = 'krl'", "urscript"]),
         (None, "output_bit = 8", "", ["spel: ", "needs output_bit"]),
-        (None, "output_bit = 8", "output_bit = 8\naxis_start_mm = 3.0", ["spel: ", "need axis_start_mm"]),
+        (None, "output_bit = 8", "output_bit = 8\naxis_start_mm = 3.0", ["spel: ", "needs axis_start_mm"]),
         (None, BY_S[0], BY_S[1], ["spel: ", 'dispenser = "s" ', 'motion = "curve"']),
         (None, SECOND_POINT, "", ["taught: give at least 3 values, not 2"]),
         ("plunger", "# diameter_mm = 20.0 ", "#", ["plunger.diameter_mm is missing"]),
-        ("urscript", "# port = 0", "port = 2", ["port is 2: give 0 or 1"]),
+        ("urscript", "# port = 0", "port = 2", ["port is 2, but the standard analog outputs are 0 and 1"]),
         ("urscript", '# dispenser = "analog"', 'dispenser = "digital"', [ONLY_ANALOG]),
         ("urscript", "# port = 0", BY_A_VECTOR, ["rotation_vector_rad: no such key"]),
     ],
@@ -116,9 +116,13 @@ def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
         # The arm hangs.
         (CORNERS, seen(CORNERS, tip_deg=0.0) * [1, -1, -1], "whose z points up"),
         (CORNERS, seen(CORNERS[[0, 2, 1]]), r"do not fit .* are 0\.6\d* times"),
-        (FOUR, seen(FOUR) + np.outer([0, 0, 0, 6], [1, 0, 0]), r"point 4, .*\[160, 40\], .*4\.04 mm off; 0.5"),
-        (NEARLY_A_LINE, seen(NEARLY_A_LINE), r"0\.47 mm of a line"),
-        (np.zeros((3, 2)), seen(np.zeros((3, 2))), "within 0 mm of a line"),
+        (
+            FOUR,
+            seen(FOUR) + np.outer([0, 0, 0, 6], [1, 0, 0]),
+            r"point 4, .*\[160, 40\], .*4\.04 mm off, and at most 0.5",
+        ),
+        (NEARLY_A_LINE, seen(NEARLY_A_LINE), r"0\.47 mm \(RMS\) of a line"),
+        (np.zeros((3, 2)), seen(np.zeros((3, 2))), r"within 0 mm \(RMS\) of a line"),
     ],
 )
 def test_points_that_no_rigid_sample_has_are_refused_by_what_is_wrong(sample_mm, robot_mm, says):

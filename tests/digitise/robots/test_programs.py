@@ -49,9 +49,12 @@ def test_the_nozzle_comes_from_above_and_leaves_upward_giving_nothing():
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"plunger": {"travel_mm": 15.2}}, r"cell.toml: the path needs 15\.3 mm .*; plunger.travel_mm allows 15\.2"),
-        ({"plunger": {"largest_speed_mm_s": 0.9}}, r"0\.999 mm/s of the plunger; plunger.largest_speed_mm_s allows 0"),
-        ({"tip_deg": 6.0}, r"6\.0 degrees.* motion.largest_tilt_deg allows 5"),
+        (
+            {"plunger": {"travel_mm": 15.2}},
+            r"cell.toml: the path needs 15\.3 mm .* plunger.travel_mm allows at most 15\.2",
+        ),
+        ({"plunger": {"largest_speed_mm_s": 0.9}}, r"0\.999 mm/s, but plunger.largest_speed_mm_s allows at most 0"),
+        ({"tip_deg": 6.0}, r"6\.0 degrees.* motion.largest_tilt_deg allows at most 5"),
         (HIGH, r"1\d\.\d mm out of the reach box, .* 13\d\.\d\) mm"),
     ],
 )
@@ -110,7 +113,7 @@ def test_the_tool_looks_into_the_face_and_is_turned_as_asked(turn_deg):
 @pytest.mark.parametrize(
     ("path", "changes", "says"),
     [
-        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5: .*0\.98\d+ mm.* than 0\.49"),
+        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5, .*0\.98\d+ mm.* than 0\.49"),
         ({"ramp_mm": 5.0}, {"urscript": DIGITAL}, r"one flow or none, .* to 31\d\.\d mm³/s"),
         ({}, {"urscript": {"full_flow_mm3_s": 300.0}}, r"313\.9 mm³/s, .* urscript.full_flow_mm3_s = 300"),
         # The way over the sample.

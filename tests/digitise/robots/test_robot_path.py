@@ -22,9 +22,9 @@ from tests.support.robot_readers import READERS
         (
             {},
             {"motion": {"largest_speed_mm_s": 5.0}},
-            r"approach_speed_mm_s is 20; motion.largest_speed_mm_s allows 5\.",
+            r"approach_speed_mm_s is 20, but motion.largest_speed_mm_s allows at most 5\.",
         ),
-        ({"ramp_mm": 3.0, "speed_mm_s": 120.0}, {}, r"2\d{3} mm/s²; motion.acceleration_mm_s2 allows 2000"),
+        ({"ramp_mm": 3.0, "speed_mm_s": 120.0}, {}, r"2\d{3} mm/s², but motion.acceleration_mm_s2 allows at most 2000"),
         ({}, {"reach": {"low_mm": (400.0, -800.0, -800.0)}}, r"the path leads \d+\.\d mm out of the reach box, to \("),
         # All faults are named at once.
         ({"speed_mm_s": 250.0, "nozzle_height_mm": 50.0}, {}, r"safe_height_mm is 50(.|\n)*cell.toml: .* 250 mm/s"),

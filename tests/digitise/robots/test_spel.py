@@ -79,10 +79,10 @@ LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)
     ("path", "changes", "says"),
     [
         ({"spacing_mm": 0.25}, {}, r'the path has \d+ points .* 3 to 200\. Set spel\.motion = "move"'),
-        ({"ramp_mm": 5.0}, {}, r'one speed, .* from 0\.\d+ to 4 mm/s\. Set spel.motion = "move"'),
+        ({"ramp_mm": 5.0}, {}, r'one speed, .* 0\.\d+ to 4 mm/s over the crack\. Set spel.motion = "move"'),
         ({"flow": "cross_section"}, {}, 'one flow, .* Set spel.motion = "move"'),
         ({"flow": "cross_section"}, {"spel": {"motion": "move"}}, "one flow or none, .* axis"),
-        ({"speed_mm_s": 0.05}, {}, r"0\.1 mm/s or more, but the path has 0\.05"),
+        ({"speed_mm_s": 0.05}, {}, r"at least 0\.1 mm/s, but the path has 0\.05"),
         ({}, {"spel": {"first_point": 940}}, "65 points from P940 on, .* P999"),
         # The plunger's axis.
         ({}, LOW, r"25\.3 mm out of the reach box, to .* -35\.3\) mm"),
@@ -98,5 +98,5 @@ def test_a_plunger_on_z_counts_for_the_arms_speed(motion):
     """15.3 mm of plunger over 62 mm of path: the arm goes 3 % faster than the nozzle, and SpeedS is the arm's."""
     fast, limit = trajectory(speed_mm_s=30.0), {"motion": {"largest_speed_mm_s": 30.0}, "tip_deg": 0.0}
     assert spel_text(placed(fast, **limit))
-    with pytest.raises(InputError, match=r"the arm.* 30\.9\d? mm/s; motion.largest_speed_mm_s allows 30\."):
+    with pytest.raises(InputError, match=r"the arm.* 30\.9\d? mm/s, but motion.largest_speed_mm_s allows at most 30\."):
         spel_text(placed(fast, spel={**ON_Z, "motion": motion}, **limit))

@@ -56,9 +56,9 @@ def with_marker_2_moved(specimen: Specimen) -> dict:
 @pytest.mark.parametrize(
     ("paint", "changes", "says"),
     [
-        (cover, lambda _: {}, r"found 3 of 8 .* 4 are needed \(missing \[3, 4, 5, 6, 7\]\)"),
+        (cover, lambda _: {}, r"found 3 of 8 .* 4 are needed \(missing: \[3, 4, 5, 6, 7\]\)"),
         (paste, lambda _: {}, "marker 0 is in the photo more than once"),
-        (None, with_marker_2_moved, r"photo\.jpg: markers misfit by 0\.\d+ mm.* marker 2"),
+        (None, with_marker_2_moved, r"photo\.jpg: the markers misfit by 0\.\d+ mm.* marker 2"),
         (None, lambda _: {"face_mm": (900.0, 40.0)}, "face_mm is outside the photo"),
     ],
     ids=["too few", "printed twice", "not where the board says", "face outside the photo"],
@@ -101,7 +101,10 @@ def test_given_corners_give_the_same_scale(specimen, tmp_path):
         (lambda corners_px: np.roll(corners_px, 1, axis=0), r"photo\.jpg: face_corners_px = .* 1\.75 times as wide"),
         (lambda corners_px: corners_px + np.array([[0], [9e5], [0], [0]]), r"face_corners_px = .* \d+ x \d+ px"),
         # On four neighbouring pixels.
-        (lambda _: np.array([[100.0, 102], [103, 102], [103, 100], [100, 100]]), r"is \d+ mm wide; 0\.001 to 2"),
+        (
+            lambda _: np.array([[100.0, 102], [103, 102], [103, 100], [100, 100]]),
+            r"is \d+ mm wide, but only 0\.001 to 2",
+        ),
     ],
     ids=["mirrored", "from another corner", "far off", "centimetres a pixel"],
 )
@@ -112,5 +115,5 @@ def test_corners_that_no_face_has_are_refused(specimen, tmp_path, corners, says)
 
 def test_a_photo_without_a_face_is_refused(tmp_path):
     path = write_png(tmp_path / "plain.png", mortar())
-    with pytest.raises(InputError, match=r"no face 4\.00 times as wide as high, as face_mm"):
+    with pytest.raises(InputError, match=r"no face that is 4\.00 times as wide as high, like face_mm"):
         load_photo(PhotoInput(file=path, data="synthetic", face_mm=(160, 40)), tmp_path)

@@ -29,5 +29,5 @@ def test_two_points_and_their_distance_give_the_scale(tmp_path):
     ("start_px", "end_px", "says"), [(0.0, 30.0, r"30\.0 px .* 50 px"), (-20.0, 500.0, "520.* px")]
 )
 def test_a_ruler_that_tells_nothing_is_refused(start_px, end_px, says):
-    with pytest.raises(InputError, match="ruler_px has points " + says):
+    with pytest.raises(InputError, match="the two points of ruler_px are " + says):
         scale_by_ruler(((start_px, 10.0), (end_px, 10.0)), 50.0, (2000, 1000), FILE)

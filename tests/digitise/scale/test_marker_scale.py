@@ -260,8 +260,16 @@ def test_an_offset_that_is_no_bent_frame_is_refused():
 @pytest.mark.parametrize(
     ("light", "face_mm", "distance_mm", "words"),
     [
-        (picture(board=MORTAR), LEVEL_FACE_MM, 262.0, ("no edges of the face", "0.38% of every length at 262")),
-        (picture(), None, None, ("face_mm is not given", "0.40% of every")),
+        (
+            picture(board=MORTAR),
+            LEVEL_FACE_MM,
+            262.0,
+            (
+                "no edges of the face",
+                "At 262 mm from the camera, each mm above or below the face changes every length by 0.38%",
+            ),
+        ),
+        (picture(), None, None, ("face_mm is not given", "changes every length by 0.40%")),
     ],
     ids=["hidden", "unmeasured"],
 )

@@ -121,7 +121,7 @@ def test_one_line_that_is_not_sure_is_offered_and_asked_about(tmp_path):
     offered = _asked(_session(write_png(tmp_path / "edge.png", edge_of_patch())), Hints(), revision=1.0)
     assert list(offered) == ["scale", "cracks", "refused"]
     assert len(offered["cracks"]) == 1
-    assert "not sure" in offered["refused"]
+    assert "not certain" in offered["refused"]
 
 
 def test_it_starts_with_the_trials_hints(file):

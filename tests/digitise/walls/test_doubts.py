@@ -39,7 +39,7 @@ def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
     picture = with_crack(mortar((1000, 400)), [(40, 200), (300, 210), (500, 195)], 11)
     picture = np.minimum(picture, with_crack(mortar((1000, 400)), [(500, 195), (700, 210), (960, 205)], 3))
     photo = photo_of_light(tmp_path, picture)
-    with pytest.raises(InputError, match="under 6 px wide, so that its width and volume are uncertain"):
+    with pytest.raises(InputError, match="under 6 px wide, so its width and volume are uncertain"):
         trace_outline(photo, find_path(photo, ENDS))
 
 
@@ -101,7 +101,7 @@ def test_a_dark_crack_in_a_grey_joint_is_measured_and_both_widths_are_named(tmp_
     assert outline.mean_width_mm == pytest.approx(width_mm, abs=0.1)
     assert low_mm < 0.8
     assert high_mm > 3.5
-    assert any("a joint: the interval covers both" in warning.text for warning in outline.warnings)
+    assert any("a joint. The interval covers both" in warning.text for warning in outline.warnings)
 
 
 def test_a_painted_crack_lighter_than_the_ground_is_as_wide_as_its_paint(tmp_path):
@@ -114,5 +114,5 @@ def test_a_painted_crack_lighter_than_the_ground_is_as_wide_as_its_paint(tmp_pat
     photo = with_paint(photo_of_light(tmp_path, picture), drawn)
     outline = trace_outline(photo, CrackPath(np.array([(42.0, 150.0), (458.0, 150.0)]), 5.0, "mask"))
     assert outline.mean_width_mm == pytest.approx(0.5, abs=0.1)
-    assert any("that of the paint" in warning.text for warning in outline.warnings)
+    assert any("width of the paint is used" in warning.text for warning in outline.warnings)
     assert {stretch.method for stretch in outline.walls} <= {"drawn", "bridged"}

@@ -28,7 +28,7 @@ def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
     """A stroke is as wide as it was painted; on a photo, 5 px would be too little to tell."""
     photo = strokes(tmp_path, ((140, 164), (30, 470)), ((60, 140), (250, 255)))
     main, whole = (trace_outline(photo, find_path(photo, None), how_traced(branches=it)) for it in ("drop", "keep"))
-    assert texts(main.warnings) == ('1 side crack (9 mm) is left out; set branches = "keep" to include side cracks',)
+    assert texts(main.warnings) == ('1 side crack (9 mm) is left out. Set branches = "keep" to include side cracks',)
     # 80 x 5 px of paint; a pixel of its length for the corners, which the blur of the picture rounds.
     assert signed_area(whole.outline_mm) - signed_area(main.outline_mm) == pytest.approx(4.0, abs=0.1)
     assert whole.warnings == ()
@@ -204,7 +204,7 @@ def test_ground_that_cuts_off_the_darker_part_is_refused(tmp_path):
     light[151:190] = mortar()[151:190] * 0.35
     photo = photo_of_light(tmp_path, soft(light, 0.8))
     path = CrackPath(np.array([(20.0, 165.0), (480.0, 165.0)]), 55.0, "ends")
-    with pytest.raises(InputError, match="ground_strokes_px, stroke 1, has darker ground beyond it"):
+    with pytest.raises(InputError, match=r"ground_strokes_px, stroke 1, at .* has darker ground beyond it"):
         traced((photo, path), ground=(((100.0, 156.0), (400.0, 156.0)),))
 
 

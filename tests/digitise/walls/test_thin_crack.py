@@ -66,7 +66,7 @@ def test_below_two_pixels_there_is_a_path_alone(tmp_path):
     assert outline.width_source == "none"
     assert outline.mean_width_mm == 0
     assert outline.length_mm > 0.9 * np.hypot(a - c, b - d) * MM_PER_PX
-    with pytest.raises(InputError, match="a path alone"):
+    with pytest.raises(InputError, match="only a path"):
         build_solid(outline, CrackShape(depth_mm=10))
 
 

@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -213,7 +213,10 @@ def test_equal_records_count_as_records_of_the_same_crack(way, result):
     faster = st.plan_path(again, solid, volume_ml=0.08, speed_mm_s=40, trim_mm=1)
     higher = replace(result.level, level_mm=result.level.level_mm + 1)
     for mix, match in (
-        (lambda: st.write_report("none", again, solid, faster, run), "write_report: .* is of the path with length"),
+        (
+            lambda: st.write_report("none", again, solid, faster, run),
+            "write_report: .* belongs to the path with length",
+        ),
         (lambda: st.compare(result.readings, result.level, again, solid), "compare: level is a LevelReadings"),
         (lambda: st.plot_levels(higher, result=result), "plot_levels: result"),
     ):
@@ -246,13 +249,13 @@ def test_a_fluid_does_not_freeze_by_default_and_copies_are_equal():
 @pytest.mark.parametrize(
     ("call", "named"),
     [
-        ("Fluid(1.0)", "Fluid: give settings by name, as in U="),
+        ("Fluid(1.0)", "Fluid: give each setting by name, as in U="),
         ("read_photo('nowhere.jpg', mm_per_px=0.1)", "nowhere.jpg"),
         ("read_photo(photo.image)", "read_photo: no scale"),
         ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: an array"),
         ("read_photo(7, mm_per_px=0.1)", "photo: expected a file"),
         ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
-        ("trace_crack(photo, mm_per_px=0.2)", "trace_crack: mm_per_px: no such keyword"),
+        ("trace_crack(photo, mm_per_px=0.2)", "trace_crack: there is no keyword mm_per_px"),
         ("inject(crack, solid, path, {'U': 30})", "inject: fluid is a dict"),
         ("inject(crack, solid, path, Fluid(U=1), seed=-1)", "inject: seed = -1"),
         ("inject(crack, solid, path, Fluid(U=1), threads=0)", "inject: threads = 0"),
@@ -310,6 +313,14 @@ def test_fill_fast_gives_the_same_level_as_inject_with_the_fast_model(crack, sol
     assert "The fast model, which is for screening, is" in page.read_text(encoding="utf-8")
     with pytest.warns(RuntimeWarning, match="slope"):
         st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=40.0))
+
+
+def test_a_shear_law_that_the_fast_model_lacks_is_refused(crack, solid, path):
+    class Casson(st.Fluid):
+        shear_law: Literal["bingham", "casson"] = "bingham"  # As a maintainer would add it
+
+    with pytest.raises(st.InputError, match=r"fluid\.shear_law: the fast model"):
+        st.fill_fast(crack, solid, path, Casson(viscosity_pa_s=2.0, yield_stress_pa=6.0, shear_law="casson"))
 
 
 def test_rows_of_numbers_and_rows_with_column_names_are_read_alike(crack, solid):

@@ -92,7 +92,7 @@ def test_digitise_answers_in_json_and_a_second_call_changes_no_file(trial, tmp_p
     assert before == {path: path.stat().st_mtime_ns for path in before}
     walls = json.loads(sealtwin("digitise", run, "--explain", 5, "--json").stdout)["walls"]
     assert [walls[side]["method"] for side in ("left", "right")] == ["edge", "edge"]
-    assert "--explain asks about a run folder" in sealtwin("digitise", trial, "--explain", 5).stderr
+    assert "--explain requires a run folder" in sealtwin("digitise", trial, "--explain", 5).stderr
     assert "mm long" in refusal("digitise", run, "--explain", 500)
     for name in ("manifest.json", "trial.toml", "outline.json", "solid.json"):
         text = (run / name).read_text()

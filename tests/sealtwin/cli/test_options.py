@@ -167,12 +167,12 @@ def test_the_set_option_applies_to_all_runs_and_is_refused_for_varied_settings(l
     assert "fluid.U" in runs[0]["settings"]
     # Each run's U would take the place of a viscosity.
     for name in ("fluid.U", "fluid.viscosity_pa_s"):
-        assert f"--set {name}: {lab / 'study.toml'} also sets this setting" in refusal(*line, f"{name}=1")
+        assert f"--set {name}: {lab / 'study.toml'} also gives this setting" in refusal(*line, f"{name}=1")
 
 
 def test_the_set_option_is_refused_for_a_setting_that_is_calibrated(lab):
     line = ("calibrate", lab / "trial.toml", "--out", lab / "out", "--device", "cpu", "--free", "fluid.U=3:30", "--set")
-    named = "--set fluid.viscosity_pa_s: a --free setting replaces it"
+    named = "--set fluid.viscosity_pa_s: a --free setting replaces this setting"
     assert named in refusal(*line, "fluid.viscosity_pa_s=1")
 
 

@@ -57,7 +57,7 @@ def test_the_quick_command_writes_a_report_and_lists_its_assumptions(lab):
     assert edited != text
     refused = _quick(lab)
     assert refused.exit_code == 3
-    assert "edited by you, and not overwritten" in refused.stderr
+    assert "you wrote or edited this file, so it is not overwritten" in refused.stderr
     assert written.read_text() == edited
 
 

@@ -121,7 +121,7 @@ def test_an_unusable_target_of_trace_is_refused_before_the_page_opens(trial, bro
     mesh.write_text('name = "m"\n[mesh]\nfile = "m.stl"\ndata = "measured"\nunits = "mm"\n')
     trial.with_name("photo.toml").touch()
     for path, named in (
-        (tmp_path, f"{tmp_path}: contains neither a photo"),
+        (tmp_path, f"{tmp_path}: contains neither photos"),
         (tmp_path / "none.jpg", "not found"),
         (tmp_path / "none.toml", "no such file"),
         (photo, "already exists"),

@@ -160,7 +160,7 @@ def test_a_scheduler_without_dask_is_refused_with_the_extra_to_install(monkeypat
     ("fault", "address"),
     [
         *(("the connection is not encrypted", address) for address in ("tcp://10.1.2.3:8786", "node7:8786")),
-        ("no scheduler answers", "localhost:9"),
+        ("no scheduler responds", "localhost:9"),
     ],
 )
 def test_an_unencrypted_or_silent_scheduler_is_refused(fault, address, monkeypatch):

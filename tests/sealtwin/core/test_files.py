@@ -123,7 +123,7 @@ def test_a_run_with_an_invalid_field_is_refused_with_the_fields_name(tmp_path, k
         ("profile.csv", "1.0,nan", "line 3: level_mm = nan; expected a number"),
         ("profile.csv", "0.0,1.0", "s_mm increasing from row to row. Simulate"),
         ("particles.csv", "0,0,nan,0,0,0,0,0", "line 3: z_mm = nan; expected a number"),
-        ("particles.csv", "0,0,0,0,0,0,0,0", "2 particles, 0 of them spilled; simulation.json has 1 and 0"),
+        ("particles.csv", "0,0,0,0,0,0,0,0", "has 2 particles, 0 of them spilled, but simulation.json has 1 and 0"),
     ],
 )
 def test_an_impossible_row_of_a_result_file_is_refused(tmp_path, name, row, fault):

@@ -100,7 +100,7 @@ def test_a_path_that_is_no_run_folder_is_refused(tmp_path):
         (tmp_path / "mine" / "trial.toml", "is a file, but --out", True),
         (tmp_path / "mine" / "trial.toml" / "below", "is a file, but --out", True),
         (tmp_path / "none", "not a run folder", False),
-        (tmp_path / "caf\udce9", r"caf\\xe9: its name is not UTF-8", True),
+        (tmp_path / "caf\udce9", r"caf\\xe9: the name is not UTF-8", True),
     ):
         with pytest.raises(InputError, match=fault), open_folder(path, create=create):
             pass

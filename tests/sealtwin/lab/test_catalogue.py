@@ -108,7 +108,7 @@ def test_lab_run_continues_past_failed_samples_and_gives_their_reasons(ready, mo
     samples = {one["name"]: one for one in json.loads(first.stdout)["samples"]}
     states = [one["state"] for one in samples.values()]
     assert states == ["failed", "failed", "done", "left out"]
-    assert samples["P01"]["reason"].startswith("ZeroDivisionError: by zero. A bug: please report")
+    assert samples["P01"]["reason"].startswith("ZeroDivisionError: by zero. This is a bug; please report")
     assert "by zero" in (ready / "P01" / "run" / "fault.txt").read_text()
     assert "trim_mm" in samples["P02"]["reason"]
     assert samples["P04"]["reason"].startswith("P04_Messung.csv: column A")

@@ -25,7 +25,7 @@ def test_symbolic_links_are_not_followed(small, tmp_path):
     ingested = ingest(small, tmp_path / "lab", QUIET)
     sentences = {fault.sentence for fault in ingested.faults}
     for name in ("P03.png", "P02_Messung.csv"):
-        assert f"{name}: not a plain file; links are not followed: copy the file itself." in sentences
+        assert f"{name}: this is a link or not a plain file. Replace it by a copy of the file." in sentences
     assert fates(ingested) == {"P01": "new", "P02": "failed", "P03": "failed"}
 
 
@@ -38,7 +38,7 @@ def test_control_characters_of_names_and_notes_are_not_printed(small, sound, tmp
     )
     (small / "P02.txt").write_bytes(b"8 mm \x1b[2J\n\x1b]0;x\n")
     text = "\n".join(ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines)
-    for words in ("P03?.png, ", ": its name has characters", "\\xff", "P01.toml", "P02.txt"):
+    for words in ("P03?.png, ", ": the name has characters", "\\xff", "P01.toml", "P02.txt"):
         assert words in text
     assert not set(text) & {"\x1b", "\u202e", "\udcff", "\x9b"}
     faulty = replace(sound[3], lost=[CatalogueFault("P01.csv", "\x1b[2J\n\u202e")])
@@ -65,12 +65,12 @@ def test_a_sheet_of_1_gigabyte_is_refused_without_being_read(small, tmp_path, mo
         samples.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
-    assert [*ingested.samples[0].questions] == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]
+    assert [*ingested.samples[0].questions] == ["P01.csv: has 1,000 MB, but at most 5 MB are allowed."]
 
 
 def test_a_folder_with_too_many_files_is_refused(small, tmp_path, monkeypatch):
     monkeypatch.setattr(lab_files, "MOST_ENTRIES", 6)
-    with pytest.raises(InputError, match="more than 6 files; give one part of it at a time"):
+    with pytest.raises(InputError, match=r"has more than 6 files\. Give parts of it one by one"):
         ingest(small, tmp_path / "lab", QUIET)
 
 
@@ -78,7 +78,7 @@ def test_a_folder_with_too_many_files_is_refused(small, tmp_path, monkeypatch):
 def test_a_damaged_catalogue_is_refused_with_a_remedy(small, lab, damage):
     (lab / CATALOGUE).write_bytes(damage)
     for use in (lambda: ingest(small, lab, QUIET), lambda: latest_trials(lab)):
-        with pytest.raises(InputError, match=r"catalogue.json: .* Move it away and ingest the same"):
+        with pytest.raises(InputError, match=r"catalogue.json: .* Move this file elsewhere, and ingest the same"):
             use()
     (lab / CATALOGUE).unlink()
     with pytest.raises(InputError, match=r"is not a lab, since it has no catalogue.json"):

@@ -69,7 +69,7 @@ def test_an_ingest_into_a_folder_with_other_files_is_refused(small, tmp_path):
     with pytest.raises(InputError, match="has files that no ingest wrote"):
         ingest(small, tmp_path / "mine", QUIET)
     for lab in (small, small / "lab", tmp_path):
-        with pytest.raises(InputError, match="must be neither inside nor around"):
+        with pytest.raises(InputError, match="must not be inside the lab's folder"):
             ingest(small, lab, QUIET)
 
 
@@ -104,7 +104,7 @@ def test_a_known_sample_name_with_another_photo_gives_a_question(small, lab, tmp
     write_png(other / "P02.png", mortar((200, 200), seed=99))
     outcomes = {outcome.name: outcome for outcome in ingest(other, lab, QUIET).samples}
     assert outcomes["P01"].fate == "unchanged"  # the very same files, copied
-    assert "a sample P02 with another photo came from" in next(iter(outcomes["P02"].questions))
+    assert "the lab already has a sample P02 with another photo, from" in next(iter(outcomes["P02"].questions))
     assert len(rows_of(lab)) == 2
 
 

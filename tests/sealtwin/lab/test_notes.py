@@ -95,7 +95,7 @@ def test_a_fill_beside_the_readings_is_copied_and_used_for_the_solid(poured, tmp
     asked = sealtwin("ingest", poured, "--out", lab, "--quiet").stdout
     (row,) = (row for row in pairing_rows(lab) if row["role"] == "fill")
     assert (row["file"], row["sample"]) == ("P01 Wasser.csv", "P01")
-    assert "crack.tilt is missing: the steps of a fill need it" in asked
+    assert "crack.tilt is missing: the steps of a fill require it" in asked
     answer(lab, {"P01 Wasser.csv": {"settings": 'crack.tilt = "funnel"'}})
     last = sealtwin("ingest", poured, "--out", lab, "--quiet")
     assert last.exit_code == 0, last.output

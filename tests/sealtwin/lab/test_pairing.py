@@ -108,7 +108,7 @@ def test_a_sheet_of_several_samples_is_split_by_rows_of_pairing_csv(small, tmp_p
         (small / sheet).unlink()
     (small / "Mai.csv").write_text(TABLE)
     assert fates(ingest(small, lab, QUIET)) == dict.fromkeys(("Mai", *both), "failed")
-    assert "add a row of this file for each" in question(lab, "Mai.csv")
+    assert "add a row with this file for each" in question(lab, "Mai.csv")
     ranges = dict(zip(both, ("1:3", "5:7"), strict=True))
     add_rows(lab, *({"file": "Mai.csv", "sample": sample, "range": rows} for sample, rows in ranges.items()))
     assert fates(ingest(small, lab, QUIET)) == dict.fromkeys(both, "revised")
@@ -126,7 +126,9 @@ def test_a_sheet_of_several_samples_is_split_by_rows_of_pairing_csv(small, tmp_p
 @pytest.mark.parametrize("header", ["unti", ""])
 def test_an_answer_in_an_unknown_column_of_pairing_csv_is_refused(small, lab, header):
     (lab / "pairing.csv").write_text(f"file,role,sample,{header}\nP01.csv,readings,P01,mm\n")
-    with pytest.raises(InputError, match=f"'mm' is in a column '{header}'; allowed are file, role, sample, s,"):
+    with pytest.raises(
+        InputError, match=f"'mm' is in the column '{header}'; allowed columns are file, role, sample, s,"
+    ):
         ingest(small, lab, QUIET)
 
 

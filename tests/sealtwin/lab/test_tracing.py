@@ -40,7 +40,7 @@ def test_questions_about_traced_cracks_are_asked_and_answered_in_pairing_csv(lat
     assert "To answer the questions, edit" in call_ingest(folder, lab, code=6)
     assert sealtwin("lab", "list", lab).stdout.count("not sound") == 2
     assert "2 cracks compete" in (asked := question(lab, "P02.png"))
-    assert "such as photo.crack = 2" in asked
+    assert "for example photo.crack = 2" in asked
     assert Path(asked.partition("Look at ")[2].rstrip(".")).is_file(), asked
     assert question(lab, "P01.csv").startswith("P01.csv: 40 mm in A8 is outside the crack")
     assert question(lab, "P01.png") == ""

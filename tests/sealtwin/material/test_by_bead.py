@@ -82,9 +82,9 @@ def test_the_pump_delay_is_the_distance_from_the_start_over_the_speed(bead):
     [
         ({"start_mm": (16.0, 45.0)}, r"--start-mm 16,45 is not the start of the bead, .* 15\.0 mm to the side"),
         ({"mass_g": 8.0}, r"40 mm long .* 120 mm².* 3\.6 times the square root"),
-        ({"mass_g": 1.0}, "spread to 16 mm, as far as water would"),
-        ({"asked_mm3_s": 4.0}, "--asked-mm3-s is 4: no pump is off by a factor of 5"),
-        ({"density_error_kg_m3": 900.0}, "uncertainty of mass, density or edge is as large as its value"),
+        ({"mass_g": 1.0}, "spread to a width of 16 mm, as water would do"),
+        ({"asked_mm3_s": 4.0}, "--asked-mm3-s is 4. No pump is wrong by a factor of 5"),
+        ({"density_error_kg_m3": 900.0}, "uncertainty of mass, density or edge is as large as the value"),
     ],
 )
 def test_implausible_data_of_a_bead_are_refused(bead, changes, says):
@@ -101,9 +101,11 @@ def test_a_bead_that_hardly_spread_is_refused_with_a_slower_speed():
         LaidBead(**{**LAID.model_dump(), "asked_mm3_s": asked_mm3_s, "speed_mm_s": speed_mm_s})
     ring = replace(PHOTO, radius_mm=4.5, straight_mm=36.0).ring_mm
     stiff = bead_of(ring, 0.001, 0.06, (), Path("bead.png"))
-    with pytest.raises(InputError, match=r"nearly keeps the shape .* Lay it at (\d\.\d+) mm/s or slower") as refusal:
+    with pytest.raises(
+        InputError, match=r"hardly changes its shape.* Lay a bead at (\d\.\d+) mm/s or slower"
+    ) as refusal:
         identify(LAID.model_copy(update={"mass_g": 3.6}), stiff)
-    assert "mm long, or spread a cone" in str(refusal.value)
+    assert "mm long, or measure the spread of a cone" in str(refusal.value)
 
 
 def documented(*words: str) -> list[str]:
@@ -124,7 +126,7 @@ def test_the_documented_command_writes_a_material_and_a_valid_pump_row(tmp_path,
     content, material = json.loads(answer.stdout), read_material(tmp_path / "material.toml")
     assert content["bead_length_mm"] == pytest.approx(46.0, abs=0.1)
     assert material.yield_stress_pa == content["yield_stress_pa"]
-    assert any("flows other than the bead's" in sentence for sentence in material.not_for)
+    assert any("other flows than the flow of the bead" in sentence for sentence in material.not_for)
     row = content["pump_row"]
     assert list(row) == ["asked_mm3_s", "weighed_g", "time_s", "delay_s"]
     # Four rows, two of them of a bead at twice the flow, are a valid pump table with the flow of the answer.
@@ -138,8 +140,8 @@ def test_the_documented_command_writes_a_material_and_a_valid_pump_row(tmp_path,
 @pytest.mark.parametrize(
     ("method", "option", "value", "code", "says"),
     [
-        ("bead", "--start-mm", "200,30", 3, "--start-mm 200,30: x is outside the sheet's opening of 90 x 60 mm"),
-        ("spread", "--cone-mm", "19x38x57", 2, "38 comes before 19"),
+        ("bead", "--start-mm", "200,30", 3, "--start-mm 200,30: x is outside the frame's opening of 90 x 60 mm"),
+        ("spread", "--cone-mm", "38,19,57", 2, "--cone-mm 38,19,57: expected AxBxH"),
         ("spread", "--cone-mm", "3800x19x57", 2, "--cone-mm: cone_mm.0 = 3800.0: should be at most 1000"),
     ],
 )

@@ -73,7 +73,7 @@ def test_slow_rows_far_from_the_fitted_law_give_a_doubt(tmp_path, seed):
     on_law = (15.5 + 0.382 * rate**1.35) * (1 + 0.02 * np.random.default_rng(seed).standard_normal(19))
     assert measured(tmp_path, rate, on_law).doubts == ()
     static = measured(tmp_path, rate, on_law + np.where(rate < 1, 23.2 * np.log(rate) / np.log(0.02), 0.0))
-    assert re.search(r"to 2\.5 times.*uncertainty\.yield_stress_pa = 1[12]", static.doubts[0])
+    assert re.search(r"is 2\.5 times.*uncertainty\.yield_stress_pa = 1[12]", static.doubts[0])
     assert static.yield_stress_pa == pytest.approx(15.5, rel=0.05)
     assert "doubts" in material_text(static)
 

@@ -88,7 +88,7 @@ def test_the_planned_rest_corrects_a_pour_with_10_percent_too_little_flow():
     [
         ([[1.0, -2.0], [2.5, -2.0]], ("s_mm is from 1 to 2.5", "begins at 3.0")),
         ([[3.0, -9.5], [20.0, -9.5]], ("level_mm", "0.6 to 1.5")),
-        ([[3.0, 1.0], [40.0, 1.0]], ("pour has come to its end",)),
+        ([[3.0, 1.0], [40.0, 1.0]], ("pour has reached its end",)),
         ([3.0, 20.0], ("shape is (2,)", "level_mm")),
     ],
 )
@@ -140,5 +140,5 @@ def test_a_plan_for_a_robot_program_with_constant_flow_is_refused(tmp_path):
     line = ["plan", str(lab / "planned.toml"), "--cell", str(lab / "cell.toml"), "--out", str(tmp_path / "out")]
     answer = CliRunner().invoke(app, line)
     assert answer.exit_code == 3
-    assert 'cell.toml: spel.motion = "curve" and spel.dispenser = "output"' in answer.output
+    assert 'cell.toml: with spel.motion = "curve" and spel.dispenser = "output"' in answer.output
     assert not (tmp_path / "out").exists()

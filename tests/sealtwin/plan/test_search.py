@@ -177,7 +177,7 @@ def test_a_plan_states_the_overfill_at_10_percent_more_sealant(corrected):
     assert 60.0 < more.over_mm3 < 160.0
     assert more.constant_flow_over_mm3 > corrected.baselines[0].misfit.over_mm3
     worse = replace(corrected, with_more=replace(more, over_mm3=more.constant_flow_over_mm3 + 1.0))
-    assert any("aim lower (--reserve-mm)" in text for text in plan_cautions(worse, []))
+    assert any("Give a larger --reserve-mm" in text for text in plan_cautions(worse, []))
 
 
 def test_only_a_long_low_stretch_of_a_plan_is_reported():
@@ -204,5 +204,5 @@ def test_the_caution_of_a_plan_that_aims_too_low_names_reserve_mm(particles):
 
 
 def test_a_plan_that_aims_below_the_floor_is_refused(particles):
-    with pytest.raises(InputError, match=r"--margin-mm 4 and --reserve-mm 6: the crack is only 10 mm deep"):
+    with pytest.raises(InputError, match=r"--margin-mm 4 and --reserve-mm 6: their sum must be less than .* 10 mm"):
         plan_on(particles, PlanOptions(margin_mm=4.0, reserve_mm=6.0), [])

@@ -36,7 +36,7 @@ def test_finished_runs_correct_the_estimated_time_of_a_study():
     by_runs = estimate(runs, RunSize(1000, 1000, 1.0), jobs=2, batch=1)
     assert (by_runs.runs, by_runs.measured) == (2, True)
     assert (by_runs.time_s, by_runs.processor_s) == (pytest.approx(15.0), pytest.approx(24.0))
-    assert "from the runs that are done" in by_runs.sentence
+    assert "from the finished runs" in by_runs.sentence
     unknown = estimate(runs[2:], RunSize(1000, 1000, 1.0), jobs=2, batch=1)
     assert unknown.time_s == pytest.approx(5.0)
     assert "from a model" in unknown.sentence

@@ -225,4 +225,4 @@ def test_extra_runs_repeated_with_more_substeps_give_a_note(again, monkeypatch):
     monkeypatch.setattr("sealtwin.core.run_folder.RunFolder.is_current", lambda *_: False)
     _vary(again, narration := Narration())
     (named,) = [note for note in narration.notes if "solver.substeps" in note]
-    assert named.startswith("note: 1 of 12 extra runs failed, and were computed anew with more substeps (")
+    assert named.startswith("note: 1 of 12 extra runs failed, and were computed again with more substeps (")

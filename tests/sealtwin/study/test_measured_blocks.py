@@ -38,8 +38,8 @@ def test_the_dam_break_page_states_clock_shift_differences_and_sources(tmp_path)
     write_page(tmp_path / "measured.html", sheet)
     page = re.sub(r"<(style|svg).*?</\1>|<[^>]+>", " ", (tmp_path / "measured.html").read_text("utf-8"), flags=re.S)
     words = " ".join(html.unescape(page).split())
-    assert "Nothing here is a crack" in words
-    assert "One clock shift of 24 ms is fitted to the films" in words
+    assert "These flows are not in a crack" in words
+    assert "Only one number is fitted to the films: a time shift of 24 ms" in words
     assert "differ by +10 % and +10 %" in words
     for source in content()["sources"].values():
         assert all(text in words for text in source.values())

@@ -164,7 +164,7 @@ def test_an_impossible_draw_is_reported_with_its_inputs(fast):
     ("model", "declared", "unfit", "drawn"),
     [(None, None, (), True), (None, None, UNFIT, False), (None, "particles", (), False), ("slot", None, UNFIT, True)],
 )
-def test_uncertain_inputs_use_the_fast_model_within_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
+def test_inputs_use_the_fast_model_within_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
     monkeypatch.setattr(moved_inputs, "fast_level", lambda _: (None, unfit))
     base = base_of(fast)
     assert takes_draws(replace(base, trial=base.changed({"solver.model": model, DIFFERENCES: declared}))) is drawn

@@ -84,7 +84,7 @@ def test_a_number_in_photos_csv_chooses_between_competing_cracks(tmp_path):
     asked = _digitise(photo.parent, "--out", out)
     assert asked.exit_code == 6
     assert "2 cracks compete" in asked.stdout
-    assert "a 2 in the column crack" in asked.stdout
+    assert "2 in the column crack" in asked.stdout
     assert (out / "two" / "refused.png").is_file()
     assert "two/refused.png" in (out / "index.html").read_text()
     for number in ("1", "2"):
@@ -140,7 +140,7 @@ def test_a_batch_does_not_overwrite_files_of_the_user(tmp_path, lab):
     (tmp_path / "batch.json").write_text("mine")
     answer = _digitise(lab, "--out", tmp_path)
     assert answer.exit_code == 3
-    assert "batch.json, which no batch wrote" in answer.stderr
+    assert "batch.json that no batch wrote" in answer.stderr
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("batch.json", "mine")]
 
 
@@ -157,7 +157,7 @@ def test_a_photo_name_that_is_not_utf8_fails_without_stopping_the_batch(tmp_path
     shutil.copy(lab / "first.png", tmp_path / "caf\udce9.png")
     report = digitise_many(plan([tmp_path, lab / "first.png"], GIVEN), tmp_path / "out", Progress())
     assert [row.status for row in report.rows] == ["failed", "ok"]
-    assert "caf\\xe9.png: its name is not UTF-8" in report.rows[0].reason
+    assert "caf\\xe9.png: the name is not UTF-8" in report.rows[0].reason
     assert json.loads((tmp_path / "out" / "batch.json").read_text())["failed"] == 1
 
 

@@ -95,8 +95,8 @@ def test_a_study_by_the_fast_model_is_marked_as_screening_in_all_outputs(tmp_pat
     assert {row["particles"] for row in rows} == {""}
     # The stiff pastes stack under the nozzle.
     assert ["slope" in row["unfit"] for row in rows] == [False, False, True] * 2
-    assert swept["screening"].startswith("6 of 6 runs are by the fast model")
-    assert "It is unfit for 2 of them" in swept["screening"]
+    assert swept["screening"].startswith("The fast model computed 6 of 6 runs")
+    assert "It is not valid for 2 of these runs" in swept["screening"]
     assert swept["screening"] in swept_lines(swept)
     plan = read_plan(out)
     assert [run.ranked for run in plan.runs] == [True, True, False] * 2

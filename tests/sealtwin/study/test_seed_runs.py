@@ -168,5 +168,5 @@ def test_too_many_seeds_and_seeds_of_the_fast_model_are_refused(tmp_path, seeds,
 def test_sweep_calibrate_and_plan_refuse_a_trial_with_several_seeds(tmp_path, begin):
     tiny_lab(tmp_path)
     (tmp_path / "trial.toml").write_text("seeds = 3\n" + TRIAL, encoding="utf-8")
-    with pytest.raises(InputError, match=r"trial\.toml: seeds = 3 is for 'sealtwin run'"):
+    with pytest.raises(InputError, match=r"trial\.toml: seeds = 3 is only for 'sealtwin run'"):
         begin(tmp_path)

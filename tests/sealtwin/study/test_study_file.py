@@ -84,18 +84,18 @@ def test_each_fault_of_a_study_is_listed_once_with_its_runs_and_value(tmp_path):
 @pytest.mark.parametrize(
     ("varies", "sentence"),
     [
-        ("", "give one of [grid], [list] and [latin], the settings that vary; none is given"),
-        ('[grid]\n"fluid.u" = [1]', "fluid.u: no such setting; the nearest is 'fluid.U'"),
+        ("", "give exactly one of [grid], [list] and [latin] for the settings that vary; none is given"),
+        ('[grid]\n"fluid.u" = [1]', "fluid.u: no such setting; the most similar name is 'fluid.U'"),
         ('[grid]\n"photo.file" = ["a"]', "photo.file: no such setting; expected seed or a key of [fluid]"),
-        ('[grid]\n"fluid.U" = []', "grid.fluid.U: no values are given"),
+        ('[grid]\n"fluid.U" = []', "grid.fluid.U: the list of values is empty"),
         ('[grid]\n"fluid.U" = [1]\nfluid.U = [2]', "fluid.U is given twice"),
-        ('[fixed]\nseed = 3\n[grid]\nseed = [1]', "seed: named twice"),
+        ('[fixed]\nseed = 3\n[grid]\nseed = [1]', "seed: given twice"),
         ('[list]\ncolumns = ["fluid.U", "seed"]\nrows = [[1.0, 2], [1.0]]', "row 2 has 1 values, but columns has 2"),
         ('[list]\ncolumns = ["seed"]\nrows = [[4], [5], [4]]', "runs 1 and 3 have the same settings"),
         ('[latin]\ncount = 3\nranges."fluid.U" = {low = 3.0, high = 3.0}', "low must be below high"),
         ('[latin]\ncount = 3\nranges."fluid.U" = {low = 0, high = 3, scale = "log"}', 'above 0, or scale = "linear"'),
         ("[grid]\nseed = [" + ",".join(str(n) for n in range(200)) + "]\n"
-         "solver.iterations = [" + ",".join(str(n) for n in range(200)) + "]", "40000 runs; at most 20000 are allowed"),
+         "solver.iterations = [" + ",".join(str(n) for n in range(200)) + "]", "40000 runs, but at most 20000 are"),
     ],
 )  # fmt: skip
 def test_an_invalid_study_file_is_refused_with_its_fault(tmp_path, varies, sentence):

@@ -104,12 +104,12 @@ def test_a_run_with_a_wrong_volume_is_not_ranked(done):
 
 def test_a_map_of_a_missing_too_small_or_edited_study_is_refused(done, tmp_path):
     assert "not a study" in json.loads(sealtwin("map", tmp_path, "--no-fills", "--json").stdout)["error"]
-    with pytest.raises(InputError, match=r"of 4 finished runs can be ranked; .* at least 4"):
+    with pytest.raises(InputError, match=r"of 4 finished runs can be ranked\. .* at least 4"):
         map_study(done, None, None, None, Progress(), fills=False)
     run = read_plan(done).runs[2]
     with profile_path(done, run).open("a") as changed:
         changed.write("99.0,1.0\n")
-    with pytest.raises(InputError, match=f"changed since run {run.number} wrote it"):
+    with pytest.raises(InputError, match=f"was changed after run {run.number} wrote it"):
         mapped_without_fills(done)
     forget_outcome(done, run)
     with pytest.raises(InputError, match="3 of 4 runs are done"):

@@ -209,7 +209,7 @@ def test_settings_that_do_not_fit_the_crack_are_refused_before_the_first_run(tmp
     study = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 3.0]\n"fluid.U" = [1.0, 2.0]\n')
     with pytest.raises(InputError) as caught:
         sweep(study, tmp_path / "out", HERE, Progress())
-    assert "runs 3, 4: solver.radius_mm is 3: fewer than 2 particles fit abreast" in str(caught.value)
+    assert "runs 3, 4: solver.radius_mm is 3: fewer than 2 particles fit side by side" in str(caught.value)
     assert read_plan(tmp_path / "out").runs == []
 
 
@@ -220,12 +220,14 @@ def test_a_foreign_busy_or_edited_sweep_folder_is_refused(lab, tmp_path, fresh):
         sweep(lab, tmp_path / "theirs", HERE, Progress())
     other = tiny_lab(tmp_path / "lab")
     edit(other, 'name = "tiny"', 'name = "another"')
-    with pytest.raises(InputError, match="has the study 'tiny'; this is 'another'"):
+    with pytest.raises(InputError, match="has the study 'tiny', but this is 'another'"):
         sweep(other, fresh, HERE, Progress())
     with holding(fresh), pytest.raises(BusyError, match="in use by process"):
         sweep(lab, fresh, HERE, Progress())
     plan = read_json(fresh / "plan.json")
     plan["runs"][0]["trial"]["readings"] = "readings.csv"
     (fresh / "plan.json").write_text(json.dumps(plan))
-    with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is not a table"):
+    with pytest.raises(
+        InputError, match=r"plan\.json: the content differs from what sealtwin wrote .*readings is not a table"
+    ):
         read_plan(fresh)

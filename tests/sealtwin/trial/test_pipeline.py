@@ -153,7 +153,7 @@ def test_frames_and_snapshots_requested_later_do_not_change_the_result(copied):
     asked = trial.read_text().replace("snapshots_s = []", "snapshots_s = [0.4, 0.1, 9.0]")
     trial.write_text(asked)
     arguments = ("simulate", copied, "--set", "output.frames_every_s=0.1", "--device", "cpu")
-    assert "note: no snapshot at 9 s: the run ended after 0.61 s." in _ended(*arguments)
+    assert "note: there is no snapshot at 9 s, since the run ended at 0.61 s." in _ended(*arguments)
     for name in ("particles.csv", "profile.csv"):
         assert _files(copied)[name] == before[name]
     # At 0, 0.1, ... 0.6 s.
@@ -250,4 +250,4 @@ def test_threads_apply_to_the_fluid_run_and_are_refused_on_a_gpu(copied, monkeyp
     assert isinstance(answer.exception, ReachedError)
     assert answer.exception.args == ("cpu", 2)
     monkeypatch.setattr("simulate.device.choose_device", lambda _: "cuda:0")
-    assert "--threads 2: only for a CPU, but this run is on cuda:0" in refusal(*command)
+    assert "--threads 2: threads apply only to a CPU, but this run is on cuda:0" in refusal(*command)

@@ -104,7 +104,7 @@ def test_format_all_writes_every_format_of_the_cell_or_nothing(run, cell):
     assert "urscript.blend_mm is 0.9" in _refusal(run, "--cell", cell, "--format", "all")
     cell.write_text(CELL, encoding="utf-8")
     assert _written(run, cell, "all") == {"path.txt", "path.csv", "path.prg", "robot.json"}
-    assert "no [gcode] table, which format gcode needs" in _refusal(run, "--cell", cell, "--format", "gcode")
+    assert "the format gcode requires a table [gcode]" in _refusal(run, "--cell", cell, "--format", "gcode")
 
 
 def test_no_robot_program_is_written_for_an_unconfirmed_path(run, cell):
@@ -118,7 +118,7 @@ def test_no_robot_program_is_written_for_an_unconfirmed_path(run, cell):
         assert sealtwin("robot", run, "--cell", cell, option).exit_code == 0
         report = files.read_json(run / "robot" / "robot.json")
         assert (report["confirmed"], report["edited_by_hand"]) == (confirmed, ["outline.json"])
-        assert ("NOT CONFIRMED BY ANYBODY" in (run / "robot" / "path.prg").read_text()) is not confirmed
+        assert ("NOT CONFIRMED BY A PERSON" in (run / "robot" / "path.prg").read_text()) is not confirmed
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_an_unusable_robot_cell_is_refused_with_its_fault(run, cell, old, new, s
 
 
 def test_a_missing_robot_cell_and_an_unfinished_run_are_refused(run, cell, tmp_path):
-    assert "'sealtwin robot --example cell.toml' writes one" in _refusal(run, "--cell", tmp_path / "none.toml")
+    assert "'sealtwin robot --example cell.toml' writes an example" in _refusal(run, "--cell", tmp_path / "none.toml")
     manifest = files.read_json(run / "manifest.json")
     files.write_json(run / "manifest.json", {**manifest, "stages": {}})
     assert "digitise is not finished" in _refusal(run, "--cell", cell)
@@ -154,13 +154,13 @@ def test_robot_files_in_another_folder_replace_only_earlier_robot_files(run, cel
     assert not (run / "robot").exists()
     (out / "path.csv").write_text("mine")
     (out / "notes.txt").write_text("mine")
-    assert "path.csv: not written by sealtwin robot, or changed since" in _refusal(
+    assert "path.csv: 'sealtwin robot' did not write this file, or it was changed" in _refusal(
         run, "--cell", cell, "--format", "csv", "--out", out
     )
     assert sealtwin("robot", run, "--cell", cell, "--format", "txt", "--out", out).exit_code == 0
     (out / "path.txt").write_text("edited")
     refusal = _refusal(run, "--cell", cell, "--format", "gcode", "--out", out)
-    assert "path.txt: not written by sealtwin robot, or changed since" in refusal
+    assert "path.txt: 'sealtwin robot' did not write this file, or it was changed" in refusal
     left = {path.name: path.read_text() for path in out.iterdir() if path.name != "robot.json"}
     assert left == {"path.csv": "mine", "notes.txt": "mine", "path.txt": "edited"}
 

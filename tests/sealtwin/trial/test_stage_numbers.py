@@ -67,7 +67,7 @@ def test_a_run_folder_without_stage_numbers_is_refused(run, lab):
     for entry in manifest["stages"].values():
         del entry["stage_numbers"]
     files.write_json(run / "manifest.json", manifest)
-    with pytest.raises(InputError, match=r"manifest\.json: .* another version\. .*sealtwin run TRIAL"):
+    with pytest.raises(InputError, match=r"manifest\.json: .* another version of sealtwin .*sealtwin run TRIAL"):
         redone_in(run, lab)
 
 
@@ -113,7 +113,7 @@ def test_extra_runs_by_another_solver_than_the_level_are_refused(run, monkeypatc
     """Their differences from the level would be taken for the scatter of one solver."""
     own = NUMBERS["simulate"]
     monkeypatch.setitem(NUMBERS, "simulate", 999)
-    with job_in(run) as job, pytest.raises(InputError, match="from another solver") as fault:
+    with job_in(run) as job, pytest.raises(InputError, match="use a different solver") as fault:
         vary(job)
     assert f"simulate {own}, while this version has simulate 999" in str(fault.value)
 
@@ -128,4 +128,4 @@ def test_stored_extra_runs_of_another_stage_number_are_ignored_with_a_note(run, 
             validate_stage.UNCERTAINTY, "key", settings, {}, [validate_stage.SPREAD], 1.0, numbers=numbers
         )
         assert validate_stage.read_spread(job) is None
-    assert "not used, since its extra runs were computed by simulate 999, while" in narration.notes[0]
+    assert "is not used, since the extra runs were computed by simulate 999, while" in narration.notes[0]

@@ -135,18 +135,18 @@ def test_comments_and_line_ends_are_kept_in_every_layout_of_a_trial(path, layout
 def test_a_trial_changed_since_the_page_was_opened_is_not_overwritten(path):
     opened = TrialFile(path)
     changed = written(path, COMMENTED.replace("16 ", "17 ")).read_text()
-    with pytest.raises(InputError, match="changed since the page was opened"):
+    with pytest.raises(InputError, match="was changed after the page was opened"):
         opened.save(TRACED, SAME)
     assert path.read_text() == changed
     path.unlink()
-    with pytest.raises(InputError, match="changed since"):
+    with pytest.raises(InputError, match="was changed after"):
         opened.save(TRACED, SAME)
 
 
 def test_an_edit_that_would_change_other_lines_is_refused(path, monkeypatch):
     """The edited text is read and compared before it is written."""
     monkeypatch.setattr(trace_sheets, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
-    with pytest.raises(InputError, match=r"Write them yourself: ends_px = \[\[12.5, 340.0\]"):
+    with pytest.raises(InputError, match=r"Add these lines yourself: ends_px = \[\[12.5, 340.0\]"):
         TrialFile(path).save(TRACED, SAME)
     assert path.read_text() == COMMENTED
 

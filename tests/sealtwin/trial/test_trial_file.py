@@ -117,7 +117,7 @@ def test_a_resolved_trial_is_unchanged_after_writing_and_reading(tmp_path):
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("fluid.u", "the nearest is 'fluid.U'"),
+        ("fluid.u", "the most similar name is 'fluid.U'"),
         ("readings.file", "no such setting"),
         ("fluid.D_cm", "readings.fitted: fluid.D_cm is listed twice"),
     ],

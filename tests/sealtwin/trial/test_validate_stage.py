@@ -52,7 +52,7 @@ def test_a_damaged_record_of_an_ingest_is_refused(job):
     for files in (7, [{"role": "readings", "original": 7, "sha256": "73cf"}], [{"role": "readings"}]):
         record = {"ingested_utc": "", "files": files, "operator": None, "date": None}
         (job.source / RECORD).write_text(json.dumps(record))
-        with pytest.raises(InputError, match=r"record\.json: not as its stage wrote it"):
+        with pytest.raises(InputError, match=r"record\.json: the content is not what its stage wrote"):
             sheet_of(job)
 
 

@@ -85,7 +85,7 @@ def test_a_run_folder_removed_during_its_run_is_not_created_again(tmp_path):
     folder.mkdir()
     (folder / MANIFEST).write_text("{}")
     still_there, progress_file = StillThere(folder), ProgressFile(folder / "progress.json")
-    with pytest.raises(InputError, match="was removed during its fluid run"), progress_file:  # noqa: PT012
+    with pytest.raises(InputError, match="was removed during the fluid run"), progress_file:  # noqa: PT012
         for watcher in (still_there, progress_file):
             watcher.begin(run)
         run.advance()

@@ -90,11 +90,11 @@ BURST[5] = 1e6
 @pytest.mark.parametrize(
     ("path", "radius_mm", "diameter_mm", "says"),
     [
-        (PAPER, 0.001, 2.4, r"radius_mm is 0.001: 4800 mm3 of sealant need 929\d+ particles, and at most 1000000 are"),
+        (PAPER, 0.001, 2.4, r"radius_mm is 0.001: 4800 mm3 of sealant need 929\d+ particles, but at most 1000000 are"),
         # Packed first, the lattice of such a disc would take terabytes.
-        (PAPER, 1e-6, 2.4, r"radius_mm is 1e-06: .* particles, and at most 1000000 are allowed"),
+        (PAPER, 1e-6, 2.4, r"radius_mm is 1e-06: .* particles, but at most 1000000 are allowed"),
         (steady(1e-3), 0.005, 100.0, r"diameter_mm is 100 .* 0.005: more than 100000 .* of at most 3.16 mm"),
-        *[(steady(flow), 0.4, 2.4, r"at least 0\.330 mm3") for flow in (0, -320, np.nan, 1e-6)],
+        *[(steady(flow), 0.4, 2.4, r"At least 0\.330 mm3") for flow in (0, -320, np.nan, 1e-6)],
         (straight_path(BURST, speed_mm_s=1e2), 2.0, 9.0, r"its largest flow, 1e\+06 mm3/s"),
     ],
     ids=["too many", "a disc of too many", "a wide disc", "no flow", "back", "no number", "a drop", "one burst"],

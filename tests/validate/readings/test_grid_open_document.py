@@ -81,7 +81,7 @@ BOMBS = {
     "size": ("x" * 33_000_000, "", "33 MB when it is unpacked"),
     "entity": ("&a;", '<!DOCTYPE x [<!ENTITY a "aaaa">]>', "damaged"),
     "broken": ("<table:table>", "", "damaged"),
-    "nothing": ("", "", "no rows"),
+    "nothing": ("", "", "no readings"),
 }
 
 

@@ -97,6 +97,6 @@ def test_what_is_no_table_is_refused_by_file_and_line(grid_of, tmp_path, content
 
 def test_a_pipe_is_not_waited_for_and_a_file_must_exist(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
-    for name, words in {"pipe.csv": "is a device or a pipe", "none.csv": "readings cannot be opened"}.items():
+    for name, words in {"pipe.csv": "is a device or a pipe", "none.csv": "the readings cannot be opened"}.items():
         with pytest.raises(InputError, match=f"{name}: {words}"):
             read_grid(tmp_path / name)

@@ -152,6 +152,6 @@ def test_an_overlay_that_cannot_be_read_is_named(tmp_path, content):
     evidence.overlay_path.unlink()
     if content is not None:
         evidence.overlay_path.write_bytes(content)
-    with pytest.raises(InputError, match=r"overlay\.png: is not a readable picture"):
+    with pytest.raises(InputError, match=r"overlay\.png: the picture cannot be read"):
         write_report(tmp_path, evidence)
     assert not (tmp_path / "report.html").exists()

@@ -11,7 +11,8 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
-HERE = Path(__file__).parent.parent
+from tests.support.paths import ROOT
+
 ONE_CORE = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 ENDED = (0, 5)  # Exit codes of a finished command: 5 if a trial misses its gate
 
@@ -22,7 +23,7 @@ class Used(NamedTuple):
     stdout: str
 
 
-def run_program(arguments: list[str], tree: Path = HERE, env: dict[str, str] | None = None) -> Used:
+def run_program(arguments: list[str], tree: Path = ROOT, env: dict[str, str] | None = None) -> Used:
     """Run Python with the packages of a work tree. Raises CalledProcessError if the exit code is none of ``ENDED``."""
     before_s, began = _processor_s(), time.perf_counter()
     ended = subprocess.run(
