@@ -31,7 +31,7 @@ def test_constraints_pin_every_dependency_by_version_and_none_by_address():
 
 
 def test_files_and_names_mentioned_in_the_guides_exist():
-    """Paths and names in backquotes of CONTRIBUTING's table, the page of the method, and the packages' recipes."""
+    """The guides are CONTRIBUTING, the page of the method, and the recipes of the packages."""
     recipes = "digitise/robots/__init__.py", "validate/readings/__init__.py"
     guides = ["CONTRIBUTING.md", "docs/explanation/method.md", *recipes]
     for guide in guides:

@@ -44,13 +44,13 @@ POSIX = re.compile(
             r"get_context\([\"'](?:fork|forkserver)[\"']",
             rf"\b{_any('dir_fd pass_fds preexec_fn start_new_session')}=",
             rf"[\"']/{_any('dev etc proc tmp usr var')}/",
-            # On Windows they take a right that users lack.
+            # Links require a right that users of Windows lack.
             rf"\.{_any('hardlink_to symlink_to')}\(",
         ]
     )
 )
 ALLOWED = {
-    # hasattr or the platform before each.
+    # The code asks hasattr or the platform before each use.
     ("sealtwin/core/cluster.py", "os.sched_getaffinity"),
     ("sealtwin/core/cluster.py", "signal.pthread_sigmask"),
     ("simulate/fluid/walkers.py", "os.setpriority"),

@@ -42,7 +42,7 @@ def live(page):
 
 
 def view(page):
-    """Azimuth and elevation in degrees, and how close one has come."""
+    """Return azimuth and elevation in degrees, and the zoom."""
     page.evaluate("new Promise(requestAnimationFrame)")
     return np.array([float(number) for number in page.get_attribute("#turntable", "data-view").split()])
 

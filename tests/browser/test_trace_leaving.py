@@ -1,4 +1,4 @@
-"""How the trace page ends: saved into a trial, refused, or left by its command."""
+"""Ends of the trace page: a trial is saved, saving is refused, or the command stops."""
 
 import shutil
 from pathlib import Path

@@ -89,7 +89,7 @@ def test_answers_in_pairing_csv_are_applied_and_kept(small, tmp_path):
     answer(lab, {"Q02 inch.csv": {"sample": "p-02", "as_written": "names"}})
     assert fates(ingest(small, lab, QUIET)) == unchanged | {"P02": "revised"}
     assert fates(ingest(small, lab, QUIET)) == unchanged
-    # As a German spreadsheet saves it, and in another order.
+    # A German spreadsheet saves the table so; the rows are in another order.
     head, *rows = (lab / "pairing.csv").read_text().replace(",", ";").splitlines()
     saved = "\r\n".join((head, *reversed(rows))).encode("utf-8-sig")
     (lab / "pairing.csv").write_bytes(saved)

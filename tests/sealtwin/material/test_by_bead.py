@@ -41,7 +41,7 @@ def test_the_pump_flow_is_the_speed_times_the_laid_section(bead):
     assert pump.time_s == pytest.approx(volume / pump.flow_mm3_s.value)
     low, high = pump.flow_mm3_s.interval
     assert low < pump.flow_mm3_s.value < high < 1.15 * low
-    # Twice as fast, a mm has the same paste of twice the flow.
+    # At twice the speed the same paste per mm is of twice the flow.
     faster = identify(LAID.model_copy(update={"speed_mm_s": 2 * SPEED}), bead)
     assert faster.flow_mm3_s.value == pytest.approx(2 * pump.flow_mm3_s.value)
     assert faster.stress_pa == pump.stress_pa
@@ -73,7 +73,7 @@ def test_the_pump_delay_is_the_distance_from_the_start_over_the_speed(bead):
     )
     assert far.value - near.value == pytest.approx(1.0, abs=1e-6)
     assert far.interval[0] < far.value < far.interval[1]
-    # From its other end too.
+    # The delay is the same from the other end of the bead.
     assert other.value == pytest.approx(far.value, abs=0.02)
 
 

@@ -79,7 +79,7 @@ def test_slow_rows_far_from_the_fitted_law_give_a_doubt(tmp_path, seed):
 
 
 def test_nozzle_flow_and_crack_width_determine_the_window_of_shear_rates():
-    """32 Q / (pi D^3) at the nozzle's wall; 6 Q / w^3 at the crack's, and a thirtieth of it, to one digit."""
+    """The highest rate is 32 Q / (pi D^3) or 6 Q / w^3, and the lowest a thirtieth of 6 Q / w^3, to one digit."""
     assert FlowCurve(**PASTE).shear_rates_per_s == (1.0, 100.0)
     assert FlowCurve(**PASTE, nozzle_mm=1.0, flow_mm3_s=100.0, width_mm=10.0).shear_rates_per_s == (0.02, 1000.0)
     assert FlowCurve(**PASTE, nozzle_mm=5.0, flow_mm3_s=100.0, width_mm=1.0).shear_rates_per_s == (20.0, 600.0)

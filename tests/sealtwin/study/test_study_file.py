@@ -112,5 +112,5 @@ def test_the_shipped_study_has_the_132_combinations_of_the_paper():
     assert len(planned) == 132
     u, d = ([run.settings[name] for run in planned] for name in ("fluid.U", "fluid.D_cm"))
     assert (min(u), max(u), min(d), max(d)) == (1e-2, 1e4, 1e-4, 3)  # paper, 3.2.4
-    # What the paper chose and what it found best and worst are among them.
+    # The chosen, the best and the worst settings of the paper are among them.
     assert {(30, 0.3), (30, 3), (0.03, 1e-4)} <= set(zip(u, d, strict=True))

@@ -128,6 +128,6 @@ def test_a_map_of_other_readings_needs_their_origin(done, lab, tmp_path):
     before = mapped_without_fills(done).chart
     after = mapped_without_fills(done, caliper=other, data="measured").chart
     assert after.readings.data == "measured"
-    # Readings a millimetre lower lift every bias by it.
+    # Readings that are 1 mm lower raise every bias by 1 mm.
     for first, second in zip(before.runs, after.runs, strict=True):
         assert second.bias_mm - first.bias_mm == pytest.approx(1.0, abs=1e-9)

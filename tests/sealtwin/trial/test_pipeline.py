@@ -68,7 +68,7 @@ def unbroken(tmp_path_factory) -> tuple[Path, Path, dict]:
 
 @pytest.fixture
 def copied(unbroken, tmp_path) -> Path:
-    """The finished run folder, free to be spoilt."""
+    """A copy of the finished run folder, which a test may change."""
     return Path(shutil.copytree(unbroken[1], tmp_path / "copy"))
 
 
