@@ -53,7 +53,7 @@ FACTS = tuple(
         r"(?<![\w.])\d[\d.,]* ?[kMG]i?B\b",  # Memory
     )
 )
-"""What depends on the machine and the day, and is not compared."""
+"""Words that depend on the machine and the day, which are not compared."""
 NUMBER = re.compile(r"(?<![\w.])([-+]?\d+(?:,\d{3})*(?:\.\d+)?(?:[eE][-+]?\d+)?)")
 MARK = re.compile(r"(?P<slow>slow)|(?P<not_run>not-run)|exits (?P<exits>\d+)|(?P<not_output>not-output)|of (?P<of>.+)")
 ALLOWED_MARKS = {
@@ -189,7 +189,7 @@ def rewritten(shown: list[str], printed: list[str]) -> list[str]:
 
 
 def agree(shown: str, printed: str) -> bool:
-    """Whether two lines have the same text, and numbers within 1 % of each other; spaces in a row count as one."""
+    """Return whether two lines have the same text, and numbers within 1 % of each other. Spaces in a row count as 1."""
     texts, numbers = zip(*map(_texts_and_numbers, (shown, printed)), strict=True)
     return texts[0] == texts[1] and all(
         abs(one - other) <= TOLERANCE * max(abs(one), abs(other)) for one, other in zip(*numbers, strict=True)

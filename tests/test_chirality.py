@@ -1,4 +1,4 @@
-"""A mirrored crack is a bug that a robot would act on: one handed crack, from its photo to its profile."""
+"""A crack that differs from its mirror image, from photo to profile: a robot would follow a mirrored path."""
 
 import json
 
@@ -44,7 +44,7 @@ def _ring_mm(truth: dict) -> Floats:
     return np.concatenate([truth["right_wall_mm"], truth["left_wall_mm"][::-1]])
 
 
-def test_the_stl_has_its_crack_where_the_photo_has_it(traced, truth, tmp_path):
+def test_the_crack_in_the_stl_is_not_mirrored(traced, truth, tmp_path):
     write_solid(tmp_path, traced[1])
     stl = trimesh.load_mesh(tmp_path / "crack.stl")
     cut = Manifold(Mesh(np.array(stl.vertices, np.float32), np.array(stl.faces, np.uint32))).slice(-8.0)
@@ -54,19 +54,19 @@ def test_the_stl_has_its_crack_where_the_photo_has_it(traced, truth, tmp_path):
 
 
 def _in_material(cut: CrossSection, points_mm: Floats) -> Floats:
-    """Inside an odd number of contours."""
+    """Return whether points are inside an odd number of contours."""
     return np.sum([Polygon(ring).contains_points(points_mm) for ring in cut.to_polygons()], axis=0) % 2 == 1
 
 
-def test_the_nozzle_runs_along_the_crack_and_not_along_its_image(traced, truth):
+def test_the_nozzle_path_follows_the_crack_and_not_its_mirror_image(traced, truth):
     path = plan_trajectory(traced[0], NozzlePath(volume_ml=4.8), 1.0)
     crack, image = Polygon(_ring_mm(truth)), Polygon([0.0, 40.0] + _ring_mm(truth) * [1.0, -1.0])
     assert crack.contains_points(path.position_mm[:, :2]).all()
     assert image.contains_points(path.position_mm[:, :2]).mean() < 0.2
 
 
-def test_the_profile_has_the_low_side_where_the_sealant_is_low(traced, truth):
-    """Sealant laid into the true crack by its coordinates."""
+def test_the_level_profile_is_not_mirrored_along_the_crack(traced, truth):
+    """Particles are placed in the true crack by its coordinates."""
     outline, solid = traced
     plan = np.stack(np.meshgrid(np.arange(0, 160, 0.7), np.arange(0, 40, 0.7)), -1).reshape(-1, 2)
     within = plan[Polygon(_ring_mm(truth)).contains_points(plan, radius=-0.3)]

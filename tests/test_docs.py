@@ -1,4 +1,4 @@
-"""The documentation's generated pages hold all that the code offers."""
+"""Generated pages of the documentation list every setting, command and option."""
 
 import importlib.util
 import re
@@ -14,7 +14,7 @@ from tests.support.processes import commands
 
 @pytest.fixture(scope="module")
 def reference() -> ModuleType:
-    """A module of the documentation's own, which lies in no package; it imports nothing of Sphinx."""
+    """A module of the documentation, which is in no package and imports nothing of Sphinx."""
     spec = importlib.util.spec_from_file_location("reference_text", ROOT / "docs" / "_ext" / "reference_text.py")
     assert spec is not None
     assert spec.loader is not None
@@ -49,21 +49,21 @@ def _on_page(text: str) -> set[str]:
 
 
 @pytest.mark.parametrize("kind", ["trial", "study", "cell"])
-def test_every_setting_of_a_file_stands_in_its_reference(reference, kind):
+def test_every_setting_of_a_file_is_listed_in_its_reference_page(reference, kind):
     schema = reference.FILES[kind].model_json_schema()
     wanted = _keys(schema, schema.get("$defs", {}))
     assert len(wanted) > 8
     assert _on_page(reference.settings_text(kind)) == wanted
 
 
-def test_every_setting_has_its_meaning(reference):
+def test_every_setting_has_a_description(reference):
     for root in reference.FILES.values():
         for table in (root, *(table for _, _, table in reference.tables_of(root))):
             below = {heading for heading, _, _ in reference.tables_of(table)}
             assert not set(table.model_fields) - set(described(table)) - below, table
 
 
-def test_every_command_and_option_stands_in_the_reference(reference):
+def test_every_command_and_option_is_listed_in_the_reference(reference):
     text = reference.commands_text()
     for name, command in commands().items():
         section = text[text.index(f"## sealtwin {name}\n") :].split("\n## ")[0]
@@ -71,8 +71,8 @@ def test_every_command_and_option_stands_in_the_reference(reference):
         assert [option for option in options if not re.search(rf"[`\s]{option}[`,\s]", section)] == [], name
 
 
-def test_no_page_loads_anything_from_the_network():
-    """Built pages are read on machines without one."""
+def test_documentation_pages_load_nothing_from_the_network():
+    """Built pages are read on machines without a network."""
     docs = ROOT / "docs"
     sources = [*docs.glob("*.py"), *(docs / "_ext").glob("*.py"), *(docs / "_static").iterdir()]
     assert len(sources) >= 4

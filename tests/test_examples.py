@@ -1,4 +1,4 @@
-"""The examples run as they stand, as a user runs them; they are pages of the documentation too."""
+"""The examples run as a user runs them; they are also pages of the documentation."""
 
 import os
 import runpy
@@ -16,7 +16,7 @@ QUICK = ("in_a_notebook", "lines_and_fast_model", "readings_only", "robot_progra
 
 
 @pytest.mark.parametrize("name", QUICK)
-def test_a_quick_example_runs_in_any_folder_and_leaves_nothing_there(tmp_path, monkeypatch, capsys, name):
+def test_a_quick_example_runs_in_any_folder_and_leaves_no_file(tmp_path, monkeypatch, capsys, name):
     monkeypatch.chdir(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # Of what a run cannot show
@@ -28,8 +28,8 @@ def test_a_quick_example_runs_in_any_folder_and_leaves_nothing_there(tmp_path, m
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(EXAMPLES.keys() - QUICK))
-def test_an_example_runs_in_any_folder_and_leaves_nothing_there(tmp_path, name):
-    """In a process of its own: some start others."""
+def test_a_slow_example_runs_in_any_folder_and_leaves_no_file(tmp_path, name):
+    """Each example runs in its own process, since some start further processes."""
     environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-W", "error::DeprecationWarning:__main__", str(EXAMPLES[name])]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)

@@ -1,4 +1,4 @@
-"""Plain package names are easy to shadow: each must be the one in this checkout, and cheap to start."""
+"""Packages, constraints, guides and version of this checkout."""
 
 import importlib
 import json
@@ -16,12 +16,12 @@ PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_package_is_the_one_in_this_checkout_and_type_checkers_read_its_annotations(name):
+def test_each_package_is_imported_from_this_checkout_and_is_typed(name):
     assert Path(str(importlib.import_module(name).__file__)).parent == ROOT / name
     assert (ROOT / name / "py.typed").is_file()
 
 
-def test_constraints_pin_every_dependency_and_no_address():
+def test_constraints_pin_every_dependency_by_version_and_none_by_address():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     wanted = [*project["dependencies"], *chain.from_iterable(project["optional-dependencies"].values())]
     lines = (ROOT / "constraints.txt").read_text().splitlines()
@@ -30,8 +30,8 @@ def test_constraints_pin_every_dependency_and_no_address():
     assert all("==" in line and "/" not in line for line in lines)
 
 
-def test_files_and_names_that_the_guides_give_exist():
-    """Paths and names in backquotes of CONTRIBUTING's table, the page of the method, and the packages' recipes."""
+def test_files_and_names_mentioned_in_the_guides_exist():
+    """The guides are CONTRIBUTING, the page of the method, and the recipes of the packages."""
     recipes = "digitise/robots/__init__.py", "validate/readings/__init__.py"
     guides = ["CONTRIBUTING.md", "docs/explanation/method.md", *recipes]
     for guide in guides:
@@ -51,7 +51,7 @@ def test_files_and_names_that_the_guides_give_exist():
         assert re.search(rf"\b{re.escape(name.rpartition('.')[2])}\b", sources), name
 
 
-def test_the_version_is_the_same_wherever_it_is_stated():
+def test_all_files_state_the_same_version():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     assert sealtwin("--version").stdout == f"{version}\n"
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")

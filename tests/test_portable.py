@@ -1,6 +1,6 @@
-"""The packages call nothing that only POSIX systems have, but for guarded places that are listed here.
+"""Calls that only POSIX systems have are used in few guarded places, which are listed here.
 
-What this cannot find: a call that Windows has and that behaves differently there.
+The test cannot find calls that behave differently on Windows.
 """
 
 import re
@@ -44,20 +44,20 @@ POSIX = re.compile(
             r"get_context\([\"'](?:fork|forkserver)[\"']",
             rf"\b{_any('dir_fd pass_fds preexec_fn start_new_session')}=",
             rf"[\"']/{_any('dev etc proc tmp usr var')}/",
-            # On Windows they take a right that users lack.
+            # Links require a right that users of Windows lack.
             rf"\.{_any('hardlink_to symlink_to')}\(",
         ]
     )
 )
 ALLOWED = {
-    # hasattr or the platform before each.
+    # The code asks hasattr or the platform before each use.
     ("sealtwin/core/cluster.py", "os.sched_getaffinity"),
     ("sealtwin/core/cluster.py", "signal.pthread_sigmask"),
     ("simulate/fluid/walkers.py", "os.setpriority"),
 }
 
 
-def test_what_only_posix_has_stands_in_listed_places_alone():
+def test_posix_only_calls_are_used_only_in_listed_modules():
     uses = {
         (path.relative_to(ROOT).as_posix(), use)
         for package in PACKAGES

@@ -1,4 +1,4 @@
-"""What README and documentation tell a newcomer to type works when typed."""
+"""Commands, files and figures that README and documentation name are correct."""
 
 import json
 import os
@@ -20,14 +20,14 @@ README = PAGES["README.md"]
 
 
 def _sealtwin_commands(page: str) -> list[str]:
-    """Commands of a page's shell blocks, those that are not run or not shown included."""
+    """Return the commands of all shell blocks of a page, of blocks that are not run or not shown too."""
     blocks = [block for block in shown_output.blocks_of(shown_output.read_page(page)) if block.language == "sh"]
     lines = [line for block in blocks for line in block.commands]
     return [line for line in lines if line.split()[0] in {"sealtwin", ".venv/bin/sealtwin"}]
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_make_target_benchmark_and_fixture_named_exists(page):
+def test_every_make_target_benchmark_and_fixture_on_a_page_exists(page):
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), flags=re.MULTILINE))
     assert set(re.findall(r"(?:^|`)make ([a-z-]+)", PAGES[page], flags=re.MULTILINE)) <= targets
     scripts = {name.replace(".", "/") + ".py" for name in re.findall(r"python -m (benchmarks\.\w+)", PAGES[page])}
@@ -35,7 +35,7 @@ def test_every_make_target_benchmark_and_fixture_named_exists(page):
     assert not [name for name in files | scripts if not (ROOT / name).exists()]
 
 
-def test_every_file_and_folder_named_exists():
+def test_every_file_and_folder_named_in_the_readme_exists():
     named = set(re.findall(r"\]\(([^)#:]+)\)", README)) | set(re.findall(r"`((?:fixtures|reports)/[\w./-]+)`", README))
     built = {name for name in named if name.startswith("docs/_build/html/")}
     assert not [name for name in named - built if not (ROOT / name).exists()]
@@ -45,7 +45,7 @@ def test_every_file_and_folder_named_exists():
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if _sealtwin_commands(page)])
-def test_every_sealtwin_command_parses(page):
+def test_every_sealtwin_command_on_a_page_parses(page):
     """Each command and option exists, and takes as many values as it is given."""
     every = commands()
     for line in _sealtwin_commands(page):
@@ -60,8 +60,8 @@ def test_every_sealtwin_command_parses(page):
 
 
 @pytest.mark.slow
-def test_make_demo_and_plain_pip_in_a_copy_without_an_environment(tmp_path):
-    """The newcomer's way: nothing is installed, then what the demo needs and no development tool."""
+def test_make_demo_runs_in_a_copy_without_an_environment(tmp_path):
+    """Nothing is installed at first; the demo installs what it needs and no development tool."""
     keep = shutil.ignore_patterns(".venv", ".git", "__pycache__", "reports", ".*_cache")
     shutil.copytree(ROOT, tmp_path / "clone", ignore=keep)
     environment = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "PYTHONPATH"}}
@@ -73,8 +73,8 @@ def test_make_demo_and_plain_pip_in_a_copy_without_an_environment(tmp_path):
     assert not (tmp_path / "clone" / ".venv" / "bin" / "pytest").exists()
 
 
-def test_the_figures_of_readme_and_of_their_page_are_those_of_the_results():
-    """Figures that were copied by hand were stale."""
+def test_figures_of_readme_and_results_page_equal_the_stored_results():
+    """Figures that were copied by hand were once out of date."""
     results = json.loads(RESULTS.read_text(encoding="utf-8"))
     assert with_table(README, results) == README
     figures = PAGE.read_text(encoding="utf-8")

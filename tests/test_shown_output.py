@@ -10,12 +10,12 @@ PRINTED = ["Crack: 79.5 mm long; cavity 3.95 ml.", "Scale: 0.1001 mm/px.", "Flui
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_block_is_run_or_says_why_not(page):
-    """Commands, scripts, outputs and files: a block of no known kind, or output of nothing, is a fault."""
+def test_every_block_of_a_page_is_run_or_marked_with_a_reason(page):
+    """A block of an unknown kind and an output without a command are faults."""
     assert list(faults_of(BLOCKS[page])) == []
 
 
-def test_output_is_shown_and_compared():
+def test_pages_contain_output_blocks_to_compare():
     """Pages without a block to compare would make the tests below pass in silence."""
     shown = [block for blocks in BLOCKS.values() for block in blocks if block.language == "text"]
     assert len(shown) >= 10
@@ -28,19 +28,19 @@ QUICK = ("README.md", "docs/tutorial.md", "docs/how-to/measure-your-paste.md", "
 
 
 @pytest.mark.parametrize("page", QUICK)
-def test_output_of_quick_commands(page, tmp_path):
-    """As far as the first slow block of the page. 'python -m tests.shown_output --rewrite' mends what differs."""
+def test_quick_commands_print_the_output_shown_on_their_page(page, tmp_path):
+    """Blocks from the first slow one on are left out. 'python -m tests.shown_output --rewrite' updates the page."""
     assert "\n".join(map(str, differences_of(page, read_page(page), tmp_path, quick=True))) == ""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [page for page in RUN if page not in QUICK or is_slow(BLOCKS[page])])
-def test_output_of_all_commands(page, tmp_path):
+def test_all_commands_print_the_output_shown_on_their_page(page, tmp_path):
     assert "\n".join(map(str, differences_of(page, read_page(page), tmp_path))) == ""
 
 
 @pytest.mark.parametrize(("old", "new"), [("cavity", "Cavity"), ("12,894", "13,152")])
-def test_another_word_or_number_is_found(old, new):
+def test_a_changed_word_or_number_of_an_output_is_a_difference(old, new):
     shown = [line.replace(old, new) for line in PRINTED]
     assert rewritten(shown, PRINTED) == PRINTED
     assert rewritten(["...", *shown[:1], "...", *shown[2:]], PRINTED) == ["...", PRINTED[0], "...", *PRINTED[2:]]
@@ -54,7 +54,7 @@ def test_another_word_or_number_is_found(old, new):
         ("read /tmp/a1/run of hash 3fa9c1d07b on 2026-11-26", "read /tmp/b2/c/run of hash 00ffab1290 on 2027-01-02"),
     ],
 )
-def test_times_machines_and_one_percent_are_no_difference(one, other):
+def test_times_machines_and_1_percent_of_a_number_are_no_difference(one, other):
     assert agree(one, other)
     assert rewritten([one], [other]) == [one]
     assert not agree("4 mm/s", "5 mm/s"), "a speed is no fact of the machine"

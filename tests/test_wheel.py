@@ -1,4 +1,4 @@
-"""What is built is complete, holds nothing else, and works where nothing but it is installed."""
+"""The built wheel and source archive are complete, and the wheel works without this checkout."""
 
 import json
 import os
@@ -21,7 +21,7 @@ BIN = "Scripts" if sys.platform == "win32" else "bin"
 
 
 def _run(*command, code=0):
-    """Standard output and errors of a program that knows nothing of this checkout and of these tests' environment."""
+    """Run a program without the variables of this environment and return its standard output and errors."""
     names = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "PYTHONPATH"}}
     line, at = [str(part) for part in command], Path(command[0]).parent
     answer = subprocess.run(line, cwd=at, env=names, capture_output=True, text=True, check=False)
@@ -40,7 +40,7 @@ def _pip(python, *arguments):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """The source archive, and the wheel that is made of it and not of the checkout."""
+    """The source archive, and the wheel that is built from the archive and not from the checkout."""
     folder = tmp_path_factory.mktemp("built")
     python = _environment(folder / "tools")
     _pip(python, "install", "hatchling")
@@ -62,7 +62,7 @@ def installed(built, tmp_path_factory):
     return python
 
 
-def test_the_wheel_holds_every_file_of_the_packages_and_none_of_the_repository(built):
+def test_the_wheel_contains_all_files_of_the_packages_and_no_other_files(built):
     with zipfile.ZipFile(built[1]) as wheel:
         names = set(wheel.namelist())
     ours = {
@@ -77,7 +77,7 @@ def test_the_wheel_holds_every_file_of_the_packages_and_none_of_the_repository(b
     assert {Path(name).name for name in demo} == {*DEMO, *MEASURED}
 
 
-def test_the_source_archive_holds_what_the_tests_and_the_reproduction_need(built):
+def test_the_source_archive_contains_the_files_for_tests_and_reproduction(built):
     with tarfile.open(built[0]) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {
@@ -89,7 +89,7 @@ def test_the_source_archive_holds_what_the_tests_and_the_reproduction_need(built
     assert not [name for name in names if name.startswith((".venv", "reports/paper-trial"))]
 
 
-def test_the_installed_command_answers_and_finds_a_crack(installed, tmp_path):
+def test_the_installed_command_digitises_a_photo_and_runs_the_demo(installed, tmp_path):
     command = installed.parent / "sealtwin"
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     assert _run(command, "--version")[0].strip() == project["version"]

@@ -10,7 +10,7 @@ FEW = 600
 
 
 @pytest.mark.skipif(not has_compiler(), reason="no g++ on this machine")
-def test_cpp_takes_the_substeps_of_paste_that_we_take():
+def test_the_cpp_program_computes_the_same_substeps_of_paste():
     """Rounding alone parts them by 2e-5 of the way, and may cost an iteration of the viscosity.
 
     Without the pressure that is carried over they part by 0.06 of it, with a viscosity 4 % off by 0.02.

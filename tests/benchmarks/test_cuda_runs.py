@@ -5,7 +5,7 @@ import pytest
 from benchmarks import cuda_runs
 
 
-def test_a_device_that_is_not_here_is_one_sentence_and_the_commands_code(capsys):
+def test_an_absent_device_is_refused_in_one_sentence_with_exit_code_3(capsys):
     with pytest.raises(SystemExit) as left:
         cuda_runs.main("cuda:7")
     assert left.value.code == 3

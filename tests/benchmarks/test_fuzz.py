@@ -44,7 +44,7 @@ def pretend(what: str) -> None:
         ("ends", "accepted"),
     ],
 )
-def test_each_failure_is_told_from_an_answer(tmp_path, monkeypatch, what, outcome):
+def test_the_fuzz_benchmark_classifies_each_ending_of_a_command(tmp_path, monkeypatch, what, outcome):
     sound = tmp_path / "sound"
     (sound / "run").mkdir(parents=True)
     for name, text in MINE.items():

@@ -13,7 +13,7 @@ JUDGES = ("calibration", "slot", "blind_own_band")
 
 
 @pytest.mark.parametrize("name", JUDGES)
-def test_a_benchmark_judges_no_results_of_another_solver(name, monkeypatch, capsys):
+def test_a_benchmark_refuses_stored_results_of_another_solver(name, monkeypatch, capsys):
     """It ends with one sentence, which names the command that computes them anew, and prints no figure."""
     monkeypatch.setitem(PARTS, "simulate", 999)
     with pytest.raises(SystemExit) as left:
@@ -25,6 +25,6 @@ def test_a_benchmark_judges_no_results_of_another_solver(name, monkeypatch, caps
 
 
 @pytest.mark.parametrize("kept", KEPT, ids=lambda kept: kept.path.name)
-def test_each_kept_result_states_who_computed_it(kept):
+def test_each_stored_result_records_its_stage_versions(kept):
     assert kept.path.exists()
     assert set(read_json(kept.path.with_suffix(".json"))) == set(kept.stages)

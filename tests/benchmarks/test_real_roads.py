@@ -33,7 +33,7 @@ def line(*points):
         (line((22, 100), (150, 100), (150, 150), (278, 150), (278, 100)), "wrong", False),
     ],
 )
-def test_a_line_is_judged_by_the_branch_and_the_mask(mask, traced, expected, hit):
+def test_a_traced_line_is_judged_by_the_branch_and_mask_of_the_crack(mask, traced, expected, hit):
     branch = Branch.of(mask)
     assert branch.length_px == pytest.approx(260, abs=4)
     assert (verdict(traced, branch, mask), is_hit(traced, branch, mask)) == (expected, hit)

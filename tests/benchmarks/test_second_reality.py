@@ -20,7 +20,7 @@ COARSE = Numerics(cell_mm=1.5, settle_s=5.0)
 
 
 @pytest.mark.parametrize("case", law.LAWS)
-def test_kept_tables_are_those_of_the_sections(case):
+def test_stored_flow_tables_equal_the_computed_flow_of_a_section(case):
     """At a node, deep enough that walls and floor both matter; the kept numbers have six decimals."""
     exponent, share, friction = case
     depth, narrowing, part = law.DEPTHS[3], law.NARROWINGS[4], law.YIELDS[2]
@@ -30,7 +30,7 @@ def test_kept_tables_are_those_of_the_sections(case):
     assert kept == pytest.approx(flow.tolist(), rel=5e-3)  # Read linearly between nodes of the finer grid.
 
 
-def test_a_duct_of_liquid_has_the_flow_of_its_series():
+def test_the_flow_of_liquid_in_a_duct_equals_the_series_solution():
     """Width and depth 1, its lower half: the series of White (2006, eq. 3-48)."""
     odd = np.arange(1, 200, 2)
     duct = 1 / 12 * (1 - 96 / np.pi**5 * np.sum(np.tanh(odd * np.pi) / odd**5))
@@ -51,7 +51,7 @@ def settled(depth: Floats, seconds: float, yield_pa: float, law_of: law.Law) -> 
 
 
 @pytest.mark.slow  # Compiles for some seconds.
-def test_a_front_between_walls_spreads_as_barenblatts():
+def test_a_front_between_walls_spreads_as_the_barenblatt_solution():
     """In units of 4 mm and its own time, h = t^-1/3 (1 - x^2 / (6 t^2/3)) solves h_t = (h h_x)_x; from 1 to 8."""
     own_s = 0.3 * 12 / (WIDTH**2 * WEIGHT)
     before = 4e-3 * np.maximum(1 - (X / 4e-3) ** 2 / 6, 0.0)
@@ -61,7 +61,7 @@ def test_a_front_between_walls_spreads_as_barenblatts():
     assert lengths[1] / lengths[0] == pytest.approx(8 ** (1 / 3), rel=0.02)
 
 
-def test_a_crack_that_is_full_spills_onto_the_face():
+def test_an_overfilled_crack_spills_onto_the_face():
     over = poured(CAVITY, PASTE, replace(POUR, flow_mm3_s=3.0 * POUR.flow_mm3_s), numerics=COARSE)
     assert 0 < over.beside_mouth_mm3 < over.above_face_mm3
     assert over.in_slot_mm3 + over.above_face_mm3 == pytest.approx(over.volume_mm3, rel=1e-12)

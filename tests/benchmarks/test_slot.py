@@ -15,7 +15,7 @@ def kept_of_any_number(monkeypatch):
     monkeypatch.setattr(KeptRuns, "require", lambda self: None)
 
 
-def test_the_draw_is_a_latin_hypercube_and_stays_as_it_is():
+def test_the_drawn_slots_are_an_unchanged_latin_hypercube():
     """Regression only: another draw would make the stored runs those of other slots."""
     cases = drawn()
     assert cases[0] == Case(5.743, 16.12, 6.987, 14.84, 0.05157, 1.056, 4.294)
@@ -30,7 +30,7 @@ def test_the_draw_is_a_latin_hypercube_and_stays_as_it_is():
         assert strata.max() < 1.02
 
 
-def test_every_stored_run_is_whole_and_lost_nothing():
+def test_every_stored_run_has_all_stations_and_no_escaped_particle():
     rows = list(csv.DictReader((FOLDER / "runs.csv").read_text(encoding="utf-8").splitlines()))
     levels_mm = kept_levels_mm()
     assert rows

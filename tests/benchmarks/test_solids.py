@@ -18,7 +18,7 @@ from digitise.solid.wedges import wall_shifts_mm
 from tests.support.shapes import CUT, straight_slot
 
 
-def test_the_judge_sees_a_hole_a_moved_corner_and_a_missing_island():
+def test_solid_checks_detect_a_hole_a_wrong_volume_and_a_missing_island():
     outline = straight_slot(20.0, 4.0, CUT)
     solid = build_solid(outline, shape_of(0, "flare"))
     assert faults_of_the_file(solid) == []
@@ -39,7 +39,7 @@ def test_the_judge_sees_a_hole_a_moved_corner_and_a_missing_island():
     assert "Euler number is 0, not 2" in faults_of_the_cavity(standing, without)[0]
 
 
-def test_a_refusal_is_no_success():
+def test_a_refused_crack_counts_as_a_failure_in_the_table():
     """In the table a crack of which nothing was made counts as unsound, and has no other figures."""
     good = Built("plain", 0, "flare", (), 0.002)
     table = {row.name: row for row in rows([good, Built("plain", 1, "flare", ("no crack",))])}

@@ -10,7 +10,7 @@ CHANCE = 3 * np.sqrt(0.92 * 0.08 / DRAWS)
 JUDGED, BEYOND = "numerics off by 0.3 mm, order 0.5", "numerics off by 1 mm, order 0.5"
 
 
-def test_the_numerics_hold_their_truth_and_one_that_is_larger_than_their_target_is_reported():
+def test_intervals_contain_the_truth_despite_numerical_errors_within_the_target():
     judged, reported = (next(one for one in NUMERICS if one.name == name) for name in (JUDGED, BEYOND))
     level, station, width = numerics_rows(judged, DRAWS, seed=1)
     assert min(level.value, station.value) > 100 * (0.92 - CHANCE)

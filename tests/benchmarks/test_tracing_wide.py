@@ -14,7 +14,7 @@ def pair():
     return obvious_crack(SEED), obvious_crack(SEED, drawn=False)
 
 
-def test_the_truth_is_what_is_drawn(pair):
+def test_the_drawn_crack_covers_its_true_area(pair):
     """Counted at half the contrast, 2 % apart; of a crack that goes on, more is drawn than lies between the clicks."""
     crack, ground = pair
     share = (crack.picture / np.maximum(ground.picture, 1.0)) ** 2.2
@@ -25,7 +25,7 @@ def test_the_truth_is_what_is_drawn(pair):
     assert 10 < crack.width_px < 160
 
 
-def test_a_crack_that_goes_on_past_a_click_off_its_middle_is_cut_there(tmp_path):
+def test_a_crack_that_continues_past_the_clicked_end_is_cut_at_the_click(tmp_path):
     """What goes on was taken for a side crack and painted over, and a tip drawn in the crack: its width was 4 % off."""
     figures = trace_wide(18, True, tmp_path)
     assert abs(figures.width_error_percent) < 1

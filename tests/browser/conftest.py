@@ -1,4 +1,4 @@
-"""A real Chromium, without a head, on the page of a real 'sealtwin trace'."""
+"""A headless Chromium on pages that 'sealtwin trace' serves."""
 
 import importlib
 import shutil
@@ -23,13 +23,13 @@ FLAGS = (
     "--disable-sync",
 )
 WITHOUT_WEBGL = ("--disable-gpu",)
-"""What paints a photo soonest where there is no graphics card."""
+"""Flags with which photos are painted fastest without a graphics card."""
 BY_SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""WebGL where there is no graphics card."""
+"""Flags for WebGL without a graphics card."""
 PATIENCE_MS = 30_000
-"""For what must come at all. How fast it must come is measured where that is the claim."""
+"""Timeout of a wait; times that a test claims are measured by the test."""
 UNREAD = "net::ERR_ABORTED"
-"""Chromium says so of every answer that a page reads piece by piece, also when it has read the last piece."""
+"""Chromium reports this for every answer that a page reads in pieces, even after the last piece."""
 
 
 @pytest.fixture(scope="session")
@@ -58,7 +58,7 @@ def chromium_with_webgl(launch):
 
 @pytest.fixture
 def open_report(chromium_with_webgl):
-    """Open a page; in the end nothing may have gone wrong in it, and nothing may have been asked of anybody."""
+    """Open a page; fail at the end if it wrote a message or requested another file."""
     contexts, complaints, wanted, asked = [], [], set(), set()
 
     def opened(file, width=1280, height=900, script="", **look):
@@ -84,7 +84,7 @@ def open_report(chromium_with_webgl):
 
 @dataclass(frozen=True)
 class Shot:
-    """A specimen's photo, and where on it things are."""
+    """A specimen's photo, and positions on it."""
 
     file: Path
     mm_per_px: float
@@ -93,10 +93,10 @@ class Shot:
     line_px: Any
     """Along the crack's middle, (n, 2)."""
     corners_px: Any
-    """Of the face: lower left, lower right, upper right, upper left."""
+    """Corners of the face: lower left, lower right, upper right, upper left."""
 
     def along(self, share):
-        """A place on the crack, as a share of its length."""
+        """Return the point of the crack at a share of its length."""
         return tuple(self.line_px[round(share * (len(self.line_px) - 1))])
 
 
@@ -123,13 +123,13 @@ def _shot(folder, megapixels=None):
 
 @pytest.fixture(scope="session")
 def shot(tmp_path_factory):
-    """As it is drawn: 2 megapixels."""
+    """The photo as drawn, of 2 megapixels."""
     return _shot(tmp_path_factory.mktemp("shot"))
 
 
 @pytest.fixture(scope="session")
 def big(tmp_path_factory):
-    """The same, enlarged to what a phone takes."""
+    """The photo enlarged to 12 megapixels, as a phone takes."""
     return _shot(tmp_path_factory.mktemp("big"), megapixels=12)
 
 
@@ -144,7 +144,7 @@ class Bench:
     visited: set[str] = field(default_factory=set)
 
     def at(self, point_px):
-        """Where a place of the photo is on the screen."""
+        """Return the position of a point of the photo on the screen."""
         return tuple(self.probe("onScreen", [float(place) for place in point_px]))
 
     def probe(self, question, *given):
@@ -177,7 +177,7 @@ class Bench:
         self.page.fill("#depth-mm", "16")
 
     def place(self, point):
-        """Of a point on the photo, as the panel has it in its fields, in pixels."""
+        """Return the coordinates of a point in the fields of the panel, in pixels."""
         fields = self.page.locator(f"[data-point={point}] input")
         return [float(fields.nth(axis).input_value()) for axis in (0, 1)]
 
@@ -199,7 +199,7 @@ class Bench:
 
 @pytest.fixture
 def open_page(chromium):
-    """Start the command for a target and open what it serves; in the end nothing may have gone wrong or astray."""
+    """Start the command for a target and open its page; fail at the end on a message or a foreign request."""
     benches, contexts = [], []
 
     def opened(target, width=1280, height=800, **look):

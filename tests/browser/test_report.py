@@ -1,4 +1,4 @@
-"""The report in a reader's browser: on a desk, on a phone, in the dark, without scripts."""
+"""The report in a browser: wide and narrow, light and dark, with and without scripts."""
 
 import importlib
 from pathlib import Path
@@ -29,7 +29,7 @@ def report(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def hostile(tmp_path_factory):
-    """Every text that is not ours tries to be more than text."""
+    """A report whose texts from the user contain HTML and scripts."""
     folder = tmp_path_factory.mktemp("hostile")
     texts: dict[str, Any] = {"name": NAME, "note": HOSTILE * 3, "source": HOSTILE, "commands": (HOSTILE,)}
     write_report(folder, make_evidence(folder, **texts, provenance={HOSTILE: "0123456789abcdef" * 20}))
@@ -42,7 +42,7 @@ def live(page):
 
 
 def view(page):
-    """Azimuth and elevation in degrees, and how close one has come."""
+    """Return azimuth and elevation in degrees, and the zoom."""
     page.evaluate("new Promise(requestAnimationFrame)")
     return np.array([float(number) for number in page.get_attribute("#turntable", "data-view").split()])
 
@@ -53,8 +53,8 @@ def pixels(shown):
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1280, "light")])
-def test_axe_finds_nothing_serious(open_report, report, width, scheme):
-    """All of axe-core's rules, best practices too; colour contrast is one of them."""
+def test_axe_finds_no_accessibility_violation_in_the_report(open_report, report, width, scheme):
+    """All rules of axe-core are applied, with best practices and colour contrast."""
     axe = importlib.import_module("axe_playwright_python.sync_playwright").Axe()
     page = open_report(report, width=width, color_scheme=scheme)
     live(page)
@@ -63,7 +63,7 @@ def test_axe_finds_nothing_serious(open_report, report, width, scheme):
 
 
 @pytest.mark.parametrize("width", [320, 768])
-def test_nothing_is_wider_than_the_window_or_cut(open_report, report, hostile, width):
+def test_no_part_of_the_report_is_wider_than_the_window_or_cut(open_report, report, hostile, width):
     """A name of any length does not make the page scroll sideways; no word of a plot is cut off by its edge."""
     page = open_report(hostile, width=width, height=844)
     live(page)
@@ -80,7 +80,7 @@ def test_nothing_is_wider_than_the_window_or_cut(open_report, report, hostile, w
     assert (seen["cut"], seen["wider_px"]) == (0, 0)
 
 
-def test_names_are_shown_and_do_nothing(open_report, hostile):
+def test_html_in_names_is_shown_as_text_and_not_executed(open_report, hostile):
     page = open_report(hostile)
     live(page)
     assert page.evaluate("window.struck") is None
@@ -89,7 +89,7 @@ def test_names_are_shown_and_do_nothing(open_report, hostile):
     assert page.locator("script").count() == 2
 
 
-def test_pointer_keys_and_buttons_turn_it(open_report, report):
+def test_pointer_keys_and_buttons_turn_the_3d_view(open_report, report):
     page = open_report(report)
     canvas = live(page)
     canvas.scroll_into_view_if_needed()
@@ -113,7 +113,7 @@ def test_pointer_keys_and_buttons_turn_it(open_report, report):
 
 
 @pytest.mark.parametrize("lack", ["scripts", "WebGL"])
-def test_without_scripts_or_webgl_the_still_is_there(open_report, report, lack):
+def test_a_still_picture_replaces_the_3d_view_without_scripts_or_webgl(open_report, report, lack):
     look = {"java_script_enabled": False} if lack == "scripts" else {}
     script = "" if lack == "scripts" else "HTMLCanvasElement.prototype.getContext = () => null"
     page = open_report(report, script=script, **look)

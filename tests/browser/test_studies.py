@@ -1,4 +1,4 @@
-"""A study's page in a reader's browser: nothing asked of anybody, room on a phone, no barrier."""
+"""Pages of studies in a browser: width, loaded files and accessibility."""
 
 import importlib
 from pathlib import Path
@@ -32,7 +32,7 @@ def eight_runs(folder: Path) -> Path:
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])
 @pytest.mark.parametrize("write", [a_map, eight_runs])
-def test_a_page_fits_asks_for_nothing_and_bars_nobody(chromium, tmp_path, write, width, scheme):
+def test_study_pages_fit_the_window_load_no_other_file_and_pass_axe(chromium, tmp_path, write, width, scheme):
     target = write(tmp_path).as_uri()
     complaints, asked = [], set()
     context = chromium.new_context(viewport={"width": width, "height": 844}, color_scheme=scheme)

@@ -1,4 +1,4 @@
-"""The trace page as a workbench: walls drawn, taken back, erased, saved; depth and tilt."""
+"""Walls, strokes, depth and tilt that a user draws or sets on the trace page."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def draw(bench, trail_px):
 
 
 def bulge(bench, aside_px):
-    """A line from a place on the left wall, past it by so many pixels away from the crack, back to it."""
+    """Return a line that leaves the left wall outward by ``aside_px`` and returns to the wall."""
     wall, middle = (np.array(bench.probe("line", name)) for name in ("left-wall", "way"))
     part = wall[len(wall) // 3 : len(wall) // 2]
     outward = part - middle[np.linalg.norm(part[:, None] - middle[None], axis=2).argmin(axis=1)]
@@ -33,7 +33,7 @@ def bulge(bench, aside_px):
     return line[:: max(1, len(line) // 25)]
 
 
-def test_a_drawn_wall_replaces_the_traced_one_and_can_be_taken_back(bench, shot):
+def test_a_drawn_wall_replaces_the_traced_wall_and_can_be_undone(bench, shot):
     bench.give_ends(shot)
     before = bench.number("area")
     bench.page.keyboard.press("w")
@@ -53,15 +53,15 @@ def test_a_drawn_wall_replaces_the_traced_one_and_can_be_taken_back(bench, shot)
 
 
 def beside(bench, share, aside_px):
-    """A place so many pixels outward of the left wall, at a share of its length."""
+    """Return the point ``aside_px`` outward of the left wall, at a share of the wall's length."""
     wall, middle = (np.array(bench.probe("line", name)) for name in ("left-wall", "way"))
     place = wall[round(share * (len(wall) - 1))]
     inward = middle[np.linalg.norm(middle - place, axis=1).argmin()] - place
     return place - aside_px * inward / np.linalg.norm(inward)
 
 
-def test_strokes_and_dots_move_walls_are_saved_and_give_the_same_walls(open_page, shot, tmp_path):
-    """Painted with the pointer and by keys, taken back, erased by click and in the list; then run from the trial."""
+def test_a_run_of_the_saved_trial_has_the_walls_moved_by_strokes(open_page, shot, tmp_path):
+    """Strokes are painted by pointer and keys, undone, and erased by a click and in the list. Then the trial is run."""
     photo = tmp_path / "crack.jpg"
     photo.write_bytes(shot.file.read_bytes())
     bench = open_page(photo)
@@ -104,7 +104,7 @@ def test_strokes_and_dots_move_walls_are_saved_and_give_the_same_walls(open_page
 
 
 @pytest.mark.parametrize(("tilt", "angle"), [("flare", "5,5"), ("funnel", "4"), ("undercut", "4,84")])
-def test_the_volume_is_that_of_the_solid_within_3_percent(open_page, shot, tmp_path, tilt, angle):
+def test_the_volume_on_the_page_is_within_3_percent_of_the_solids_volume(open_page, shot, tmp_path, tilt, angle):
     photo = tmp_path / "crack.jpg"
     photo.write_bytes(shot.file.read_bytes())
     bench = open_page(photo)

@@ -1,4 +1,4 @@
-"""The trace page by keys alone, and for those who ask for stillness."""
+"""The trace page by keyboard alone, and with reduced motion."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ import pytest
 pytestmark = pytest.mark.browser
 
 
-def test_the_keyboard_alone_is_enough(bench, shot):
-    """Tab to the photo, arrows to the ends, Enter; then to the points, and every one of them by keys."""
+def test_a_crack_can_be_traced_by_keyboard_alone(bench, shot):
+    """Tab selects the photo or a point, arrows move, and Enter sets an end."""
     bench.await_state("walls")
     for _ in range(3):  # tools, views, photo
         bench.page.keyboard.press("Tab")
@@ -36,7 +36,7 @@ def test_the_keyboard_alone_is_enough(bench, shot):
 
 
 def _walk_to(bench, point_px):
-    """With the arrow keys, in steps of 64 and 8 screen pixels."""
+    """Move the crosshair by the arrow keys, in steps of 64 and 8 screen pixels."""
     for _ in range(200):
         target, here = np.array(bench.at(point_px)), _crosshair(bench)
         off = target - here
@@ -54,6 +54,6 @@ def _crosshair(bench):
     return np.array([shown["x"] + shown["width"] / 2, shown["y"] + shown["height"] / 2])
 
 
-def test_nothing_moves_for_those_who_asked_for_stillness(open_page, shot):
+def test_nothing_on_the_page_moves_with_reduced_motion(open_page, shot):
     bench = open_page(shot.file, reduced_motion="reduce")
     assert bench.probe("moving") == 0

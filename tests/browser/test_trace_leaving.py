@@ -1,4 +1,4 @@
-"""How the trace page ends: saved into a trial, refused, or left by its command."""
+"""Ends of the trace page: a trial is saved, saving is refused, or the command stops."""
 
 import shutil
 from pathlib import Path
@@ -20,7 +20,7 @@ SAID = {
 }
 
 
-def test_it_saves_into_the_trial_and_ends(open_page, tmp_path):
+def test_saving_the_page_writes_the_trial_and_ends_the_command(open_page, tmp_path):
     shutil.copytree(FIXTURE, tmp_path / "lab")
     trial = tmp_path / "lab" / "trial.toml"
     before = trial.read_text()
@@ -38,8 +38,7 @@ def test_it_saves_into_the_trial_and_ends(open_page, tmp_path):
 
 
 @pytest.mark.parametrize("hints", SAID)
-def test_what_a_trial_says_already_is_shown_and_saved_as_it_is(open_page, tmp_path, hints):
-    """Nothing is rounded, dropped or written out by opening and saving."""
+def test_opening_and_saving_a_trial_leaves_its_bytes_unchanged(open_page, tmp_path, hints):
     shutil.copy(FIXTURE / "photo.jpg", tmp_path)
     trial = tmp_path / "trial.toml"
     ends = "ends_px = [[719.3, 658.4], [1402.7, 258.9]]"
@@ -57,7 +56,7 @@ def test_what_a_trial_says_already_is_shown_and_saved_as_it_is(open_page, tmp_pa
     assert trial.read_bytes() == before
 
 
-def test_a_photo_needs_scale_and_depth_before_it_is_saved(open_page, shot, tmp_path):
+def test_a_traced_photo_can_be_saved_only_with_scale_and_depth(open_page, shot, tmp_path):
     photo = Path(shutil.copy(shot.file, tmp_path))
     bench = open_page(photo)
     bench.give_ends(shot)
@@ -82,7 +81,7 @@ def test_a_photo_needs_scale_and_depth_before_it_is_saved(open_page, shot, tmp_p
     assert np.allclose(new.photo.ends_px, [shot.along(0.05), shot.along(0.95)], atol=4)
 
 
-def test_a_page_whose_command_has_gone_says_so(bench, shot):
+def test_the_page_reports_that_its_command_has_stopped(bench, shot):
     bench.await_state("walls")
     bench.command.terminate()
     bench.command.wait(10)

@@ -1,4 +1,4 @@
-"""Lines that may be the crack, outlined and numbered on the page: one click takes one."""
+"""Competing cracks, outlined and numbered on the trace page, of which a click chooses one."""
 
 import numpy as np
 import pytest
@@ -13,14 +13,14 @@ LOWER = [(30, 240), (110, 262), (210, 225), (290, 250), (380, 215), (470, 230)]
 
 @pytest.fixture
 def bench(open_page, tmp_path):
-    """Two cracks of like strength, of which none stands out."""
+    """The page of a photo with two cracks of similar strength."""
     opened = open_page(write_png(tmp_path / "two.png", with_crack(with_crack(mortar(), UPPER), LOWER)))
     opened.await_state("refused")
     return opened
 
 
 def taken(bench, line):
-    """Both ends of a line are the user's, and its walls are there."""
+    """Assert that a line is chosen, with both its ends and its walls."""
     bench.await_state("walls")
     ends = np.array([bench.place(end) for end in ("end-0", "end-1")])
     assert bench.points() == ["end-0", "end-1"]
@@ -32,12 +32,12 @@ def taken(bench, line):
 
 
 def lines_offered(bench):
-    """The cracks in the order of their numbers, by where the numbers lie."""
+    """Return the cracks in the order of their numbers, by the position of the numbers."""
     middles = [bench.page.locator(".offered").nth(place).bounding_box()["y"] for place in (0, 1)]
     return (UPPER, LOWER) if middles[0] < middles[1] else (LOWER, UPPER)
 
 
-def test_one_click_on_a_number_takes_that_crack_and_undo_offers_both_again(bench):
+def test_a_click_on_a_number_chooses_its_crack_and_undo_offers_both(bench):
     assert "2 lines may be the crack" in bench.text("#refusal")
     assert bench.page.locator(".offered").all_inner_texts() == ["1", "2"]
     assert bench.page.locator("#lines .offer").count() == 2

@@ -1,12 +1,12 @@
-"""How long a pixel is, said on the trace page: by a ruler, by the corners of the face."""
+"""The scale of a photo, set on the trace page by a ruler or by the corners of the face."""
 
 import pytest
 
 pytestmark = pytest.mark.browser
 
 
-def test_a_ruler_gives_the_scale(bench, shot):
-    """From marker to marker of the drawn photo; 1 % is a slip of the mouse by five pixels in 500."""
+def test_a_ruler_drawn_on_the_photo_sets_the_scale(bench, shot):
+    """The mouse may be off by five pixels in 500, which is 1 %."""
     bench.give_ends(shot)
     assert bench.text("#length").endswith("px")
     bench.page.keyboard.press("r")
@@ -20,8 +20,8 @@ def test_a_ruler_gives_the_scale(bench, shot):
     assert "mm/px" in bench.text("#scale-found")
 
 
-def test_the_corners_of_the_face_give_the_scale(bench, shot):
-    """Clicked in any order; the crack then opens where it meets the face's edge."""
+def test_the_clicked_corners_of_the_face_set_the_scale(bench, shot):
+    """Corners are clicked in any order. A crack that meets the face's edge has open ends."""
     bench.page.keyboard.press("f")
     for corner in (2, 0, 3, 1):
         bench.click(shot.corners_px[corner])

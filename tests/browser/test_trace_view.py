@@ -1,4 +1,4 @@
-"""The photo on the trace page: zoomed by the wheel, where it lies, at any width of a window."""
+"""The photo on the trace page: zoom, position, and width of the window."""
 
 import cv2
 import numpy as np
@@ -7,7 +7,7 @@ import pytest
 pytestmark = pytest.mark.browser
 
 
-def test_the_wheel_zooms_where_the_pointer_is(open_page, big):
+def test_the_wheel_zooms_about_the_pointer(open_page, big):
     bench = open_page(big.file)
     bench.await_state("walls")
     screen = [500, 400]  # whole pixels, as a mouse has them
@@ -30,7 +30,7 @@ def test_the_wheel_zooms_where_the_pointer_is(open_page, big):
 
 
 @pytest.mark.parametrize("width", [320, 1280])
-def test_nothing_sticks_out_at_any_width(open_page, shot, width):
+def test_no_part_of_the_trace_page_is_wider_than_the_window(open_page, shot, width):
     bench = open_page(shot.file, width=width, height=844)
     bench.give_ends(shot)
     bench.page.check("input[value=face]")
@@ -39,8 +39,8 @@ def test_nothing_sticks_out_at_any_width(open_page, shot, width):
     assert bench.probe("smallButtons", 24) == [], "WCAG 2.2 asks for 24 px at least"
 
 
-def test_a_pixel_is_shown_where_it_lies(open_page, tmp_path):
-    """Lines and photo share one frame, in which a pixel reaches half a pixel to each side of its place."""
+def test_a_pixel_of_the_photo_is_drawn_at_its_coordinates(open_page, tmp_path):
+    """Lines and photo share one frame, in which a pixel reaches half a pixel to each side of its centre."""
     grey = np.full((400, 600), 60, np.uint8)
     grey[200:208, 296:304] = 250  # a block of JPEG's own grid, which it keeps sharp
     cv2.imwrite(str(tmp_path / "block.png"), grey)

@@ -1,4 +1,4 @@
-"""Another distribution's digitise, simulate or validate is named, with its cure, before it is imported."""
+"""A package digitise, simulate or validate of another distribution is refused before it is imported."""
 
 import os
 import subprocess
@@ -7,8 +7,8 @@ import sys
 from tests.support.paths import ROOT
 
 
-def test_the_package_of_another_and_the_cure_are_named(tmp_path):
-    """As configobj installs a package validate, first on the path."""
+def test_a_foreign_package_of_the_same_name_is_refused_with_a_remedy(tmp_path):
+    """For example configobj installs a package validate; here such a package is first on the path."""
     other = tmp_path / "validate" / "__init__.py"
     other.parent.mkdir()
     other.write_text("raise SystemExit('the foreign package was imported')")

@@ -1,4 +1,4 @@
-"""``import sealtwin as st``: what it offers, how it refuses, and that it leads from a photo to a report."""
+"""The Python interface, ``import sealtwin as st``, from a photo to a report."""
 
 import copy
 import inspect
@@ -38,8 +38,8 @@ HEAVY = (
 )
 
 
-def test_importing_and_help_of_all_commands_load_no_library_and_none_of_the_stages():
-    """What makes them instant: counted in modules, since a timed test fails on a busy machine."""
+def test_importing_sealtwin_or_printing_help_loads_no_heavy_library():
+    """Without these modules both are instant. A timed test would fail on a busy machine."""
     script = "import sys, sealtwin\nfrom sealtwin.cli.app import app\ntry: app(['--help'])\n"
     script += f"except SystemExit: print([name for name in {HEAVY} if name in sys.modules])"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
@@ -50,7 +50,7 @@ def test_importing_and_help_of_all_commands_load_no_library_and_none_of_the_stag
 
 
 @pytest.mark.parametrize("name", st.__all__)
-def test_every_name_is_documented_and_takes_few_arguments_by_place(name):
+def test_every_public_name_is_documented_with_at_most_6_positional_arguments(name):
     lines = (inspect.getdoc(getattr(st, name)) or "").splitlines()
     assert len(" ".join(lines).split()) >= 3
     if inspect.isclass(getattr(st, name)):
@@ -100,8 +100,8 @@ def test_a_mask_may_be_an_array(way):
         st.trace_crack(masked, ENDS_PX, roi_px=[(0, 0), (199, 199)])
 
 
-def test_python_is_warned_of_doubtful_readings():
-    """A code for a missing reading was taken for a level without a word."""
+def test_doubtful_readings_give_python_warnings():
+    """The code -999 for a missing reading was once taken for a level without a warning."""
     doubtful = np.column_stack([READINGS, READINGS[:, 1:]])
     doubtful[1, 1], doubtful[2, 3], doubtful[0, 4] = -999, 0, -2.2
     with pytest.warns(RuntimeWarning, match="-999 mm at s = .*a missing reading") as caught:
@@ -110,7 +110,7 @@ def test_python_is_warned_of_doubtful_readings():
     assert len(caught) == 2
 
 
-def test_without_progress_a_trial_says_each_thing_once_and_as_a_warning(lab, tmp_path, monkeypatch, capfd):
+def test_run_trial_without_progress_gives_each_warning_once(lab, tmp_path, monkeypatch, capfd):
     leave_out_pages(monkeypatch)
     profile = tmp_path / "run" / "profile.csv"
     for sentences in (["fluid.U is "], ["fluid.U is ", "kept as profile.changed.csv"]):
@@ -122,8 +122,8 @@ def test_without_progress_a_trial_says_each_thing_once_and_as_a_warning(lab, tmp
     assert capfd.readouterr().err == ""
 
 
-def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):
-    """From the records of the trial's folder: from those in memory, their last digits make another crowd."""
+def test_run_trial_gives_the_same_run_as_inject(lab, way, tmp_path, monkeypatch):
+    """Both read the records of the trial's folder; the last digits of those in memory would give other particles."""
     leave_out_pages(monkeypatch)
     trial = st.run_trial(lab / "trial.toml", out=tmp_path / "run")
     fluid, solver = st.Fluid(U=30, D_cm=0.3, freeze_after_s=0.2), st.Solver(**COARSE)
@@ -149,8 +149,8 @@ def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):
     assert not (tmp_path / "other").exists()
 
 
-def test_the_level_of_several_seeds_is_their_mean(lab, tmp_path, monkeypatch):
-    """In this process: a script without a guard runs it. ``seeds`` replaces the trial's own."""
+def test_the_level_of_several_seeds_is_the_mean_of_their_levels(lab, tmp_path, monkeypatch):
+    """The runs start no process, so that a script needs no main guard. ``seeds`` replaces the trial's setting."""
     leave_out_pages(monkeypatch)
     with pytest.warns(RuntimeWarning, match="fluid.U is "):
         trial = st.run_trial(lab / "trial.toml", out=tmp_path / "run", seeds=2)
@@ -160,7 +160,7 @@ def test_the_level_of_several_seeds_is_their_mean(lab, tmp_path, monkeypatch):
     assert trial.level.level_mm == pytest.approx((table["seed_0_mm"] + table["seed_1_mm"]) / 2, abs=1e-6)
 
 
-def test_a_report_is_of_one_run_and_leaves_a_run_folder_alone(way, result, tmp_path):
+def test_write_report_refuses_the_result_of_another_run_and_a_run_folder(way, result, tmp_path):
     _, crack, solid, path, run = way
     moved = replace(run, position_mm=run.position_mm + np.array([0, 0, 0.3]))
     with pytest.raises(InputError, match="result"):
@@ -171,7 +171,7 @@ def test_a_report_is_of_one_run_and_leaves_a_run_folder_alone(way, result, tmp_p
     assert [file.name for file in tmp_path.iterdir()] == ["manifest.json"]
 
 
-def test_inject_takes_the_slopes_by_keyword(way):
+def test_inject_takes_the_slopes_as_keywords(way):
     _, crack, solid, path, run = way
     fluid, solver = st.Fluid(U=30, D_cm=0.3), st.Solver(**COARSE)
     sloping = st.inject(crack, solid, path, fluid, solver=solver, gradient_deg=20)
@@ -198,13 +198,13 @@ TAKE_TWO = [one.__name__ for one in FUNCTIONS if len(RECORDS & {*inspect.signatu
 
 
 @pytest.mark.parametrize("name", TAKE_TWO)
-def test_records_of_two_cracks_are_refused_by_their_names(way, result, name):
+def test_a_call_that_mixes_records_of_two_cracks_is_refused(way, result, name):
     with pytest.raises(InputError, match=rf"^{name}: \w+\(.*length (60|14).* but \w+\(.*length (60|14)"):
         MIXTURES[name](*way[2:], result.level)
 
 
-def test_records_of_the_same_numbers_are_of_one_crack(way, result):
-    """A cell that is run again makes an equal crack, and so does a run folder."""
+def test_equal_records_count_as_records_of_the_same_crack(way, result):
+    """A notebook's cell that is run again makes an equal crack, and so does a run folder."""
     photo, _, solid, _, run = way
     again = st.trace_crack(photo, ENDS_PX)
     lines = ("centreline_mm", "left_wall_mm", "right_wall_mm")
@@ -224,8 +224,8 @@ def test_records_of_the_same_numbers_are_of_one_crack(way, result):
             mix()
 
 
-def test_declared_data_can_validate_a_run_without_leaks(lab, way):
-    """Undeclared data keeps the others from it: the same comparison, declared, passes its gate."""
+def test_declared_readings_pass_the_gate_unless_the_run_leaks(lab, way):
+    """The other tests compare undeclared data, which cannot pass a gate."""
     crack, solid = st.trace_crack(st.read_photo(lab / "crack.png", mm_per_px=0.1, data="measured"), ENDS_PX), way[2]
     s_mm = np.linspace(0, crack.length_mm, 9)
     level = st.measure_level(way[4], crack, solid)
@@ -237,7 +237,7 @@ def test_declared_data_can_validate_a_run_without_leaks(lab, way):
     assert st.compare(leaking, readings, crack, solid).verdict.startswith("Do not use this run: 3 particles")
 
 
-def test_a_fluid_does_not_freeze_unless_told_and_is_copied_without_being_checked_again():
+def test_a_fluid_does_not_freeze_by_default_and_copies_are_equal():
     assert st.Fluid(U=30, D_cm=0.3, yield_stress_pa=12).freeze_after_s == "never"
     assert st.Fluid(U=np.float64(30), freeze_after_s=2).freeze_after_s == 2
     fluid = st.Fluid(U=1, curve=None, yield_stress_pa=np.float64(12))
@@ -275,7 +275,7 @@ def test_a_fluid_does_not_freeze_unless_told_and_is_copied_without_being_checked
         ("write_robot_program('P01', crack, path, {'name': 'x'})", "cell: taught"),
     ],
 )
-def test_a_refusal_begins_with_what_was_typed(way, call, named, tmp_path, monkeypatch):
+def test_each_wrong_argument_is_refused_by_its_name(way, call, named, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     records = dict(zip(("photo", "crack", "solid", "path", "run"), way, strict=True))
     with pytest.raises(st.InputError, match=re.escape(named)):
@@ -285,7 +285,7 @@ def test_a_refusal_begins_with_what_was_typed(way, call, named, tmp_path, monkey
 
 @pytest.fixture(scope="module")
 def crack() -> st.CrackOutline:
-    """A crack of given lines, as a notebook makes it."""
+    """A crack made of lines, as in a notebook."""
     line_mm = [(0.0, 20.0), (30.0, 22.0), (60.0, 18.0), (80.0, 20.0)]
     return st.crack_from_polyline(line_mm, 3.0, face_mm=(80, 40), data="synthetic")
 
@@ -300,8 +300,8 @@ def path(crack, solid) -> st.PlannedPath:
     return st.plan_path(crack, solid, speed_mm_s=4, fill=0.6, trim_mm=10)
 
 
-def test_the_fast_model_gives_the_level_of_a_run_by_it_and_a_report(crack, solid, path, tmp_path, monkeypatch):
-    """``inject`` runs the same model, searches for settings that are fit beside it, and so takes longer."""
+def test_fill_fast_gives_the_same_level_as_inject_with_the_fast_model(crack, solid, path, tmp_path, monkeypatch):
+    """``inject`` runs the same model and takes longer, since it also searches for suitable settings."""
     level = st.fill_fast(crack, solid, path, PASTE)
     with pytest.warns(RuntimeWarning, match="fast model"):
         run = st.inject(crack, solid, path, PASTE, solver=st.Solver(model="slot", settle_s=2.0))
@@ -315,7 +315,7 @@ def test_the_fast_model_gives_the_level_of_a_run_by_it_and_a_report(crack, solid
         st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=40.0))
 
 
-def test_the_fast_model_refuses_a_law_of_flow_that_it_lacks(crack, solid, path):
+def test_a_shear_law_that_the_fast_model_lacks_is_refused(crack, solid, path):
     class Casson(st.Fluid):
         shear_law: Literal["bingham", "casson"] = "bingham"  # As a maintainer would add it
 
@@ -323,7 +323,7 @@ def test_the_fast_model_refuses_a_law_of_flow_that_it_lacks(crack, solid, path):
         st.fill_fast(crack, solid, path, Casson(viscosity_pa_s=2.0, yield_stress_pa=6.0, shear_law="casson"))
 
 
-def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid):
+def test_rows_of_numbers_and_rows_with_column_names_are_read_alike(crack, solid):
     plain = st.read_readings([[10, -4.0, -4.2], [30, -3.0, np.nan], [50, -2.0, -2.2]], crack, solid)
     assert plain.level_mm == pytest.approx([-4.1, -3.0, -2.1])
     names = ["s [cm]", "depth 1 [mm]", "depth 2 [mm]", "remark"]
@@ -349,8 +349,8 @@ def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid)
         ("s_mm,foo\n10,4\n30,4\n", None, "columns={'levels': ...}"),
     ],
 )
-def test_what_is_wrong_with_readings_is_told_by_keywords(tmp_path, rows, columns, words):
-    """Of lists it named the trial's [readings] and a pairing.csv, and a file in a scratch folder."""
+def test_faults_of_readings_name_python_keywords_and_no_trial_settings(tmp_path, rows, columns, words):
+    """Messages about lists once named the trial's [readings], a pairing.csv and a file in a scratch folder."""
     if isinstance(rows, str):
         (tmp_path / "sheet.csv").write_text(rows, encoding="utf-8")
         rows = tmp_path / "sheet.csv"
@@ -366,7 +366,7 @@ def test_what_is_wrong_with_readings_is_told_by_keywords(tmp_path, rows, columns
     assert isinstance(rows, Path) or tempfile.gettempdir() not in text
 
 
-def test_records_show_their_main_figures_in_a_line_and_a_table(crack, result):
+def test_records_show_their_main_figures_as_text_and_as_html(crack, result):
     length = f"{crack.length_mm:.1f} mm"
     assert repr(crack).startswith(f"CrackOutline(length {length}, mean width 3.00 mm, ends open and open")
     assert repr(result).startswith(f"LevelComparison(mean error {result.mean_error_mm:.2f} mm (")

@@ -1,4 +1,4 @@
-"""Each example of the Python interface runs, and prints what it shows."""
+"""Examples in the docstrings of the Python interface."""
 
 import doctest
 import inspect
@@ -26,7 +26,7 @@ BEFORE = {"fill_fast": FILLED[:1], "compare": COMPARED[:-1], "plot_levels": COMP
     "write_robot_program": FILLED[:1],
     "write_map": ("sweep",),
 }
-"""Examples that make what another example begins with."""
+"""Examples that run before another example, which uses their variables."""
 TRIAL = """
 name = "drawn"
 mesh = {file = "crack.obj", units = "mm", data = "synthetic"}
@@ -52,7 +52,7 @@ def lab(tmp_path_factory) -> Path:
 
 
 def calibrated(words, progress, accurate, *, out, **options):
-    """Take the place of the command that calibrates, which needs a minute: its words are parsed, and it answers."""
+    """Parse the words of 'sealtwin calibrate' and answer in its place, since a calibration needs a minute."""
     line = [*map(str, words[1:]), *(f"--{name}={value}" for name, value in options.items() if value is not None)]
     commands()["calibrate"].make_context("calibrate", line)
     Path(out).mkdir()
@@ -62,7 +62,7 @@ def calibrated(words, progress, accurate, *, out, **options):
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_the_example_runs_and_prints_what_it_shows(name, lab, monkeypatch):
+def test_each_docstring_example_prints_the_output_that_it_shows(name, lab, monkeypatch):
     monkeypatch.chdir(lab)
     monkeypatch.setattr(studies, "_command", calibrated if name == "calibrate" else studies._command)
     names = {"st": st}

@@ -1,4 +1,4 @@
-"""The command: what it refuses before any run, and a calibration that predicts what was held out."""
+"""Calibration: refusals before the first run, and the prediction of a held-out trial."""
 
 from dataclasses import replace
 from datetime import date
@@ -52,7 +52,7 @@ def _refused(lab, files, ranges, *words, held_out=()):
     assert not list((lab / "out").glob("library/*/runs/*"))
 
 
-def test_readings_are_used_as_their_role_says(lab):
+def test_readings_whose_role_contradicts_their_use_are_refused(lab):
     held_out = _edited(lab, "held.toml", **{"calibrated-on": "held-out"})
     _refused(lab, [held_out], YIELD, "held.toml", 'readings.role = "held-out"')
     trial = lab / "trial.toml"
@@ -62,7 +62,7 @@ def test_readings_are_used_as_their_role_says(lab):
     assert not (lab / "out").exists(), "no crack is digitised before"
 
 
-def test_the_same_readings_cannot_calibrate_and_judge(lab):
+def test_the_same_readings_cannot_calibrate_and_be_held_out(lab):
     held_out = _edited(lab, "held.toml", **{"calibrated-on": "held-out", '"tiny"': '"other"'})
     _refused(lab, [lab / "trial.toml"], YIELD, "held.toml", "has the same readings as", held_out=[held_out])
 
@@ -76,22 +76,22 @@ def test_the_same_readings_cannot_calibrate_and_judge(lab):
         ({"solver.preset": (0.0, 1.0)}, ("solver.preset",)),
     ],
 )
-def test_a_range_that_cannot_be_is_refused_by_its_name(lab, ranges, words):
+def test_an_invalid_range_of_a_free_setting_is_refused_by_name(lab, ranges, words):
     _refused(lab, [lab / "trial.toml"], ranges, *words)
 
 
-def test_several_trials_share_no_setting_of_a_pour(lab):
+def test_a_volume_cannot_be_calibrated_from_several_pours(lab):
     other = _edited(lab, "other.toml", **{'"tiny"': '"other"'})
     _refused(lab, [lab / "trial.toml", other], {"path.volume_ml": (0.05, 0.1)}, "path.volume_ml", "2 pours")
 
 
-def test_what_was_measured_is_the_prior_and_must_lie_in_the_range(lab):
+def test_a_measured_value_is_the_prior_and_must_be_within_the_range(lab):
     _edited(lab, "trial.toml", **{"D_cm = 0.3": "D_cm = 0.3\nyield_stress_pa = 8.0"})
     with (lab / "trial.toml").open("a", encoding="utf-8") as trial:
         trial.write("\n[uncertainty]\nvolume_ml = 0.002\nyield_stress_pa = 1.5\nstart_mm = 0.3\n")
     twin = Twin(lab / "trial.toml", lab / "library", HERE, Progress())
     assert twin.measured("fluid.yield_stress_pa") == (8.0, 1.5)
-    # Allowed for in each trial, with the ends of its own path.
+    # The smooth errors of each trial are those at the ends of its own path.
     first_mm, last_mm = (float(twin._sample.trajectory.s_mm[at]) for at in (0, -1))
     smooth_mm2 = smooth_errors_mm2(twin.evidence.s_mm, (first_mm, last_mm))
     assert np.allclose(twin.evidence.smooth_mm2, smooth_mm2)
@@ -102,7 +102,7 @@ def test_what_was_measured_is_the_prior_and_must_lie_in_the_range(lab):
     _refused(lab, [lab / "trial.toml"], {"fluid.yield_stress_pa": (10.0, 20.0)}, "8", "outside")
 
 
-def test_the_command_line_names_the_range_that_it_cannot_read():
+def test_a_malformed_free_option_is_refused_with_its_text():
     for text in ("fluid.U", "fluid.U=3", "fluid.U=3:x", "=3:4"):
         answer = CliRunner().invoke(app, ["calibrate", "trial.toml", "--free", text])
         assert answer.exit_code == 2
@@ -141,8 +141,8 @@ def emulated_trials(lab):
     return trial, other
 
 
-def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch):
-    """The readings are possible, and predict the trial that chose nothing, by drafts and half the runs of a search.
+def test_a_calibration_predicts_a_held_out_trial(tmp_path, monkeypatch):
+    """The case is coarse: tiny trials, draft runs, and half the runs of a search.
 
     The runs of the last round, and those of the held-out trial, are accurate.
     """
@@ -160,7 +160,7 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch):
     ranges = {"fluid.viscosity_pa_s": (0.03, 0.4), "fluid.yield_stress_pa": (0.5, 6.0)}
     progress, later_s = Progress(), list[float]()
     progress.later = lambda left_s, times=0: later_s.append(left_s)
-    # By the model alone, since the times of these small runs are of the machine.
+    # The model alone forecasts the time, since times of such small runs depend on the machine.
     monkeypatch.setattr(Forecast, "scaled_s", lambda _, model_s: model_s)
     how = replace(HERE, drafts=True)
     options = CalibrationOptions(free=ranges, hold_out=(other,)).model_copy(update={"budget": 14})
@@ -187,7 +187,7 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch):
     assert callable(st.calibrate), "a package of that name once took its place from the second call on"
 
 
-def test_a_paste_that_thins_is_written_with_k_and_n():
+def test_a_shear_thinning_paste_is_written_with_k_and_n():
     """A run records K as its viscosity at a shear rate of 1/s; a free n has the interval of its draws."""
     fluid = Fluid(consistency_pa_s_n=4.0, flow_index=0.5, yield_stress_pa=7.0)
     trial = SimpleNamespace(fluid=fluid, uncertainty=Uncertainty())
@@ -209,7 +209,7 @@ def test_a_paste_that_thins_is_written_with_k_and_n():
 
 
 @pytest.mark.parametrize(("given", "drafts"), [({"solver.settle_s": 0.1}, True), ({"solver.radius_mm": 0.5}, False)])
-def test_runs_are_drafts_unless_the_solvers_resolution_is_given(lab, monkeypatch, given, drafts):
+def test_runs_are_drafts_unless_the_solver_resolution_is_given(lab, monkeypatch, given, drafts):
     chosen = []
 
     def twin(_file, _library, how, *_, **__):

@@ -1,4 +1,4 @@
-"""The search over runs, on a profile that takes no time: what it finds, and when it gives up."""
+"""The search of a calibration, on level profiles from a formula in place of runs."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ def _source(twin, bump_mm=0.0):
 
 @pytest.fixture(scope="module", autouse=True)
 def few_steps():
-    """As many draws as the claims of these tests need."""
+    """Fewer steps, which are enough for these tests."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(searching, "STEPS", 150)
         patch.setattr(searching, "STEPS_OF_A_ROUND", 40)
@@ -54,7 +54,7 @@ def exact(few_steps):
     return search(FREES, [_source(Twin())], FEWEST, lambda _: None)
 
 
-def test_the_truth_lies_in_the_intervals_and_the_best_profile_near_it(exact):
+def test_the_intervals_contain_the_true_settings(exact):
     result = exact
     assert result.draws is not None
     assert len(result.points) == FEWEST
@@ -70,8 +70,8 @@ def test_the_truth_lies_in_the_intervals_and_the_best_profile_near_it(exact):
     assert np.array_equal(result.draws, np.asarray(again.draws))
 
 
-def test_smooth_errors_widen_the_posterior_and_leave_the_search_as_it_is(exact):
-    """A search that allowed for them would not come close to the readings."""
+def test_smooth_errors_widen_the_posterior_and_leave_the_search_unchanged(exact):
+    """A search that allowed for smooth errors would not come close to the readings."""
     source = _source(Twin())
     smooth_mm2 = np.full((len(S_MM), len(S_MM)), 0.3**2)
     allowed = replace(source, evidence=replace(source.evidence, smooth_mm2=smooth_mm2))
@@ -82,14 +82,14 @@ def test_smooth_errors_widen_the_posterior_and_leave_the_search_as_it_is(exact):
     assert result.draws[:, 1].std() > 1.5 * exact.draws[:, 1].std(), "a fill makes the shape of such an error"
 
 
-def test_readings_that_nothing_makes_stop_the_search_without_a_posterior():
+def test_readings_that_no_settings_explain_stop_the_search():
     result = search(FREES, [_source(Twin(), bump_mm=3.0)], 40, lambda _: None)
     assert not result.possible
     assert len(result.points) < 40
     assert not result.reaches[0].possible or result.least_implausibility > 1
 
 
-def test_a_lost_run_is_left_out_and_many_end_the_search():
+def test_a_lost_run_is_left_out_and_many_lost_runs_end_the_search():
     result = search(FREES, [_source(Twin(lost={2}))], FEWEST, lambda _: None)
     assert result.possible
     assert len(result.posterior.emulators[0].processes.points) == FEWEST - 1
@@ -98,8 +98,8 @@ def test_a_lost_run_is_left_out_and_many_end_the_search():
     assert FIRST == 16
 
 
-def test_seeds_that_change_nothing_are_no_replicates():
-    """Broken on purpose, the emulator takes its nugget from four copies of one run."""
+def test_runs_that_are_equal_for_all_seeds_are_refused():
+    """Without the check the emulator takes its nugget from four copies of one run."""
     copies = Source("toy", _source(Twin()).evidence, lambda wanted: [_level_mm(setting) for setting, _ in wanted])
     with pytest.raises(
         InputError, match=r"toy: the runs \d+ \(seed \+ \d+\) and 17 \(seed \+ 16\) .* solver.radius_mm"
@@ -107,8 +107,8 @@ def test_seeds_that_change_nothing_are_no_replicates():
         search(FREES, [copies], FEWEST, lambda _: None)
 
 
-def test_the_launches_that_follow_are_those_of_the_search():
-    """The time left of a calibration counts them."""
+def test_the_predicted_launches_equal_the_launches_of_the_search():
+    """The time left of a calibration is computed from these launches."""
     twin, ends = Twin(), [0]
 
     def run(wanted):

@@ -1,4 +1,4 @@
-"""The command as a user meets it: answers, exit codes, one sentence for each thing that is wrong."""
+"""The command line: answers, exit codes, and one sentence for each fault."""
 
 import json
 import shlex
@@ -29,7 +29,7 @@ def trial(tmp_path):
         ("readings.csv", "s_mm,height\n0,-16\n", "readings.csv: column B 'height'"),
     ],
 )
-def test_a_bad_file_gets_one_sentence_before_the_long_run(trial, tmp_path, file, content, named):
+def test_an_unusable_input_file_is_refused_before_the_simulation(trial, tmp_path, file, content, named):
     """Minutes of simulation must not pass before a typo in the sheet is found."""
     trial.with_name(file).unlink()
     if content is not None:
@@ -39,11 +39,11 @@ def test_a_bad_file_gets_one_sentence_before_the_long_run(trial, tmp_path, file,
     assert content is not None or not (tmp_path / "run").exists()
 
 
-def test_an_absent_device_is_refused_and_never_replaced(trial, tmp_path):
+def test_an_absent_device_is_refused_with_its_name(trial, tmp_path):
     assert "cuda:7" in refusal("run", trial, "--out", tmp_path / "run", "--device", "cuda:7", "--quiet")
 
 
-def test_a_place_that_cannot_be_written_is_named(trial, tmp_path):
+def test_an_output_folder_that_cannot_be_written_is_refused_by_name(trial, tmp_path):
     (tmp_path / "dangling").symlink_to(tmp_path / "none" / "there")
     (tmp_path / "mine").write_text("mine")
     for out in (Path("/proc/nowhere"), tmp_path / ("x" * 300), tmp_path / "dangling", tmp_path / "mine"):
@@ -51,7 +51,7 @@ def test_a_place_that_cannot_be_written_is_named(trial, tmp_path):
     assert (tmp_path / "mine").read_text() == "mine"
 
 
-def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
+def test_the_demo_does_not_overwrite_files_of_the_user(tmp_path):
     mine = tmp_path / "mine" / "trial" / "caliper.csv"
     mine.parent.mkdir(parents=True)
     mine.write_text("mine")
@@ -69,8 +69,8 @@ def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
         ("plan trial.toml --from levels.csv --seeds 1", "--from"),
     ],
 )
-def test_a_program_reads_what_was_wrong_with_its_command_line(line, named):
-    """Faults that the parser finds, and those that a command finds; broken on purpose, stdout stays empty."""
+def test_a_wrong_command_line_with_json_gives_the_error_as_json(line, named):
+    """The parser finds some of these faults, and commands the others. Without --json stdout stays empty."""
     answer = sealtwin(*shlex.split(line), "--json")
     error = json.loads(answer.stdout)
     assert (error["version"], error["exit_code"], answer.exit_code) == (1, 2, 2)
@@ -79,8 +79,8 @@ def test_a_program_reads_what_was_wrong_with_its_command_line(line, named):
     assert not sealtwin(*shlex.split(line)).stdout
 
 
-def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
-    """The folder names no home and no place of this machine."""
+def test_digitise_answers_in_json_and_a_second_call_changes_no_file(trial, tmp_path):
+    """Files of the run folder contain no path of this machine."""
     run = tmp_path / "run"
     answer = sealtwin("digitise", trial, "--out", run, "--json")
     assert answer.exit_code == 0, answer.output
@@ -101,13 +101,13 @@ def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
 
 @pytest.fixture
 def thin(tmp_path):
-    """Arguments of a photo of a crack 5 px wide, and of its run folder."""
+    """Arguments for the photo of a crack 5 px wide, and its run folder."""
     photo = write_png(tmp_path / "crack.png", with_crack(mortar(), LINE, width_px=4))
     ends = ("--ends", "40,150", "460,140")
     return (photo, "--mm-per-px", 0.1, *ends, "--out", tmp_path / "run", "--quiet"), tmp_path / "run"
 
 
-def test_a_path_alone_is_a_robot_s_and_no_simulation_s_until_it_has_a_depth(thin, tmp_path):
+def test_a_crack_path_without_a_depth_cannot_be_simulated(thin, tmp_path):
     arguments, out = thin
     answer = sealtwin("digitise", *arguments, "--set", "photo.path_only=true", "--set", "path.volume_ml=0.5")
     assert answer.exit_code == 0, answer.output
@@ -126,7 +126,7 @@ def test_a_path_alone_is_a_robot_s_and_no_simulation_s_until_it_has_a_depth(thin
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a file that is always full")
-def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
+def test_a_full_disk_at_stdout_gives_a_message_without_a_traceback(tmp_path):
     with Path("/dev/full").open("w") as full:
         command = [sys.executable, "-m", "sealtwin", "init", "lab"]
         answer = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, cwd=tmp_path, text=True, check=False)
@@ -134,7 +134,7 @@ def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["x.so: failed to map segment from shared object", "x.so: Cannot allocate memory"])
-def test_a_library_that_finds_no_memory_is_one_sentence_and_another_fault_a_bug(text, capsys):
+def test_an_import_error_for_lack_of_memory_gives_exit_code_3(text, capsys):
     with pytest.raises(typer.Exit) as end, ending(Command()):
         raise ImportError(text)
     assert (end.value.exit_code, "not enough memory" in capsys.readouterr().err) == (3, True)

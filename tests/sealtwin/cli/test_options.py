@@ -1,4 +1,4 @@
-"""Options of the command line: settings and numbers are read as people write them, or refused by the option."""
+"""Options of the command line: settings and numbers are read, or refused with the option's name."""
 
 import json
 import os
@@ -21,12 +21,12 @@ from tests.support.tiny_study import tiny_lab
 
 
 @pytest.mark.parametrize("text", ["1,2,3", "a,b", "nan,1", ""])
-def test_anything_but_two_finite_numbers_is_refused_by_its_option(text):
+def test_a_pair_that_is_not_two_finite_numbers_is_refused_with_its_option(text):
     with pytest.raises(typer.BadParameter, match="--roi"):
         read_numbers(text, "X,Y", "--roi")
 
 
-def test_a_table_is_read_as_spreadsheets_save_it(tmp_path):
+def test_a_depth_table_saved_by_a_spreadsheet_is_read(tmp_path):
     (tmp_path / "depths.csv").write_bytes("\ufeffnote;depth_mm;s_mm\r\n;12;0\r\n;16,5;40\r\n".encode())
     assert along(str(tmp_path / "depths.csv"), "--depth-mm") == [[0.0, 12.0], [40.0, 16.5]]
 
@@ -40,7 +40,7 @@ def test_a_table_is_read_as_spreadsheets_save_it(tmp_path):
         ("x" * 300_000, "larger than"),
     ],
 )
-def test_a_table_of_depths_that_cannot_be_used_is_named(tmp_path, content, named):
+def test_an_unusable_depth_table_is_refused_with_its_fault(tmp_path, content, named):
     (tmp_path / "depths.csv").write_text(content)
     with pytest.raises(InputError, match=rf"depths\.csv.*{named}"):
         along(str(tmp_path / "depths.csv"), "--depth-mm")
@@ -58,12 +58,12 @@ def test_a_table_of_depths_that_cannot_be_used_is_named(tmp_path, content, named
         ("crack.wall_angle_deg=[4,9]", [4, 9]),
     ],
 )
-def test_a_value_is_read_as_in_toml_or_as_a_bare_word(text, value):
+def test_a_value_of_the_set_option_is_read_as_toml_or_as_text(text, value):
     assert settings_of({}, [text]) == {text.partition("=")[0].strip(): value}
 
 
 @pytest.mark.parametrize("text", ["crack.tilt", "=flare", "crack.=1", "a.b.c.d.e=1", "cra ck.tilt=1"])
-def test_what_names_no_setting_is_refused(text):
+def test_a_set_option_without_table_key_and_value_is_refused(text):
     with pytest.raises(typer.BadParameter, match=r"TABLE\.KEY=VALUE"):
         settings_of({}, [text])
 
@@ -76,8 +76,8 @@ def test_what_names_no_setting_is_refused(text):
         ("crack=3", r"crack\.KEY=VALUE"),
     ],
 )
-def test_what_is_easily_misread_is_refused(text, named):
-    """``--wall-angle-deg 11,8`` was left and right; a table of 'quick' was lost beside what it assumes."""
+def test_an_ambiguous_value_of_the_set_option_is_refused(text, named):
+    """``11,8`` may be one decimal number or left and right; ``crack=3`` would replace a whole table."""
     with pytest.raises(typer.BadParameter, match=named):
         settings_of({}, [text])
 
@@ -90,7 +90,7 @@ def test_what_is_easily_misread_is_refused(text, named):
         ({}, ["photo.markers.size_mm=8", "photo.markers=frame.toml"]),
     ],
 )
-def test_a_setting_is_given_once(options, others):
+def test_a_setting_that_is_given_twice_is_refused(options, others):
     with pytest.raises(typer.BadParameter, match="given twice"):
         settings_of(options, others)
 
@@ -102,7 +102,7 @@ def test_a_setting_is_given_once(options, others):
         ("path.volume_ml=1,000", "settings of this call: path.volume_ml = '1,000'"),
     ],
 )
-def test_a_setting_is_checked_as_in_a_trial_file(tmp_path, setting, named):
+def test_a_setting_of_the_set_option_is_checked_like_a_trial_file(tmp_path, setting, named):
     answer = sealtwin("digitise", FIXTURE / "trial.toml", "--out", tmp_path / "run", "--set", setting)
     assert answer.exit_code == 3
     assert named in answer.stderr
@@ -116,8 +116,8 @@ def lab(tmp_path, monkeypatch):
     return tmp_path / "lab"
 
 
-def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
-    """The same command redoes nothing; another value makes the stages anew that it concerns."""
+def test_a_run_folder_keeps_the_settings_of_earlier_commands(lab):
+    """The same command computes nothing; another value repeats only the stages that depend on the value."""
     out = lab / "out"
 
     def recorded():
@@ -143,7 +143,7 @@ def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
     assert (out / "inputs" / "other.csv").is_file()
 
 
-def test_a_quick_trial_assumes_nothing_that_is_given(lab):
+def test_the_quick_command_assumes_no_setting_that_is_given(lab):
     line = ("quick", lab / "crack.png", "--mm-per-px", 0.4, "--ends", "40,101", "160,98", "--device", "cpu")
     assert sealtwin(*line, "--out", lab / "out").exit_code == 2, "without a depth"
     given = ("crack.depth_mm=8", "crack.tilt=vertical", "fluid.viscosity_pa_s=0.5", "solver.model=slot")
@@ -159,7 +159,7 @@ def test_a_quick_trial_assumes_nothing_that_is_given(lab):
     assert 'tilt = "vertical"\n' in text
 
 
-def test_a_study_starts_from_the_trial_with_what_is_set(lab):
+def test_the_set_option_applies_to_all_runs_and_is_refused_for_varied_settings(lab):
     line = ("sweep", lab / "study.toml", "--out", lab / "out", "--device", "cpu", "--dry-run", "--set")
     assert sealtwin(*line, "nozzle.diameter_mm=1.9").exit_code == 0
     runs = json.loads((lab / "out" / "plan.json").read_text())["runs"]
@@ -170,7 +170,7 @@ def test_a_study_starts_from_the_trial_with_what_is_set(lab):
         assert f"--set {name}: {lab / 'study.toml'} also gives this setting" in refusal(*line, f"{name}=1")
 
 
-def test_what_a_calibration_finds_removes_nothing_that_is_set(lab):
+def test_the_set_option_is_refused_for_a_setting_that_is_calibrated(lab):
     line = ("calibrate", lab / "trial.toml", "--out", lab / "out", "--device", "cpu", "--free", "fluid.U=3:30", "--set")
     named = "--set fluid.viscosity_pa_s: a --free setting replaces this setting"
     assert named in refusal(*line, "fluid.viscosity_pa_s=1")
@@ -184,7 +184,7 @@ OTHERS = {"--nworkers", "--nthreads", "--constraint", "--editable"}
 """Options of Dask and of pip."""
 
 
-def test_no_sentence_names_an_option_or_a_command_that_does_not_exist():
+def test_every_option_and_command_named_in_texts_exists():
     # Variables of a style sheet begin with two hyphens as well.
     drawn = {"theme.py", "charts.py"}
     code = (path for name in PACKAGES for path in (ROOT / name).rglob("*.py") if path.name not in drawn)
@@ -204,8 +204,8 @@ def test_no_sentence_names_an_option_or_a_command_that_does_not_exist():
 @pytest.mark.parametrize(
     ("name", "texts"), [("--depth-mm", "1_0 nan 1e999 \u0663 1,000 0x1"), ("--jobs", "1_0 2,5 0 65")]
 )
-def test_a_decimal_comma_is_read_and_half_a_number_is_not(name, texts):
-    """Code 3 is of a photo that is not there: the number was read."""
+def test_a_decimal_comma_is_read_and_malformed_numbers_are_refused(name, texts):
+    """Exit code 3 is that of the missing photo, so that the number was read."""
     line = ("digitise", "none.png", "--mm-per-px", "0.1", "--depth-mm", "0,5")
     assert sealtwin(*line).exit_code == 3
     given = line[:-2] if name in line else line
@@ -213,7 +213,7 @@ def test_a_decimal_comma_is_read_and_half_a_number_is_not(name, texts):
 
 
 @pytest.mark.parametrize(("text", "value"), [("0,125", 0.125), ("-1,5e2", -150), (".5", 0.5), ("5.", 5), (" 12 ", 12)])
-def test_numbers_as_people_write_them(text, value):
+def test_numbers_with_decimal_comma_or_point_are_read(text, value):
     assert read_number(text) == value
 
 
@@ -232,8 +232,8 @@ app.main()
 
 
 @pytest.mark.parametrize(("options", "printed"), [((), b"p\\u0142yta None"), (("--json",), "płyta None".encode())])
-def test_any_name_is_printed_and_what_a_library_says_aside_is_not(options, printed, tmp_path):
-    """A page that lacks a letter gets an escape, as pipes on Windows; JSON is UTF-8. Width 0 would make help blank."""
+def test_any_character_is_printed_and_library_warnings_are_not(options, printed, tmp_path):
+    """An encoding without a letter gets an escape, as on Windows; JSON is UTF-8. COLUMNS = 0 would make help blank."""
     environment = os.environ | {"PYTHONIOENCODING": "ascii", "COLUMNS": "0"}
     command = [sys.executable, "-c", ASIDE, *options]
     answer = subprocess.run(command, capture_output=True, cwd=tmp_path, env=environment, check=False)

@@ -1,4 +1,4 @@
-"""From a photo and a depth to a report, with all that was assumed."""
+"""'sealtwin quick': from a photo and a depth to a report that lists all assumptions."""
 
 import json
 import tomllib
@@ -28,8 +28,8 @@ def _quick(lab, *more):
     return CliRunner().invoke(app, ["quick", str(lab / "crack.png"), *given, "--out", str(lab / "out"), *more])
 
 
-def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
-    """In place of a trial of its own with other ends; one that was edited since is kept."""
+def test_the_quick_command_writes_a_report_and_lists_its_assumptions(lab):
+    """A trial that quick wrote with other ends is overwritten; a trial that the user edited is not."""
     assert _quick(lab, "--ends", "5,5", "20,190").exit_code == 3
     assert (lab / "out" / "trial.toml").is_file()
     answer = _quick(lab, "--caliper", str(lab / "caliper.csv"), "--json")
@@ -65,7 +65,7 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     ("more", "named"),
     [(("--caliper", "none.csv"), "none.csv: no such file"), (("--mm-per-px", "9"), "photo.mm_per_px = 9.0: ")],
 )
-def test_what_cannot_be_used_leaves_nothing(lab, more, named):
+def test_the_quick_command_with_unusable_input_leaves_no_output_folder(lab, more, named):
     answer = _quick(lab, *more)
     assert answer.exit_code == 3
     assert named in answer.stderr

@@ -18,7 +18,7 @@ def write(path: Path, inches: bool = False) -> Path:
     return path
 
 
-def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
+def test_the_import_mesh_command_makes_a_digitised_run_folder(tmp_path):
     scan, run = write(tmp_path / "scan.stl", inches=True), tmp_path / "run"
     command = ("import-mesh", scan, "--units", "inch", "--out", run)
     done = sealtwin(*command, "--json")
@@ -42,7 +42,7 @@ def run(tmp_path_factory):
     return trial.with_name("run")
 
 
-def test_out_to_cad_and_back_it_is_the_same_crack(run, tmp_path):
+def test_a_crack_exported_to_dxf_and_imported_again_is_the_same(run, tmp_path):
     written = sealtwin("export", run, "--format", "mask,coco,dxf", "--out", tmp_path / "out", "--json")
     assert written.exit_code == 0, written.output
     names = sorted(file.name for file in (tmp_path / "out").iterdir())
@@ -59,7 +59,7 @@ def test_out_to_cad_and_back_it_is_the_same_crack(run, tmp_path):
         assert (folder / "trial.toml").is_file()
 
 
-def test_runs_of_one_name_what_is_no_run_and_a_file_of_the_users_are_named(run, tmp_path):
+def test_the_export_command_refuses_equal_names_other_folders_and_existing_files(run, tmp_path):
     twin, mine = shutil.copytree(run, tmp_path / "twin"), tmp_path / "mine"
     mine.mkdir()
     (mine / "coco.json").write_text("mine")
@@ -74,14 +74,14 @@ def test_runs_of_one_name_what_is_no_run_and_a_file_of_the_users_are_named(run, 
 
 
 @pytest.mark.parametrize("options", ["--line L", "--outline A --walls B C", "--depth-mm 1e9"])
-def test_options_that_do_not_go_together_are_a_usage_error(tmp_path, options):
+def test_invalid_options_of_import_dxf_are_a_usage_error(tmp_path, options):
     (tmp_path / "a.dxf").write_text("")
     answer = sealtwin("import-dxf", tmp_path / "a.dxf", "--depth-mm", 8, "--out", tmp_path / "out", *options.split())
     assert answer.exit_code == 2
 
 
 @pytest.mark.parametrize(("name", "content"), [("a.dxf", b"\x00\xff" * 50), ("a.dwg", b"AC1032"), ("b", None)])
-def test_what_is_no_drawing_is_one_sentence(tmp_path, name, content):
+def test_import_dxf_refuses_a_file_that_is_no_drawing(tmp_path, name, content):
     if content is not None:
         (tmp_path / name).write_bytes(content)
     assert name in refusal("import-dxf", tmp_path / name, "--depth-mm", 8, "--out", tmp_path / "out")
@@ -92,8 +92,8 @@ FRAME = ("markers", "--face-mm", "160x40", "--out")
 
 
 @pytest.mark.parametrize("names", [("mine.pdf", "board.toml"), ("frame.pdf", "mine.pdf")])
-def test_no_file_of_the_users_is_overwritten_by_a_frame_or_its_table(tmp_path, names):
-    """--toml wants a new file for the table: whoever gives the trial's own name must not lose the trial."""
+def test_a_marker_frame_or_its_table_overwrites_no_existing_file(tmp_path, names):
+    """A user who gives the trial's name to --toml must not lose the trial."""
     (tmp_path / "mine.pdf").write_text("mine")
     frame, table = (tmp_path / name for name in names)
     assert "mine.pdf: already exists" in refusal(*FRAME, frame, "--toml", table)
@@ -109,7 +109,7 @@ def test_no_file_of_the_users_is_overwritten_by_a_frame_or_its_table(tmp_path, n
         ("--face-mm 160x40 --toml frame.pdf", 2, "same file"),
     ],
 )
-def test_what_cannot_be_printed_is_said_and_nothing_written(tmp_path, monkeypatch, arguments, code, named):
+def test_a_marker_frame_that_cannot_be_printed_is_refused(tmp_path, monkeypatch, arguments, code, named):
     monkeypatch.chdir(tmp_path)
     answer = sealtwin("markers", *arguments.split(), *([] if "--out" in arguments else ["--out", "frame.pdf"]))
     assert answer.exit_code == code

@@ -1,4 +1,4 @@
-"""'sealtwin trace' from its first line to its last, with a browser that knows what it wants."""
+"""'sealtwin trace' with a scripted browser in place of the user's."""
 
 import http.client
 import json
@@ -30,7 +30,7 @@ def trial(tmp_path):
 
 @pytest.fixture
 def browser(monkeypatch):
-    """Opens in place of the user's, and posts what it is told to: first to last, each with its answers."""
+    """Browser that opens in place of the user's, sends its ``posts`` and keeps the answers."""
 
     class Browser:
         posts: tuple = ()
@@ -59,7 +59,7 @@ def _posted(url, name, content):
         return [json.loads(line) for line in connection.getresponse()]
 
 
-def test_what_is_clicked_is_saved_into_the_trial(trial, browser):
+def test_points_clicked_on_the_trace_page_are_saved_in_the_trial(trial, browser):
     hints = {"ends_px": ENDS[::-1], "via_px": [[1000.0, 498.0]], "face_mm": [160, 40]}
     browser.posts = (("trace", {"hints": hints, "revision": 1, "until": "walls"}), ("save", {"hints": hints}))
     answer = sealtwin("trace", trial)
@@ -79,7 +79,7 @@ def test_what_is_clicked_is_saved_into_the_trial(trial, browser):
     assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
 
 
-def test_a_photo_gets_a_trial_beside_it(trial, browser):
+def test_tracing_a_photo_writes_a_trial_beside_the_photo(trial, browser):
     photo = trial.parent / "photo.jpg"
     hints = {"ends_px": ENDS, "face_mm": [160, 40], "frame": [16, "4x4_50", 8, None]}
     browser.posts = (("save", {"hints": hints}), ("save", {"hints": hints, "shape": {"depth_mm": 16}}))
@@ -97,8 +97,8 @@ def test_a_photo_gets_a_trial_beside_it(trial, browser):
     assert "sealtwin run" in browser.answers[1][0]["saved"]["next"]
 
 
-def test_a_folder_goes_from_photo_to_photo(trial, browser):
-    """A trial and its photo are one; a photo without a trial gets one; a mask is no photo of its own."""
+def test_tracing_a_folder_goes_from_photo_to_photo(trial, browser):
+    """A trial and its photo are one entry, a photo without a trial gets a trial, and a mask is no photo."""
     folder = trial.parent
     shutil.copy(folder / "photo.jpg", folder / "another.jpg")
     shutil.copy(folder / "photo.jpg", folder / "broken.png")
@@ -116,7 +116,7 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
     assert result["not_traced"] == ["broken.png"]
 
 
-def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tmp_path):
+def test_an_unusable_target_of_trace_is_refused_before_the_page_opens(trial, browser, tmp_path):
     photo, mesh = trial.with_name("photo.jpg"), tmp_path / "mesh.toml"
     mesh.write_text('name = "m"\n[mesh]\nfile = "m.stl"\ndata = "measured"\nunits = "mm"\n')
     trial.with_name("photo.toml").touch()
@@ -132,7 +132,7 @@ def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tm
     assert "not a readable photo" in refusal("trace", trial)
 
 
-def test_a_port_that_is_taken_is_named(trial):
+def test_a_port_in_use_is_refused_by_its_number(trial):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert f"--port {port}: Address already in use" in refusal("trace", trial, "--port", port)

@@ -1,4 +1,4 @@
-"""The short answer of commands that run a trial: what it never leaves out."""
+"""The short answer of commands that run a trial."""
 
 from dataclasses import replace
 from typing import Any
@@ -65,7 +65,7 @@ def result_of(comparison: Comparison | None, sample: Any = (), fluid: Any = (), 
     )
 
 
-def test_verbose_prints_what_the_short_answer_leaves_out(evidence):
+def test_the_verbose_answer_adds_all_findings_to_the_short_answer(evidence):
     comparison = compared(replace(evidence, readings=replace(present(evidence.readings, "readings"), dialect="CSV")))
     result = result_of(comparison)
     short, full = (result_lines(result, "validate", can_be_varied=True, verbose=verbose) for verbose in (False, True))
@@ -76,7 +76,7 @@ def test_verbose_prints_what_the_short_answer_leaves_out(evidence):
     assert [text for text in (*sentences, *figures) if text not in rest] == []
 
 
-def test_each_reason_why_the_fast_model_is_unfit_is_a_line(evidence):
+def test_the_answer_lists_each_reason_why_the_fast_model_is_unfit(evidence):
     unfit = doubt("unfit.mound", "A mound."), doubt("unfit.over", "It runs over the face.")
     method, other = doubt("method.fast", "By the fast model."), doubt("fluid.bond", "The Bond number is 0.9.")
     fluid = dict.fromkeys(("particles", "escaped_particles", "spilled_particles"))
@@ -112,7 +112,7 @@ COMPARED = {
         "Beyond the readings' own error at 9 of 9 stations.", "Gate     1.6 mm: passed"]),
     "gate undecided": (lambda e: compared(e, gate=Gate(mean_error_mm=0.5)), ["Gate     0.5 mm: undecided"]),
     "no gate": (lambda e: compared(e, gate=None), ["Gate     none declared"]),
-    "inside it": (lambda e: compared(replace(e, profile=Profile(e.profile.s_mm, e.profile.level_mm - 0.5))),
+    "within errors": (lambda e: compared(replace(e, profile=Profile(e.profile.s_mm, e.profile.level_mm - 0.5))),
         ["Within the readings' own error at all of 9 stations."]),
     "extra runs": (lambda e: compared(e, runs=spread(effects=[LIFTED]), declared=Uncertainty(volume_ml=0.1)),
         ["the errors of readings, numerics and inputs at", "Mean level off by +0.50 ± ", "ASME V&V 20"]),
@@ -142,7 +142,7 @@ UNVARIED = {"extra runs", "few readings", "edited", "escaped"}
 
 
 @pytest.mark.parametrize("kind", COMPARED)
-def test_each_kind_of_comparison_has_its_line(evidence, kind):
+def test_the_answer_states_the_outcome_of_each_kind_of_comparison(evidence, kind):
     comparison, expected = COMPARED[kind]
     lines = lines_of(comparison(evidence))
     assert [text for text in expected if text not in "\n".join(lines)] == []
@@ -150,7 +150,7 @@ def test_each_kind_of_comparison_has_its_line(evidence, kind):
 
 
 @pytest.mark.parametrize("kind", WITHOUT_READINGS)
-def test_each_kind_of_result_without_readings_has_its_line(kind):
+def test_the_answer_states_each_kind_of_result_without_readings(kind):
     parts, expected = WITHOUT_READINGS[kind]
     lines = lines_of(None, **parts)
     assert [text for text in expected if text not in "\n".join(lines)] == []

@@ -1,4 +1,4 @@
-"""Tasks on worker processes: what they return, what is lost, and which schedulers are refused."""
+"""Tasks on worker processes: their results, lost tasks, and refused schedulers."""
 
 import multiprocessing
 import os
@@ -42,8 +42,8 @@ def _half_of_it(self, message, *_):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_tasks_are_computed_by_other_processes_and_only_the_deadly_ones_are_lost():
-    """One that raises, one killed in the middle of its answer and one that cannot be read cost no other its result."""
+def test_only_tasks_that_raise_or_kill_their_worker_are_lost():
+    """One task raises, one is killed in the middle of its answer, and one returns a result that cannot be read."""
     outcomes = dict(run_tasks(_square, ((number, (number,)) for number in range(2, 7)), 2))
     lost = {number: outcome.reason for number, outcome in outcomes.items() if isinstance(outcome, Lost)}
     assert sorted(lost) == [3, 4, 5]
@@ -72,8 +72,8 @@ def _killed(folder):
             os.kill(int(note.read_text()), signal.SIGKILL)
 
 
-def test_a_result_that_was_lost_with_its_worker_is_computed_again(tmp_path):
-    """Also where the worker is killed after it finished, by a later task, before its result was fetched."""
+def test_a_result_lost_with_its_worker_is_computed_again(tmp_path):
+    """A later task kills the worker after it finished and before its result is fetched."""
 
     def tasks():
         yield "first", (_noted, tmp_path, 1)
@@ -94,8 +94,8 @@ def _called(function, *arguments):
     return function(*arguments)
 
 
-def test_workers_of_this_machine_listen_on_no_address_and_end_in_the_middle_of_a_task():
-    """Whoever reached such an address could run code."""
+def test_local_workers_open_no_port_and_can_end_during_a_task():
+    """A process that reaches such a port could run code."""
 
     def tasks():
         yield 0, (0.0,)
@@ -116,8 +116,8 @@ def _slept(seconds):
     return {one.laddr for one in sockets if one.status == "LISTEN"}
 
 
-def test_results_that_nobody_reads_to_the_end_keep_no_interpreter_from_ending():
-    """A traceback that is printed keeps them; idle workers were waited for without end."""
+def test_unread_results_do_not_keep_the_interpreter_from_ending():
+    """A printed traceback keeps the results alive, and the interpreter once waited for idle workers without end."""
     script = "from sealtwin.core.cluster import run_tasks\n"
     script += "results = run_tasks(pow, [(0, (1, 1)), (1, (1, 1)), (2, (1, 1))], 2)\nnext(results)"
     subprocess.run([sys.executable, "-c", script], timeout=60, check=True)
@@ -138,10 +138,10 @@ class _LostTask:
         called(self)
 
 
-def test_a_result_that_is_lost_on_its_way_here_and_a_scheduler_that_ends_are_a_lost_connection():
-    """Dask's own executor never ended it, as a scheduler was killed to see while it sent a result of 700 MB.
+def test_a_lost_or_cancelled_result_is_reported_as_a_lost_connection():
+    """Dask never ends a task whose result is lost in transfer, and cancels tasks that it has taken.
 
-    It cancels what it had taken where a scheduler ends, as its process was killed to see.
+    Both were observed by killing a scheduler, once while it sent a result of 700 MB.
     """
     cancelled = Future()
     cancelled.cancel()
@@ -150,7 +150,7 @@ def test_a_result_that_is_lost_on_its_way_here_and_a_scheduler_that_ends_are_a_l
             _outcome(task, "tcp://127.0.0.1:9")
 
 
-def test_without_dask_a_scheduler_is_refused_with_the_extra_that_brings_it(monkeypatch):
+def test_a_scheduler_without_dask_is_refused_with_the_extra_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install sealtwin\[cluster\]"):
         next(run_tasks(pow, [(0, (1, 1))], 0, "tls://node7:8786"))
@@ -163,9 +163,7 @@ def test_without_dask_a_scheduler_is_refused_with_the_extra_that_brings_it(monke
         ("no scheduler responds", "localhost:9"),
     ],
 )
-def test_an_unencrypted_scheduler_of_another_machine_and_one_that_does_not_answer_are_named(
-    fault, address, monkeypatch
-):
+def test_an_unencrypted_or_silent_scheduler_is_refused(fault, address, monkeypatch):
     monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.2)
     with pytest.raises(InputError, match=f"--scheduler {address}: {fault}"):
         next(run_tasks(pow, [(0, (1, 1))], 0, address))

@@ -1,4 +1,4 @@
-"""Faults of the machine, of names and of settings: told by the file that the user knows, in few words."""
+"""Messages about operating system errors and about settings files."""
 
 import errno
 import time
@@ -16,8 +16,8 @@ SHUT = PermissionError(errno.EACCES, "Permission denied", ".photos.123.csv")
 
 
 @pytest.mark.parametrize("fault", [NO_SPACE, SHUT], ids=["full disk", "temporary file"])
-def test_a_fault_of_the_machine_names_the_users_file(fault):
-    """What has no name would end as a bug of ours, with a traceback."""
+def test_an_operating_system_error_names_the_users_file(fault):
+    """An error without a file name would end with a traceback, as a bug."""
     with pytest.raises(OSError, match=r"photos\.csv") as named, naming(Path("out/photos.csv")):
         raise fault
     assert named.value.filename == "out/photos.csv"
@@ -58,7 +58,7 @@ def refusal(text: str, folder: Path) -> str:
     ],
     ids=["digits", "text", "list"],
 )
-def test_a_long_value_of_the_wrong_kind_is_refused_in_a_few_lines(tmp_path, text, words, most):
+def test_a_long_invalid_value_is_refused_in_a_short_message(tmp_path, text, words, most):
     message = refusal(text, tmp_path)
     assert words in message
     assert len(message) < most
@@ -76,14 +76,14 @@ def test_a_long_value_of_the_wrong_kind_is_refused_in_a_few_lines(tmp_path, text
         ("inner = 3", "inner = 3: should be a table."),
     ],
 )
-def test_each_place_is_told_once_and_in_a_users_words(tmp_path, text, fault):
+def test_a_fault_of_a_settings_file_is_named_by_key_and_value(tmp_path, text, fault):
     assert refusal(text, tmp_path) == f"{tmp_path / 'cell.toml'}: {fault}"
 
 
 @pytest.mark.parametrize(
     "text", ["volume_ml" + ".a" * 5000 + " = 1", "volume_ml = " + "[" * 50_000, "= 1", "\udcff", "#" * 200_001]
 )
-def test_what_is_no_toml_is_refused_at_once(tmp_path, text):
+def test_text_that_is_no_toml_is_refused_within_2_seconds(tmp_path, text):
     began = time.process_time()
     assert "cell.toml" in refusal(text, tmp_path)
     assert time.process_time() - began < 2  # 0.1 s; tables in tables would take gigabytes and minutes

@@ -1,4 +1,4 @@
-"""Files of a run folder: whole or not there, and the same after re-reading; what is no file is not opened."""
+"""Files of a run folder: written completely or not at all, unchanged after reading, refused if damaged."""
 
 import csv
 import errno
@@ -25,8 +25,8 @@ from tests.support.shapes import straight_slot
 
 
 @pytest.mark.parametrize("fault", [RuntimeError("crack.stl"), OSError(errno.ENOSPC, "No space left on device")])
-def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path, fault):
-    """A full disk is told by the file that found no room."""
+def test_a_failed_write_leaves_the_old_file_and_no_temporary_file(tmp_path, fault):
+    """The error of a full disk names the file that was written."""
     path = tmp_path / "crack.stl"
     files.write_text(path, "old")
     with pytest.raises(type(fault), match=r"crack\.stl"), files.replacing(path) as temporary:  # noqa: PT012
@@ -45,7 +45,7 @@ def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path, fault):
         ('"' + "x" * 200_000, "line 1|CSV"),
     ],
 )
-def test_a_broken_table_is_named_by_file_and_line(tmp_path, text, named):
+def test_a_damaged_table_is_refused_with_file_and_line(tmp_path, text, named):
     path = tmp_path / "profile.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=rf"profile\.csv.*({named})") as fault:
@@ -53,12 +53,12 @@ def test_a_broken_table_is_named_by_file_and_line(tmp_path, text, named):
     assert len(str(fault.value)) < 400
 
 
-def test_json_has_no_word_that_json_does_not_know():
+def test_nan_and_infinity_are_written_as_null_in_json():
     content = {"a": np.float64("nan"), "b": np.array([1.0, np.inf]), "c": np.int64(3), "d": (True, np.bool_(False))}
     assert json.loads(files.as_json(content)) == {"a": None, "b": [1.0, None], "c": 3, "d": [True, False]}
 
 
-def test_a_trajectory_and_a_profile_survive_their_files(tmp_path):
+def test_a_trajectory_and_a_profile_are_unchanged_after_writing_and_reading(tmp_path):
     columns = dict(zip(("t_s", "s_mm", "speed_mm_s", "flow_mm3_s"), np.arange(8.0).reshape(4, 2) + 0.25, strict=True))
     trajectory = Trajectory(position_mm=np.array([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0]]), **columns)
     record_files.write_trajectory(tmp_path, trajectory)
@@ -88,8 +88,8 @@ def written_run(folder, count=1):
     return run
 
 
-def test_a_run_survives_its_files(tmp_path):
-    """Also figures without a number, and settings in their order."""
+def test_a_run_is_unchanged_after_writing_and_reading(tmp_path):
+    """Figures without a number and the order of settings are unchanged too."""
     run = written_run(tmp_path, 5)
     again = record_files.read_run(tmp_path)
     assert_allclose(again.position_mm, run.position_mm, atol=1e-6)
@@ -108,8 +108,8 @@ def test_a_run_survives_its_files(tmp_path):
         ("health", {"volume_ratio": "all of it"}),
     ],
 )
-def test_a_run_of_another_kind_or_size_is_named_by_its_field(tmp_path, key, value):
-    """Seen to fail with the content taken as it is: "particles": "many" made a report."""
+def test_a_run_with_an_invalid_field_is_refused_with_the_fields_name(tmp_path, key, value):
+    """Seen to fail without a check: a report was made from "particles": "many"."""
     written_run(tmp_path)
     path = tmp_path / "simulation.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
@@ -126,7 +126,7 @@ def test_a_run_of_another_kind_or_size_is_named_by_its_field(tmp_path, key, valu
         ("particles.csv", "0,0,0,0,0,0,0,0", "has 2 particles, 0 of them spilled, but simulation.json has 1 and 0"),
     ],
 )
-def test_a_row_that_no_stage_can_have_written_is_named(tmp_path, name, row, fault):
+def test_an_impossible_row_of_a_result_file_is_refused(tmp_path, name, row, fault):
     """A particle that fell out of its sample for twenty seconds, two kilometres in the paper's trial, is still read."""
     written_run(tmp_path)
     write_table(tmp_path / "particles.csv", record_files.PARTICLE_COLUMNS, np.array([[0, 0, -2e6, 0, 0, -2e5, 20, 0]]))
@@ -139,8 +139,8 @@ def test_a_row_that_no_stage_can_have_written_is_named(tmp_path, name, row, faul
 
 
 @pytest.mark.parametrize("start", ["=", "@", "\t", "\r", "\uff1d"])
-def test_no_text_of_an_exported_table_can_run_in_a_spreadsheet(start):
-    """A note such as =HYPERLINK(...) is somebody else's program. Numbers stay numbers, and negative ones too."""
+def test_spreadsheet_formulas_in_exported_tables_are_written_as_text(start):
+    """A note such as =HYPERLINK(...) would run in a spreadsheet. Numbers, also negative, stay numbers."""
     written = f"{start}cmd|' /C calc'!A0"
     text = sheet_text(["note", "level_mm", "runs"], [[written, -1.5, 12_345_678], ["a\r=1", 0.1, 1]])
     _, (note, level_mm, runs), (second, *_) = csv.reader(io.StringIO(text, newline=""))
@@ -159,7 +159,7 @@ def test_no_text_of_an_exported_table_can_run_in_a_spreadsheet(start):
         ("outline.json", ("branches_mm",), [[[1, "deep"]]], "branches_mm.0 = [[1, 'deep']]"),
     ],
 )
-def test_an_edited_value_is_named_by_its_file_its_key_and_itself(tmp_path, file, keys, value, fault):
+def test_an_invalid_edited_value_is_refused_with_file_key_and_value(tmp_path, file, keys, value, fault):
     outline = straight_slot()
     record_files.write_outline(tmp_path, outline)
     record_files.write_solid(tmp_path, build_solid(outline, CrackShape(depth_mm=8.0)))
@@ -179,8 +179,8 @@ NO_FILES = {
 
 
 @pytest.mark.parametrize(("make", "words"), NO_FILES.values(), ids=NO_FILES)
-def test_what_is_no_file_of_that_size_is_refused_unread(tmp_path, make, words):
-    """Each reader would fill the memory, or wait; the last one is a reader of pieces."""
+def test_a_pipe_a_folder_and_an_oversized_file_are_refused_unread(tmp_path, make, words):
+    """Each reader would fill the memory or wait without end; ``opened`` reads in pieces."""
     path = tmp_path / "report.json"
     make(path)
     for read in (read_bytes, read_text, read_json, sha256):

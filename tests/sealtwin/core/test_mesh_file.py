@@ -102,7 +102,7 @@ def volume_of(mesh: Triangles) -> float:
 
 
 @pytest.mark.parametrize("sample", needing(SAMPLES))
-def test_each_format_is_read_as_another_library_wrote_it(tmp_path, sample):
+def test_a_box_in_each_mesh_format_is_read_with_its_corners_and_volume(tmp_path, sample):
     assert {make()[0] for make in SAMPLES.values()} == set(READERS)
     mesh = read(tmp_path, *SAMPLES[sample]())
     assert len(mesh.faces) == 12
@@ -113,19 +113,19 @@ def test_each_format_is_read_as_another_library_wrote_it(tmp_path, sample):
 
 @needs_lxml
 @pytest.mark.parametrize(("unit", "unit_mm"), [("millimeter", 1.0), ("inch", 25.4)])
-def test_a_3mf_says_its_unit_and_its_part_lies_where_the_plate_has_it(tmp_path, unit, unit_mm):
+def test_the_unit_and_the_transform_of_a_3mf_part_are_read(tmp_path, unit, unit_mm):
     mesh = read(tmp_path, ".3mf", three_mf(unit, scale=2.0))
     assert mesh.unit_mm == unit_mm
     assert mesh.vertices.max(axis=0) == pytest.approx([40, 20, 10])
 
 
-def test_a_text_ply_keeps_the_digits_of_its_text(tmp_path):
+def test_a_text_ply_is_read_in_double_precision(tmp_path):
     """Its header declares float, whose step at 0.1 is 7e-9."""
     text = (PLY.format("ascii", 3, 1) + LIST).encode() + b"0.1 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
     assert read(tmp_path, ".ply", text).vertices[0, 0] == 0.1
 
 
-def test_a_glb_node_places_its_mesh_and_a_mirror_keeps_it_outward(tmp_path):
+def test_a_mirrored_glb_node_moves_its_mesh_and_keeps_faces_outward(tmp_path):
     mirror = np.diag([-1.0, 2.0, 1.0, 1.0])
     mirror[:3, 3] = 1.0, 2.0, 3.0
     scene = trimesh.Scene()
@@ -163,19 +163,19 @@ REFUSED = {
     "a binary STL that claims 4 billion triangles": (".stl", bytes(80) + struct.pack("<I", HUGE) + bytes(50)),
     "a text STL whose second solid has no end": (".stl",
         b"solid a\n" + 3 * b"vertex 1 2 3\n" + b"endsolid\nsolid b\n" + 3 * b"vertex 1 2 3\n"),
-    "a number that is none": (".stl", written(box(), "stl_ascii").replace(b"20.0", b"nan")),
+    "a coordinate that is nan": (".stl", written(box(), "stl_ascii").replace(b"20.0", b"nan")),
     "a PLY that claims 4 billion vertices": (".ply", (PLY.format("ascii", HUGE, 1) + LIST).encode()),
     "a face that names a vertex beyond all numbers": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999"),
-    "a GLB with its numbers elsewhere": (".glb",
+    "a GLB whose buffer is another file": (".glb",
         glb(one_mesh(buffers=[{"byteLength": 36, "uri": "/etc/passwd"}]), bytes(36))),
-    "a GLB that claims more than it holds": (".glb",
+    "a GLB shorter than it claims": (".glb",
         glb(one_mesh(accessors=[{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": HUGE}]), bytes(36))),
-    "a GLB whose nodes hang in a circle": (".glb", glb(one_mesh(nodes=[{"children": [0, 0]}]), bytes(36))),
-    "a 3MF whose entities unfold": (".3mf",
+    "a GLB with circular nodes": (".glb", glb(one_mesh(nodes=[{"children": [0, 0]}]), bytes(36))),
+    "a 3MF with expanding entities": (".3mf",
         three_mf(xml='<!DOCTYPE m [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]><model>&b;</model>')),
     "an OBJ of polygons": (".obj", counted_obj(SIDES)),
     "a PLY of polygons": (".ply", big_endian_ply(SIDES)),
-    "a 3MF whose components hang in a circle": (".3mf",
+    "a 3MF with circular components": (".3mf",
         three_mf(xml='<model><object id="1"><component objectid="1"/><component objectid="1"/></object>'
             '<build><item objectid="1"/></build></model>')),
 }
@@ -183,7 +183,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", needing(REFUSED))
-def test_content_that_is_no_mesh_is_refused_by_file_and_format(tmp_path, name):
+def test_content_that_is_no_mesh_is_refused_with_file_and_format(tmp_path, name):
     suffix, content = REFUSED[name]
     with pytest.raises(InputError) as refusal:
         read(tmp_path, suffix, content, remedy="Digitise again.")
@@ -194,31 +194,31 @@ def test_content_that_is_no_mesh_is_refused_by_file_and_format(tmp_path, name):
 @pytest.mark.parametrize(
     ("suffix", "remedy"), [(".gltf", "GLB"), (".step", "triangles"), (".las", "mesh"), (".png", "STL")]
 )
-def test_another_format_is_refused_by_its_name(tmp_path, suffix, remedy):
+def test_an_unsupported_mesh_format_is_refused_with_a_remedy(tmp_path, suffix, remedy):
     with pytest.raises(InputError, match=rf"sample{suffix}: .*{remedy}"):
         read(tmp_path, suffix, b"")
 
 
-def test_3mf_without_lxml_is_refused_with_the_remedy(tmp_path, monkeypatch):
+def test_a_3mf_without_lxml_is_refused_with_a_remedy(tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"sample\.3mf: .*sealtwin\[3mf\].*STL"):
         read(tmp_path, ".3mf", three_mf())
 
 
 @needs_lxml
-def test_a_3mf_is_refused_before_it_unpacks(tmp_path, monkeypatch):
+def test_an_oversized_3mf_is_refused_before_unpacking(tmp_path, monkeypatch):
     monkeypatch.setattr("sealtwin.core.mesh_file.LARGEST_MODEL", 1_000_000)
     bomb = three_mf(xml=" " * 2_000_000)
     assert len(bomb) < 4000
     with pytest.raises(InputError, match=r"2000000 bytes after unpacking, but at most 1000000"):
         read(tmp_path, ".3mf", bomb)
-    # The archive may lie about it: no more is unpacked than it says, and its checksum then fails.
+    # If the archive states a wrong size, only that much is unpacked, and the checksum fails.
     with pytest.raises(InputError, match="CRC"):
         read(tmp_path, ".3mf", bomb.replace(struct.pack("<I", 2_000_000), struct.pack("<I", 900)))
 
 
 @pytest.mark.parametrize(("size", "fault"), [(200_000_001, ": the file has 200 MB"), (None, "")])
-def test_a_file_that_is_too_large_is_not_opened_and_a_missing_one_is_named(tmp_path, size, fault):
+def test_an_oversized_or_missing_mesh_file_is_refused(tmp_path, size, fault):
     if size:
         (tmp_path / "scan.stl").touch()
         os.truncate(tmp_path / "scan.stl", size)
@@ -227,8 +227,8 @@ def test_a_file_that_is_too_large_is_not_opened_and_a_missing_one_is_named(tmp_p
 
 
 @pytest.mark.parametrize("sample", needing(SAMPLES))
-def test_any_damage_gives_a_mesh_or_a_sentence(tmp_path, sample):
-    """Bytes are changed, cut out and put in, 150 times; no other exception leaves the reader."""
+def test_a_damaged_mesh_file_is_read_or_refused_without_another_exception(tmp_path, sample):
+    """Bytes are changed, removed and inserted in 150 copies of the file."""
     suffix, content = SAMPLES[sample]()
     rng = np.random.default_rng(0)
     refused = 0

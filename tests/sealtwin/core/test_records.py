@@ -7,10 +7,10 @@ from digitise.geometry.polyline import signed_area
 from tests.support.shapes import OPEN, straight_slot
 
 
-def test_widths_add_up_to_the_area_where_oblique_ends_bulge():
-    """Both ends at 30 degrees to the crack, and 0.8 mm narrower where the walls of a station first face each other.
+def test_mean_width_times_length_is_the_area_for_oblique_bulging_ends():
+    """Both ends are at 30 degrees to the crack, and 0.8 mm narrower where the walls of a station first face each other.
 
-    1 %: stations 0.25 mm apart. The width of that station for the whole end would give 5 % too little.
+    Stations 0.25 mm apart allow 1 %. The width of that station for the whole end would give 5 % too little.
     """
     s_mm = np.linspace(0, 60, 241)
     half_mm = 1.5 + 0.4 * np.cos(2 * np.pi * np.minimum(s_mm, 60 - s_mm) / 12) * (np.minimum(s_mm, 60 - s_mm) < 12)

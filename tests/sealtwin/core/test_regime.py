@@ -1,4 +1,4 @@
-"""Numbers of a flow against those worked out by hand, and the meniscus between two walls against its closed forms."""
+"""Dimensionless numbers of a flow, and the meniscus between two walls."""
 
 import numpy as np
 import pytest
@@ -9,16 +9,16 @@ PAPER = {"density_kg_m3": 1690.0, "speed_mm_s": 70.8, "nozzle_mm": 2.4, "width_m
 
 
 @pytest.mark.parametrize(("flow_index", "share"), [(1.0, 1.0), (0.5, 0.1841)])
-def test_the_papers_paste_flows_slowly_and_is_held_by_its_yield_stress(flow_index, share):
+def test_reynolds_bond_and_bingham_numbers_equal_a_hand_calculation(flow_index, share):
     """32 mm2/s and 12 Pa: 70.8 * 2.4 / 32 = 5.3; 1690 * 9.81 * 0.0031^2 / 0.072 = 2.2; 12 / 1.6 Pa = 7.5.
 
-    A paste that thins has the viscosity of its shear in the nozzle: 70.8 / 2.4 = 29.5 /s, where n = 0.5 leaves 0.184.
+    A thinning paste has the viscosity at the shear rate of the nozzle, 70.8 / 2.4 = 29.5 /s: 0.184 times K for n = 0.5.
     """
     regime = regime_of(viscosity_m2_s=3.2e-5, yield_stress_pa=12.0, **PAPER, flow_index=flow_index)
     assert regime == pytest.approx((5.31 / share, 2.21, 7.52 / share), rel=0.01)
 
 
-def test_a_fluid_without_viscosity_has_no_number_that_divides_by_it():
+def test_a_fluid_without_viscosity_has_no_reynolds_and_no_bingham_number():
     regime = regime_of(viscosity_m2_s=0.0, yield_stress_pa=0.0, **PAPER)
     assert regime == (None, pytest.approx(2.21, rel=0.01), None)
 
@@ -30,8 +30,8 @@ def test_a_fluid_without_viscosity_has_no_number_that_divides_by_it():
         *((width_mm, 2 * 1.75**2 / width_mm, 1.75 * np.sqrt(2)) for width_mm in (60.0, 104.9, 105.1)),
     ],
 )
-def test_the_meniscus_has_the_closed_forms_of_narrow_and_wide_cracks(width_mm, mean_mm, wall_mm):
-    """Two walls hold 2 gamma / (rho g) of area, and lift the edge of a wide crack by sqrt(2) capillary lengths."""
+def test_the_meniscus_equals_the_closed_forms_for_narrow_and_wide_cracks(width_mm, mean_mm, wall_mm):
+    """Two walls raise an area of 2 gamma / (rho g), and lift the edge of a wide crack by sqrt(2) capillary lengths."""
     assert raise_and_height_mm(width_mm, 1.75) == pytest.approx((mean_mm, wall_mm), rel=1e-3)
 
 

@@ -1,4 +1,4 @@
-"""A run folder: one holder, nothing of the user's overwritten, nothing half done taken for done."""
+"""Run folders: finished stages, edited files, and files of the user that must stay untouched."""
 
 import re
 import subprocess
@@ -34,7 +34,7 @@ def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
         assert not folder.is_current("digitise", KEY)
 
 
-def test_clearing_a_stage_sets_edited_files_aside_and_takes_the_rest(tmp_path):
+def test_clearing_a_stage_renames_edited_files_and_deletes_other_files(tmp_path):
     with open_folder(tmp_path / "run", create=True) as folder:
         for text, kept_as in (("mine", "outline.changed.json"), ("mine again", "outline.changed2.json")):
             _finish(folder)
@@ -49,7 +49,7 @@ def test_clearing_a_stage_sets_edited_files_aside_and_takes_the_rest(tmp_path):
         assert not (folder.path / "below" / "outline.json").exists()
 
 
-def test_a_result_is_finished_only_while_what_it_was_made_from_lies_there(tmp_path):
+def test_a_stage_is_finished_only_if_its_inputs_are_unchanged(tmp_path):
     with open_folder(tmp_path / "run", create=True) as folder:
         _finish(folder)
         digest = files.sha256(folder.path / "outline.json")
@@ -65,8 +65,8 @@ def test_a_result_is_finished_only_while_what_it_was_made_from_lies_there(tmp_pa
 
 
 @pytest.mark.parametrize("name", [".crack.12345.stl", "sealtwin-tmp-1-00000000"])
-def test_a_hidden_file_of_the_users_is_never_removed(tmp_path, name):
-    """A dot, a number and a suffix once made it pass for what a killed run leaves."""
+def test_a_hidden_file_of_the_user_is_not_removed(tmp_path, name):
+    """A name with a dot, a number and a suffix was once taken for a temporary file of a killed run."""
     (tmp_path / name).write_text("mine")
     with pytest.raises(InputError, match=re.escape(name)), open_folder(tmp_path, create=True):
         pass
@@ -78,7 +78,7 @@ def test_a_hidden_file_of_the_users_is_never_removed(tmp_path, name):
 
 
 def test_a_run_killed_at_its_first_file_can_be_started_again(tmp_path):
-    """The folder holds then what was being written, and nothing that says it is a run's."""
+    """The folder then contains a temporary file and no manifest."""
     script = (
         "import os, sys; from pathlib import Path; from sealtwin.core.files import replacing\n"
         "with replacing(Path(sys.argv[1])) as temporary:\n"
@@ -91,8 +91,8 @@ def test_a_run_killed_at_its_first_file_can_be_started_again(tmp_path):
         assert {path.name for path in folder.path.iterdir()} == {MANIFEST, HOLDER, LOCK}
 
 
-def test_what_is_no_run_folder_is_refused(tmp_path):
-    """Somebody's files, a file, a folder below one, one that is not there, and a name that no JSON takes."""
+def test_a_path_that_is_no_run_folder_is_refused(tmp_path):
+    """The paths: another folder, a file, a folder below a file, a missing folder, and a name that is not UTF-8."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "trial.toml").write_text("mine")
     for path, fault, create in (
@@ -116,7 +116,7 @@ def test_what_is_no_run_folder_is_refused(tmp_path):
         '"wall_time_s": 1, "versions": {}}}}',
     ],
 )
-def test_a_manifest_of_another_form_is_refused(tmp_path, content):
+def test_a_manifest_with_missing_or_wrong_fields_is_refused(tmp_path, content):
     with open_folder(tmp_path / "run", create=True):
         pass
     (tmp_path / "run" / MANIFEST).write_text(content)
@@ -125,8 +125,8 @@ def test_a_manifest_of_another_form_is_refused(tmp_path, content):
 
 
 @pytest.mark.parametrize("name", ["{home}/mine.txt", "a/../../mine.txt", "link/mine.txt", ".."])
-def test_a_manifest_from_somebody_else_cannot_reach_out_of_its_folder(tmp_path, name):
-    """A stage that is redone moves or removes what the manifest says it made."""
+def test_a_manifest_with_paths_outside_its_folder_is_refused(tmp_path, name):
+    """A repeated stage moves or removes the files that the manifest lists as its outputs."""
     mine = tmp_path / "mine.txt"
     mine.write_text("mine")
     with open_folder(tmp_path / "run", create=True) as folder:
@@ -140,8 +140,8 @@ def test_a_manifest_from_somebody_else_cannot_reach_out_of_its_folder(tmp_path, 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.txt", "run"]
 
 
-def test_a_linked_folder_that_leads_out_of_the_run_is_refused(tmp_path):
-    """What we write there would replace files of that place; one that stays inside is the folder's own."""
+def test_a_link_to_a_folder_outside_the_run_is_refused(tmp_path):
+    """Writing through such a link would replace files outside. A link to a folder inside is accepted."""
     for folder in ("run/inside", "elsewhere"):
         (tmp_path / folder).mkdir(parents=True)
     (tmp_path / "run" / "frames").symlink_to("inside")

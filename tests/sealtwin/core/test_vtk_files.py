@@ -1,4 +1,4 @@
-"""Frames for ParaView: read back by a reader that knows the format and not our writer, and by our own."""
+"""Frames for ParaView, read by an independent reader of the format and by our own."""
 
 import numpy as np
 import pytest
@@ -21,8 +21,8 @@ def a_frame(count: int = 37, t_s: float = 0.1 + 0.2) -> Frame:
 
 
 @pytest.mark.parametrize("count", [37, 0])
-def test_an_independent_reader_finds_every_number_and_so_does_ours(tmp_path, count):
-    """To float32's rounding, in the right shape, a vertex for each particle, and the exact time."""
+def test_a_written_frame_is_read_unchanged_by_two_readers(tmp_path, count):
+    """Values agree within the rounding of float32, and the time is exact."""
     frame = a_frame(count)
     write_frame(tmp_path / "frame.vtp", frame)
     data = read_polydata(tmp_path / "frame.vtp")
@@ -41,7 +41,7 @@ def test_an_independent_reader_finds_every_number_and_so_does_ours(tmp_path, cou
         assert getattr(read, name) == pytest.approx(getattr(frame, name), rel=1e-6), name
 
 
-def test_a_collection_names_times_and_files(tmp_path):
+def test_a_frame_collection_lists_the_times_and_files_of_frames(tmp_path):
     frames = [(0.1 + 0.2, "frame_00001.vtp"), (1.0, "frame_00002.vtp")]
     write_collection(tmp_path / "fill.pvd", frames)
     wanted = [(t_s, tmp_path / name) for t_s, name in frames]
@@ -50,7 +50,7 @@ def test_a_collection_names_times_and_files(tmp_path):
 
 
 @pytest.mark.parametrize("damage", ["cut", "other", "missing"])
-def test_a_damaged_frame_is_one_sentence(tmp_path, damage):
+def test_a_damaged_frame_is_refused_with_a_remedy(tmp_path, damage):
     path = tmp_path / "frame.vtp"
     write_frame(path, a_frame())
     whole = path.read_bytes()
@@ -62,8 +62,8 @@ def test_a_damaged_frame_is_one_sentence(tmp_path, damage):
 
 
 @pytest.mark.parametrize("content", ["<VTKFile", '<VTKFile><DataSet file="a.vtp"/></VTKFile>', "<VTKFile/>"])
-def test_a_damaged_collection_is_one_sentence_that_names_what_to_delete(tmp_path, content):
-    """A run reads the collection before it writes it anew: 'simulate again' alone would end here for ever."""
+def test_a_damaged_frame_collection_is_refused_with_the_files_to_delete(tmp_path, content):
+    """A run reads the collection before rewriting it, so that 'simulate again' alone would never work."""
     path = tmp_path / "fill.pvd"
     path.write_text(content)
     with pytest.raises(InputError, match=r"fill\.pvd: not a collection.* Delete it, and checkpoint\.npz if") as fault:
@@ -73,7 +73,7 @@ def test_a_damaged_collection_is_one_sentence_that_names_what_to_delete(tmp_path
 
 
 @pytest.mark.parametrize("name", ["../away.vtp", "/etc/passwd"])
-def test_a_collection_that_leads_out_of_its_folder_is_refused(tmp_path, name):
+def test_a_frame_collection_with_files_outside_its_folder_is_refused(tmp_path, name):
     write_collection(tmp_path / "fill.pvd", [(0.0, name)])
     with pytest.raises(InputError, match="not a collection"):
         read_collection(tmp_path / "fill.pvd")

@@ -1,4 +1,4 @@
-"""A lab of ten sound samples, a folder of two of them, and the lab of those two."""
+"""A lab of ten samples without faults, a folder of two of them, and the lab of those two."""
 
 import shutil
 
@@ -22,7 +22,7 @@ def sound(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def two(sound, tmp_path_factory):
-    """The place of ``folder``, with two samples, and ``lab``, made of it."""
+    """The parent of ``folder``, which has two samples, and of ``lab``, the lab of this folder."""
     place = tmp_path_factory.mktemp("two")
     (place / "folder").mkdir()
     for name in TWO:
@@ -33,11 +33,11 @@ def two(sound, tmp_path_factory):
 
 @pytest.fixture
 def small(two, tmp_path):
-    """Two samples in a folder of their own."""
+    """A copy of the folder with two samples."""
     return shutil.copytree(two / "folder", tmp_path / "folder")
 
 
 @pytest.fixture
 def lab(two, small):
-    """The lab of the two samples in ``small``, which has the same place beside it."""
+    """A copy of the lab of ``small``, beside that folder."""
     return shutil.copytree(two / "lab", small.parent / "lab")

@@ -1,4 +1,4 @@
-"""The catalogue as people, programs and spreadsheets see it, and the runs of its samples."""
+"""The catalogue of a lab: listed, shown and exported, and runs of its samples."""
 
 import csv
 import json
@@ -39,7 +39,7 @@ def lab(two, sound, tmp_path_factory):
     return lab
 
 
-def test_list_shows_the_latest_trial_of_each_sample_and_what_failed(lab):
+def test_lab_list_shows_the_latest_trial_of_each_sample_and_the_failures(lab):
     head, first, second, failed = _lab("list", lab).stdout.splitlines()
     assert head.split()[:5] == ["sample", "revision", "date", "taken", "in"]
     assert first.split()[:2] == ["P01", "2"]
@@ -53,7 +53,7 @@ def test_list_shows_the_latest_trial_of_each_sample_and_what_failed(lab):
     assert content["failed"][0]["name"] == "P05"
 
 
-def test_show_tells_files_hashes_dialect_and_every_revision(lab):
+def test_lab_show_prints_files_hashes_dialect_and_all_revisions(lab):
     text, sheet = _lab("show", lab, "p-01").stdout, lab / "P01" / "inputs" / "readings.csv"
     for words in (
         "P01, revision 2",
@@ -65,7 +65,7 @@ def test_show_tells_files_hashes_dialect_and_every_revision(lab):
         assert words in text
 
 
-def test_export_is_a_table_with_a_row_for_each_sample_taken_in_or_not(lab, tmp_path):
+def test_lab_export_writes_a_row_for_each_sample_including_failed_samples(lab, tmp_path):
     assert _lab("export", lab, "--out", tmp_path / "lab.csv").exit_code == 0
     with (tmp_path / "lab.csv").open(newline="", encoding="utf-8") as opened:
         rows = {row["sample"]: row for row in csv.DictReader(opened)}
@@ -80,7 +80,7 @@ def test_export_is_a_table_with_a_row_for_each_sample_taken_in_or_not(lab, tmp_p
 
 @pytest.fixture
 def ready(small, tmp_path):
-    """P01 to P03 are sound; P04 has no unit in its sheet."""
+    """P01 to P03 have no fault; the sheet of P04 has no unit."""
     for file in list(small.glob("P02*")):
         for name in ("P03", "P04"):
             shutil.copy(file, small / file.name.replace("P02", name))
@@ -90,7 +90,7 @@ def ready(small, tmp_path):
     return tmp_path / "lab"
 
 
-def test_all_sound_samples_are_run_once_and_the_others_named(ready, monkeypatch):
+def test_lab_run_continues_past_failed_samples_and_gives_their_reasons(ready, monkeypatch):
     leave_out_figures(monkeypatch)
     monkeypatch.setattr("sealtwin.core.cluster.cores", lambda: 0)
     work = catalogue.run_trial

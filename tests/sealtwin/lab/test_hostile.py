@@ -1,4 +1,4 @@
-"""Links, names and notes that would move a cursor, giants, what is not read: told, and it costs no other sample."""
+"""Hostile folders: links, control characters, spreadsheet formulas, huge files and damaged catalogues."""
 
 import os
 from dataclasses import replace
@@ -16,8 +16,8 @@ from tests.support.ingested_lab import QUIET, fates, sealtwin
 from tests.support.photos import mortar, write_png
 
 
-def test_links_are_not_followed(small, tmp_path):
-    """Neither that of a photo, nor that of a sheet, whose sample is then not sound."""
+def test_symbolic_links_are_not_followed(small, tmp_path):
+    """A sample whose photo or sheet is a link fails."""
     secret = write_png(tmp_path / "secret.png", mortar((200, 200)))
     (small / "P02_Messung.csv").rename(tmp_path / "elsewhere.csv")
     for name, target in (("P03.png", secret), ("loop", small), ("P02_Messung.csv", tmp_path / "elsewhere.csv")):
@@ -29,7 +29,7 @@ def test_links_are_not_followed(small, tmp_path):
     assert fates(ingested) == {"P01": "new", "P02": "failed", "P03": "failed"}
 
 
-def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sound, tmp_path):
+def test_control_characters_of_names_and_notes_are_not_printed(small, sound, tmp_path):
     for name in ("P03\n.png", "P04\x1b[2J.png", "P05\u202egnp.png"):
         (small / name).touch()
     (small / os.fsdecode(b"P06\xff.png")).touch()
@@ -45,7 +45,7 @@ def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sou
     assert "failed: P01.csv: ?[2J??" in ingest_answer(faulty).lines
 
 
-def test_names_and_notes_that_are_formulas_stay_text_in_tables(small, tmp_path):
+def test_spreadsheet_formulas_in_names_and_notes_are_written_as_text(small, tmp_path):
     (small / "P01.png").rename(small / "=cmd()_P01_photo.png")
     (small / "P02_Notiz.toml").write_text("crack.depth_mm = 8\noperator = '=HYPERLINK(\"x\")'\n")
     lab = tmp_path / "lab"
@@ -58,7 +58,7 @@ def test_names_and_notes_that_are_formulas_stay_text_in_tables(small, tmp_path):
     assert not ingest(small, lab, QUIET).lost
 
 
-def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
+def test_a_sheet_of_1_gigabyte_is_refused_without_being_read(small, tmp_path, monkeypatch):
     with (small / "P01.csv").open("wb") as sheet:
         sheet.truncate(1_000_000_000)
     monkeypatch.setattr(
@@ -68,14 +68,14 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
     assert [*ingested.samples[0].questions] == ["P01.csv: has 1,000 MB, but at most 5 MB are allowed."]
 
 
-def test_too_many_files_are_refused(small, tmp_path, monkeypatch):
+def test_a_folder_with_too_many_files_is_refused(small, tmp_path, monkeypatch):
     monkeypatch.setattr(lab_files, "MOST_ENTRIES", 6)
     with pytest.raises(InputError, match=r"has more than 6 files\. Give parts of it one by one"):
         ingest(small, tmp_path / "lab", QUIET)
 
 
 @pytest.mark.parametrize("damage", [b"no JSON", b'{"version": 99}', b"[]"])
-def test_a_catalogue_that_is_none_is_told_of(small, lab, damage):
+def test_a_damaged_catalogue_is_refused_with_a_remedy(small, lab, damage):
     (lab / CATALOGUE).write_bytes(damage)
     for use in (lambda: ingest(small, lab, QUIET), lambda: latest_trials(lab)):
         with pytest.raises(InputError, match=r"catalogue.json: .* Move this file elsewhere, and ingest the same"):

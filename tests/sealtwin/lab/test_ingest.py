@@ -1,4 +1,4 @@
-"""Ingest: dialects, faults and revisions; stopped at any step, it leaves a lab that is whole."""
+"""Ingest of samples into a lab: dialects, faults, revisions and interruptions."""
 
 import hashlib
 import re
@@ -19,8 +19,8 @@ from tests.support.photos import mortar, write_png
 from validate.readings.read_readings import read_readings
 
 
-def test_ten_samples_in_ten_dialects_become_ten_trials_and_none_a_second_time(sound):
-    """Of the lab's files nothing is changed, and all are kept byte for byte."""
+def test_ten_samples_in_different_dialects_become_ten_trials(sound):
+    """Files of the folder stay unchanged, and the lab has exact copies. A second ingest changes nothing."""
     folder, before, lab, ingested = sound
     assert list(fates(ingested).values()) == ["new"] * 10
     assert not ingested.faults
@@ -32,7 +32,7 @@ def test_ten_samples_in_ten_dialects_become_ten_trials_and_none_a_second_time(so
         expected = levels_mm(sample)
         if hand.missing:
             expected[2, 1] = np.nan
-        # What was written with a hundredth of a millimetre, or with eight digits of an inch.
+        # Readings are written to 0.01 mm, or with eight digits in inches.
         assert np.allclose(present(profile.repeats_mm, "repeats"), expected, atol=1e-6, equal_nan=True)
         assert np.allclose(profile.s_mm, S_MM, atol=1e-6)
     kept = {
@@ -48,7 +48,7 @@ def test_ten_samples_in_ten_dialects_become_ten_trials_and_none_a_second_time(so
     assert (rows_of(lab), hashes_of(lab) | {CATALOGUE: ""}) == (rows, in_lab | {CATALOGUE: ""})
 
 
-def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):
+def test_every_planted_fault_is_reported_and_other_samples_are_ingested(tmp_path):
     folder = make_lab_folder(tmp_path / "folder")
     for fault in FAULTS:
         fault.plant(folder)
@@ -56,14 +56,14 @@ def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):
     assert answer.exit_code == 6, answer.output
     assert len(FAULTS) >= 12
     assert not [fault.what for fault in FAULTS if not re.search(fault.says, answer.stdout)]
-    # As many sentences as faults, what several lack being told once; and that P07 waits for its sheet.
+    # One sentence for each fault, a fault of several samples included, and one that P07 lacks its sheet.
     assert sum(line.startswith("failed: ") for line in answer.stdout.splitlines()) == len(FAULTS) + 1
     catalogue = Catalogue.of(tmp_path / "lab")
     assert catalogue.latest.keys() - catalogue.faults().keys() == {"p10"}
     assert "/folder/" not in answer.stdout
 
 
-def test_a_lab_is_not_mixed_up_with_other_files(small, tmp_path):
+def test_an_ingest_into_a_folder_with_other_files_is_refused(small, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.docx").touch()
     with pytest.raises(InputError, match="has files that no ingest wrote"):
@@ -76,7 +76,7 @@ def test_a_lab_is_not_mixed_up_with_other_files(small, tmp_path):
 UNCHANGED = {"P01": "unchanged", "P02": "unchanged"}
 
 
-def test_a_changed_file_makes_a_revision_of_a_run_and_what_was_run_stays(small, lab):
+def test_a_changed_file_makes_a_revision_beside_the_unchanged_run(small, lab):
     (lab / "P01" / "run").mkdir()
     (lab / "P01" / "run" / "profile.csv").write_text("a level")
     old = hashes_of(lab / "P01")
@@ -88,8 +88,8 @@ def test_a_changed_file_makes_a_revision_of_a_run_and_what_was_run_stays(small, 
     assert [row[:3] for row in rows_of(lab)] == [("P01", 1, "P01"), ("P01", 2, "P01@2"), ("P02", 1, "P02")]
 
 
-def test_a_trial_file_is_the_users_to_edit_and_a_lab_without_its_catalogue_is_still_whole(small, lab):
-    """The folders say all that the rows say."""
+def test_an_ingest_keeps_edited_trials_and_rebuilds_a_deleted_catalogue(small, lab):
+    """The folders of the samples contain all that the catalogue lists."""
     trial, rows = lab / "P01" / "trial.toml", rows_of(lab)
     trial.write_text(mine := f"# Mine.\n{trial.read_text()}")
     assert fates(ingest(small, lab, QUIET)) == UNCHANGED
@@ -99,7 +99,7 @@ def test_a_trial_file_is_the_users_to_edit_and_a_lab_without_its_catalogue_is_st
     assert trial.read_text() == mine
 
 
-def test_the_same_name_from_another_folder_is_another_sample(small, lab, tmp_path):
+def test_a_known_sample_name_with_another_photo_gives_a_question(small, lab, tmp_path):
     other = shutil.copytree(small, tmp_path / "other")
     write_png(other / "P02.png", mortar((200, 200), seed=99))
     outcomes = {outcome.name: outcome for outcome in ingest(other, lab, QUIET).samples}
@@ -109,7 +109,7 @@ def test_the_same_name_from_another_folder_is_another_sample(small, lab, tmp_pat
 
 
 @pytest.mark.parametrize("step", [(steps, "keep"), (Catalogue, "save"), (steps.files, "write_if_new")])
-def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_path, monkeypatch, step):
+def test_repeating_an_interrupted_ingest_completes_the_lab(small, two, tmp_path, monkeypatch, step):
     lab = tmp_path / "lab"
 
     def stop(*_, **__):
@@ -125,7 +125,7 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_
     assert sorted(path.name for path in lab.iterdir()) == sorted(path.name for path in unbroken.iterdir())
 
 
-def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeypatch):
+def test_a_bug_in_one_sample_does_not_stop_other_samples(small, tmp_path, monkeypatch):
     real = steps.prepare
 
     def burst(prepared):
@@ -140,7 +140,7 @@ def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeyp
     assert ingest_answer(ingested).exit_code == 1
 
 
-def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobodys(small, tmp_path, monkeypatch):
+def test_an_unreadable_file_fails_its_sample_and_a_full_disk_stops_the_ingest(small, tmp_path, monkeypatch):
     real, lab = steps.gather, tmp_path / "lab"
 
     def failing(at):
@@ -160,7 +160,7 @@ def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobo
         ingest(small, lab, QUIET)
 
 
-def test_a_file_that_changes_while_it_is_taken_in_is_not_kept(small, tmp_path, monkeypatch):
+def test_a_file_that_changes_during_the_ingest_is_not_kept(small, tmp_path, monkeypatch):
     real = steps.keep
 
     def changing(*arguments):

@@ -1,4 +1,4 @@
-"""What notes, lab.toml and fills say of samples: read, asked about, or refused in one sentence."""
+"""Settings of samples from notes, from lab.toml and from weighed fills."""
 
 import json
 from pathlib import PurePath
@@ -15,7 +15,7 @@ from tests.support.lab_folder import NOTES
 
 
 def note_of(folder, name, text):
-    """Return what is read of a note of P01."""
+    """Write a note of P01 and return its settings and faults."""
     (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
     read_note(folder, PurePath(name), "p01", note := Note())
     return note
@@ -31,18 +31,18 @@ def note_of(folder, name, text):
         (b"\x81\x00\xff\x9d9" * 9, None),
     ],
 )
-def test_a_text_is_read_if_each_of_its_lines_is_a_setting_and_is_open_if_not(tmp_path, text, depth_mm):
+def test_a_text_note_is_read_only_if_every_line_is_a_setting(tmp_path, text, depth_mm):
     note = note_of(tmp_path, "P01.txt", text)
     assert note.values.get("crack.depth_mm") == depth_mm
     assert ["is not read" in fault.finding for fault in note.faults] == [True] * (depth_mm is None)
 
 
 @pytest.mark.parametrize("text", ["Kante ausgebrochen", "Probe P-01", "Wetter = 'trocken'"])
-def test_a_text_without_a_number_sets_nothing(tmp_path, text):
+def test_a_text_note_without_a_number_gives_no_setting(tmp_path, text):
     assert note_of(tmp_path, "P01.txt", text) == Note()
 
 
-def test_a_samples_scale_takes_the_place_of_the_folders_whatever_its_kind():
+def test_a_scale_of_a_sample_replaces_the_folders_scale_of_any_kind():
     folder = Note(dict.fromkeys(("photo.mm_per_px", "crack.depth_mm", "fluid.U"), 1.0))
     sample = Note(dict.fromkeys(("photo.face_mm", "fluid.viscosity_pa_s"), 1.0))
     assert {*sample.over(folder).values} == {"photo.face_mm", "fluid.viscosity_pa_s", "crack.depth_mm"}
@@ -53,7 +53,7 @@ TRACED = 'name = "P01"\n[photo]\nfile = "{}"\ndata = "measured"\nmm_per_px = 0.1
 """A trial as 'sealtwin trace' writes it: it names its photo, which must be the one beside it."""
 
 
-def test_all_faults_of_lab_toml_are_told_at_once_and_stop_all(small, tmp_path):
+def test_all_faults_of_lab_toml_are_listed_together_and_stop_the_ingest(small, tmp_path):
     faulty = 'data = "measured"\nname = "all"\n[photo]\nmm_per_pxl = 0.1\nscale = 2\n[readings]\nas_written = ["C4"]\n'
     (small / "lab.toml").write_text(faulty)
     with pytest.raises(InputError, match=r"lab\.toml: ") as refusal:
@@ -72,7 +72,7 @@ def test_all_faults_of_lab_toml_are_told_at_once_and_stop_all(small, tmp_path):
         ("a." * 60_000 + "b = 1", "a dotted key has more than 16 parts"),
     ],
 )
-def test_a_note_that_contradicts_its_samples_files_or_cannot_be_is_the_one_fault(small, tmp_path, text, sentence):
+def test_a_contradictory_or_unreadable_note_gives_exactly_one_fault(small, tmp_path, text, sentence):
     (small / "P02_Messung.csv").unlink()
     (small / "P01.toml").write_text(text)
     faults = [fault.sentence for fault in ingest(small, tmp_path / "lab", QUIET).faults]
@@ -81,7 +81,7 @@ def test_a_note_that_contradicts_its_samples_files_or_cannot_be_is_the_one_fault
 
 @pytest.fixture
 def poured(small):
-    """The small folder with a CSV of what the crack of P01, 12 mm by 2 by 8 mm with upright walls, holds."""
+    """The small folder with a weighed fill of P01, whose crack is 12 x 2 x 8 mm with upright walls."""
     steps = ((12 * 2 * 8 * (1 + z / 8) * 0.998e-3, z) for z in np.linspace(-6.0, 0.0, 5))
     rows = [f"{mass_g:.3f},{z}" for mass_g, z in steps]
     (small / "P01 Wasser.csv").write_text("\n".join(["mass_g,level_mm", *rows]))
@@ -90,7 +90,7 @@ def poured(small):
     return small
 
 
-def test_a_fill_beside_the_readings_is_copied_used_and_reported(poured, tmp_path):
+def test_a_fill_beside_the_readings_is_copied_and_used_for_the_solid(poured, tmp_path):
     lab = tmp_path / "lab"
     asked = sealtwin("ingest", poured, "--out", lab, "--quiet").stdout
     (row,) = (row for row in pairing_rows(lab) if row["role"] == "fill")

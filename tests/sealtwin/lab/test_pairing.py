@@ -1,4 +1,4 @@
-"""A file belongs to the photo whose stem is its own; all else is a question in pairing.csv, answered in one round."""
+"""Pairing of files with samples by their names, and questions in pairing.csv if names are ambiguous."""
 
 from pathlib import Path, PurePath
 
@@ -34,7 +34,7 @@ SPELLINGS = {
 }  # fmt: skip
 
 
-def test_one_sample_however_its_files_are_named():
+def test_file_names_in_different_spellings_belong_to_the_same_sample():
     positions = {name: place_of(PurePath(name)) for names in SPELLINGS.values() for name in names}
     roles = {name: (position.key, position.role) for name, position in positions.items() if position}
     assert roles == {name: ("p01", role) for role, names in SPELLINGS.items() for name in names}
@@ -45,12 +45,12 @@ OTHERS = "June/P01.jpg", "P1.jpg", "P01'.jpg", "P01 (2).jpg", "IMG_0412_P01.jpg"
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_no_other_name_is_that_sample(name):
-    """A date, a camera's name, a remark, a prime: once some of them were guessed away."""
+def test_similar_file_names_belong_to_other_samples(name):
+    """Dates, names of cameras, remarks and primes were once ignored in names."""
     assert getattr(place_of(PurePath(name)), "key", "p01") != "p01"
 
 
-def test_a_sample_whose_folder_another_one_has_is_given_another_name(small, tmp_path):
+def test_a_sample_whose_folder_name_is_taken_gives_a_question(small, tmp_path):
     for file in small.glob("P02*"):
         file.rename(small / file.name.replace("P02", "P01'"))
     assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "new", "P01'": "failed"}
@@ -70,7 +70,7 @@ def _paired(*names):
         ("K05.jpg K06.jpg Blatt.toml", set()),
     ],
 )
-def test_photos_without_a_sheet_wait_while_a_sheet_has_no_photo(names, waiting):
+def test_photos_without_a_sheet_give_a_question_if_a_sheet_has_no_photo(names, waiting):
     samples = _paired(*names.split())
     assert {name for name, sample in samples.items() if sample.files.get("readings") == []} == waiting
     questions = [question for sample in samples.values() for question in sample.questions.values()]
@@ -80,8 +80,8 @@ def test_photos_without_a_sheet_wait_while_a_sheet_has_no_photo(names, waiting):
     } | others
 
 
-def test_the_pairing_is_corrected_and_remembered(small, tmp_path):
-    """A name that may change the readings is asked about at once with the photo."""
+def test_answers_in_pairing_csv_are_applied_and_kept(small, tmp_path):
+    """A file name that may contain a unit of the readings is questioned in the same round as its photo."""
     lab, unchanged = tmp_path / "lab", {"P01": "unchanged", "P02": "unchanged"}
     (small / "P02_Messung.csv").rename(small / "Q02 inch.csv")
     assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "failed", "Q02 inch": "failed"}
@@ -89,7 +89,7 @@ def test_the_pairing_is_corrected_and_remembered(small, tmp_path):
     answer(lab, {"Q02 inch.csv": {"sample": "p-02", "as_written": "names"}})
     assert fates(ingest(small, lab, QUIET)) == unchanged | {"P02": "revised"}
     assert fates(ingest(small, lab, QUIET)) == unchanged
-    # As a German spreadsheet saves it, and in another order.
+    # A German spreadsheet saves the table so; the rows are in another order.
     head, *rows = (lab / "pairing.csv").read_text().replace(",", ";").splitlines()
     saved = "\r\n".join((head, *reversed(rows))).encode("utf-8-sig")
     (lab / "pairing.csv").write_bytes(saved)
@@ -102,7 +102,7 @@ def test_the_pairing_is_corrected_and_remembered(small, tmp_path):
 TABLE = "s [mm];Pegel 1 [mm]\n1;-1,0\n11;-1,5\n;\ns [mm];Pegel 1 [mm]\n1;-2,0\n11;-2,5\n"
 
 
-def test_a_file_of_several_samples_has_a_row_for_each_whose_answers_say_what_is_read(small, tmp_path):
+def test_a_sheet_of_several_samples_is_split_by_rows_of_pairing_csv(small, tmp_path):
     lab, both = tmp_path / "lab", ("P01", "P02")
     for sheet in ("P01.csv", "P02_Messung.csv"):
         (small / sheet).unlink()
@@ -124,7 +124,7 @@ def test_a_file_of_several_samples_has_a_row_for_each_whose_answers_say_what_is_
 
 
 @pytest.mark.parametrize("header", ["unti", ""])
-def test_an_answer_in_a_column_without_a_known_name_is_refused(small, lab, header):
+def test_an_answer_in_an_unknown_column_of_pairing_csv_is_refused(small, lab, header):
     (lab / "pairing.csv").write_text(f"file,role,sample,{header}\nP01.csv,readings,P01,mm\n")
     with pytest.raises(
         InputError, match=f"'mm' is in the column '{header}'; allowed columns are file, role, sample, s,"
@@ -132,7 +132,7 @@ def test_an_answer_in_a_column_without_a_known_name_is_refused(small, lab, heade
         ingest(small, lab, QUIET)
 
 
-def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
+def test_all_impossible_rows_of_pairing_csv_are_refused_together(small, tmp_path):
     (lab := tmp_path / "lab").mkdir()
     rows = "P01.png,readings,P01\ngone.png,photo,P01\nP02.png,photo,\nP02.stl,readings,P02\n"
     (lab / "pairing.csv").write_text("file,role,sample\n" + rows)
@@ -146,7 +146,7 @@ def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
 UNKNOWN = "Stelle;a;b\n1;1,5;1,6\n5;1,4;1,5\n11;1,6;1,7\n"
 
 
-def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_path):
+def test_unnamed_columns_are_assigned_by_letters_in_pairing_csv(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P01.csv").write_text(UNKNOWN)
     before = hashes_of(small)

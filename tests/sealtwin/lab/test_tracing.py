@@ -1,4 +1,4 @@
-"""Samples are traced once after an ingest, and what only the traced crack raises is asked in pairing.csv."""
+"""Tracing of samples after an ingest, and the questions about traced cracks in pairing.csv."""
 
 from collections import Counter
 from pathlib import Path
@@ -23,7 +23,7 @@ def call_ingest(folder, lab, *more, code=0):
 
 @pytest.fixture
 def late(small, tmp_path):
-    """Two cracks in the photo of P02, of which nobody says the ends; a reading of P01 beyond its crack's end."""
+    """A photo of P02 with two cracks and without ends, and a reading of P01 beyond its crack's end."""
     one = with_crack(mortar((200, 200), seed=1), wandering([(40, 50), (160, 50)], 9.0), 12)
     write_png(small / "P02.png", with_crack(one, wandering([(40, 150), (160, 150)], 9.0), 12))
     edit(small / "lab.toml", "radius_mm = 0.45", "radius_mm = 0.3")
@@ -33,8 +33,8 @@ def late(small, tmp_path):
     return small, tmp_path / "lab"
 
 
-def test_questions_of_traced_cracks_are_asked_at_their_files_and_answered_for_the_same_command(late):
-    """A fault of one sample costs no other; neither would run before its answer, and neither is traced again."""
+def test_questions_about_traced_cracks_are_asked_and_answered_in_pairing_csv(late):
+    """Neither sample would run before its question is answered."""
     folder, lab = late
     before = hashes_of(folder)
     assert "To answer the questions, edit" in call_ingest(folder, lab, code=6)
@@ -53,7 +53,7 @@ def test_questions_of_traced_cracks_are_asked_at_their_files_and_answered_for_th
     assert hashes_of(folder) == before
 
 
-def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
+def test_an_answer_given_during_an_ingest_is_not_overwritten(late, monkeypatch):
     folder, lab = late
     traced = steps.digitise_many
 
@@ -88,7 +88,7 @@ def traced(monkeypatch):
 
 @pytest.fixture
 def waiting(small, tmp_path):
-    """A folder of which the sheet of P02 has no unit, and the lab to come."""
+    """A folder whose sheet of P02 has no unit, and the path of its lab."""
     edit(small / "P02_Messung.csv", "[mm]", "")
     return small, tmp_path / "lab"
 
@@ -105,7 +105,7 @@ def answered(waiting, traced):
     return folder, lab
 
 
-def test_rounds_of_questions_trace_no_photo_again(waiting, traced):
+def test_unchanged_photos_are_not_traced_again_after_an_answer(waiting, traced):
     folder, lab = waiting
     call_ingest(folder, lab, code=6)
     assert "no unit" in question(lab, "P02_Messung.csv")
@@ -125,7 +125,7 @@ def test_rounds_of_questions_trace_no_photo_again(waiting, traced):
 
 
 @pytest.mark.parametrize("name", ["trial.toml", "record.json"])
-def test_a_process_killed_while_it_writes_a_trial_anew_continues(answered, monkeypatch, name):
+def test_an_ingest_interrupted_while_rewriting_a_trial_can_be_repeated(answered, monkeypatch, name):
     folder, lab = answered
     write = files.write_bytes
 
@@ -141,7 +141,7 @@ def test_a_process_killed_while_it_writes_a_trial_anew_continues(answered, monke
     assert "1 of 1 sample is sound" in call_ingest(folder, lab)
 
 
-def test_a_kept_tracing_that_was_changed_is_not_used(answered, traced):
+def test_a_photo_is_traced_again_if_its_stored_outline_was_changed(answered, traced):
     folder, lab = answered
     (lab / "P02" / "run" / "outline.json").write_text("{}")
     call_ingest(folder, lab)

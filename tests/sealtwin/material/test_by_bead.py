@@ -1,4 +1,4 @@
-"""Pump and paste by a bead: the values, their intervals, the file, the pump's row, and what is refused."""
+"""Yield stress of a paste and flow of a pump, identified from the photo of a laid bead."""
 
 import json
 import math
@@ -29,8 +29,8 @@ def bead() -> BeadOutline:
     return bead_of(PHOTO.ring_mm, 0.001, 0.06, (), Path("bead.png"))
 
 
-def test_a_pump_that_gives_less_is_known_by_the_middle_without_the_beads_length(bead):
-    """The volume between the middle's two lines, over their distance, is what a mm was given; ends take no part."""
+def test_the_pump_flow_is_the_speed_times_the_laid_section(bead):
+    """The section is the volume between the two lines of the bead's middle over their distance, without the ends."""
     pump, volume = identify(LAID, bead), 4.4e6 / DENSITY
     footprint, one = footprint_of(bead), np.ones(1)
     per_mm = footprint.per_mm(volume * one, one, 0 * one, STRETCH)
@@ -41,20 +41,20 @@ def test_a_pump_that_gives_less_is_known_by_the_middle_without_the_beads_length(
     assert pump.time_s == pytest.approx(volume / pump.flow_mm3_s.value)
     low, high = pump.flow_mm3_s.interval
     assert low < pump.flow_mm3_s.value < high < 1.15 * low
-    # Twice as fast, a mm has the same paste of twice the flow.
+    # At twice the speed the same paste per mm is of twice the flow.
     faster = identify(LAID.model_copy(update={"speed_mm_s": 2 * SPEED}), bead)
     assert faster.flow_mm3_s.value == pytest.approx(2 * pump.flow_mm3_s.value)
     assert faster.stress_pa == pump.stress_pa
 
 
-def test_surface_tension_takes_its_term_off(bead):
+def test_the_yield_stress_is_reduced_by_the_term_of_surface_tension(bead):
     one = identify(LAID, bead)
     without = identify(LAID.model_copy(update={"edge_n_m": 0.0, "edge_error_n_m": 0.0}), bead)
     term = 1e3 * 0.005 * bead.area_mm2 / (math.pi * 4.4e6 / DENSITY)
     assert without.stress_pa.value - one.stress_pa.value == pytest.approx(term, rel=1e-6)
 
 
-def test_a_larger_error_of_each_thing_makes_the_interval_wider(bead):
+def test_a_larger_error_of_each_input_makes_the_interval_wider(bead):
     errors = {"mass_error_g": 0.4, "density_error_kg_m3": 200.0, "edge_error_n_m": 0.02}
     narrow, wide = (
         identify(LAID, bead),
@@ -65,15 +65,15 @@ def test_a_larger_error_of_each_thing_makes_the_interval_wider(bead):
         assert wide.parts_pa[part] > 2 * narrow.parts_pa[part], part
 
 
-def test_the_marks_distance_is_the_pumps_delay(bead):
-    """Two marks that are 5 mm apart along the bead are a second at 5 mm/s."""
+def test_the_pump_delay_is_the_distance_from_the_start_over_the_speed(bead):
+    """Starts that are 5 mm apart along the bead differ by one second at 5 mm/s."""
     near, far, other = (
         present(identify(LAID.model_copy(update={"start_mm": (x, 30.0)}), bead).delay_s, "delay")
         for x in (21.0, 16.0, 74.0)
     )
     assert far.value - near.value == pytest.approx(1.0, abs=1e-6)
     assert far.interval[0] < far.value < far.interval[1]
-    # From its other end too.
+    # The delay is the same from the other end of the bead.
     assert other.value == pytest.approx(far.value, abs=0.02)
 
 
@@ -87,15 +87,15 @@ def test_the_marks_distance_is_the_pumps_delay(bead):
         ({"density_error_kg_m3": 900.0}, "uncertainty of mass, density or edge is as large as the value"),
     ],
 )
-def test_what_shows_nothing_is_refused(bead, changes, says):
+def test_implausible_data_of_a_bead_are_refused(bead, changes, says):
     with pytest.raises(InputError, match=says):
         identify(LAID.model_copy(update=changes), bead)
 
 
-def test_a_bead_that_hardly_flowed_is_refused_with_what_to_lay():
-    """Lying at half the speed it has twice the section, of whose root the limit is a share.
+def test_a_bead_that_hardly_spread_is_refused_with_a_slower_speed():
+    """At half the speed a bead has twice the section, and the limit is a share of the section's square root.
 
-    The ends of what --help allows are allowed: it offered 0.01 mm/s, and the refusal asked for more than that.
+    Flows and speeds at the ends of the ranges that --help states are accepted.
     """
     for asked_mm3_s, speed_mm_s in ((1e-3, 0.01), (1e6, 5000.0)):
         LaidBead(**{**LAID.model_dump(), "asked_mm3_s": asked_mm3_s, "speed_mm_s": speed_mm_s})
@@ -117,7 +117,7 @@ def documented(*words: str) -> list[str]:
     return [*line, *words]
 
 
-def test_the_documented_command_makes_a_material_and_a_row_that_a_cell_takes(tmp_path, monkeypatch):
+def test_the_documented_command_writes_a_material_and_a_valid_pump_row(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     PHOTO.write(tmp_path / "bead.jpg")
     write_sheet_table(tmp_path / "narrow.toml", BEAD_FACE_MM)
@@ -129,7 +129,7 @@ def test_the_documented_command_makes_a_material_and_a_row_that_a_cell_takes(tmp
     assert any("other flows than the flow of the bead" in sentence for sentence in material.not_for)
     row = content["pump_row"]
     assert list(row) == ["asked_mm3_s", "weighed_g", "time_s", "delay_s"]
-    # Four such rows, two of a bead at another flow, are a pump's table, of which the flow is that of the answer.
+    # Four rows, two of them of a bead at twice the flow, are a valid pump table with the flow of the answer.
     double = {**row, "asked_mm3_s": 2 * row["asked_mm3_s"], "time_s": row["time_s"] / 2}
     lines = [",".join(map(str, line.values())) for line in (row, row, double, double)]
     (tmp_path / "pump.csv").write_text("\n".join([",".join(row), *lines]), encoding="utf-8")
@@ -145,7 +145,7 @@ def test_the_documented_command_makes_a_material_and_a_row_that_a_cell_takes(tmp
         ("spread", "--cone-mm", "3800x19x57", 2, "--cone-mm: cone_mm.0 = 3800.0: should be at most 1000"),
     ],
 )
-def test_an_option_that_contradicts_sheet_or_method_is_refused(
+def test_impossible_values_of_start_mm_and_cone_mm_are_refused(
     tmp_path, monkeypatch, method, option, value, code, says
 ):
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""A rheometer's flow curve: the law that is fitted and chosen, its intervals, what a run takes, and refusals."""
+"""Flow laws fitted to the flow curve of a rheometer."""
 
 import re
 from pathlib import Path
@@ -24,7 +24,7 @@ def measured(folder: Path, rate, stress, **rest):
     return material_of_table(path, FlowCurve(**PASTE, **rest)).material
 
 
-def test_bingham_is_chosen_for_a_line_whose_scale_is_never_better_than_the_torques(tmp_path):
+def test_bingham_is_chosen_for_a_straight_flow_curve(tmp_path):
     paste = measured(tmp_path, RATES, 12 + 0.5 * RATES)
     assert paste.yield_stress_pa == pytest.approx(12.0, rel=1e-3)
     assert paste.viscosity_pa_s == pytest.approx(0.5, rel=1e-3)
@@ -34,8 +34,8 @@ def test_bingham_is_chosen_for_a_line_whose_scale_is_never_better_than_the_torqu
 
 
 @pytest.mark.parametrize("n", [0.4, 1.3])
-def test_herschel_and_bulkley_s_law_becomes_that_of_a_run(tmp_path, n):
-    """The material file is read by [fluid] material, and its K and n are the run's."""
+def test_a_run_takes_k_and_n_of_a_fitted_herschel_bulkley_law(tmp_path, n):
+    """The run reads the material file through [fluid] material."""
     paste = measured(tmp_path, RATES, 12 + 3 * RATES**n)
     (tmp_path / "material.toml").write_text(material_text(paste), encoding="utf-8")
     fluid = Fluid(material=Path("material.toml")).loaded(tmp_path)
@@ -44,7 +44,7 @@ def test_herschel_and_bulkley_s_law_becomes_that_of_a_run(tmp_path, n):
     assert fluid.flow_index == pytest.approx(n, rel=2e-3)
     assert fluid.viscosity_pa_s is None
     assert paste.shear_rates_per_s == (1.0, 100.0)
-    # As a run records it and reads it again, and not with another K.
+    # A recorded fluid is unchanged after reading; another K beside its material is refused.
     recorded = fluid.model_dump(mode="json", exclude_none=True)
     assert checked(Fluid, tmp_path / "again", recorded) == fluid
     with pytest.raises(InputError, match="consistency_pa_s_n"):
@@ -54,7 +54,7 @@ def test_herschel_and_bulkley_s_law_becomes_that_of_a_run(tmp_path, n):
 
 
 def test_only_rows_at_the_shear_rates_of_the_fill_are_fitted(tmp_path):
-    """Below 1/s this paste thickens and above 100/s it is turbulent; the default window has neither."""
+    """The curve bends below 1/s and above 100/s, which is outside of the default window."""
     rate = np.geomspace(0.01, 10_000, 25)
     stress = 12 + 3 * rate**0.5
     bent = np.where(rate < 0.9, stress / 2, np.where(rate > 110, 2 * stress, stress))
@@ -67,8 +67,8 @@ def test_only_rows_at_the_shear_rates_of_the_fill_are_fitted(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_slower_rows_that_the_law_does_not_describe_are_doubts_of_the_paste(tmp_path, seed):
-    """Law and highest stress of a measured cement paste (rheocem2024_public, MIT); noise alone names no row."""
+def test_slow_rows_far_from_the_fitted_law_give_a_doubt(tmp_path, seed):
+    """Law and highest stress are of a measured cement paste (rheocem2024_public, MIT). Noise alone gives no doubt."""
     rate = np.geomspace(80, 0.02, 19)
     on_law = (15.5 + 0.382 * rate**1.35) * (1 + 0.02 * np.random.default_rng(seed).standard_normal(19))
     assert measured(tmp_path, rate, on_law).doubts == ()
@@ -78,16 +78,16 @@ def test_slower_rows_that_the_law_does_not_describe_are_doubts_of_the_paste(tmp_
     assert "doubts" in material_text(static)
 
 
-def test_the_window_follows_from_nozzle_flow_and_crack():
-    """32 Q / (pi D^3) at the nozzle's wall; 6 Q / w^3 at the crack's, and a thirtieth of it, to one digit."""
+def test_nozzle_flow_and_crack_width_determine_the_window_of_shear_rates():
+    """The highest rate is 32 Q / (pi D^3) or 6 Q / w^3, and the lowest a thirtieth of 6 Q / w^3, to one digit."""
     assert FlowCurve(**PASTE).shear_rates_per_s == (1.0, 100.0)
     assert FlowCurve(**PASTE, nozzle_mm=1.0, flow_mm3_s=100.0, width_mm=10.0).shear_rates_per_s == (0.02, 1000.0)
     assert FlowCurve(**PASTE, nozzle_mm=5.0, flow_mm3_s=100.0, width_mm=1.0).shear_rates_per_s == (20.0, 600.0)
 
 
 @pytest.mark.parametrize("n", [0.5, 1.0])
-def test_95_percent_intervals_contain_the_truth_as_often_as_they_state(n):
-    """Of 100 curves 88 to 100: 95 % leaves that by chance once in 250."""
+def test_95_percent_intervals_contain_the_true_values_in_95_percent_of_fits(n):
+    """Intervals with a coverage of 95 % contain fewer than 88 of 100 true values by chance once in 250."""
     random = np.random.default_rng(7)
     true, inside = np.array([12.0, 3.0, n]), []
     for _ in range(100):
@@ -107,6 +107,6 @@ def test_95_percent_intervals_contain_the_truth_as_often_as_they_state(n):
         ((1, 2, 4, 8, 16), (9, -8, 9, 9, 9), "row 3, column stress_pa: -8"),
     ],
 )
-def test_what_is_no_flow_curve_of_a_paste_is_refused(tmp_path, rate, stress, says):
+def test_an_unusable_flow_curve_is_refused_with_its_fault(tmp_path, rate, stress, says):
     with pytest.raises(InputError, match=says):
         measured(tmp_path, rate, stress)

@@ -1,4 +1,4 @@
-"""A paste by its spread: the value, its interval, the file, and what is refused."""
+"""Yield stress of a paste, estimated from the photo of a spread heap."""
 
 import json
 
@@ -28,7 +28,7 @@ def flat_heap(stress_pa: float) -> tuple[Heap, SpreadBlob]:
     return heap, spread(spread_radius_mm(stress_pa, 1e6, 1690.0))
 
 
-def test_a_flat_heap_has_the_closed_forms_stress():
+def test_a_flat_heap_has_the_yield_stress_of_the_closed_form():
     heap, seen = flat_heap(8.0)
     paste = estimate(heap, seen)
     assert paste.height_to_radius < 0.1
@@ -36,12 +36,12 @@ def test_a_flat_heap_has_the_closed_forms_stress():
     assert paste.interval[0] < 8.0 < paste.interval[1]
     assert paste.flat_pa > 1.1 * paste.value
     assert paste.error == pytest.approx(np.sqrt(sum(part**2 for part in paste.parts.values())), rel=0.05)
-    # Surface tension takes its term off.
+    # Surface tension reduces the yield stress by its term.
     with_it = estimate(heap.model_copy(update={"edge_n_m": 0.005, "edge_error_n_m": 0.0}), seen)
     assert with_it.value == pytest.approx(8.0 - 0.005 * (1e-3 * seen.radius_mm) ** 2 / 1e-3, rel=1e-6)
 
 
-def test_a_larger_error_of_each_thing_makes_the_interval_wider():
+def test_a_larger_error_of_each_input_makes_the_interval_wider():
     heap, seen = flat_heap(8.0)
     errors = {"density_error_kg_m3": 100.0, "mass_error_g": 60.0, "edge_error_n_m": 0.02}
     narrow, wide = estimate(heap, seen), estimate(heap.model_copy(update=errors), spread(seen.radius_mm, 6.0))
@@ -55,8 +55,8 @@ SLUMPS = [(0.0071948438, 1.77602), (0.0125909767, 1.57924), (0.0359742191, 1.240
 
 
 @pytest.mark.parametrize(("stress", "radius"), SLUMPS)
-def test_the_interval_contains_the_stress_of_slumps_in_particles(stress, radius):
-    """Heights of 0.09 to 0.42 radii: the closed form is up to 23 % off, and its own uncertainty grows with it."""
+def test_the_interval_contains_the_yield_stress_of_simulated_slumps(stress, radius):
+    """At heights of 0.09 to 0.42 radii the closed form is up to 23 % off, and its stated uncertainty grows alike."""
     length_mm = VOLUME ** (1 / 3)
     heap = Heap(data="synthetic", density_kg_m3=1690.0, cone_mm=CONE, edge_n_m=0.0, edge_error_n_m=0.0)
     paste = estimate(heap, spread(radius * length_mm))
@@ -65,19 +65,19 @@ def test_the_interval_contains_the_stress_of_slumps_in_particles(stress, radius)
     assert paste.interval[0] < true_pa < paste.interval[1]
 
 
-def test_a_heap_higher_than_the_closed_form_is_valid_for_is_refused():
+def test_a_heap_too_high_for_the_closed_form_is_refused():
     with pytest.raises(InputError, match=r"valid up to 0\.43\. Spread more paste, or use a rheometer"):
         estimate(Heap(data="synthetic", density_kg_m3=1690.0, cone_mm=CONE), spread(0.85 * VOLUME ** (1 / 3)))
 
 
-def test_what_tells_nothing_is_refused():
+def test_a_heap_without_volume_or_without_yield_stress_is_refused():
     with pytest.raises(InputError, match="give mass_g, or cone_mm"):
         Heap(data="synthetic", density_kg_m3=1690.0)
     with pytest.raises(InputError, match="no yield stress can be determined"):
         estimate(Heap(data="synthetic", density_kg_m3=1000.0, mass_g=10.0), spread(60.0))
 
 
-def test_a_photo_becomes_a_file_of_the_material(tmp_path):
+def test_the_spread_command_writes_a_material_file_from_a_photo(tmp_path):
     photo = Blob(55.0, mm_per_px=0.4).write(tmp_path / "spread.png")
     frame, out = write_sheet_table(tmp_path / "frame.toml"), tmp_path / "material.toml"
     line = ["material", "spread", str(photo), "--markers", str(frame), "--face-mm", "150x150", "--mass-g", "30"]
@@ -90,7 +90,7 @@ def test_a_photo_becomes_a_file_of_the_material(tmp_path):
     assert (material.date, material.data) == ("2026-11-21", "synthetic")
     assert any("another age" in sentence for sentence in material.not_for)
     assert "closed form" in material.method
-    # Another result does not replace it in silence.
+    # Another result does not overwrite the file.
     again = CliRunner().invoke(app, [*line[:-1], "--mass-error-g", "3"])
     assert again.exit_code == 3
     assert "not overwritten" in again.output

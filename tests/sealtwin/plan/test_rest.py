@@ -1,4 +1,4 @@
-"""The rest of a pour, with the fast model as reality; and both commands on a tiny trial."""
+"""Plans for the rest of an interrupted pour, with the fast model in place of a real pour."""
 
 import html
 import json
@@ -70,8 +70,8 @@ def continued(path, factor, knots: int = 3) -> tuple[Rest, Misfit]:
     return rest, judged(reality.fill(rest.trajectory))
 
 
-def test_a_pour_that_is_a_tenth_low_is_corrected():
-    """Unchanged, 132 of 1,600 mm3 are missing. The rest begins anew, since the first half would stay low."""
+def test_the_planned_rest_corrects_a_pour_with_10_percent_too_little_flow():
+    """Without a new plan 132 of 1,600 mm3 are missing. The rest starts anew, since the first half is low."""
     path = planned()
     rest, at_end = continued(path, 0.9, knots=6)
     unchanged = judged(CASE.fill(with_flow(path, 0.9)))
@@ -92,13 +92,13 @@ def test_a_pour_that_is_a_tenth_low_is_corrected():
         ([3.0, 20.0], ("shape is (2,)", "level_mm")),
     ],
 )
-def test_levels_that_cannot_be_of_this_pour_are_refused(levels, words):
+def test_measured_levels_that_do_not_fit_the_pour_are_refused(levels, words):
     with pytest.raises(InputError) as refused:
         rest_of(CASE, planned(), read_levels(levels), LIMITS, PlanOptions())
     assert all(word in str(refused.value) for word in ("levels: ", *words)), refused.value
 
 
-def test_a_plan_of_a_tiny_trial_and_the_rest_of_its_pour(tmp_path, monkeypatch):
+def test_the_plan_command_plans_a_trial_and_the_rest_of_its_pour(tmp_path, monkeypatch):
     monkeypatch.setattr(search, "MOST_STEPS", 1)
     lab, out = plannable_lab(tmp_path), tmp_path / "out"
 
@@ -133,7 +133,7 @@ def test_a_plan_of_a_tiny_trial_and_the_rest_of_its_pour(tmp_path, monkeypatch):
     assert same.half_width_mm is None
 
 
-def test_a_cell_whose_programs_keep_one_flow_is_refused_before_any_run(tmp_path):
+def test_a_plan_for_a_robot_program_with_constant_flow_is_refused(tmp_path):
     lab = plannable_lab(tmp_path)
     text = (lab / "cell.toml").read_text()
     (lab / "cell.toml").write_text(text.replace('formats = ["csv"]', 'formats = ["spel", "csv"]'))

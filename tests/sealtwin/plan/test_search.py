@@ -1,4 +1,4 @@
-"""A plan as numbers, its bounds, and its search on the fast model."""
+"""Plans: their variables, limits and search on the fast model."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -35,14 +35,14 @@ KNOTS = Knots(OWN, 4)
 LIMITS = Limits((10.0, 500.0), (1.0, 6.0))
 
 
-def test_the_path_s_own_flow_and_speed_are_a_plan():
+def test_a_plan_of_the_paths_own_flow_and_speed_reproduces_the_path():
     flow = OWN.flow_mm3_s.max()
     same = KNOTS.trajectory(np.concatenate([np.full(4, np.log(flow)), np.full(4, np.log(3.0)), [0.0, 0.0]]))
     for name in ("t_s", "speed_mm_s", "flow_mm3_s"):
         np.testing.assert_allclose(getattr(same, name), getattr(OWN, name), rtol=1e-9)
 
 
-def test_dwell_gives_its_own_sealant_at_the_ends():
+def test_dwell_at_both_ends_adds_flow_times_dwell_time():
     plan = np.concatenate([np.log([400, 100, 100, 100]), np.full(4, np.log(3.0)), [0.0, 0.0]])
     still = KNOTS.trajectory(plan)
     plan[-2:] = 1.5, 0.5
@@ -66,8 +66,8 @@ def searched():
     return search([CASE], KNOTS, LIMITS, goal, KNOTS.first_guess(goal.target_mm2, sections.s_mm, LIMITS))
 
 
-def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
-    """Four times better on the model that is searched; particles judge it elsewhere."""
+def test_a_plan_has_at_most_a_quarter_of_the_misfit_of_constant_flow():
+    """The misfit is that of the fast model, which the search uses, and not of particles."""
     own, path = CASE.fill(OWN), KNOTS.trajectory(searched())
     bed = CASE.fill(path)
     planned = misfit(SAMPLE, level_of(bed)).total_mm3
@@ -77,7 +77,7 @@ def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
     assert giving.max() <= 500.01
 
 
-def test_a_discrepancy_moves_the_goal():
+def test_a_discrepancy_is_the_level_difference_times_the_width():
     bed = CASE.fill(OWN)
     assert bed.level_mm[:12].max() < 0
     np.testing.assert_allclose(discrepancy(bed, level_of(bed))[:20], 0.0, atol=0.05)
@@ -85,14 +85,14 @@ def test_a_discrepancy_moves_the_goal():
     np.testing.assert_allclose(below, -2.0, atol=0.05)
 
 
-def test_under_and_over_are_volumes_at_the_face():
+def test_underfill_and_overfill_are_volumes_relative_to_the_face():
     volumes = misfit(SAMPLE, Profile(np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5])))
     assert volumes.under_mm3 == pytest.approx(80.0, rel=0.01)
     assert volumes.over_mm3 == pytest.approx(40.0, rel=0.01)
 
 
 @pytest.mark.parametrize(("flow_max", "keep"), [(60.0, True), (20.0, False)])
-def test_a_flow_that_the_limit_does_not_allow_is_refused_with_its_place(flow_max, keep):
+def test_a_required_flow_above_the_limit_is_refused_with_its_station(flow_max, keep):
     """A section of 40 mm2 at 3 mm/s needs 120 mm3/s, and 30 at a quarter of that speed."""
     limits = limits_of(OWN, None, None, flow_max, keep)
     with pytest.raises(InputError) as refused:
@@ -102,7 +102,7 @@ def test_a_flow_that_the_limit_does_not_allow_is_refused_with_its_place(flow_max
     assert f"needs {120 if keep else 30} mm3/s" in str(refused.value)
 
 
-def test_a_pump_that_gives_no_less_bounds_from_below():
+def test_the_smallest_weighed_flow_of_a_pump_is_the_lower_limit():
     flows = np.array([200.0, 400.0, 600.0])
     pump = PumpTable("pump.csv", flows, flows, 0 * flows, 0.01)
     limits = limits_of(OWN, None, pump, 500.0, False)
@@ -113,7 +113,7 @@ def test_a_pump_that_gives_no_less_bounds_from_below():
 
 
 class FastModelItself(Verifier):
-    """Stands for particles that do what the fast model says."""
+    """Verifier whose runs have the level of the fast model."""
 
     def levels(self, title, paths, *, drafts=False):
         case = case_of(replace(self.sample, trajectory=OWN), self.trial)
@@ -127,13 +127,13 @@ def verifier(kind: type[FastModelItself], folder: Path) -> FastModelItself:
 
 @pytest.fixture
 def particles(tmp_path, monkeypatch) -> FastModelItself:
-    """Stands for particles in a search of one step."""
+    """Verifier of the fast model's levels, and searches of one step."""
     monkeypatch.setattr(searching, "MOST_STEPS", 1)
     return verifier(FastModelItself, tmp_path)
 
 
-def test_a_plan_expects_the_level_of_the_middle(particles):
-    """By the mean level it would expect 0.11 mm less of this paste."""
+def test_a_plan_expects_the_level_in_the_middle_of_the_crack(particles):
+    """The mean level across the crack would be 0.11 mm lower for this paste."""
     planned = plan_on(particles, PlanOptions(knots=3, verify=1, seeds=1), [])
     assert planned.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
     # One run shows no scatter: a band of no width would be false.
@@ -143,7 +143,7 @@ def test_a_plan_expects_the_level_of_the_middle(particles):
 
 
 class DraftsStandLower(FastModelItself):
-    """Stands for particles that do what the fast model says, and whose drafts stand 0.8 mm lower."""
+    """Verifier whose runs have the level of the fast model, and drafts a level 0.8 mm lower."""
 
     draft_mm = -0.8
 
@@ -160,8 +160,8 @@ def corrected(tmp_path_factory) -> Planned:
         return plan_on(particles, PlanOptions(knots=3, verify=2, seeds=1, reserve_mm=0.0), [])
 
 
-def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
-    """Drafts that stand too low make a plan that gives too much."""
+def test_an_accurate_run_corrects_a_plan_made_by_draft_runs(corrected):
+    """Drafts whose level is too low make a plan that dispenses too much."""
     assert corrected.best.name == "corrected by the accurate run"
     assert [one.name for one in corrected.rounds] == ["round 1", "round 2"]
     assert corrected.of_draft == corrected.rounds[1].misfit
@@ -169,7 +169,7 @@ def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
     assert filled[1] - filled[0] == pytest.approx(0.8 * 4.0 * 40.0, rel=0.25)
 
 
-def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected):
+def test_a_plan_states_the_overfill_at_10_percent_more_sealant(corrected):
     constant = plan_trajectory(OUTLINE, corrected.baselines[0].path, SOLID.cavity_volume_mm3, SOLID.sections)
     assert constant.dispensed_mm3 == pytest.approx(SOLID.cavity_volume_mm3, rel=0.02)
     more = corrected.with_more
@@ -180,8 +180,8 @@ def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected)
     assert any("Give a larger --reserve-mm" in text for text in plan_cautions(worse, []))
 
 
-def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
-    """The last 20 mm of a plan were 2.5 mm low, and its sentence gave volumes alone."""
+def test_only_a_long_low_stretch_of_a_plan_is_reported():
+    """Volumes alone once did not show that the last 20 mm of a plan were 2.5 mm low."""
     s_mm = np.linspace(0.0, 100.0, 101)
     level_mm = np.where(s_mm > 80, -2.5, -0.5) - np.where((s_mm > 10) & (s_mm < 14), 3.0, 0.0)
     none = Misfit(0.0, 0.0, 0.0)
@@ -194,7 +194,7 @@ def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
     assert not lower.low_stretches[1:], "a plan that aims lower is not low there"
 
 
-def test_a_plan_that_loses_because_it_aims_low_names_the_reserve(particles):
+def test_the_caution_of_a_plan_that_aims_too_low_names_reserve_mm(particles):
     planned = plan_on(particles, PlanOptions(knots=3, reserve_mm=3.0, seeds=1, verify=1), [])
     assert planned.unfilled_mm3 == pytest.approx(planned.options.aim_mm * 40.0 * 4.0, rel=0.01)
     lost = replace(planned, best=planned.baselines[0])

@@ -19,7 +19,7 @@ def lab(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def prepared(lab, tmp_path_factory):
-    """Its folder, digitised and planned, nothing computed."""
+    """The folder of the study, digitised and planned, without runs."""
     out = tmp_path_factory.mktemp("prepared") / "out"
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
     return out
@@ -27,7 +27,7 @@ def prepared(lab, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def unbroken(lab, prepared, tmp_path_factory):
-    """The same, computed in this process from beginning to end."""
+    """The folder of the study with all runs, computed in this process without interruption."""
     out = shutil.copytree(prepared, tmp_path_factory.mktemp("unbroken") / "out")
     sweep(lab, out, HERE, Progress())
     return out

@@ -1,4 +1,4 @@
-"""What a study will take, before it starts."""
+"""Estimates of the time, memory and disk space of a study."""
 
 import gc
 from dataclasses import replace
@@ -29,8 +29,8 @@ def _run(state, work_s, wall_s=None):
     return replace(StudyRun(**empty), state=state, work_s=work_s, wall_s=wall_s)  # pyright: ignore[reportArgumentType]
 
 
-def test_runs_that_are_done_correct_the_model():
-    """It expected 10 s for them and they took 30: the two that are left take 9 and 15, side by side 15."""
+def test_finished_runs_correct_the_estimated_time_of_a_study():
+    """Runs of an estimated 10 s took 30 s, so that the two that are left take 9 and 15 s, side by side 15 s."""
     runs = [_run("done", 4.0, 12.0), _run("done", 6.0, 18.0), _run("failed", 5.0, 1.0)]
     runs += [_run("waiting", 3.0), _run("waiting", 5.0)]
     by_runs = estimate(runs, RunSize(1000, 1000, 1.0), jobs=2, batch=1)
@@ -42,23 +42,23 @@ def test_runs_that_are_done_correct_the_model():
     assert "from a model" in unknown.sentence
 
 
-def test_tasks_follow_each_other_on_the_process_that_is_free_first():
+def test_the_next_task_starts_on_the_process_that_is_free_first():
     assert time_of_all([], [0.0, 7.0]) == 7.0
     assert time_of_all([3.0, 3.0, 3.0], [0.0, 4.0]) == 7.0
     assert time_of_all([10.0, 1.0, 1.0], [0.0, 0.0]) == 10.0
 
 
 @pytest.mark.parametrize(("freeze_after_s", "runs"), [pytest.param(2.58, 1, marks=pytest.mark.slow), ("never", 2)])
-def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_after_s):
-    """Half of the paper's crack and its sealant at R = 0.6 mm.
+def test_the_estimated_memory_of_a_launch_equals_the_memory_of_its_arrays(runs, freeze_after_s):
+    """The case is half of the paper's crack and sealant at R = 0.6 mm.
 
-    Within 15 %: cells are counted to the particles, and differ with the room around the crack.
+    The tolerance is 15 %, since the number of cells depends on the room around the crack.
     """
     solid, outline = slot(40.0)
     trial = load_trial(FIXTURE / "trial.toml")
     assert trial.fluid is not None
     fluid = trial.fluid.model_copy(update={"freeze_after_s": freeze_after_s, "yield_stress_pa": 12.0})
-    # A factor that is given: the columns that a bed is measured in lie on the host.
+    # With a given factor no bed is measured, whose columns would be arrays of the host.
     solver = trial.solver.model_copy(update={"radius_mm": 0.6, "settle_s": 0.5, "volume_factor": 1.1})
     trial = trial.model_copy(update={"fluid": fluid, "solver": solver})
     trajectory = path(outline, 2.4, trim_mm=5.0)
@@ -74,25 +74,25 @@ def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_afte
 
 
 def _arrays() -> dict[int, wp.array]:
-    """All that hold memory of their own; views of others have none."""
+    """Return all arrays with memory of their own, by id; views have none."""
     gc.collect()
     return {id(thing): thing for thing in gc.get_objects() if type(thing) is wp.array and thing.capacity}
 
 
-def test_a_disk_that_is_too_small_is_told_before_the_first_run():
+def test_too_little_disk_space_is_refused_before_the_first_run():
     wanted = Estimate(runs=1, time_s=1.0, processor_s=1.0, measured=False, memory_bytes=1.0, disk_bytes=5e6)
     require_disk(wanted, 6e6, "out")
     with pytest.raises(InputError, match="out: 4 MB are free, but the results need 5 MB"):
         require_disk(wanted, 4e6, "out")
 
 
-def test_a_launch_that_a_gpu_cannot_hold_is_told_before_the_first_run():
+def test_a_launch_larger_than_gpu_memory_is_refused_before_the_first_run():
     size, runs = RunSize(14_527, 14_527, 1.0), [_run("waiting", 1.0) for _ in range(132)]
     wanted = estimate(runs, size, jobs=1, batch=132)
-    # As many as there are, and not as there may be.
+    # The number of runs counts, not the largest batch.
     assert wanted == estimate(runs, size, jobs=1, batch=256)
-    # 26 MB each, as measured on a GPU before links of 6 bytes took the place of weights of 4.
-    # And what one process needs beside them.
+    # 26 MB each were measured on a GPU before links of 6 bytes replaced weights of 4.
+    # The process itself needs memory too.
     assert wanted.memory_bytes == pytest.approx(132 * (26.3e6 + 14_527 * 128 * 2), rel=0.2)
     require_memory(wanted, 8e9, "cuda:0", 132)
     with pytest.raises(InputError, match=r"--batch 132: .* need 4\.\d GB, but 2\.0 GB are free on cuda:0"):

@@ -1,4 +1,4 @@
-"""The extra runs: the same physics at other sizes, inputs moved as declared, computed once, timed, a failure named."""
+"""Extra runs for the uncertainty of a trial: other particle sizes, other seeds, and moved inputs."""
 
 import re
 import shutil
@@ -35,8 +35,8 @@ width_mm = 0.1
 
 @pytest.fixture(scope="module")
 def run_folder(tmp_path_factory) -> Path:
-    """Of the tiny trial, a viscosity by U and a declared doubt about three inputs."""
-    # Two abreast at the coarser size too.
+    """A run of the tiny trial, whose viscosity is U, with declared uncertainties of three inputs."""
+    # Two particles are abreast at the coarser size too.
     return run_tiny(tmp_path_factory.mktemp("lab"), TRIAL.replace("radius_mm = 0.45", "radius_mm = 0.36") + DECLARED)
 
 
@@ -65,7 +65,7 @@ def again(varied, tmp_path) -> Path:
 
 @pytest.fixture
 def here(monkeypatch):
-    """Runs in this process: starting others takes seconds, and is the sweep's own test."""
+    """Compute in this process, since starting others takes seconds and is tested with sweeps."""
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
 
 
@@ -75,13 +75,13 @@ def _vary(path: Path, progress: Progress | None = None) -> bool:
 
 
 def _spread(path: Path):
-    """What the validate stage would read of the extra runs."""
+    """Return what the validate stage reads of the extra runs."""
     with job_in(path) as job:
         return read_spread(job)
 
 
-def test_three_sizes_of_three_runs_and_a_design_of_four(varied):
-    """Of the trial's own size two more; three inputs fit into four runs: that makes twelve."""
+def test_extra_runs_have_three_particle_sizes_and_a_design_of_moved_inputs(varied):
+    """The trial's own run is the third of its size, and three inputs fit into a design of four runs."""
     runs = read_plan(varied / "uncertainty").runs
     assert [run.state for run in runs] == ["done"] * 12
     radii = [run.settings.get("solver.radius_mm") for run in runs[:8]]
@@ -96,8 +96,8 @@ def test_three_sizes_of_three_runs_and_a_design_of_four(varied):
     assert sizes[1].levels_mm[0] == pytest.approx(record_files.read_profile(varied).level_mm)
 
 
-def test_the_paste_is_as_stiff_at_every_size(varied):
-    """U and D hang on radius and frame; what U amounts to in physical units and the drag of a second do not."""
+def test_the_physical_viscosity_is_the_same_at_every_particle_size(varied):
+    """U and D depend on radius and frame; the physical viscosity of U and the drag per second do not."""
     simulation = files.read_json(varied / "simulation.json")
     base = simulation["health"]
     for run in read_plan(varied / "uncertainty").runs[0:8:7]:
@@ -110,7 +110,7 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
         assert drag == pytest.approx(0.3 / base["frame_s"], rel=1e-6)
 
 
-def test_the_comparison_tells_numerics_and_inputs(again, monkeypatch):
+def test_the_comparison_states_numerical_and_input_uncertainties(again, monkeypatch):
     given = leave_out_pages(monkeypatch)
     with job_in(again) as job:
         result = run_stages(job, ("validate",)).result
@@ -132,8 +132,8 @@ def test_the_comparison_tells_numerics_and_inputs(again, monkeypatch):
     assert "start_mm" in figures.inputs_left_out
 
 
-def test_what_was_done_before_a_kill_is_not_done_again(varied, again, monkeypatch, here):
-    """Without its result but with its ledger, a folder computes only the run whose profile is gone; then nothing."""
+def test_only_missing_extra_runs_are_computed_again_after_a_kill(varied, again, monkeypatch, here):
+    """The folder has its ledger, but lacks its result and the profile of one run."""
     edit(again / "trial.toml", "volume_ml = 0.01", "volume_ml = 0.0100")
     (again / SPREAD).unlink()
     lost = read_plan(again / "uncertainty").runs[9]
@@ -153,15 +153,15 @@ def test_what_was_done_before_a_kill_is_not_done_again(varied, again, monkeypatc
     assert _spread(again) is None, "of other settings the old runs say nothing"
 
 
-def test_a_failed_run_is_named_and_nothing_is_said(path, monkeypatch, here):
+def test_failed_extra_runs_give_an_error_and_no_result(path, monkeypatch, here):
     monkeypatch.setattr(runner, "seal", lambda *_, **__: [Outcome("failed", reason="diverged in frame 7.")])
     with pytest.raises(NumericalError, match=r"12 of 12 runs failed.*\nsolver.radius_mm = 0.2769: diverged in"):
         _vary(path)
     assert not (path / SPREAD).exists()
 
 
-def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeypatch):
-    """The extra runs are those of a comparison, which need no reading."""
+def test_a_trial_without_readings_gives_a_predicted_level_with_its_band(again, monkeypatch):
+    """The extra runs are those of the comparison, since they need no readings."""
     text = (again / "trial.toml").read_text()
     (again / "trial.toml").write_text(re.sub(r"(?s)\[readings\].*?(?=\n\[|$)", "", text))
     assert not _vary(again), "none is computed again"
@@ -188,7 +188,7 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     assert fact.text.startswith("Predicted, with no setting fitted to this sample: the mean level is ")
 
 
-def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(path, monkeypatch):
+def test_extra_runs_with_particles_too_large_for_the_crack_are_refused(path, monkeypatch):
     monkeypatch.setattr(extra_runs, "RATIO", 1.6)
     with pytest.raises(
         InputError, match=r"not possible. runs 6, 7, 8: solver.radius_mm is 0.576: fewer than 2 particles"
@@ -204,15 +204,15 @@ def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(p
         ("yield_stress_pa = 5.0", r"yield_stress_pa = -5\.0"),
     ],
 )
-def test_what_cannot_be_moved_as_declared_is_refused(path, declared, message, here):
+def test_declared_uncertainties_that_cannot_be_applied_are_refused(path, declared, message, here):
     """The path begins 1 mm from the end, the walls have no angle, and the paste no yield stress."""
     edit(path / "trial.toml", "speed_mm_s = 1.0\n", f"{declared}\n")
     with pytest.raises(InputError, match=message):
         _vary(path)
 
 
-def test_an_extra_run_that_was_computed_anew_is_named(again, monkeypatch):
-    """Its substeps differ from those of the others, so that their scatter is not that of the seed alone."""
+def test_extra_runs_repeated_with_more_substeps_give_a_note(again, monkeypatch):
+    """Runs with different substeps do not scatter by their seeds alone."""
     resume = runner.resume
 
     def resumed(*given, **more):

@@ -1,4 +1,4 @@
-"""A sweep whose processes are killed: the same command ends it with the bytes of an unbroken one."""
+"""A sweep whose processes are killed is completed by the same command."""
 
 import random
 import subprocess
@@ -23,7 +23,7 @@ def _start(study, out):
 
 
 def _finished(out):
-    """When the outcome of each finished run was written."""
+    """Return the time at which the outcome of each finished run was written."""
     return {path.parent.name: path.stat().st_mtime_ns for path in out.glob(f"runs/*/{OUTCOME}")}
 
 
@@ -35,8 +35,8 @@ def _is_worker(process):
 
 
 @pytest.mark.slow
-def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(tmp_path):
-    """Kill now a worker and now the parent, most of them while runs are computed."""
+def test_a_sweep_killed_ten_times_gives_the_results_of_an_uninterrupted_sweep(tmp_path):
+    """Workers and the parent are killed in turn, mostly while runs are computed."""
     study, chance, out = tiny_lab(tmp_path / "lab", GRID), random.Random(1), tmp_path / "out"
     sweep(study, tmp_path / "unbroken", HERE, Progress())
     seen, parent = [], _start(study, out)

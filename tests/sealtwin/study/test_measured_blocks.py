@@ -1,4 +1,4 @@
-"""Dam breaks that others measured: facts, kept fronts, and the page of 'sealtwin demo --measured'."""
+"""Measured dam breaks of the literature, and the page of 'sealtwin demo --measured'."""
 
 import html
 import json
@@ -22,7 +22,7 @@ def course(case, *_, **__):
     return (np.arange(9) + shift) * clock["outline_s"], LONG * case.measured_mm
 
 
-def test_the_kept_fronts_are_those_of_the_kept_benchmark():
+def test_the_stored_dam_break_fronts_equal_the_benchmark_results():
     """reports/results.json has the rows of 'python -m benchmarks.measured', perhaps of another processor."""
     results = json.loads((ROOT / "reports" / "results.json").read_text(encoding="utf-8"))["measured"]["rows"]
     values = {row["name"].partition(":")[0]: row["value"] for row in results if row["name"].endswith(", computed")}
@@ -32,8 +32,8 @@ def test_the_kept_fronts_are_those_of_the_kept_benchmark():
         assert front_mm == pytest.approx(values[f"{case.name}, outline 8"], rel=0.01)
 
 
-def test_the_page_has_the_shift_the_differences_and_the_sources(tmp_path):
-    """The two given courses are 1.1 times as long as measured."""
+def test_the_dam_break_page_states_clock_shift_differences_and_sources(tmp_path):
+    """Both courses of this test are 1.1 times as long as measured."""
     sheet = measured_page({case: course(case) for case in dam_breaks([SHOWN])})
     write_page(tmp_path / "measured.html", sheet)
     page = re.sub(r"<(style|svg).*?</\1>|<[^>]+>", " ", (tmp_path / "measured.html").read_text("utf-8"), flags=re.S)
@@ -46,7 +46,7 @@ def test_the_page_has_the_shift_the_differences_and_the_sources(tmp_path):
     assert len(words.split()) < 400
 
 
-def test_the_command_prints_both_fronts_and_the_page(tmp_path, monkeypatch):
+def test_demo_measured_prints_both_fronts_and_the_path_of_the_page(tmp_path, monkeypatch):
     leave_out_figures(monkeypatch)
     monkeypatch.setattr(measured_blocks, "course_of", course)
     answer = sealtwin("demo", "--measured", "--out", tmp_path)

@@ -1,4 +1,4 @@
-"""Inputs drawn by the fast model: a linear one gives the closed form, and the report names it."""
+"""Uncertain inputs, drawn at random and propagated to the level by the fast model."""
 
 from dataclasses import replace
 from functools import partial
@@ -60,7 +60,7 @@ def linear(monkeypatch):
     monkeypatch.setattr(extra_runs, "draw", partial(draw, runs=RUNS))
 
 
-def test_the_uncertainty_of_inputs_of_a_linear_model_is_the_closed_form(fast, linear, monkeypatch):
+def test_the_input_uncertainty_of_a_linear_model_equals_the_closed_form(fast, linear, monkeypatch):
     leave_out_pages(monkeypatch)
     with job_in(fast) as job:
         assert vary(job)
@@ -84,8 +84,8 @@ def test_the_uncertainty_of_inputs_of_a_linear_model_is_the_closed_form(fast, li
     assert result.comparison.model_dump(mode="json")["uncertainty"] == figures
 
 
-def test_the_fast_model_itself_is_moved(fast):
-    """More sealant rises by its volume over the crack's area, and a deeper crack lowers its whole bed."""
+def test_moved_inputs_change_the_level_of_the_fast_model(fast):
+    """More sealant raises the level by its volume over the crack's area, and a deeper crack lowers the whole level."""
     base = base_of(fast)
     outline = base.sample.outline
     s_mm = np.linspace(0, outline.length_mm, 101)
@@ -97,15 +97,15 @@ def test_the_fast_model_itself_is_moved(fast):
     assert (deeper_mm - unmoved_mm).mean() == pytest.approx(-0.5, abs=0.05)
 
 
-def test_no_draw_has_a_stress_or_a_viscosity_below_0(fast):
+def test_randomly_drawn_yield_stresses_and_viscosities_are_not_negative(fast):
     base = base_of(fast, yield_stress_pa=50.0, viscosity_percent=80.0)
     steps = moved_inputs._steps(base, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
     assert steps == {"yield_stress_pa": -1.0, "viscosity_percent": pytest.approx(100 * (1.8**-3 - 1))}
     moved_inputs.level_of(base, steps, np.zeros(1))
 
 
-def test_walls_are_moved_to_take_up_less_stress_and_never_more_than_all_of_it(fast):
-    """Paste that slides levels out further."""
+def test_a_wall_share_of_1_is_moved_down_and_not_up(fast):
+    """Paste that slides on the walls levels out further."""
     base = base_of(fast, wall_share=0.2)
     s_mm = np.linspace(0, base.sample.outline.length_mm, 101)
     unmoved_mm, slides_mm, sticks_mm = (
@@ -116,7 +116,7 @@ def test_walls_are_moved_to_take_up_less_stress_and_never_more_than_all_of_it(fa
 
 
 @pytest.mark.parametrize("weighed", [False, True])
-def test_a_late_pump_leaves_the_beginning_empty_and_weighed_sealant_is_then_elsewhere(fast, weighed):
+def test_a_pump_delay_leaves_the_beginning_empty_and_keeps_a_weighed_volume(fast, weighed):
     base = base_of(fast)
     if weighed:
         mass_g = base.sample.trajectory.dispensed_mm3 / 1e3
@@ -132,16 +132,16 @@ def test_a_late_pump_leaves_the_beginning_empty_and_weighed_sealant_is_then_else
     assert late.t_s[late.giving][0] == pytest.approx(0.5)
 
 
-def test_an_input_at_its_end_is_moved_the_other_way_by_twice_its_uncertainty(tmp_path):
-    """An effect is half the difference of both moves."""
+def test_an_input_at_its_bound_is_moved_inward_by_twice_its_uncertainty(tmp_path):
+    """The effect of an input is half the difference of both moves."""
     particles = FAST.replace('model = "slot"\n', "") + "\n[uncertainty]\nwall_share = 0.2\npump_delay_s = 0.1\n"
     variants = extra_runs._variants(base_of(run_tiny(tmp_path, particles)), designed=True)
     for name, moves in (("wall_share", [-0.4, 0.0]), ("pump_delay_s", [0.0, 0.2])):
         assert sorted({steps[name] for steps, *_ in variants if name in steps}) == pytest.approx(moves)
 
 
-def test_a_delay_of_the_whole_pour_is_refused_and_a_share_of_walls_beside_their_drag(fast):
-    """A draw could leave no flow at all."""
+def test_a_too_uncertain_pump_delay_and_a_wall_share_beside_drag_are_refused(fast):
+    """A draw of such a delay could leave no flow at all."""
     base = base_of(fast, wall_share=0.1)
     flows_s = base.sample.trajectory.duration_s
     fluid = base.trial.given_fluid.model_copy(update={"D_cm": 0.3})
@@ -154,7 +154,7 @@ def test_a_delay_of_the_whole_pour_is_refused_and_a_share_of_walls_beside_their_
             refuse_immovable(immovable)
 
 
-def test_an_impossible_draw_is_named_with_its_inputs(fast):
+def test_an_impossible_draw_is_reported_with_its_inputs(fast):
     fault = moved_inputs.levels_of(base_of(fast), [{"volume_ml": -1.0}], np.zeros(1))
     assert "volume_ml -1" in str(fault)
     assert DIFFERENCES in str(fault)
@@ -164,7 +164,7 @@ def test_an_impossible_draw_is_named_with_its_inputs(fast):
     ("model", "declared", "unfit", "drawn"),
     [(None, None, (), True), (None, None, UNFIT, False), (None, "particles", (), False), ("slot", None, UNFIT, True)],
 )
-def test_the_fast_model_is_taken_in_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
+def test_inputs_use_the_fast_model_within_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
     monkeypatch.setattr(moved_inputs, "fast_level", lambda _: (None, unfit))
     base = base_of(fast)
     assert takes_draws(replace(base, trial=base.changed({"solver.model": model, DIFFERENCES: declared}))) is drawn

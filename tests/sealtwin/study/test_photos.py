@@ -1,4 +1,4 @@
-"""Many photos in one command: nothing stops it, nothing is done twice, every failure is named."""
+"""Many photos, digitised by one command."""
 
 import csv
 import json
@@ -56,7 +56,7 @@ def done(lab, tmp_path_factory):
     return out, _digitise(lab, "--out", out)
 
 
-def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
+def test_a_batch_continues_past_failed_photos_and_lists_the_failures(done):
     out, answer = done
     assert answer.exit_code == 6, answer.output
     note, plain = answer.stdout.splitlines()[-2:]
@@ -76,8 +76,8 @@ def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
     assert "http" not in page.replace("http-equiv", ""), "it loads nothing"
 
 
-def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
-    """Of two alike none is taken; a picture numbers them, and a number in the table is asked for no second time."""
+def test_a_number_in_photos_csv_chooses_between_competing_cracks(tmp_path):
+    """Neither of two similar cracks is traced before photos.csv has a number, which later calls keep."""
     photo, out, starts = tmp_path / "photos" / "two.png", tmp_path / "out", set()
     photo.parent.mkdir()
     write_png(photo, with_crack(with_crack(mortar(SIZE_PX), wave(35)), wave(115)))
@@ -102,17 +102,17 @@ def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
     ("photos", "last"),
     [
         pytest.param(("a/x.jpg", "a/x.png", "b/X.jpg", "b/y.jpg"), "y", id="photos of one name share no folder"),
-        pytest.param(("p/a/x.png", "q/a/x.png", "r/a/x.png", "s/a-x-2.png"), "a-x-2", id="nor take another's name"),
+        pytest.param(("p/a/x.png", "q/a/x.png", "r/a/x.png", "s/a-x-2.png"), "a-x-2", id="a suffixed name that exists"),
     ],
 )
-def test_each_photo_has_a_folder_of_its_own(tmp_path, photos, last):
+def test_each_photo_has_its_own_folder(tmp_path, photos, last):
     names = [item.name for item in plan([tmp_path / photo for photo in photos], GIVEN)]
     assert len({name.casefold() for name in names}) == 4
     assert names[3] == last
 
 
-def test_a_mask_named_by_a_trial_and_a_hidden_file_are_no_photos(tmp_path):
-    """What a Mac leaves beside a photo is none; a hidden file that is named is taken, as by any command."""
+def test_masks_of_trials_and_hidden_files_are_not_taken_for_photos(tmp_path):
+    """A Mac leaves hidden files beside photos. A hidden file that is named is digitised, as by any command."""
     for name in ("a.png", "a_mask.png", "._a.png", ".hidden.jpg"):
         (tmp_path / name).touch()
     photo = '[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\nmask = "a_mask.png"\n'
@@ -121,7 +121,7 @@ def test_a_mask_named_by_a_trial_and_a_hidden_file_are_no_photos(tmp_path):
         assert [item.file.name for item in plan([path], GIVEN)] == names
 
 
-def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, monkeypatch):
+def test_a_bug_in_one_photo_is_reported_and_other_photos_are_digitised(tmp_path, lab, monkeypatch):
     real = batch.run_stages
 
     def burst(job, stages):
@@ -136,7 +136,7 @@ def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, mon
     assert "ZeroDivisionError: on purpose" in (tmp_path / "first" / "fault.txt").read_text()
 
 
-def test_nothing_of_the_users_is_overwritten(tmp_path, lab):
+def test_a_batch_does_not_overwrite_files_of_the_user(tmp_path, lab):
     (tmp_path / "batch.json").write_text("mine")
     answer = _digitise(lab, "--out", tmp_path)
     assert answer.exit_code == 3
@@ -145,7 +145,7 @@ def test_nothing_of_the_users_is_overwritten(tmp_path, lab):
 
 
 @pytest.mark.parametrize("name", ["...jpg", ".png", ".lock.png", "photos.csv.png", "INDEX.html.png"])
-def test_no_photos_name_is_a_way_out_or_a_file_of_the_batch(tmp_path, name):
+def test_a_photo_name_gives_no_parent_folder_and_no_file_of_the_batch(tmp_path, name):
     """The stem of "...jpg" is "..": its run folder would be the folder above."""
     (tmp_path / name).touch()
     folder = plan([tmp_path / name], GIVEN)[0].name
@@ -153,7 +153,7 @@ def test_no_photos_name_is_a_way_out_or_a_file_of_the_batch(tmp_path, name):
     assert "." not in folder
 
 
-def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
+def test_a_photo_name_that_is_not_utf8_fails_without_stopping_the_batch(tmp_path, lab):
     shutil.copy(lab / "first.png", tmp_path / "caf\udce9.png")
     report = digitise_many(plan([tmp_path, lab / "first.png"], GIVEN), tmp_path / "out", Progress())
     assert [row.status for row in report.rows] == ["failed", "ok"]
@@ -165,7 +165,7 @@ def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
     ("arguments", "named"),
     [("--ends 1,2 3,4 --out x", "photo.ends_px cannot be given for several photos"), ("", "--out")],
 )
-def test_what_only_one_photo_can_have_is_refused_for_several(lab, arguments, named):
+def test_crack_ends_and_a_missing_out_option_are_refused_for_several_photos(lab, arguments, named):
     answer = _digitise(lab, *arguments.split())
     assert answer.exit_code == 2
     assert named in answer.stderr.replace("\n", " ")

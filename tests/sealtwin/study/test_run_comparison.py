@@ -1,4 +1,4 @@
-"""Run folders side by side."""
+"""Comparisons of run folders."""
 
 import json
 import shutil
@@ -52,8 +52,8 @@ def other(run, tmp_path):
     return path
 
 
-def test_runs_are_told_apart_by_the_setting_that_differs(run, other, tmp_path):
-    """Two trials of one name are named by their folders."""
+def test_a_comparison_of_runs_lists_the_settings_that_differ(run, other, tmp_path):
+    """Trials with the same name are named by their folders."""
     page = tmp_path / "page"
     text = sealtwin("compare", run, other, "--out", page).stdout
     content = json.loads(sealtwin("compare", run, other, "--out", page, "--json").stdout)
@@ -68,7 +68,7 @@ def test_runs_are_told_apart_by_the_setting_that_differs(run, other, tmp_path):
     assert sealtwin("compare", run).exit_code == 2
 
 
-def test_a_folder_that_is_no_finished_run_of_its_trial_is_refused_by_name(run, other, tmp_path):
+def test_unfinished_damaged_or_repeated_run_folders_are_refused(run, other, tmp_path):
     def refused(second: Path, match: str) -> None:
         with pytest.raises(InputError, match=match):
             compare_runs([run, second], tmp_path / "page")
@@ -92,8 +92,8 @@ def test_a_folder_that_is_no_finished_run_of_its_trial_is_refused_by_name(run, o
         refused(other, rf"second: {stage} is not finished \({name} is missing\)")
 
 
-def test_an_edited_level_and_a_gained_volume_are_in_no_ranking(run, other, tmp_path):
-    """Edited and then validated, a level is taken as it is, and the page says so."""
+def test_runs_with_an_edited_level_or_a_wrong_volume_are_not_ranked(run, other, tmp_path):
+    """A level that was edited and validated again is compared, with the statement that it was edited."""
     profile = record_files.read_profile(other)
     record_files.write_profile(other, Profile(profile.s_mm, profile.level_mm + 1.0))
     validate(other)

@@ -23,15 +23,15 @@ from validate.figures.map_page import map_page
 
 
 def _lost_at_300(function, tasks, *_):
-    """Tell of that run what is told of one whose workers were killed, and compute the others here."""
+    """Report one run as lost with its workers, and compute the other runs in this process."""
     for group, arguments in tasks:
         (trial,) = arguments[1]
         deadly = trial.fluid.U == 300.0 and trial.fluid.D_cm == 0.3
         yield group, Lost(KILLED) if deadly else function(*arguments)
 
 
-# That workers which are killed are told so is tests/sealtwin/core/test_cluster.py.
-def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(lab, unbroken, tmp_path, monkeypatch):
+# tests/sealtwin/core/test_cluster.py has the tests of workers that are killed.
+def test_a_run_that_kills_three_workers_is_recorded_as_failed(lab, unbroken, tmp_path, monkeypatch):
     out = tmp_path / "out"
     monkeypatch.setattr(runner, "run_tasks", _lost_at_300)
     report = sweep(lab, out, replace(HERE, jobs=1), Progress())
@@ -49,7 +49,7 @@ def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(lab, unbroke
 
 @pytest.fixture(scope="module")
 def scheduler():
-    """The address of a scheduler with a worker, which knows nothing of the sweep's folder."""
+    """The address of a scheduler with one worker."""
     from distributed import LocalCluster
 
     cluster: Any = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0", host="tcp://127.0.0.1")
@@ -57,7 +57,7 @@ def scheduler():
         yield cluster.scheduler_address
 
 
-def test_a_cluster_gives_what_this_machine_gives(lab, unbroken, tmp_path, scheduler):
+def test_a_cluster_gives_the_same_results_as_this_machine(lab, unbroken, tmp_path, scheduler):
     answer = sealtwin(
         "sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--accurate", "--scheduler", scheduler, "--quiet"
     )
@@ -65,8 +65,8 @@ def test_a_cluster_gives_what_this_machine_gives(lab, unbroken, tmp_path, schedu
     assert results_of(tmp_path / "out") == results_of(unbroken)
 
 
-def test_a_worker_of_other_stage_numbers_is_refused(scheduler, monkeypatch):
-    """Its version is the same, and its solver another: it would compute other levels into the same study."""
+def test_a_worker_with_other_stage_numbers_is_refused(scheduler, monkeypatch):
+    """A worker with the same version and another solver would compute other levels for the same study."""
     own = NUMBERS["simulate"]
     monkeypatch.setitem(NUMBERS, "simulate", 999)
     with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, but this machine has .*: 999"):
@@ -85,7 +85,7 @@ FAST = """
 """
 
 
-def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
+def test_a_study_by_the_fast_model_is_marked_as_screening_in_all_outputs(tmp_path):
     study, out = tiny_lab(tmp_path, FAST), tmp_path / "out"
     swept = sweep(study, out, StudyOptions("cpu", 0), Progress())
     assert swept["states"] == {"waiting": 0, "done": 6, "failed": 0}
@@ -106,8 +106,8 @@ def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
     assert map_page(chart, []).cautions[0] == swept["screening"]
 
 
-def test_progress_goes_on_during_a_run_and_is_of_all_runs(monkeypatch):
-    """Once a lab's first run of eleven minutes showed "Running" and nothing else."""
+def test_progress_advances_during_a_run_and_counts_all_runs(monkeypatch):
+    """A first run of eleven minutes once showed only the word "Running"."""
     monkeypatch.setattr(runner, "SHOWN_EVERY_S", 0.02)
     steps, began_s = list[tuple[float, int]](), time.monotonic()
 

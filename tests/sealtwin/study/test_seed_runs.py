@@ -1,4 +1,4 @@
-"""Several seeds: their level is the mean of runs that differ in the seed alone, computed once, and every reader's."""
+"""Trials with several seeds, whose level is the mean of runs that differ in the seed alone."""
 
 import shutil
 from dataclasses import replace
@@ -87,8 +87,8 @@ def test_the_level_is_the_mean_of_runs_that_differ_in_the_seed_alone(single, thr
     assert seeds["scatter_mm"] == pytest.approx(scatter_mm, abs=1e-6)
 
 
-def test_every_reader_shows_the_mean(three):
-    """The comparison, the record, the report, and a page that compares runs."""
+def test_comparison_report_and_record_use_the_mean_level_of_all_seeds(three):
+    """A page that compares runs uses the mean level too."""
     levels, result = _levels(three), files.read_json(three / "run.json")
     s_mm, readings_mm = [1.0, 4.0, 7.0, 11.0], np.array([-2.0, -2.0, -1.0, -1.0])
     errors_mm = np.interp(s_mm, levels["s_mm"], levels["level_mm"]) - readings_mm
@@ -108,7 +108,7 @@ def test_every_reader_shows_the_mean(three):
     assert side.settings["seeds"] == 3
 
 
-def test_copies_are_refused(single, tmp_path, monkeypatch):
+def test_seeds_that_give_equal_levels_are_refused(single, tmp_path, monkeypatch):
     path = shutil.copytree(single, tmp_path / "run")
     own = record_files.read_profile(path)
     monkeypatch.setattr(extra_runs, "read_level", lambda *_: own)
@@ -118,8 +118,8 @@ def test_copies_are_refused(single, tmp_path, monkeypatch):
     assert not (path / "report.html").exists()
 
 
-def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
-    """The extra runs take the seeds' own for the trial's size; the level scatters by 1 / sqrt(3) of a single run."""
+def test_the_scatter_of_a_mean_of_3_runs_is_divided_by_sqrt_3(path, monkeypatch):
+    """The runs of the seeds also serve as the extra runs of the trial's own particle size."""
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
     with job_in(path) as job:
         assert extra_runs.vary(job)
@@ -148,7 +148,7 @@ def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
         pytest.param(21, "", "", "seeds", id="too many"),
     ],
 )
-def test_seeds_that_a_trial_cannot_have(tmp_path, seeds, old, new, named):
+def test_too_many_seeds_and_seeds_of_the_fast_model_are_refused(tmp_path, seeds, old, new, named):
     tiny_lab(tmp_path)
     (tmp_path / "trial.toml").write_text(
         f"seeds = {seeds}\n{TRIAL.replace(old, new) if old else TRIAL}", encoding="utf-8"
@@ -165,7 +165,7 @@ def test_seeds_that_a_trial_cannot_have(tmp_path, seeds, old, new, named):
         "plan": lambda lab: require_plannable(load_trial(lab / "trial.toml"), "trial.toml"),
     }.values(),
 )
-def test_runs_of_one_seed_each_refuse_a_trial_with_seeds(tmp_path, begin):
+def test_sweep_calibrate_and_plan_refuse_a_trial_with_several_seeds(tmp_path, begin):
     tiny_lab(tmp_path)
     (tmp_path / "trial.toml").write_text("seeds = 3\n" + TRIAL, encoding="utf-8")
     with pytest.raises(InputError, match=r"trial\.toml: seeds = 3 is only for 'sealtwin run'"):

@@ -1,4 +1,4 @@
-"""Studies, comparisons and plans across a raised stage number."""
+"""Studies and comparisons whose runs have different stage numbers."""
 
 import shutil
 from dataclasses import replace
@@ -41,8 +41,8 @@ def out(finished, tmp_path) -> Path:
 
 
 @pytest.mark.parametrize("raised", ["digitise", "validate"])
-def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(two, out, monkeypatch, raised):
-    """Its readings are compared in its runs, so that all three numbers count. Nothing of both is ranked together."""
+def test_a_study_of_an_older_stage_number_is_computed_again_with_one_note(two, out, monkeypatch, raised):
+    """All three stages count, since runs of a study compare the readings. Old and new runs are not ranked together."""
     before, own = {run.key for run in read_plan(out).runs}, NUMBERS[raised]
     monkeypatch.setitem(NUMBERS, raised, 999)
     first, second = Narration(), Narration()
@@ -57,8 +57,8 @@ def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(two, 
 
 
 @pytest.mark.parametrize(("raised", "times"), [("simulate", 1), ("validate", 0)])
-def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch, raised, times):
-    """The readings are compared anew, so that the number of validate is this version's."""
+def test_a_map_of_levels_by_another_solver_version_gives_one_note(done, monkeypatch, raised, times):
+    """A map compares the readings itself, so that another number of validate gives no note."""
     own = NUMBERS[raised]
     monkeypatch.setitem(NUMBERS, raised, 999)
     mapped = map_study(done, None, None, None, Progress(), fills=False, any_volume=True)
@@ -67,8 +67,8 @@ def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch,
     assert "\n".join(mapped_lines(mapped)).count(sentence) == times
 
 
-def test_a_number_that_differs_between_two_runs_is_a_row_of_their_comparison(tmp_path, monkeypatch):
-    """Settings are the same; two solvers computed the levels."""
+def test_a_comparison_of_runs_lists_stage_numbers_that_differ(tmp_path, monkeypatch):
+    """The settings are equal, but two solvers computed the levels."""
     runs = [run_tiny(tmp_path, TRIAL.split("[readings]")[0].replace("substeps = 2", "substeps = 2\nsettle_s = 0.2"))]
     runs.append(tmp_path / "two")
     shutil.copytree(runs[0], runs[1])

@@ -1,4 +1,4 @@
-"""A study file: what varies, checked for all runs before the first one starts."""
+"""Study files: varied settings, checked for all runs before the first run starts."""
 
 import math
 
@@ -17,7 +17,7 @@ def _plan(folder, varies):
 
 
 def _values(planned, name):
-    """Of a setting, in each run's trial."""
+    """Return the values of a setting in all runs."""
     table, _, key = name.rpartition(".")
     trials = [run.trial.model_dump() for run in planned]
     return [trial[table][key] if table else trial[key] for trial in trials]
@@ -29,28 +29,28 @@ def _values(planned, name):
         pytest.param(
             '[grid]\n"fluid.U" = [3, 30.0]\nfluid.D_cm = [0.1, 0.2, 0.3]\n',
             {"fluid.U": [3, 3, 3, 30, 30, 30], "fluid.D_cm": [0.1, 0.2, 0.3, 0.1, 0.2, 0.3]},
-            id="a grid is each value with each in the order given",
+            id="a grid has all combinations in the given order",
         ),
         pytest.param(
             '[fixed]\nsolver.radius_mm = 0.5\n[list]\ncolumns = ["seed"]\nrows = [[1], [2]]\n',
             {"solver.radius_mm": [0.5, 0.5], "seed": [1, 2], "fluid.freeze_after_s": [0.2, 0.2]},
-            id="what is fixed holds in all runs and the rest is the trial's own",
+            id="fixed settings are those of all runs",
         ),
         pytest.param(
             '[grid]\n"fluid.viscosity_pa_s" = [1.0, 5.0]\n',
             {"fluid.viscosity_pa_s": [1.0, 5.0], "fluid.U": [None, None], "fluid.D_cm": [None, None]},
-            id="a viscosity takes the place of the trial's U and of the D beside it",
+            id="a viscosity replaces U and D of the trial",
         ),
     ],
 )
-def test_runs_have_the_values_that_vary_or_are_fixed(tmp_path, varies, values):
+def test_planned_runs_have_the_varied_and_fixed_values(tmp_path, varies, values):
     planned = _plan(tmp_path, varies)
     assert [run.number for run in planned] == [*range(1, len(planned) + 1)]
     assert {name: _values(planned, name) for name in values} == values
 
 
 def test_a_latin_hypercube_has_one_value_in_each_slice_of_each_range(tmp_path):
-    """What makes it one; slices of a range on request of its logarithm."""
+    """Slices are equal in the setting or, on request, in its logarithm."""
     ranges = (
         'ranges."fluid.U" = {low = 0.01, high = 1e4, scale = "log"}\n'
         'ranges."solver.damping_per_s" = {low = 0.0, high = 2.0}\n'
@@ -69,7 +69,7 @@ def test_a_latin_hypercube_has_one_value_in_each_slice_of_each_range(tmp_path):
     assert [run.settings for run in other] != [run.settings for run in planned]
 
 
-def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_path):
+def test_each_fault_of_a_study_is_listed_once_with_its_runs_and_value(tmp_path):
     with pytest.raises(InputError) as caught:
         _plan(tmp_path, '[grid]\n"fluid.U" = [3, -30, 1e9]\n"fluid.D_cm" = [0.1, "much"]\n')
     lines = str(caught.value).splitlines()
@@ -98,19 +98,19 @@ def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_p
          "solver.iterations = [" + ",".join(str(n) for n in range(200)) + "]", "40000 runs, but at most 20000 are"),
     ],
 )  # fmt: skip
-def test_a_study_that_cannot_be_is_refused_in_words(tmp_path, varies, sentence):
+def test_an_invalid_study_file_is_refused_with_its_fault(tmp_path, varies, sentence):
     with pytest.raises(InputError) as caught:
         _plan(tmp_path, varies)
     assert sentence in str(caught.value)
     assert "study.toml" in str(caught.value)
 
 
-def test_the_shipped_study_is_the_paper_s_132_combinations_over_its_ranges():
+def test_the_shipped_study_has_the_132_combinations_of_the_paper():
     file = FIXTURE / "study-paper.toml"
     study = load_study(file)
     planned = plan_runs(study, file, load_trial(FIXTURE / study.trial))
     assert len(planned) == 132
     u, d = ([run.settings[name] for run in planned] for name in ("fluid.U", "fluid.D_cm"))
     assert (min(u), max(u), min(d), max(d)) == (1e-2, 1e4, 1e-4, 3)  # paper, 3.2.4
-    # What the paper chose and what it found best and worst are among them.
+    # The chosen, the best and the worst settings of the paper are among them.
     assert {(30, 0.3), (30, 3), (0.03, 1e-4)} <= set(zip(u, d, strict=True))

@@ -1,4 +1,4 @@
-"""A sweep's folder on a map: the ledger's own errors, what is not ranked, and what is refused."""
+"""Maps of sweeps: errors of runs, runs that are not ranked, and refusals."""
 
 import json
 import re
@@ -28,12 +28,12 @@ pytestmark = pytest.mark.usefixtures("without_pictures")
 
 
 def mapped_without_fills(folder, out=None, caliper=None, data=None):
-    """One of the four tiny runs gains a tenth of its volume, which is not the matter here."""
+    """Map a study at any volume, since one of the four tiny runs gains a tenth of its volume."""
     return map_study(folder, out, caliper, data, Progress(), fills=False, any_volume=True)
 
 
-def test_errors_are_those_of_the_ledger_and_the_command_answers_with_them(unbroken, tmp_path):
-    """Two ways to one integral: the pipeline's, and the map's of a profile that its file rounds to 1e-6 mm."""
+def test_errors_on_the_map_equal_the_errors_of_the_sweep(unbroken, tmp_path):
+    """The map integrates profiles that their files round to 1e-6 mm."""
     mapped = mapped_without_fills(unbroken, tmp_path)
     ledger = {run.number: present(run.figures, "figures") for run in read_plan(unbroken).runs}
     for run in mapped.chart.runs:
@@ -49,8 +49,8 @@ def test_errors_are_those_of_the_ledger_and_the_command_answers_with_them(unbrok
 
 
 @pytest.mark.parametrize("lost", [0, 1, 4])
-def test_fills_of_chosen_runs_are_drawn_as_the_sweep_kept_them(done, lost):
-    """What it did not keep, as in a launch of several runs, is named."""
+def test_stored_fills_of_chosen_runs_are_drawn_and_missing_fills_are_named(done, lost):
+    """A sweep stores no fills of runs that share a launch, for example."""
     runs = read_plan(done).runs
     fill = read_fill(run_path(done, runs[0]) / FILL)
     assert fill.frames[-1].t_s >= fill.frames[0].t_s > 0
@@ -65,8 +65,8 @@ def test_fills_of_chosen_runs_are_drawn_as_the_sweep_kept_them(done, lost):
     assert len(drawn) == (0 if lost == 4 else 2)
 
 
-def test_runs_without_a_result_are_left_out_and_told(done):
-    """Of five runs one failed: the map holds four, and says which is missing and why."""
+def test_runs_without_a_result_are_left_out_with_their_reasons(done):
+    """One of five runs failed, so that the map has four."""
     plan = read_plan(done)
     fifth = forget_outcome(done / "elsewhere", plan.runs[0])
     fifth = replace(fifth, key="f" * 64, number=5, settings={"fluid.U": 1e6, "fluid.D_cm": 0.03})
@@ -77,8 +77,8 @@ def test_runs_without_a_result_are_left_out_and_told(done):
     assert [each["number"] for each in mapped.content["excluded"]] == [5]
 
 
-def test_a_run_whose_volume_is_off_is_in_no_ranking(done):
-    """The nearest of five: it stands apart with its volume, and another one is the nearest."""
+def test_a_run_with_a_wrong_volume_is_not_ranked(done):
+    """The run with the wrong volume has the smallest error of five."""
     plan = read_plan(done)
     for run in plan.runs:
         figures = present(run.figures, "figures").model_copy(update={"volume_ratio": 1.05})
@@ -102,7 +102,7 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking(done):
     )
 
 
-def test_a_study_that_is_not_there_too_small_or_edited_is_refused(done, tmp_path):
+def test_a_map_of_a_missing_too_small_or_edited_study_is_refused(done, tmp_path):
     assert "not a study" in json.loads(sealtwin("map", tmp_path, "--no-fills", "--json").stdout)["error"]
     with pytest.raises(InputError, match=r"of 4 finished runs can be ranked\. .* at least 4"):
         map_study(done, None, None, None, Progress(), fills=False)
@@ -116,8 +116,8 @@ def test_a_study_that_is_not_there_too_small_or_edited_is_refused(done, tmp_path
         mapped_without_fills(done)
 
 
-def test_other_readings_say_where_they_come_from(done, lab, tmp_path):
-    """The study's own sheet under any name is known by its content; another one must say what it is."""
+def test_a_map_of_other_readings_needs_their_origin(done, lab, tmp_path):
+    """The study's own sheet is recognised by its content under any name."""
     same = tmp_path / "same.csv"
     shutil.copyfile(lab.parent / "readings.csv", same)
     assert mapped_without_fills(done, caliper=same).chart.readings.data == "synthetic"
@@ -128,6 +128,6 @@ def test_other_readings_say_where_they_come_from(done, lab, tmp_path):
     before = mapped_without_fills(done).chart
     after = mapped_without_fills(done, caliper=other, data="measured").chart
     assert after.readings.data == "measured"
-    # Readings a millimetre lower lift every bias by it.
+    # Readings that are 1 mm lower raise every bias by 1 mm.
     for first, second in zip(before.runs, after.runs, strict=True):
         assert second.bias_mm - first.bias_mm == pytest.approx(1.0, abs=1e-9)

@@ -1,4 +1,4 @@
-"""A sweep: nothing that finished is lost or done twice, whatever is killed; nothing that failed is a number."""
+"""Sweeps: finished runs are kept, and failed runs have no figures."""
 
 import json
 import os
@@ -25,7 +25,7 @@ from tests.support.messages import Narration
 from tests.support.tiny_study import HERE, compute_here, results_of, tiny_lab
 
 
-def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, done):
+def test_repeating_a_finished_sweep_computes_nothing(lab, unbroken, done):
     narration = Narration()
     report = sweep(lab, done, HERE, narration)
     assert report["exit_code"] == 0
@@ -46,8 +46,8 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, done)
     assert head.startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
 
 
-def test_a_result_that_was_lost_edited_or_half_written_is_computed_again_and_no_other(lab, unbroken, done):
-    """What a killed write has left is removed."""
+def test_only_lost_edited_or_incomplete_results_are_computed_again(lab, unbroken, done):
+    """Temporary files of a killed process are removed."""
     runs = read_plan(done).runs
     profile_path(done, runs[0]).unlink()
     profile_path(done, runs[3]).write_text("s_mm,level_mm\n0,0\n")
@@ -60,15 +60,15 @@ def test_a_result_that_was_lost_edited_or_half_written_is_computed_again_and_no_
     assert not list(done.glob("runs/*/.*"))
 
 
-def test_a_study_that_grows_keeps_what_is_done(done, tmp_path, lab):
+def test_a_study_with_changed_values_keeps_its_finished_runs(done, tmp_path, lab):
     more = tiny_lab(tmp_path / "lab", '[grid]\n"fluid.U" = [1.0, 3.0, 300.0]\n"fluid.D_cm" = [0.3]\n')
     for study, states in ((more, ["waiting", "done", "done"]), (lab, ["done"] * 4)):
         sweep(study, done, replace(HERE, dry_run=True), Progress())
         assert [run.state for run in read_plan(done).runs] == states
 
 
-def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
-    """Paste carries pressure over in longer substeps; forced together, each still has the bits that it has alone."""
+def test_fluids_with_different_substeps_share_no_launch(tmp_path):
+    """Paste has longer substeps than liquid. In one launch, against the rule, both have the same bits as alone."""
     lab = tiny_lab(tmp_path, '[grid]\n"fluid.freeze_after_s" = ["never"]\n"fluid.yield_stress_pa" = [0.0, 12.0]\n')
     edit(tmp_path / "trial.toml", "radius_mm = 0.45\nsubsteps = 2", "radius_mm = 0.42")
     out = tmp_path / "out"
@@ -88,7 +88,7 @@ def _sample_of(out, run):
     return record_files.read_sample(out / "samples" / run.sample)
 
 
-def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
+def test_runs_in_one_launch_equal_separate_runs_to_the_bit(fresh, unbroken):
     compute_here(fresh, batch=2)
     alone, together = results_of(unbroken), results_of(fresh)
     assert together.keys() == alone.keys()
@@ -98,8 +98,8 @@ def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
             assert figures[name] == alone[number][1][name]
 
 
-def test_explicit_runs_of_a_claim_are_computed_one_by_one(fresh, monkeypatch):
-    """Their passes are counted over a whole launch: in company a thin fluid would be slowed in more of them."""
+def test_runs_with_the_explicit_viscosity_solver_are_launched_one_by_one(fresh, monkeypatch):
+    """The stiffest fluid of a launch sets the number of passes, which would change the other results."""
     launches, seal = [], runner._seal
 
     def noted(sample, trials, *rest):
@@ -115,8 +115,8 @@ def test_explicit_runs_of_a_claim_are_computed_one_by_one(fresh, monkeypatch):
     assert [type(outcome) for outcome in outcomes] == [runner.Sealing] * 2
 
 
-def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(lab, fresh, unbroken, monkeypatch):
-    """One diverges and one wakes a bug, in one launch with the two others."""
+def test_a_failed_run_is_reported_with_its_reason_and_other_runs_finish(lab, fresh, unbroken, monkeypatch):
+    """One run diverges and one meets a bug, in one launch with the two other runs."""
     seal = runner._seal
 
     def stumble(sample, trials, *rest):
@@ -148,7 +148,7 @@ def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(
     assert results_of(fresh) == expected
 
 
-def test_a_run_with_a_particle_through_a_wall_is_no_number(fresh, monkeypatch):
+def test_a_run_with_particles_outside_the_walls_has_no_figures(fresh, monkeypatch):
     outcomes = Injection.outcomes
 
     def escaping(self):
@@ -162,8 +162,8 @@ def test_a_run_with_a_particle_through_a_wall_is_no_number(fresh, monkeypatch):
     assert not profile_path(fresh, run).exists()
 
 
-def test_another_terminal_sees_how_far_it_is(fresh, unbroken):
-    """Two of four runs of equal size took 4 s; what computes them is the process that holds the folder."""
+def test_sweep_status_shows_the_progress_of_a_running_sweep(fresh, unbroken):
+    """Two of four runs of equal size took 4 s, so that 4 s are left."""
     figures_of = {number: figures for number, (_, figures) in results_of(unbroken).items()}
     # The two that kept the most of their volume: at least one of them is ranked.
     runs = sorted(read_plan(unbroken).runs, key=lambda run: abs(figures_of[run.number]["volume_ratio"] - 1))[:2]
@@ -177,7 +177,7 @@ def test_another_terminal_sees_how_far_it_is(fresh, unbroken):
     with holding(fresh):
         status = _status(fresh)
         (fresh / ".holder.json").write_text(json.dumps({"process": 2**22 + 1, "host": platform.node(), "since": ""}))
-        assert _status(fresh)["computed_by"] is None  # killed, it has left its name
+        assert _status(fresh)["computed_by"] is None  # a killed process leaves its name
     assert status["states"] == {"waiting": 2, "done": 2, "failed": 0}
     assert f"process {os.getpid()} on" in status["computed_by"]
     assert status["left_s"] == pytest.approx(4.0, abs=0.1)
@@ -191,7 +191,7 @@ def _status(out):
     return json.loads(answer.stdout)
 
 
-def test_what_cannot_be_asked_for_is_a_usage_error_and_what_is_not_there_bad_input(tmp_path, lab):
+def test_wrong_arguments_of_sweep_exit_with_2_and_missing_files_with_3(tmp_path, lab):
     for arguments, code in (
         ((), 2),
         (("--example", tmp_path / "mine.toml"), 0),
@@ -205,7 +205,7 @@ def test_what_cannot_be_asked_for_is_a_usage_error_and_what_is_not_there_bad_inp
         assert sealtwin("sweep", *arguments).exit_code == code, arguments
 
 
-def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp_path):
+def test_settings_that_do_not_fit_the_crack_are_refused_before_the_first_run(tmp_path):
     study = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 3.0]\n"fluid.U" = [1.0, 2.0]\n')
     with pytest.raises(InputError) as caught:
         sweep(study, tmp_path / "out", HERE, Progress())
@@ -213,7 +213,7 @@ def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp
     assert read_plan(tmp_path / "out").runs == []
 
 
-def test_folders_that_are_somebody_else_s_in_use_or_edited_are_refused(lab, tmp_path, fresh):
+def test_a_foreign_busy_or_edited_sweep_folder_is_refused(lab, tmp_path, fresh):
     (tmp_path / "theirs").mkdir()
     (tmp_path / "theirs" / "thesis.txt").write_text("mine")
     with pytest.raises(InputError, match=r"has files that no sweep wrote \(thesis.txt\)"):

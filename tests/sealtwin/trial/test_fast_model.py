@@ -1,4 +1,4 @@
-"""solver.model = "slot" in a trial: the same folder and report, which says what made it and what it has not."""
+"""Trials whose level is computed by the fast model, solver.model = "slot"."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def run(lab: Path, text: str, stages: tuple[StageName, ...] = STAGES) -> Finishe
     return run_trial(load_trial(trial), lab, lab / "out", stages, "cpu", QUIET)
 
 
-def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypatch):
+def test_the_report_of_a_trial_by_the_fast_model_names_the_model(tmp_path, monkeypatch):
     leave_out_figures(monkeypatch)
     tiny_lab(tmp_path)
     out = tmp_path / "out"
@@ -35,7 +35,7 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypat
     fast = PASTE.replace("[solver]", '[solver]\nmodel = "slot"')
     finished = run(tmp_path, fast)
     assert finished.redone == ("simulate", "validate")
-    # Nothing is left that particles made, and nothing that they count is said to be 0.
+    # Files of the particle run are removed, and numbers of particles are None, not 0.
     assert not (out / "health.csv").exists()
     assert not list((out / "snapshots").glob("*"))
     fluid, compared = present(finished.result.fluid, "fluid"), present(finished.result.comparison, "comparison")
@@ -54,7 +54,7 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypat
         vary(job)
 
 
-def test_a_slip_of_unit_is_named_once_on_the_terminal_and_in_the_answer_and_the_report(tmp_path, monkeypatch):
+def test_a_likely_unit_error_is_named_once_in_each_output(tmp_path, monkeypatch):
     leave_out_figures(monkeypatch)
     tiny_lab(tmp_path)
     (tmp_path / "trial.toml").write_text(PASTE)

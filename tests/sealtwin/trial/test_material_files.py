@@ -1,4 +1,4 @@
-"""A trial whose sealant has tables: they are read beside it, travel with the run, and count by what they say."""
+"""Trials whose sealant is described by tables, which are stored with the run and compared by content."""
 
 from pathlib import Path
 
@@ -56,7 +56,7 @@ def run(trial: Path, out: Path) -> tuple[str, ...]:
     return run_trial(load_trial(trial), trial.parent, out, STAGES, "cpu", QUIET).redone
 
 
-def test_a_table_travels_with_its_run_and_counts_by_what_it_says(tmp_path):
+def test_a_run_is_repeated_only_if_the_content_of_its_table_changes(tmp_path):
     trial, out = lab_with(tmp_path, 'curve = "curing.csv"\nfreeze_after_s = "never"'), tmp_path / "out"
     assert run(trial, out) == STAGES
     recorded = read_json(out / "simulation.json")
@@ -72,8 +72,8 @@ def test_a_table_travels_with_its_run_and_counts_by_what_it_says(tmp_path):
     assert run(trial, out) == ("simulate",)
 
 
-def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_path):
-    """In proportion for the viscosity, by a step for the yield stress, at every row; the cooling stays."""
+def test_extra_runs_move_the_viscosity_table_and_keep_the_cooling_table(tmp_path):
+    """Every viscosity is scaled, and every yield stress is shifted by the same step."""
     fluid = 'curve = "hot.csv"\ncooling = "cooling.csv"\nfreeze_after_s = "never"'
     trial, out = lab_with(tmp_path, fluid), tmp_path / "out"
     text = trial.read_text(encoding="utf-8").replace("radius_mm = 0.45", "radius_mm = 0.36")
@@ -94,8 +94,8 @@ def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_
         assert cooling.temperature_c == (190.0, 120.0)
 
 
-def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp_path, monkeypatch):
-    """It travels with the run as a table, and what it leaves open stands in [uncertainty] unless declared."""
+def test_a_run_takes_values_and_uncertainties_of_a_material_file(tmp_path, monkeypatch):
+    """The material is stored with the run; a declared [uncertainty] replaces that of the material."""
     leave_out_figures(monkeypatch)
     (tmp_path / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")
     line = ["material", "rheometer", str(tmp_path / "curve.csv"), "--density-kg-m3", "1800", "--data", "synthetic"]
@@ -125,7 +125,7 @@ def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp
         ('"nowhere.toml"', "nowhere.toml: no such file"),
     ],
 )
-def test_a_material_beside_what_it_gives_is_refused(tmp_path, fluid, named):
+def test_a_missing_or_contradicted_material_file_is_refused(tmp_path, fluid, named):
     (tmp_path / "material.toml").write_text(MEASURED, encoding="utf-8")
     with pytest.raises(InputError, match=named):
         load_trial(lab_with(tmp_path, f'material = {fluid}\nfreeze_after_s = "never"')).loaded(tmp_path)

@@ -1,4 +1,4 @@
-"""A whole run: what it leaves, what it keeps, and what a kill leaves of it."""
+"""A whole run: its files, its answer, and its continuation after an interruption."""
 
 import json
 import random
@@ -27,17 +27,17 @@ LEFT = {
     "report.html", "report.json", "run.json", "manifest.json", "health.csv", "progress.json",
 }  # fmt: skip
 NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json", "health.csv", "progress.json"}
-"""The last two are the last run's that was started, finished or not."""
+"""The last two belong to the latest run, finished or not."""
 SAME_IN_EVERY_RUN = LEFT - NOT_IN_MANIFEST - {"simulation.json", "report.html", "report.json"}
 """Everything but wall times."""
 READINGS = "s_mm,level_1_mm,level_2_mm\n" + "".join(f"{s},-5.0,-5.{s % 2:.0f}\n" for s in (0.5, 3, 4, 7, 9, 11, 13.5))
-"""Of enough stations for a verdict."""
+"""A sheet with enough stations for a verdict."""
 NO_PICTURES = "\n[output]\nsnapshots_s = []\n"
 GATE = "\n[gate]\nmean_error_mm = 20.0\n"
 
 
 def _ended(*arguments: object, code: int = 0) -> str:
-    """Narration of a command, called here and with this exit code."""
+    """Call a command, require its exit code, and return its narration."""
     answer = sealtwin(*arguments)
     assert answer.exit_code == code, answer.stderr
     return answer.stderr
@@ -68,7 +68,7 @@ def unbroken(tmp_path_factory) -> tuple[Path, Path, dict]:
 
 @pytest.fixture
 def copied(unbroken, tmp_path) -> Path:
-    """The finished run folder, free to be spoilt."""
+    """A copy of the finished run folder, which a test may change."""
     return Path(shutil.copytree(unbroken[1], tmp_path / "copy"))
 
 
@@ -82,7 +82,7 @@ def no_figures(monkeypatch):
     leave_out_figures(monkeypatch)
 
 
-def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
+def test_the_run_command_writes_all_files_and_answers_with_the_result(unbroken):
     _, run, answer = unbroken
     assert _files(run).keys() == LEFT
     result, report = read_result(run), json.loads((run / "report.json").read_text(encoding="utf-8"))
@@ -109,8 +109,8 @@ def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     assert "validated" not in (run / "report.html").read_text(encoding="utf-8").lower()
 
 
-def test_a_command_that_fails_leaves_the_folder_as_it_was(unbroken):
-    """Another trial's settings must never stand beside this one's results."""
+def test_a_failed_command_leaves_the_run_folder_unchanged(unbroken):
+    """Settings of another trial must not be stored beside the results of this trial."""
     trial, run, _ = unbroken
     before, text, other = _files(run), trial.read_text(), trial.with_name("other.toml")
     for old, new, named in (
@@ -123,8 +123,8 @@ def test_a_command_that_fails_leaves_the_folder_as_it_was(unbroken):
         assert _files(run) == before
 
 
-def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied, no_figures):
-    """Any stage can be replaced, that is what plain files are for; but nobody signs what a hand has changed."""
+def test_an_edited_profile_is_compared_without_a_verdict(copied, no_figures):
+    """Plain files allow any stage to be replaced by hand, but such a result is no validation."""
     profile = copied / "profile.csv"
     rows = [line.split(",")[0] + ",-1.0" for line in profile.read_text().splitlines()[1:]]
     profile.write_text("s_mm,level_mm\n" + "\n".join(rows) + "\n")
@@ -139,7 +139,7 @@ def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied, no_figur
     assert '<header class="first undecided">' in page
 
 
-def test_a_result_that_somebody_broke_is_one_sentence_and_no_traceback(copied, no_pages):
+def test_a_damaged_result_file_is_refused_without_a_traceback(copied, no_pages):
     content = json.loads((copied / "solid.json").read_text())
     content.pop("sealant_mm3")
     (copied / "solid.json").write_text(json.dumps(content))
@@ -147,8 +147,8 @@ def test_a_result_that_somebody_broke_is_one_sentence_and_no_traceback(copied, n
 
 
 @pytest.mark.slow
-def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_the_same(copied):
-    """Frames, snapshots and a film change no physics, to the bit; what lies past the run's end is said."""
+def test_frames_and_snapshots_requested_later_do_not_change_the_result(copied):
+    """Particles and profile are equal to the bit. A snapshot after the run's end gives a note."""
     before, trial = _files(copied), copied / "trial.toml"
     asked = trial.read_text().replace("snapshots_s = []", "snapshots_s = [0.4, 0.1, 9.0]")
     trial.write_text(asked)
@@ -170,7 +170,7 @@ def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_th
     assert not (copied / "checkpoint.npz").exists()
 
 
-def test_pdf_and_pictures_are_made_by_request_and_go_with_it(copied, monkeypatch):
+def test_pdf_and_pictures_are_written_only_if_output_pictures_is_true(copied, monkeypatch):
     leave_out_figures(monkeypatch)
     for wanted in ("true", "false"):
         _json("validate", copied, "--set", f"output.pictures={wanted}")
@@ -181,7 +181,7 @@ def test_pdf_and_pictures_are_made_by_request_and_go_with_it(copied, monkeypatch
 @pytest.mark.parametrize(
     ("command", "named"), [("simulate --set output.frames_every_s=0", "0.001"), ("film", "output.frames_every_s")]
 )
-def test_frames_that_cannot_be_are_one_sentence_with_the_way_to_get_them(unbroken, command, named):
+def test_a_frame_interval_of_0_and_a_film_without_frames_are_refused(unbroken, command, named):
     name, *more = command.split()
     assert named in refusal(name, unbroken[1], *more)
 
@@ -193,8 +193,8 @@ def _assert_same_run(run: Path, unbroken_run: Path) -> None:
 
 
 @pytest.mark.slow
-def test_runs_killed_at_twenty_random_moments_come_out_the_same(unbroken, tmp_path, no_figures):
-    """Early kills three times a folder, then a late one: a run that gets done leaves nothing to be killed in."""
+def test_runs_killed_at_random_moments_give_the_same_files(unbroken, tmp_path, no_figures):
+    """Each folder is killed early three times and then once late, since a finished run cannot be killed."""
     trial, run, answer = unbroken
     moments, killed = random.Random(20), 0
     for number in range(20):
@@ -212,10 +212,8 @@ def test_runs_killed_at_twenty_random_moments_come_out_the_same(unbroken, tmp_pa
     assert killed >= 12
 
 
-def test_an_interrupted_run_ends_with_130_lets_go_of_its_folder_and_goes_on_from_its_checkpoint(
-    unbroken, tmp_path, no_pages, monkeypatch
-):
-    """To the bit; settings that changed since begin again, and say so."""
+def test_an_interrupted_run_continues_from_its_checkpoint(unbroken, tmp_path, no_pages, monkeypatch):
+    """Its files equal those of an uninterrupted run to the bit. With changed settings it begins again, with a note."""
     trial, run, _ = unbroken
     command = ("run", trial, "--out", tmp_path / "run", "--device", "cpu")
 
@@ -241,7 +239,7 @@ def test_an_interrupted_run_ends_with_130_lets_go_of_its_folder_and_goes_on_from
 class ReachedError(Exception): ...
 
 
-def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(copied, monkeypatch):
+def test_threads_apply_to_the_fluid_run_and_are_refused_on_a_gpu(copied, monkeypatch):
     def launcher(device: str, rows: object, threads: int, lanes: int) -> None:
         raise ReachedError(device, threads)
 

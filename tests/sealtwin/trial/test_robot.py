@@ -1,4 +1,4 @@
-"""From a run folder to a robot's files, as a user meets it: what is written, what is refused, and what that leaves."""
+"""'sealtwin robot': programs written from a run folder, and refusals."""
 
 import json
 import shutil
@@ -70,7 +70,7 @@ def _written(run: Path, cell: Path, formats: str) -> set[str]:
     return {path.name for path in (run / "robot").iterdir()}
 
 
-def test_every_program_says_where_it_comes_from(run, cell):
+def test_every_robot_program_states_its_origin(run, cell):
     assert _written(run, cell, "all") == EVERY
     assert len((run / "robot" / "path.csv").read_text().splitlines()) - 1 == len(
         (run / "robot" / "path.txt").read_text().splitlines()
@@ -87,7 +87,7 @@ def test_every_program_says_where_it_comes_from(run, cell):
     assert report["inputs"]["cell.toml"] == sha256(cell)
 
 
-def test_the_formats_asked_for_are_written_and_no_others(run, cell):
+def test_only_the_requested_robot_formats_are_written(run, cell):
     answer = sealtwin("robot", run, "--cell", cell, "--format", "txt,gcode")
     assert {path.name for path in (run / "robot").iterdir()} == {"path.txt", "path.gcode", "robot.json"}
     report = json.loads((run / "robot" / "robot.json").read_text())
@@ -99,7 +99,7 @@ def test_the_formats_asked_for_are_written_and_no_others(run, cell):
     assert sealtwin("robot", run).exit_code == 2
 
 
-def test_all_are_those_that_the_cell_has_tables_for_and_one_refused_leaves_no_file_of_any(run, cell):
+def test_format_all_writes_every_format_of_the_cell_or_nothing(run, cell):
     edit(cell, "blend_mm = 0.4", "blend_mm = 0.9")
     assert "urscript.blend_mm is 0.9" in _refusal(run, "--cell", cell, "--format", "all")
     cell.write_text(CELL, encoding="utf-8")
@@ -107,8 +107,8 @@ def test_all_are_those_that_the_cell_has_tables_for_and_one_refused_leaves_no_fi
     assert "the format gcode requires a table [gcode]" in _refusal(run, "--cell", cell, "--format", "gcode")
 
 
-def test_no_robot_is_sent_along_a_path_that_nobody_has_confirmed(run, cell):
-    """A path that somebody chose by its number is confirmed."""
+def test_no_robot_program_is_written_for_an_unconfirmed_path(run, cell):
+    """A path that was chosen by its number counts as confirmed."""
     outline = files.read_json(run / "outline.json")
     files.write_json(run / "outline.json", {**outline, "path_source": "automatic"})
     assert "found automatically" in _refusal(run, "--cell", cell, "--format", "all")
@@ -129,14 +129,14 @@ def test_no_robot_is_sent_along_a_path_that_nobody_has_confirmed(run, cell):
         ("acceleration_mm_s2", "acceleration", "motion.acceleration: no such key; did you mean 'acceleration_mm_s2'?"),
     ],
 )
-def test_a_cell_that_does_not_fit_is_refused_by_name(run, cell, old, new, says):
+def test_an_unusable_robot_cell_is_refused_with_its_fault(run, cell, old, new, says):
     edit(cell, old, new)
     stderr = _refusal(run, "--cell", cell)
     assert "cell.toml: " in stderr
     assert says in stderr
 
 
-def test_a_missing_cell_an_unfinished_run_and_no_run_are_refused(run, cell, tmp_path):
+def test_a_missing_robot_cell_and_an_unfinished_run_are_refused(run, cell, tmp_path):
     assert "'sealtwin robot --example cell.toml' writes an example" in _refusal(run, "--cell", tmp_path / "none.toml")
     manifest = files.read_json(run / "manifest.json")
     files.write_json(run / "manifest.json", {**manifest, "stages": {}})
@@ -145,11 +145,11 @@ def test_a_missing_cell_an_unfinished_run_and_no_run_are_refused(run, cell, tmp_
     assert sealtwin("robot", tmp_path / "empty", "--cell", cell).exit_code == 3
 
 
-def test_the_files_go_elsewhere_where_asked_and_replace_only_their_own(run, cell, tmp_path):
+def test_robot_files_in_another_folder_replace_only_earlier_robot_files(run, cell, tmp_path):
     out = tmp_path / "stick"
     for kind, name in (("csv", "path.csv"), ("csv", "path.csv"), ("txt", "path.txt")):
         assert sealtwin("robot", run, "--cell", cell, "--format", kind, "--out", out).exit_code == 0
-        # What the call before left would pass for this one's.
+        # Files of the previous call could be taken for those of this call.
         assert {path.name for path in out.iterdir()} == {name, "robot.json"}
     assert not (run / "robot").exists()
     (out / "path.csv").write_text("mine")
@@ -165,7 +165,7 @@ def test_the_files_go_elsewhere_where_asked_and_replace_only_their_own(run, cell
     assert left == {"path.csv": "mine", "notes.txt": "mine", "path.txt": "edited"}
 
 
-def test_a_forged_report_deletes_nothing_but_robot_files(run, cell, tmp_path):
+def test_a_forged_robot_json_deletes_no_other_files(run, cell, tmp_path):
     (tmp_path / "diary.txt").write_text("mine")
     forged = {"files": {"../diary.txt": sha256(tmp_path / "diary.txt")}}
     files.write_json(tmp_path / "stick" / "robot.json", forged)
@@ -177,8 +177,8 @@ def test_a_forged_report_deletes_nothing_but_robot_files(run, cell, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_new_path_takes_the_programs_of_the_old_one_with_it(run, cell):
-    """A robot that follows last week's path beside today's report is the worst that this folder can do."""
+def test_a_new_path_removes_the_robot_programs_of_the_old_path(run, cell):
+    """A robot must not follow the old path while the report shows the new path."""
     assert sealtwin("robot", run, "--cell", cell).exit_code == 0
     listed = files.read_json(run / "manifest.json")["stages"]["robot"]["outputs"]
     assert set(listed) == {"robot/path.prg", "robot/path.csv", "robot/robot.json"}
@@ -189,7 +189,7 @@ def test_a_new_path_takes_the_programs_of_the_old_one_with_it(run, cell):
     assert "robot" not in files.read_json(run / "manifest.json")["stages"]
 
 
-def test_the_example_is_written_and_nothing_else_is_asked(tmp_path, run):
+def test_robot_example_writes_a_cell_file_and_takes_no_run_folder(tmp_path, run):
     answer = sealtwin("robot", "--example", tmp_path / "mine.toml")
     assert answer.exit_code == 0
     assert (tmp_path / "mine.toml").read_text() == CELL.replace("{file}", "mine.toml")

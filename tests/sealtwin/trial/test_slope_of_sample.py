@@ -1,4 +1,4 @@
-"""A trial's table [sample]: a changed slope redoes the fluid, nothing before it; no two slopes share a launch."""
+"""Slopes of a sample, the table [sample] of a trial."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +26,7 @@ def run(lab: Path, out: Path, table: str = "") -> tuple[str, ...]:
     return run_trial(load_trial(trial), lab, out, ("digitise", "simulate"), "cpu", QUIET).redone
 
 
-def test_a_changed_slope_redoes_the_fluid_and_an_unchanged_one_nothing(tmp_path):
+def test_a_changed_slope_repeats_only_the_simulation(tmp_path):
     tiny_lab(tmp_path)
     out = tmp_path / "out"
     # A level sample has the keys that it always had.
@@ -36,15 +36,15 @@ def test_a_changed_slope_redoes_the_fluid_and_an_unchanged_one_nothing(tmp_path)
     assert run(tmp_path, out, "\n[sample]\ngradient_deg = 0.0\n") == ()
     assert run(tmp_path, out, "\n[sample]\ngradient_deg = 5.0\n") == ("simulate",)
     assert read_json(out / "simulation.json")["settings"]["sample"] == {"crossfall_deg": 0.0, "gradient_deg": 5.0}
-    # Seen to fail where only tables that are wanted now were compared.
+    # Seen to fail if only the tables of the present trial are compared.
     trial = out / "trial.toml"
     trial.write_text(trial.read_text(encoding="utf-8").replace("gradient_deg = 5.0", "gradient_deg = 0.0"))
     with job_in(out) as job, pytest.raises(InputError, match=r"\[sample\] differs from the settings of simulate here"):
         run_stages(job, ("validate",))
 
 
-def test_runs_of_a_study_on_two_slopes_share_no_launch(tmp_path):
-    """One launch has one gravity. Seen to fail where a run's kin held its sample's folder in place of its slope."""
+def test_study_runs_on_different_slopes_share_no_launch(tmp_path):
+    """One launch has one gravity. Seen to fail if a run's kin has the sample's folder in place of its slope."""
     lab = tiny_lab(tmp_path, '[grid]\n"sample.gradient_deg" = [0.0, 20.0]\n')
     out = tmp_path / "out"
     sweep(lab, out, replace(HERE, dry_run=True), QUIET)

@@ -1,4 +1,4 @@
-"""Runs of other stage numbers than this version's: what is computed anew, and what is said of what is not."""
+"""Run folders whose stage numbers differ from those of this version."""
 
 import json
 import shutil
@@ -53,7 +53,7 @@ def redone_in(run: Path, lab: Path) -> tuple[str, ...]:
         return run_stages(start_job(trial, lab, folder, "cpu", Narration()), STAGES).redone
 
 
-def test_a_raised_number_makes_its_stage_and_those_after_it_anew(run, lab, monkeypatch):
+def test_a_raised_stage_number_repeats_the_stage_and_all_later_stages(run, lab, monkeypatch):
     assert redone_in(run, lab) == ()
     monkeypatch.setitem(NUMBERS, "simulate", NUMBERS["simulate"] + 1)
     assert redone_in(run, lab) == ("simulate", "validate")
@@ -62,7 +62,7 @@ def test_a_raised_number_makes_its_stage_and_those_after_it_anew(run, lab, monke
     assert {stage: one["stage_numbers"] for stage, one in by.items()} == {one: numbers_up_to(one) for one in STAGES}
 
 
-def test_a_run_of_a_version_without_numbers_is_refused(run, lab):
+def test_a_run_folder_without_stage_numbers_is_refused(run, lab):
     manifest = files.read_json(run / "manifest.json")
     for entry in manifest["stages"].values():
         del entry["stage_numbers"]
@@ -71,8 +71,8 @@ def test_a_run_of_a_version_without_numbers_is_refused(run, lab):
         redone_in(run, lab)
 
 
-def test_a_stage_that_goes_on_from_files_of_another_number_says_so_and_records_it(run, monkeypatch):
-    """Without the photo nothing is digitised again: the level is of the old outline, and is recorded as such."""
+def test_a_stage_that_reads_files_of_another_stage_number_gives_a_note(run, monkeypatch):
+    """Without its photo the crack is not digitised again, and the level is recorded as one of the old outline."""
     before = dict(NUMBERS)
     monkeypatch.setitem(NUMBERS, "digitise", 999)
     narration = Narration()
@@ -92,8 +92,8 @@ def test_a_stage_that_goes_on_from_files_of_another_number_says_so_and_records_i
         ("film RUN", "simulate"),
     ],
 )
-def test_every_answer_on_a_run_of_another_version_says_so_once(run, tmp_path, monkeypatch, words, raised):
-    """--quiet hides the narration, which alone said it."""
+def test_every_command_names_the_other_version_of_a_run_once(run, tmp_path, monkeypatch, words, raised):
+    """Only the narration, which --quiet hides, once named the version."""
     (tmp_path / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"), encoding="utf-8")
     monkeypatch.setattr(exports, "make_film", lambda folder, path, progress: (2, 0.5))
     places = {"RUN": run, "CELL": tmp_path / "cell.toml", "OUT": tmp_path / "out"}
@@ -109,7 +109,7 @@ def test_every_answer_on_a_run_of_another_version_says_so_once(run, tmp_path, mo
         assert [other.startswith(sentence) for other in others] == [True] * times
 
 
-def test_extra_runs_of_another_solver_than_the_level_are_refused(run, monkeypatch):
+def test_extra_runs_by_another_solver_than_the_level_are_refused(run, monkeypatch):
     """Their differences from the level would be taken for the scatter of one solver."""
     own = NUMBERS["simulate"]
     monkeypatch.setitem(NUMBERS, "simulate", 999)
@@ -118,8 +118,8 @@ def test_extra_runs_of_another_solver_than_the_level_are_refused(run, monkeypatc
     assert f"simulate {own}, while this version has simulate 999" in str(fault.value)
 
 
-def test_extra_runs_of_another_number_are_left_out_of_a_report_with_a_word(run, monkeypatch):
-    """The file is there and whole; only its number is another."""
+def test_stored_extra_runs_of_another_stage_number_are_ignored_with_a_note(run, monkeypatch):
+    """The file of the extra runs is complete; only its stage number differs."""
     narration = Narration()
     with job_in(run, narration) as job:
         files.write_json(run / validate_stage.SPREAD, {})

@@ -1,4 +1,4 @@
-"""Hints go into a trial file, and nothing else of it moves: not a comment, not a blank, not a key."""
+"""Hints of the trace page, saved into a trial file without a change of its other lines."""
 
 import tomllib
 
@@ -14,7 +14,7 @@ from tests.support.photos import mortar, with_crack, write_png
 
 ENDS = ((12.5, 340.0), (905.0, 377.1))
 SAME = Shape()
-"""Nothing is said of the shape."""
+"""A shape without changes."""
 TRACED = Hints(ends_px=ENDS, via_px=((400.0, 350.0),), mm_per_px=0.1)
 
 COMMENTED = """\
@@ -45,10 +45,10 @@ def written(path, text=COMMENTED):
     return path
 
 
-def test_only_the_hints_lines_change(tmp_path):
-    """Every other line stays as it is, letter by letter; new keys stand under the keys of [photo].
+def test_saving_hints_changes_only_the_hint_lines_of_a_trial_file(tmp_path):
+    """New keys are written below the keys of [photo].
 
-    A run reads what was saved; saving it again changes no byte; and a link stays a link.
+    A run reads the saved hints. Saving them again changes no byte, and a symbolic link stays a link.
     """
     real, path = written(tmp_path / "real.toml"), tmp_path / "trial.toml"
     path.symlink_to(real)
@@ -72,7 +72,7 @@ def photo_in(path):
     return present(load_trial(path).photo, "photo")
 
 
-def test_a_path_alone_has_no_crack_until_a_depth_is_given(path):
+def test_a_path_only_trial_has_no_crack_until_a_depth_is_saved(path):
     text = COMMENTED[: COMMENTED.index("# What calipers said")].replace("mm_per_px ", "path_only = true\nmm_per_px ")
     written(path, text)
     assert load_trial(path).crack is None
@@ -82,8 +82,8 @@ def test_a_path_alone_has_no_crack_until_a_depth_is_given(path):
     assert present(load_trial(path).crack, "crack").depth_mm == 12.0
 
 
-def test_another_scale_takes_the_place_of_the_old_one_and_numbers_are_written_as_said(path):
-    """Markers that the page wrote go with it."""
+def test_a_saved_scale_replaces_the_old_scale_of_the_trial(path):
+    """Markers that the page wrote are removed with their scale."""
     ends_px = ((0.1, 1e-7), (12345.6, 3.0))
     ruler = Hints(ends_px=ends_px, ruler_px=((0.0, 0.0), (100.0, 0.0)), ruler_mm=10.0)
     assert "mm_per_px" in TrialFile(path).save(ruler, SAME)
@@ -120,7 +120,7 @@ GONE = {
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_comments_and_line_ends_stay_however_a_trial_is_laid_out(path, layout):
+def test_comments_and_line_ends_are_kept_in_every_layout_of_a_trial(path, layout):
     text = LAYOUTS[layout]
     written(path, text)
     TrialFile(path).save(Hints(ends_px=ENDS, mm_per_px=None if layout == "markers below" else 0.1), SAME)
@@ -132,7 +132,7 @@ def test_comments_and_line_ends_stay_however_a_trial_is_laid_out(path, layout):
     assert content.startswith("\ufeff") == text.startswith("\ufeff")
 
 
-def test_a_file_that_somebody_else_changed_is_not_overwritten(path):
+def test_a_trial_changed_since_the_page_was_opened_is_not_overwritten(path):
     opened = TrialFile(path)
     changed = written(path, COMMENTED.replace("16 ", "17 ")).read_text()
     with pytest.raises(InputError, match="was changed after the page was opened"):
@@ -143,16 +143,16 @@ def test_a_file_that_somebody_else_changed_is_not_overwritten(path):
         opened.save(TRACED, SAME)
 
 
-def test_an_edit_that_would_change_more_is_refused(path, monkeypatch):
-    """Trust, but look: what an editor of TOML left is read again before it is written."""
+def test_an_edit_that_would_change_other_lines_is_refused(path, monkeypatch):
+    """The edited text is read and compared before it is written."""
     monkeypatch.setattr(trace_sheets, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
     with pytest.raises(InputError, match=r"Add these lines yourself: ends_px = \[\[12.5, 340.0\]"):
         TrialFile(path).save(TRACED, SAME)
     assert path.read_text() == COMMENTED
 
 
-def test_settings_of_the_command_are_saved_with_the_hints(path):
-    """They drew the walls on the page; those that exclude each other replace each other, and comments stay."""
+def test_settings_of_the_trace_command_are_saved_with_the_hints(path):
+    """The walls on the page were traced with these settings. U and D give way to the viscosity; comments stay."""
     written(path, f"{COMMENTED}\n[fluid]\nU = 30.0\nD_cm = 0.3\nfreeze_after_s = 2.58\n")
     mask = path.with_name("m.png")
     settings = {"photo.edge_fraction": 0.6, "photo.mask": mask, "fluid.viscosity_pa_s": 0.5, "seed": 3}
@@ -164,7 +164,7 @@ def test_settings_of_the_command_are_saved_with_the_hints(path):
     assert "Do not lose this." in path.read_text()
 
 
-def test_a_photo_without_a_trial_opens_by_the_settings_of_the_command(tmp_path):
+def test_settings_of_the_trace_command_apply_to_a_photo_without_a_trial(tmp_path):
     photo = write_png(tmp_path / "crack.png", with_crack(mortar(), [(40, 150), (460, 140)]))
     assert sheet_of(photo, {}).open().session.hints.mm_per_px is None
     given = {"photo.face_mm": [50.0, 30.0], "photo.ends_px": [[40, 150], [460, 140]], "crack.depth_mm": 8, "seed": 3}
@@ -172,7 +172,7 @@ def test_a_photo_without_a_trial_opens_by_the_settings_of_the_command(tmp_path):
     assert opened.session.hints.ends_px == ((40.0, 150.0), (460.0, 140.0))
     assert opened.facts["shape"] == {"depth_mm": 8.0}
     opened.save(opened.session.hints, Shape(depth_mm=8.0))
-    # Not below the comment on the next table, that it is the starter's.
+    # The table is above the comment that the next table is the starter's.
     assert "[crack]\ndepth_mm = 8\n" in (tmp_path / "crack.toml").read_text()
     trial = load_trial(tmp_path / "crack.toml")
     assert (trial.seed, present(trial.photo, "photo").face_mm) == (3, (50.0, 30.0))

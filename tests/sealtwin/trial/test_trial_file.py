@@ -1,4 +1,4 @@
-"""A trial file: every fault named by key, value and what is allowed, before anything runs; and its drafts."""
+"""Trial files: faults are named by key and value before anything runs; drafts of trials."""
 
 import re
 import shutil
@@ -49,7 +49,7 @@ def _trial(tmp_path, *changes):
         ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
     ],
 )
-def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, old, new, named):
+def test_a_fault_of_a_trial_file_is_named_by_its_key(tmp_path, old, new, named):
     with pytest.raises(InputError) as fault:
         load_trial(_trial(tmp_path, (old, new)))
     for words in ["trial.toml", *named]:
@@ -57,14 +57,14 @@ def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, old, new, named):
 
 
 @pytest.mark.parametrize("key", [key for key in LAWS if key != "material"])
-def test_a_law_replaces_every_other_law_with_what_belongs_to_it(key):
-    """For a law that comes later, too. U and D belong together."""
+def test_setting_a_flow_law_removes_all_settings_of_other_laws(key):
+    """The test includes every law of LAWS. U and D belong together."""
     every = {"D_cm", *LAWS, *(name for law in LAWS.values() for name in law.beside)}
     fluid = with_settings({"fluid": dict.fromkeys(every, 1)}, {f"fluid.{key}": 2})["fluid"]
     assert fluid.keys() == {key, "material", *LAWS[key].beside} | ({"D_cm"} if key == "U" else set())
 
 
-def test_all_faults_of_a_file_are_named_at_once_and_a_nozzle_wider_than_the_face(tmp_path):
+def test_all_faults_of_a_trial_file_are_listed_together(tmp_path):
     wide = ("mm_per_px = 0.1 ", "face_mm = [160.0, 40.0] #"), ("diameter_mm = 2.4", "diameter_mm = 41.0")
     with pytest.raises(InputError, match=r"nozzle\.diameter_mm.*41"):
         load_trial(_trial(tmp_path, *wide))
@@ -73,15 +73,15 @@ def test_all_faults_of_a_file_are_named_at_once_and_a_nozzle_wider_than_the_face
     assert len(str(fault.value).splitlines()) == 2
 
 
-def test_a_missing_trial_a_device_and_a_folder_are_refused(tmp_path):
+def test_a_missing_file_a_device_and_a_folder_are_refused_as_trials(tmp_path):
     (tmp_path / "zero.toml").symlink_to("/dev/zero")
     for name, named in (("none.toml", "no such file"), ("zero.toml", "no such file"), ("", "a folder; give")):
         with pytest.raises(InputError, match=named):
             load_trial(tmp_path / name)
 
 
-def test_the_starter_is_a_valid_trial_and_overwrites_nothing(tmp_path):
-    """Its paste is given as a rheometer gives it, and its readings point to the sheet."""
+def test_the_starter_trial_is_valid_and_overwrites_no_file(tmp_path):
+    """The paste has the values that a rheometer measures, and the readings name the sheet."""
     trial_file, sheet = write_starter(tmp_path / "new")
     trial = load_trial(trial_file)
     crack, fluid = present(trial.crack, "crack"), trial.given_fluid
@@ -92,7 +92,7 @@ def test_the_starter_is_a_valid_trial_and_overwrites_nothing(tmp_path):
         write_starter(tmp_path / "new")
 
 
-def test_the_starters_sheet_is_read_without_a_question_once_it_has_numbers(tmp_path):
+def test_the_filled_starter_sheet_is_read_without_doubts(tmp_path):
     _, sheet = write_starter(tmp_path / "new")
     fixture = np.loadtxt(FIXTURE / "caliper.csv", delimiter=",", skiprows=1)[:, :4]
     book = openpyxl.load_workbook(sheet)
@@ -106,7 +106,7 @@ def test_the_starters_sheet_is_read_without_a_question_once_it_has_numbers(tmp_p
     assert np.array_equal(present(profile.repeats_mm, "repeats"), fixture[:, 1:])
 
 
-def test_the_resolved_trial_reads_back_as_itself(tmp_path):
+def test_a_resolved_trial_is_unchanged_after_writing_and_reading(tmp_path):
     trial = load_trial(FIXTURE / "trial.toml")
     path = tmp_path / "resolved.toml"
     path.write_text(trial_text(trial), encoding="utf-8")
@@ -122,7 +122,7 @@ def test_the_resolved_trial_reads_back_as_itself(tmp_path):
         ("fluid.D_cm", "readings.fitted: fluid.D_cm is listed twice"),
     ],
 )
-def test_what_was_fitted_is_a_setting_of_the_trial_named_once(tmp_path, name, says):
+def test_unknown_or_repeated_fitted_settings_are_refused(tmp_path, name, says):
     trial = Path(shutil.copy(FIXTURE / "trial.toml", tmp_path))
     edit(trial, '"fluid.U", ', f'"{name}", ')
     with pytest.raises(InputError, match=re.escape(says)):
@@ -138,7 +138,7 @@ def test_what_was_fitted_is_a_setting_of_the_trial_named_once(tmp_path, name, sa
         ("material", "viscosity_pa_s yield_stress_pa"),
     ],
 )
-def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left_out):
+def test_commented_lines_of_the_starter_are_valid_settings(tmp_path, uncommented, left_out):
     text = TRIAL
     for key in uncommented.split():
         text = re.sub(rf"(?m)^# ({key} )", r"\1", text)
@@ -158,7 +158,7 @@ def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left
         ('[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\n', "[crack] is missing"),
     ],
 )
-def test_a_trial_starts_from_a_photo_or_a_mesh(tmp_path, tables, named):
+def test_a_trial_needs_either_a_mesh_or_a_photo_with_a_crack(tmp_path, tables, named):
     path = tmp_path / "trial.toml"
     path.write_text(f'name = "a"\n{tables}')
     with pytest.raises(InputError, match=re.escape(named)):
@@ -169,7 +169,7 @@ def test_a_trial_starts_from_a_photo_or_a_mesh(tmp_path, tables, named):
     ("name", "folder"),
     [("A <b>crack</b> $x$", "A--b-crack--b---x"), ("../..", "trial"), ("\U0001d49c" * 80, "\U0001d49c" * 30)],
 )
-def test_a_name_becomes_a_harmless_folder(tmp_path, name, folder):
+def test_a_trial_name_becomes_a_safe_folder_name(tmp_path, name, folder):
     trial = load_trial(_trial(tmp_path, ('name = "my-trial"', f'name = "{name}"')))
     assert trial.name == name
     assert trial.folder_name == folder
@@ -190,7 +190,7 @@ def trial_of(fluid: dict[str, Any], **solver: Any) -> Trial:
     "fluid",
     [{"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0}, {"viscosity_pa_s": 0.3}, {"viscosity_pa_s": 2.0, "D_cm": 0.1}],
 )
-def test_a_draft_has_the_trials_viscosity_and_drag_per_time(fluid):
+def test_a_draft_keeps_the_viscosity_and_the_drag_of_the_trial(fluid):
     sample, trial = poured(), trial_of(fluid, radius_mm=0.4)
     draft = drafted(trial, sample)
     assert draft.solver.preset == "draft"
@@ -210,14 +210,12 @@ def test_a_draft_has_the_trials_viscosity_and_drag_per_time(fluid):
 
 
 @pytest.mark.parametrize(("radius_mm", "width_mm", "draft_mm"), [(0.7, 3.1, 0.7), (0.4, 9.0, 1.2)])
-def test_a_drafts_particles_are_not_smaller_than_the_trials_and_not_wider_than_the_nozzle(
-    radius_mm, width_mm, draft_mm
-):
+def test_the_particle_radius_of_a_draft_is_bounded_by_trial_and_nozzle(radius_mm, width_mm, draft_mm):
     trial = trial_of({"viscosity_pa_s": 0.3}, radius_mm=radius_mm)
     assert drafted(trial, poured(width_mm)).solver.size_mm == draft_mm
 
 
-def test_a_calibrated_material_keeps_its_radius_and_is_refused_at_another():
+def test_a_calibrated_material_is_refused_at_another_particle_radius():
     material = Material.model_validate({
         "method": "calibration", "date": "2026-11-01", "data": "measured", "not_for": ["flow"], "radius_mm": 0.5,
         "yield_stress_pa": 12.0, "yield_stress_error_pa": 1.0, "yield_stress_95_pa": (10.0, 14.0),

@@ -1,4 +1,4 @@
-"""Readings of a trial: whose they are, and what is doubted of them."""
+"""Readings of a trial: their origin, and doubts about them."""
 
 import json
 from dataclasses import replace
@@ -40,7 +40,7 @@ def job(tmp_path) -> Job:
     return Job(trial, source, RunFolder(run, {"version": 1, "stages": {}}), sheet, "cpu", Progress())
 
 
-def test_a_sheet_is_named_as_the_lab_named_it_and_in_the_run_folder_still(job):
+def test_a_sheet_keeps_the_labs_file_name_in_the_run_folder(job):
     sheet = present(sheet_of(job), "sheet")
     assert (sheet.name, sheet.operator, sheet.date) == ("P01 Messung.csv", "A. B.", "1.3.2026")
     keep_origin(job)
@@ -48,7 +48,7 @@ def test_a_sheet_is_named_as_the_lab_named_it_and_in_the_run_folder_still(job):
     assert sheet_of(replace(job, source=job.path)) == sheet
 
 
-def test_a_record_that_somebody_broke_is_named(job):
+def test_a_damaged_record_of_an_ingest_is_refused(job):
     for files in (7, [{"role": "readings", "original": 7, "sha256": "73cf"}], [{"role": "readings"}]):
         record = {"ingested_utc": "", "files": files, "operator": None, "date": None}
         (job.source / RECORD).write_text(json.dumps(record))
@@ -80,7 +80,7 @@ def _warnings(run) -> str:
     return " ".join(answer.stderr.split())
 
 
-def test_a_doubt_is_said_until_the_trial_answers_it(run):
+def test_a_doubtful_reading_gives_a_warning_until_the_trial_confirms_the_cell(run):
     narration = _warnings(run)
     for words in ("warning:", "cell C3: 0 mm at s = 4 mm", 'readings.as_written = ["C3"]'):
         assert words in narration
@@ -89,8 +89,8 @@ def test_a_doubt_is_said_until_the_trial_answers_it(run):
     assert "cell C3" not in _warnings(run)
 
 
-def test_readings_are_held_against_no_volume_that_nobody_said(run):
-    """The default fills the cavity: how much was dispensed is then not known."""
+def test_readings_are_compared_with_the_volume_only_if_the_volume_is_given(run):
+    """By default the volume is that of the cavity, and the dispensed volume is then unknown."""
     (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n0.5,-0.5\n4,-0.5\n8,-0.5\n13.5,-0.5\n")
     with job_in(run) as job:
         unsaid = job.trial.model_copy(update={"path": job.trial.path.model_copy(update={"volume_ml": "cavity"})})
@@ -105,7 +105,7 @@ def test_readings_are_held_against_no_volume_that_nobody_said(run):
         assert ratios == [["2.74"], ["5.48"], []]
 
 
-def test_a_level_from_settings_that_are_in_doubt_does_not_accuse_the_readings(run):
+def test_a_level_from_doubtful_settings_gives_no_doubt_about_readings(run):
     turned, simulation = Profile(np.array([0.0, 14.2]), np.array([0.0, -6.0])), run / "simulation.json"
     (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n1,-5\n4,-4\n7,-3\n10,-2\n13,-1\n")
     with job_in(run) as job:

@@ -1,4 +1,4 @@
-"""What a run folder shows of a run while it goes: whole at any moment, also after a kill."""
+"""Files of a run folder during its run, complete at any moment and after a kill."""
 
 import json
 import shutil
@@ -27,15 +27,15 @@ def go_on(run: Injection, watcher: FrameFiles, frames: int) -> None:
 
 
 def listed(folder: Path) -> list[tuple[float, str]]:
-    """Of the collection, each entry held against the file that it names."""
+    """Return the entries of the collection, whose times are compared with those of the files."""
     entries = read_pvd(folder / "fill.pvd")
     for t_s, file in entries:
         assert read_polydata(file).field_data["TimeValue"].tolist() == [t_s]
     return [(t_s, file.name) for t_s, file in entries]
 
 
-def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
-    """Frames behind the checkpoint stay, those beyond it and what was being written go."""
+def test_the_frame_collection_is_complete_after_every_frame_and_a_kill(tmp_path):
+    """Frames up to the checkpoint are kept; later frames and temporary files are removed."""
     folder, times_s = tmp_path / "frames", [0.05 * number for number in range(12)]
     run, watcher, lengths, checkpoint = injection(), FrameFiles(folder / "fill.pvd", times_s), [], {}
     watcher.begin(run)
@@ -60,7 +60,7 @@ def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
     assert listed(folder) == before_kill
 
 
-def test_progress_is_said_in_numbers_that_a_program_can_use(tmp_path, monkeypatch):
+def test_progress_json_has_the_progress_of_a_running_simulation(tmp_path, monkeypatch):
     monkeypatch.setattr("simulate.watchers.PROGRESS_EVERY_S", 0.0)
     file, run = tmp_path / "progress.json", injection()
     with ProgressFile(file) as progress:
@@ -80,7 +80,7 @@ def test_progress_is_said_in_numbers_that_a_program_can_use(tmp_path, monkeypatc
     assert json.loads(file.read_text())["percent"] == 100.0
 
 
-def test_a_folder_that_is_removed_while_its_fluid_runs_is_not_half_made_again(tmp_path):
+def test_a_run_folder_removed_during_its_run_is_not_created_again(tmp_path):
     folder, run = tmp_path / "run", injection()
     folder.mkdir()
     (folder / MANIFEST).write_text("{}")

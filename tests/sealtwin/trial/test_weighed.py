@@ -1,4 +1,4 @@
-"""Weighings beside a trial: the steps of a fill in the crack, and the sealant by its mass."""
+"""Weighings of a trial: the steps of a fill, and the mass of the sealant."""
 
 from math import hypot
 from pathlib import Path
@@ -38,7 +38,7 @@ def run(trial: Path, out: Path, *stages) -> tuple[str, ...]:
     return run_trial(load_trial(trial), trial.parent, out, stages or ("digitise",), "cpu", QUIET).redone
 
 
-def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
+def test_a_weighed_fill_determines_depth_and_wall_angle_of_the_solid(tmp_path):
     trial, out = lab_with(tmp_path), tmp_path / "out"
     assert run(trial, out) == ("digitise",)
     recorded = read_json(out / "solid.json")
@@ -49,7 +49,7 @@ def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
     assert record_files.read_solid(out).figures.weighed is not None
     fill = present(present(load_trial(out / "trial.toml").crack, "crack").fill, "fill")
     assert fill.mass_g == (0.109, 0.174, 0.246)
-    # Its content counts, not its name; and so does how well width and depth are known.
+    # The content of the fill counts, not its name, and so do the uncertainties of width and depth.
     (tmp_path / "fill.csv").rename(tmp_path / "renamed.csv")
     text = trial.read_text(encoding="utf-8").replace("fill.csv", "renamed.csv")
     trial.write_text(text, encoding="utf-8")
@@ -68,7 +68,7 @@ def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
         ("mass_g;level_mm\n0,06;-4\n", "fill.csv, row 1: column 'mass_g;level_mm'"),
     ],
 )
-def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path, fill, place):
+def test_an_invalid_row_of_a_fill_is_refused_with_row_and_column(tmp_path, fill, place):
     assert place in refusal("run", lab_with(tmp_path, fill), "--out", tmp_path / "out")
 
 
@@ -81,12 +81,12 @@ def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path, fill, place):
         ('[crack.fill]\nfile = "fill.csv"\ndensity_kg_m3 = 1.0', DECLARED, "crack.fill.density_kg_m3 = 1.0"),
     ],
 )
-def test_settings_that_do_not_go_together_are_named(tmp_path, crack, more, key):
+def test_settings_that_contradict_a_fill_are_refused(tmp_path, crack, more, key):
     with pytest.raises(InputError, match=key):
         load_trial(lab_with(tmp_path, crack=crack, more=more))
 
 
-def test_the_extra_runs_move_width_angle_and_depth_together(tmp_path):
+def test_extra_runs_of_a_weighed_fill_move_width_angle_and_depth_together(tmp_path):
     exact = '[crack.fill]\nfile = "fill.csv"\nsurface_tension_n_m = 0\n'
     exact += "mass_sd_g = 0.002\nlevel_sd_mm = 0.05\nflush_sd_mm = 0.05"
     trial, out = lab_with(tmp_path, crack=exact), tmp_path / "out"
@@ -119,14 +119,14 @@ TEXT = (
 )
 
 
-def test_the_nozzle_gives_mass_over_density_with_the_doubt_of_both(tmp_path):
+def test_the_dispensed_volume_is_the_weighed_mass_over_the_density(tmp_path):
     with job_in(run_tiny(tmp_path, TEXT)) as job:
         # The folder's own trial has the volume beside the mass that it follows from.
         base = Base.of(job)
     assert base.sample.trajectory.dispensed_mm3 == pytest.approx(100.0)
     assert base.inputs == {"volume_ml": pytest.approx(0.1 * hypot(0.05, 0.02))}
     assert moved_sample(base, {"volume_ml": 0.01}).trajectory.dispensed_mm3 == pytest.approx(110.0)
-    # Other weighings make the extra runs say nothing, though the path stays as it is.
+    # Other weighings invalidate the extra runs, though the path is unchanged.
     other = base.changed({"path.weighed": {**WEIGHT, "mass_sd_g": 0.01}})
     assert varied_settings(other) != varied_settings(job.trial)
 
@@ -143,14 +143,14 @@ def test_the_nozzle_gives_mass_over_density_with_the_doubt_of_both(tmp_path):
         ("mass_g = 0.11\n", "mass_g = 0.000011\n", r"weighed is 1e-05 ml"),
     ],
 )
-def test_what_contradicts_it_is_refused_by_name(tmp_path, old, new, named):
+def test_settings_that_contradict_a_weighed_mass_are_refused(tmp_path, old, new, named):
     assert old in TEXT
     (tmp_path / "trial.toml").write_text(TEXT.replace(old, new))
     with pytest.raises(InputError, match=named):
         load_trial(tmp_path / "trial.toml")
 
 
-def test_one_sealant_has_one_density(tmp_path):
+def test_a_sealant_with_two_densities_is_refused(tmp_path):
     other = load_trial(run_trial_text(tmp_path, TEXT.replace(PASTE, PASTE.replace("1100", "1690"))))
     with pytest.raises(InputError, match=r"path.weighed.density_kg_m3 is 1100 and fluid.density_kg_m3 is 1690"):
         other.loaded(tmp_path)
