@@ -64,7 +64,7 @@ def test_a_cooling_converts_a_curve_over_temperature_into_a_curve_over_age(tmp_p
         ("", "no column viscosity_pa_s"),
         ("age_s;viscosity_pa_s\n0;1\n", "row 1: column 'age_s;viscosity_pa_s' is unknown.*commas"),
         ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or occurs twice"),
-        ("viscosity_pa_s\n1\n2\n", "one of the columns age_s and temperature_c"),
+        ("viscosity_pa_s\n1\n2\n", "either the column age_s or the column temperature_c"),
         ("age_s,viscosity_pa_s\n0,1\n", "1 rows below the header; 2 to 1000"),
         ("age_s,viscosity_pa_s\n" + "".join(f"{n},1\n" for n in range(1001)), "1001 rows below the header"),
         ("age_s,viscosity_pa_s\n0,1\n\n1\n", "row 4: the row has 1 cells"),

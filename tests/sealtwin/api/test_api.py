@@ -136,9 +136,9 @@ def test_run_trial_gives_the_same_run_as_inject(lab, way, tmp_path, monkeypatch)
     assert None not in (trial.mean_error_mm, trial.interval_95_mm)
     assert trial.report.is_file()
     deeper = st.build_solid(trial.crack, 9, tilt="vertical")
-    with pytest.raises(InputError, match="of the solid with"):
+    with pytest.raises(InputError, match="to the solid with"):
         st.measure_level(trial.run, trial.crack, deeper)
-    with pytest.raises(InputError, match="of the solid with"):
+    with pytest.raises(InputError, match="to the solid with"):
         st.plot_levels(trial.level, solid=deeper)
 
     content = json.loads(load_trial(lab / "trial.toml").model_dump_json(exclude_none=True))
@@ -252,8 +252,8 @@ def test_a_fluid_does_not_freeze_by_default_and_copies_are_equal():
         ("Fluid(1.0)", "Fluid: give each setting by name, as in U="),
         ("read_photo('nowhere.jpg', mm_per_px=0.1)", "nowhere.jpg"),
         ("read_photo(photo.image)", "read_photo: no scale"),
-        ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: an array"),
-        ("read_photo(7, mm_per_px=0.1)", "photo: expected a file"),
+        ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: the array"),
+        ("read_photo(7, mm_per_px=0.1)", "photo: expected the path of a file"),
         ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
         ("trace_crack(photo, mm_per_px=0.2)", "trace_crack: there is no keyword mm_per_px"),
         ("inject(crack, solid, path, {'U': 30})", "inject: fluid is a dict"),
@@ -264,7 +264,7 @@ def test_a_fluid_does_not_freeze_by_default_and_copies_are_equal():
         ("inject(crack, solid, path, Fluid(U=1), solver=Solver(radius_mm=5))", "solver.radius_mm is 5"),
         ("read_readings(READINGS[:, 0])", "shape"),
         ("read_readings(READINGS, unit='cm')", "read_readings: unit"),
-        ("read_readings(__file__, columns=['s_mm', 'level_mm'])", "columns of a file is a table"),
+        ("read_readings(__file__, columns=['s_mm', 'level_mm'])", "columns must be a table"),
         ("plot_levels()", "readings"),
         ("write_robot_program('P01', replace(crack, path_source='automatic'), path, {})", "allow_automatic"),
         ("read_readings(READINGS, fitted=['fluid.u'])", "read_readings: fitted: fluid.u"),
@@ -333,7 +333,7 @@ def test_rows_of_numbers_and_rows_with_column_names_are_read_alike(crack, solid)
     assert named.repeats_mm == pytest.approx(plain.repeats_mm, nan_ok=True)
     for rows, columns, words in (
         ([[1, 2], [3]], None, "same length"),
-        ([[1, 2], [3]], ["s_mm", "level_mm"], "row 2 has 1"),
+        ([[1, 2], [3]], ["s_mm", "level_mm"], "row 2 of the readings has 1"),
         ([[1, "x"]], ["s_mm", "level_mm"], "readings: B2 'x'"),
     ):
         with pytest.raises(st.InputError, match=words):

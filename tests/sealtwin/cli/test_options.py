@@ -35,7 +35,7 @@ def test_a_depth_table_saved_by_a_spreadsheet_is_read(tmp_path):
     ("content", "named"),
     [
         ("s_mm,depth_mm\n", "0 rows"),
-        ("s_mm,tiefe\n0,12\n", "no column depth_mm"),
+        ("s_mm,tiefe\n0,12\n", "check depth_mm"),
         ('s_mm,depth_mm\n0,"1,250"\n', "row 2: .*1,250"),
         ("x" * 300_000, "larger than"),
     ],

@@ -59,10 +59,10 @@ def test_viscosity_conserves_momentum_and_dissipates_energy(solve):
 
 
 def sheared_cube(step_s: float, stress_pa: float) -> Tank:
-def test_a_shear_wave_decays_at_its_exact_rate_with_each_kernel_and_solver():
+    """A cube of paste in the air: more than two supports from its middle to its sides."""
     paste: dict[str, Any] = {"viscosity_mm2_s": 32.2, "yield_mm2_s2": stress_pa / 1690.0 * 1e6}
     tank = Tank.of(Pit(9.0, 9.0, 4.0), raised(cube_mm(9.0), 30.0), radius_mm=0.4, step_s=step_s, falls=True, **paste)
-    """The rate is k^2 nu, to 4 %. Seen to fail with the paper's factor for both kernels."""
+    # A frame on: what is just released is taken to be sheared.
     tank.engine.begin_frame(1)
     prepared(tank.engine)
     return tank
@@ -88,8 +88,8 @@ def test_simple_shear_of_seven_per_second_is_measured():
     assert tank.engine.viscosity.system.shear.numpy()[inner].mean() == pytest.approx(7.0, rel=0.05)
 
 
-def test_either_kernel_has_the_same_viscosity_in_either_solve():
-    """A shear wave decays by k^2 nu dt, to 4 %. Seen to fail with the paper's factor for both kernels."""
+def test_a_shear_wave_decays_at_its_exact_rate_with_each_kernel_and_solver():
+    """The rate is k^2 nu, to 4 %. Seen to fail with the paper's factor for both kernels."""
     side_mm, viscosity_cm2_s, step_s, steps = np.array([6.0, 6.0, 8.0]), 0.05, 1e-4, 10
     place_mm = stirred_mm(side_mm, 1.0, 0.4, STEP_S)
     fluid, k = Rheology(viscous_weight(viscosity_cm2_s, SUPPORT_CM, step_s), 0.0, physical=True), 2 * np.pi / 8.0
@@ -104,8 +104,8 @@ def test_either_kernel_has_the_same_viscosity_in_either_solve():
         assert -np.log(left) == pytest.approx(100 * viscosity_cm2_s * k**2 * steps * step_s, rel=0.04), (solve, kernel)
 
 
-def test_wall_drag_without_viscosity_is_solved_exactly():
-    """With U = 0 particles are independent, and their velocity is v / (1 + D B)."""
+def test_no_wave_overshoots_in_a_pass():
+    """A pass takes ``STABLE`` of a velocity at most: the largest eigenvalue over the largest diagonal.
 
     It is found by power iteration, and is no less than the diagonal, but for what the iteration leaves.
     """
@@ -123,8 +123,8 @@ def test_wall_drag_without_viscosity_is_solved_exactly():
     assert 0.99 < (growth + 1) / 100 < 1 / STABLE
 
 
-def test_drag_alone_is_solved_exactly():
-    """With U = 0 each particle stands alone: v / (1 + D B)."""
+def test_wall_drag_without_viscosity_is_solved_exactly():
+    """With U = 0 particles are independent, and their velocity is v / (1 + D B)."""
     engine = filled_slot((0.0, 3.0))
     before = chaos(engine)
     set_velocity(engine, before)
