@@ -146,7 +146,7 @@ def _checked(
             if readings.role == wrong:
                 right = "calibrated-on" if wrong == "held-out" else "held-out"
                 raise InputError(
-                    f'{file}: readings.role is "{wrong}", but this calibration would use the readings as {right}. '
+                    f'{file}: readings.role = "{wrong}", but this calibration would use the readings as {right}. '
                     f'Write "{right}", or give another trial.'
                 )
     return [Free(name, low, high) for name, (low, high) in ranges.items()]

@@ -150,9 +150,9 @@ def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):
     assert None not in (trial.mean_error_mm, trial.interval_95_mm)
     assert trial.report.is_file()
     deeper = st.build_solid(trial.crack, 9, tilt="vertical")
-    with pytest.raises(InputError, match="of the solid with"):
+    with pytest.raises(InputError, match="belongs to the solid with"):
         st.measure_level(trial.run, trial.crack, deeper)
-    with pytest.raises(InputError, match="of the solid with"):
+    with pytest.raises(InputError, match="belongs to the solid with"):
         st.plot_levels(trial.level, solid=deeper)
 
     content = json.loads(load_trial(lab / "trial.toml").model_dump_json(exclude_none=True))
@@ -310,7 +310,7 @@ def test_a_fluid_does_not_freeze_unless_told_and_is_copied_without_being_checked
         ("read_photo('nowhere.jpg', mm_per_px=0.1)", "nowhere.jpg"),
         ("read_photo(photo.image)", "read_photo: no scale"),
         ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: an array"),
-        ("read_photo(7, mm_per_px=0.1)", "photo: expected a file"),
+        ("read_photo(7, mm_per_px=0.1)", "photo: expected the path"),
         ("trace_crack(photo, [(1, 2), (3, '4')])", "trace_crack: ends_px.1.1"),
         ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
         ("plan_path(crack, solid, speed_mm_s=0)", "plan_path: speed_mm_s = 0"),
@@ -380,7 +380,7 @@ def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid)
     assert named.repeats_mm == pytest.approx(plain.repeats_mm, nan_ok=True)
     for rows, columns, words in (
         ([[1, 2], [3]], None, "same length"),
-        ([[1, 2], [3]], ["s_mm", "level_mm"], "row 2 has 1"),
+        ([[1, 2], [3]], ["s_mm", "level_mm"], "row 2 of the readings has 1"),
         ([[1, "x"]], ["s_mm", "level_mm"], "readings: B2 'x'"),
     ):
         with pytest.raises(st.InputError, match=words):

@@ -93,7 +93,7 @@ def test_a_search_goes_on_if_few_runs_only_seem_to_rule_out_all_settings():
     """An emulator of the first runs is overconfident: it once ruled out readings of a run of the same paste, by 2.0."""
     sentences = list[str]()
     result = search(FREES, [_source(Twin(), bump_mm=0.7)], FEWEST, sentences.append)
-    first = float(sentences[0].partition("best setting ")[2].split()[0])
+    first = float(sentences[0].partition("best settings is ")[2].split()[0])
     assert 2 < first < 3
     assert len(result.points) > FIRST + searching.AGAIN
 

@@ -50,7 +50,7 @@ def test_a_table_is_read_as_spreadsheets_save_it(tmp_path, table):
     ("content", "named"),
     [
         ("s_mm,depth_mm\n", "0 rows"),
-        ("s_mm,tiefe\n0,12\n", "no column depth_mm"),
+        ("s_mm,tiefe\n0,12\n", "check depth_mm"),
         ("s_mm,depth_mm\n0,12\n40,deep\n", "row 3"),
         ('s_mm,depth_mm\n0,"1,250"\n', "row 2: .*1,250"),
         ("x" * 300_000, "larger than"),
@@ -164,7 +164,7 @@ def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
     assert stages()["digitise"] == before["digitise"]
     assert stages()["simulate"]["settings"]["seed"] == 6
     trial = recorded()
-    named = "[crack] differs from the settings of digitise here"
+    named = "[crack] differs from the settings with which digitise ran"
     assert named in refusal("simulate", out, "--set", "crack.tilt=lean")
     assert recorded() == trial
     (lab / "other.csv").write_bytes((lab / "readings.csv").read_bytes())

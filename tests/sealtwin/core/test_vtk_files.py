@@ -57,7 +57,9 @@ def test_a_damaged_frame_is_one_sentence(tmp_path, damage):
     path.write_bytes({"cut": whole[:-900], "other": whole.replace(b"age_s", b"haste")}.get(damage, b""))
     if damage == "missing":
         path.unlink()
-    with pytest.raises(InputError, match=r"frame\.vtp: (not a frame.* Delete the folder .*, and checkpoint|not found)"):
+    with pytest.raises(
+        InputError, match=r"frame\.vtp: (is damaged or not a frame.* Delete the folder .*, and checkpoint|not found)"
+    ):
         read_frame(path)
 
 
@@ -66,7 +68,9 @@ def test_a_damaged_collection_is_one_sentence_that_names_what_to_delete(tmp_path
     """A run reads the collection before it writes it anew: 'simulate again' alone would end here for ever."""
     path = tmp_path / "fill.pvd"
     path.write_text(content)
-    with pytest.raises(InputError, match=r"fill\.pvd: not a collection.* Delete it, and checkpoint\.npz if") as fault:
+    with pytest.raises(
+        InputError, match=r"fill\.pvd: is damaged or not a collection.* Delete it, and checkpoint\.npz if"
+    ) as fault:
         read_collection(path)
     assert fault.value.exit_code == 3
     assert len(str(fault.value).splitlines()) == 1

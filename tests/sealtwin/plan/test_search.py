@@ -117,7 +117,7 @@ def test_a_flow_that_the_limit_does_not_allow_is_refused_with_its_place(flow_max
     limits = limits_of(OWN, None, None, flow_max, keep)
     with pytest.raises(InputError) as refused:
         require_possible(limits, np.full(2, 40.0), np.array([0.0, 40.0]), OWN, Path("trial.toml"))
-    assert "trial.toml: s = " in str(refused.value)
+    assert "trial.toml: at s = " in str(refused.value)
     assert f"limit is {flow_max:g}" in str(refused.value)
     assert f"needs {120 if keep else 30} mm3/s" in str(refused.value)
 

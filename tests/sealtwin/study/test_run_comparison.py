@@ -101,7 +101,7 @@ def test_a_folder_that_is_no_finished_run_of_its_trial_is_refused_by_name(run, o
     refused(tmp_path / "nowhere", "nowhere: is not a run folder")
     refused(run, "given twice")
     for name, old, new, match in (
-        ("trial.toml", b"U = 3.0", b"U = 4.0", r"\[fluid\] differs from the settings of simulate here"),
+        ("trial.toml", b"U = 3.0", b"U = 4.0", r"\[fluid\] differs from the settings with which simulate ran"),
         ("profile.csv", b",-", b",", r"profile\.csv was changed after the readings were compared"),
         ("manifest.json", b"{", b"[", r"manifest\.json: damaged"),
     ):

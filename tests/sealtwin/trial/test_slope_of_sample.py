@@ -40,7 +40,10 @@ def test_a_changed_slope_redoes_the_fluid_and_an_unchanged_one_nothing(tmp_path)
     # Seen to fail where only tables that are wanted now were compared.
     trial = out / "trial.toml"
     trial.write_text(trial.read_text(encoding="utf-8").replace("gradient_deg = 5.0", "gradient_deg = 0.0"))
-    with job_in(out) as job, pytest.raises(InputError, match=r"\[sample\] differs from the settings of simulate here"):
+    with (
+        job_in(out) as job,
+        pytest.raises(InputError, match=r"\[sample\] differs from the settings with which simulate ran"),
+    ):
         run_stages(job, ("validate",))
 
 

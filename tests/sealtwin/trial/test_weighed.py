@@ -70,7 +70,7 @@ def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
         ("mass_g,level_mm\n0.06,4\n", "fill.csv, row 2, column level_mm: 4"),
         ("mass_g\n0.06\n", "fill.csv, row 1"),
         ("mass_g;level_mm\n0,06;-4\n", "fill.csv, row 1: column 'mass_g;level_mm'"),
-        ("mass_g,level_mm\n", "fill.csv: 0 rows"),
+        ("mass_g,level_mm\n", "fill.csv: there are 0 rows"),
         ("mass_g,height\n1,2\n", "fill.csv, row 1: column 'height'"),
     ],
 )
