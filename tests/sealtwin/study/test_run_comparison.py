@@ -103,7 +103,7 @@ def test_a_folder_that_is_no_finished_run_of_its_trial_is_refused_by_name(run, o
     for name, old, new, match in (
         ("trial.toml", b"U = 3.0", b"U = 4.0", r"\[fluid\] differs from the settings with which simulate ran"),
         ("profile.csv", b",-", b",", r"profile\.csv was changed after the readings were compared"),
-        ("manifest.json", b"{", b"[", r"manifest\.json: damaged"),
+        ("manifest.json", b"{", b"[", r"manifest\.json: is damaged"),
     ):
         content = (other / name).read_bytes()
         (other / name).write_bytes(content.replace(old, new, 1))

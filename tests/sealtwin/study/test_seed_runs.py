@@ -168,7 +168,7 @@ def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
 @pytest.mark.parametrize(
     ("seeds", "old", "new", "named"),
     [
-        pytest.param(3, "substeps = 2", 'model = "slot"', "seeds = 3: the fast model", id="the fast model"),
+        pytest.param(3, "substeps = 2", 'model = "slot"', "seeds = 3, but the fast model", id="the fast model"),
         pytest.param(21, "", "", "seeds", id="too many"),
     ],
 )

@@ -123,7 +123,7 @@ def test_other_readings_say_where_they_come_from(done, lab, tmp_path):
     assert mapped_without_fills(done, caliper=same).chart.readings.data == "synthetic"
     other = tmp_path / "other.csv"
     other.write_text("s_mm,level_1_mm\n1,-3\n4,-3\n7,-2\n11,-2\n", encoding="utf-8")
-    with pytest.raises(InputError, match=re.escape("give --data measured, reconstructed or synthetic")):
+    with pytest.raises(InputError, match=re.escape("Give --data measured, reconstructed or synthetic")):
         mapped_without_fills(done, caliper=other)
     before = mapped_without_fills(done).chart
     after = mapped_without_fills(done, caliper=other, data="measured").chart
