@@ -215,7 +215,7 @@ CASES: list[WrongInput] = [
     along_the_crack("a depth in inches", ";Einheit\n0;8;mm\n9;0.3;inch\n", "row 3", "unit"),
     along_the_crack("a depth in µm", "\n0;8\n10;9000\n", "row 3", "9000", "500"),
     along_the_crack("a depth before the start", "\n-3;8\n10;9\n", "row 2", "-3"),
-    along_the_crack("widths out of order", "\n5;2\n3;2\n", "row 3", "follows 5", quantity="width"),
+    along_the_crack("widths out of order", "\n5;2\n3;2\n", "row 3", "row before (5)", quantity="width"),
     along_the_crack("a width of nothing", "\n5;0\n", "row 2", "width_mm", quantity="width"),
     along_the_crack("depths of a scan", "\n" + "".join(f"{row};8\n" for row in range(1001)), "1001 rows", "1000"),
     # What a lab leaves.

@@ -119,7 +119,7 @@ def test_a_flow_that_the_limit_does_not_allow_is_refused_with_its_place(flow_max
         require_possible(limits, np.full(2, 40.0), np.array([0.0, 40.0]), OWN, Path("trial.toml"))
     assert "trial.toml: at s = " in str(refused.value)
     assert f"limit is {flow_max:g}" in str(refused.value)
-    assert f"needs {120 if keep else 30} mm3/s" in str(refused.value)
+    assert f"a flow of {120 if keep else 30} mm3/s" in str(refused.value)
 
 
 def test_a_pump_that_gives_no_less_bounds_from_below():

@@ -114,7 +114,7 @@ def test_a_folder_that_is_no_finished_run_of_its_trial_is_refused_by_name(run, o
     refused(other, r"comparison\.json: .* = 'many'")
     for name, stage in (("comparison.json", "validate"), ("profile.csv", "simulate")):
         (other / name).unlink()
-        refused(other, rf"second: {stage} is not finished \({name} is missing\)")
+        refused(other, rf"second: the stage {stage} is not finished \({name} is missing\)")
 
 
 def test_an_edited_level_and_a_gained_volume_are_in_no_ranking(run, other, tmp_path):
