@@ -74,7 +74,7 @@ def test_x_and_y_are_read_by_their_columns(tmp_path, text):
     [
         (b"", "path.csv, row 1: no column x_mm"),
         (b"x_mm,y_mm\n1,2\n1,2\n", "1 different point"),
-        (b"x_mm,y_mm\n1,2\n3\n", "row 3: 1 cells"),
+        (b"x_mm,y_mm\n1,2\n3\n", "row 3: the row has 1 cells"),
         (b"x_inch,y_inch\n1,2\n3,4\n", "row 1: column 'x_inch'"),
         (b"x_mm,y_mm\n1,nan\n3,4\n", "row 2, column y_mm: nan"),
     ],

@@ -56,7 +56,12 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
     ("table", "old", "new", "named"),
     [
         (None, "frame_limit_mm", "frame_limit", ["frame_limit: no such key", "did you mean 'frame_limit_mm'"]),
-        (None, "low_mm = [150.0, -150.0, 50.0]", "low_mm = [150.0, -150.0]", ["reach.low_mm: 2 given, 3 needed"]),
+        (
+            None,
+            "low_mm = [150.0, -150.0, 50.0]",
+            "low_mm = [150.0, -150.0]",
+            ["reach.low_mm: has 2 values; 3 are required"],
+        ),
         (None, "robot_mm = [250.0, 80.0, 55.0]", "robot_mm = [250.0, 80.0, 5e9]", ["taught.1.robot_mm.2", "10000"]),
         (None, '["spel", "csv"]', '["gcode"]', ['formats has "gcode", but there is no [gcode] table']),
         (None, '["spel", "csv"]', '["krl"]', ["formats.0 = 'krl'", "urscript"]),
@@ -65,7 +70,7 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
         (None, "output_bit = 8", "output_bit = 8\naxis_start_mm = 3.0", ["spel: ", "need axis_start_mm"]),
         (None, BY_S[0], BY_S[1], ["spel: ", 'dispenser = "s" ', 'motion = "curve"']),
         (None, "largest_speed_mm_s = 100.0", "largest_speed_mm_s = nan", ["motion.largest_speed_mm_s = nan", "finite"]),
-        (None, SECOND_POINT, "", ["taught: give at least 3 values, not 2"]),
+        (None, SECOND_POINT, "", ["taught: has 2 values; give at least 3"]),
         ("plunger", "# diameter_mm = 20.0 ", "#", ["plunger.diameter_mm is missing"]),
         ("urscript", "# port = 0", "port = 2", ["port is 2: give 0 or 1"]),
         ("urscript", "# full_flow_mm3_s = 1000.0", "#", [ONLY_ANALOG]),
@@ -181,7 +186,7 @@ def test_a_pump_that_gives_less_is_asked_for_more_within_what_was_weighed(tmp_pa
         ("10,1,20,0\n10,1,20,0\n20,1,20,0\n20,1,20,0\n", "20 mm³/s"),
         ("10,1,20,0\n10,1,20,0\n20,two,20,0\n20,1,20,0\n", "row 4, column weighed_g: 'two'"),
         ("10,0.34,0.33,0\n10,0.34,0.33,0\n20,0.68,0.33,0\n20,0.68,0.33,0\n", "61 times .* time_s"),
-        ("10,1,20,99\n10,1,20,0\n20,2,20,0\n20,2,20,0\n", "row 2, column delay_s: 99; 0 to 30"),
+        ("10,1,20,99\n10,1,20,0\n20,2,20,0\n20,2,20,0\n", "row 2, column delay_s: 99 is not in 0 to 30"),
     ],
 )
 def test_a_fault_is_named_by_row_and_value(tmp_path, rows, says):
