@@ -64,8 +64,8 @@ def calibrate(
     """Fit settings to the readings of trials, and write the material, the posterior, the record and the page.
 
     Returns the object that --json prints. The default of ``out`` is reports/<trial>-calibrated. ``settings`` by dotted
-    name replace settings of all trial files. Finished runs are not computed again: if the process is killed, the same call
-    continues and writes the same files.
+    name replace settings of all trial files. Finished runs are not computed again: if the process is killed, the same
+    call continues and writes the same files.
 
     Raises:
         InputError: A trial, a setting or a role cannot be used, or the folder has files of other programs.
