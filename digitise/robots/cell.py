@@ -153,7 +153,9 @@ class RobotCell(LanguageTables):
 
     def table(self, kind: type[Table]) -> Table:
         """Return the table of a language by its class. Raises ValueError if the cell has none."""
-        return present(next((it for it in self.languages.values() if isinstance(it, kind)), None), kind.__name__)
+        return present(
+            next((table for table in self.languages.values() if isinstance(table, kind)), None), kind.__name__
+        )
 
     @property
     def steady_settings(self) -> list[str]:

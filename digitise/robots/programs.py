@@ -188,12 +188,12 @@ def filled(template: str, mark: str, path: "RobotPath", **values: Any) -> str:
 
 def gcode_text(path: "RobotPath") -> str:
     """Return G-code. Raises InputError if the plunger, the tilt of the face or the reach does not allow it."""
-    it, plunger = path.trajectory, present(path.cell.plunger, "[plunger]")
+    trajectory, plunger = path.trajectory, present(path.cell.plunger, "[plunger]")
     path.require(path.tilt_limit, path.reach_limit(WAY, path.over_mm))
     e_mm = np.round(path.plunger_mm(path.held_mm3), E_DECIMALS)
     held_mm = round(path.held_mm3 / plunger.area_mm2, E_DECIMALS)
-    after_mm = e_mm[1:] + held_mm * (np.arange(1, len(e_mm)) > it.giving.start)
-    motions = zip(it.position_mm[1:], after_mm, it.speed_mm_s, strict=False)
+    after_mm = e_mm[1:] + held_mm * (np.arange(1, len(e_mm)) > trajectory.giving.start)
+    motions = zip(trajectory.position_mm[1:], after_mm, trajectory.speed_mm_s, strict=False)
     return filled(
         GCODE_TEMPLATE, ";", path, settings=path.cell.table(Gcode), e_mm=e_mm, held_mm=held_mm, motions=motions
     )
@@ -201,9 +201,9 @@ def gcode_text(path: "RobotPath") -> str:
 
 def urscript_text(path: "RobotPath") -> str:
     """Return URScript, with movep. Raises InputError if a limit is exceeded, or if blends would overlap."""
-    it, settings = path.trajectory, path.cell.table(Urscript)
-    flow_mm3_s, full_mm3_s = it.flow_mm3_s[:-1], settings.full_flow_mm3_s
-    largest_mm3_s, closest_mm = flow_mm3_s.max(), np.linalg.norm(np.diff(it.position_mm, axis=0), axis=1).min()
+    trajectory, settings = path.trajectory, path.cell.table(Urscript)
+    flow_mm3_s, full_mm3_s = trajectory.flow_mm3_s[:-1], settings.full_flow_mm3_s
+    largest_mm3_s, closest_mm = flow_mm3_s.max(), np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1).min()
     if full_mm3_s is None:
         reason = "a digital output gives one flow or none"
         limit = path.even_limit(reason, "mm³/s", path.flow_mm3_s, 'Set urscript.dispenser = "analog"')
@@ -225,7 +225,7 @@ def urscript_text(path: "RobotPath") -> str:
         path.reach_limit(WAY, path.over_mm),
         limit,
     )
-    motions = list(zip(it.position_mm[1:], it.speed_mm_s, levels[1:], levels, strict=False))
+    motions = list(zip(trajectory.position_mm[1:], trajectory.speed_mm_s, levels[1:], levels, strict=False))
     # z of the tool points into the face exactly, and x is as near to the robot's as it can be, before the tool's turn.
     axes, tool_axes = [-path.frame.normal, [1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
     tool = Rotation.align_vectors(axes, tool_axes, weights=[np.inf, 1.0])[0]
@@ -244,12 +244,14 @@ def table_text(path: "RobotPath") -> str:
 
     If a pump was weighed, the last column is the requested flow, ``asked_mm3_s``.
     """
-    it = path.trajectory
+    trajectory = path.trajectory
     columns = (*TRAJECTORY_COLUMNS[:-1], "asked_mm3_s") if path.weighed else TRAJECTORY_COLUMNS
-    rows = np.column_stack([it.t_s, it.position_mm, it.s_mm, it.speed_mm_s, it.flow_mm3_s])
+    rows = np.column_stack(
+        [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
+    )
     if path.hold_s > 0:
         # The nozzle waits at its first giving waypoint, with the pump already on.
-        first = it.giving.start
+        first = trajectory.giving.start
         rows = np.insert(rows, first, rows[first], axis=0)
         rows[first, list(columns).index("speed_mm_s")] = 0.0
         rows[first + 1 :, 0] += path.hold_s

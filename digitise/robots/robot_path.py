@@ -148,16 +148,18 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
 
 def _check_rows(trajectory: Trajectory) -> None:
     """Raise InputError unless trajectory.csv, which may have been edited, is a path."""
-    it, t_s = trajectory, trajectory.t_s
-    numbers = np.column_stack([t_s, it.position_mm, it.speed_mm_s, it.flow_mm3_s])
-    sound = len(t_s) > 1 and np.isfinite(numbers).all() and (np.diff(t_s) > 0).all() and (it.flow_mm3_s >= 0).all()
-    way_mm = np.linalg.norm(np.diff(it.position_mm, axis=0), axis=1)
-    if not sound or not np.allclose(way_mm, it.speed_mm_s[:-1] * np.diff(t_s), rtol=1e-3, atol=1e-3):
+    t_s = trajectory.t_s
+    numbers = np.column_stack([t_s, trajectory.position_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s])
+    sound = (
+        len(t_s) > 1 and np.isfinite(numbers).all() and (np.diff(t_s) > 0).all() and (trajectory.flow_mm3_s >= 0).all()
+    )
+    way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
+    if not sound or not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(t_s), rtol=1e-3, atol=1e-3):
         raise InputError(
             "trajectory.csv: needs two or more rows of finite numbers, increasing t_s, flow_mm3_s of 0 or more, and "
             "speed_mm_s as its places and times have it. Digitise again."
         )
-    if not it.dispensed_mm3 > 0:
+    if not trajectory.dispensed_mm3 > 0:
         raise InputError(
             "trajectory.csv: flow_mm3_s must be above 0 in at least one row. A trial with a path but without a solid "
             "needs path.volume_ml."

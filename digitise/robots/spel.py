@@ -134,19 +134,19 @@ Fend
 
 def spel_text(path: "RobotPath") -> str:
     """Return a SPEL+ function. Raises InputError if a limit of the cell, language or controller is exceeded."""
-    it, settings = path.trajectory, path.cell.table(Spel)
+    trajectory, settings = path.trajectory, path.cell.table(Spel)
     lifts, first = settings.dispenser != "z", settings.first_point
     # x, y, z and the added axis.
-    places = np.column_stack([it.position_mm, np.zeros(len(it.t_s))])
+    places = np.column_stack([trajectory.position_mm, np.zeros(len(trajectory.t_s))])
     if settings.axis_start_mm is not None:
         onward = 1.0 if settings.axis_gives == "+" else -1.0
         places[:, 3 if lifts else 2] = settings.axis_start_mm + onward * path.plunger_mm()
-    speed_mm_s = np.linalg.norm(np.diff(places[:, :3], axis=0), axis=1) / np.diff(it.t_s)
+    speed_mm_s = np.linalg.norm(np.diff(places[:, :3], axis=0), axis=1) / np.diff(trajectory.t_s)
     rows = np.arange(len(places))
     motions = [f"Move P{first + lifts + row}" for row in rows[1:]]
-    speeds, begins, curve = [f"{speed:.3f}" for speed in speed_mm_s], it.giving.start, None
+    speeds, begins, curve = [f"{speed:.3f}" for speed in speed_mm_s], trajectory.giving.start, None
     if settings.motion == "curve":
-        crack = rows[it.giving]
+        crack = rows[trajectory.giving]
         speed_mm_s = speed_mm_s[crack[:-1]]
         path.require(*_curve_limits(path, len(crack), speed_mm_s))
         # Of the leads only their outer ends are needed.
@@ -161,7 +161,7 @@ def spel_text(path: "RobotPath") -> str:
         places = np.vstack([above[0], places, above[1]])
     last = first + len(places) - 1
     path.require(*_spel_limits(path, settings, places, speed_mm_s))
-    gives = [False, *(it.flow_mm3_s[rows[:-1]] > 0).tolist()]
+    gives = [False, *(trajectory.flow_mm3_s[rows[:-1]] > 0).tolist()]
     values = {
         "motions": list(zip(motions, speeds, ["", *speeds], gives[1:], gives, strict=False)),
         "flow_mm3_s": path.flow_mm3_s.mean(),

@@ -355,7 +355,7 @@ def board_around(
 
 def board_toml(face_mm: tuple[float, float], board: MarkerBoard) -> str:
     """Return the table for a trial file, with the size of the face in a comment."""
-    rows = [f"  {{ id = {it.id}, x_mm = {it.x_mm}, y_mm = {it.y_mm} }}," for it in board.markers]
+    rows = [f"  {{ id = {marker.id}, x_mm = {marker.x_mm}, y_mm = {marker.y_mm} }}," for marker in board.markers]
     head = f"# In [photo]: face_mm = {list(face_mm)}\n[photo.markers]"
     size = f'dictionary = "{board.dictionary}"\nsize_mm = {board.size_mm}\nmarkers = ['
     return "\n".join([head, size, *rows, "]", ""])

@@ -60,7 +60,7 @@ def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers
 
 def _collapsed(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
     """Collapse edges below a length to one of their ends, unless that changes topology or shape."""
-    edges, faces, there = _edges_below(vertices, faces, limit_mm), faces.copy(), np.ones(len(faces), dtype=bool)
+    edges, faces, present = _edges_below(vertices, faces, limit_mm), faces.copy(), np.ones(len(faces), dtype=bool)
     users: defaultdict[int, set[int]] = defaultdict(set)
     for row in np.flatnonzero(np.isin(faces, edges).any(axis=1)).tolist():
         for vertex in faces[row].tolist():
@@ -75,10 +75,10 @@ def _collapsed(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
         if swept_mm3 < np.inf:
             for vertex in np.unique(faces[[*shared]]).tolist():
                 users[vertex] -= shared
-            there[[*shared]] = False
+            present[[*shared]] = False
             faces[rest[gone]] = np.where(faces[rest[gone]] == gone, a + b - gone, faces[rest[gone]])
             users[a + b - gone] |= users.pop(gone)
-    return faces[there]
+    return faces[present]
 
 
 def _swept_mm3(vertices: Floats, faces: Integers, gone: int, target: int, limit_mm: float) -> float:

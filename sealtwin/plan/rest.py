@@ -102,12 +102,12 @@ def rest_of(
         )
     poured = _until(path, float(np.interp(onward * reached_mm, np.maximum.accumulate(way_mm), path.t_s[part])))
     factor, bed, seen = _flow_factor(case, poured, Profile(s_mm, level_mm), where)
-    it, apart_mm2 = bed.sections, discrepancy(bed, seen)
-    target_mm2, aim_mm = aim_of(options, it), -options.aim_mm
+    sections, apart_mm2 = bed.sections, discrepancy(bed, seen)
+    target_mm2, aim_mm = aim_of(options, sections), -options.aim_mm
     unchanged_mm = corrected_level_mm(case.fill(_scaled(path, factor)), apart_mm2)
-    there = (onward * it.s_mm > way_mm[0]) & (onward * it.s_mm < onward * reached_mm)
-    low = there & (unchanged_mm < aim_mm - LOW_MM)
-    begin_mm = min([onward * reached_mm, *(onward * it.s_mm[low])])
+    ahead = (onward * sections.s_mm > way_mm[0]) & (onward * sections.s_mm < onward * reached_mm)
+    low = ahead & (unchanged_mm < aim_mm - LOW_MM)
+    begin_mm = min([onward * reached_mm, *(onward * sections.s_mm[low])])
     begin = part.start + max(0, int(np.searchsorted(np.maximum.accumulate(way_mm), begin_mm, side="right")) - 1)
     if begin >= part.stop - 1:
         raise InputError(
@@ -117,10 +117,11 @@ def rest_of(
     knots = Knots(_evenly(path, begin), options.knots)
     lacks_mm2 = np.maximum(target_mm2 - bed.read_mm2 - apart_mm2, 0.0) / factor
     rest = Continued(**vars(case), poured=poured, flow_factor=factor)
-    start = knots.first_guess(lacks_mm2, it.s_mm, limits)
+    start = knots.first_guess(lacks_mm2, sections.s_mm, limits)
     trajectory = knots.trajectory(search([rest], knots, limits, Goal(target_mm2, apart_mm2), start))
     end, unchanged = (
-        Profile(it.s_mm, level_mm) for level_mm in (corrected_level_mm(rest.fill(trajectory), apart_mm2), unchanged_mm)
+        Profile(sections.s_mm, level_mm)
+        for level_mm in (corrected_level_mm(rest.fill(trajectory), apart_mm2), unchanged_mm)
     )
     return Rest(trajectory, reached_mm, factor, end, misfit(sample, end), misfit(sample, unchanged))
 

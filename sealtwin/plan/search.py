@@ -193,9 +193,9 @@ def discrepancy(filled: Filled, level: Profile) -> Floats:
     ``level`` is the level of the particle run. Both areas are computed from the level on the crack's centreline,
     because a plan is judged by this level.
     """
-    it = filled.sections
-    apart = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2)
-    return apart @ (areas_of(it, level) - filled.read_mm2) / apart.sum(axis=1)
+    sections = filled.sections
+    apart = np.exp(-0.5 * ((sections.s_mm[:, None] - sections.s_mm) / SMOOTHED_MM) ** 2)
+    return apart @ (areas_of(sections, level) - filled.read_mm2) / apart.sum(axis=1)
 
 
 def corrected_level_mm(filled: Filled, discrepancy_mm2: Floats, sections: Trapezoids | None = None) -> Floats:

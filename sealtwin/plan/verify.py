@@ -66,12 +66,14 @@ class Misfit:
 
 def misfit(sample: Sample, level: Profile) -> Misfit:
     """Return the misfit of a level: the volume that is missing below the face, and the volume above the face."""
-    it = sections_of(sample.outline, sample.solid, CELLS, reach_per_mm=0.0)
-    level_mm = level.level_at_mm(it.s_mm)
-    filled_mm2, _ = it.area_mm2(np.minimum(level_mm, 0.0) - it.bottom_mm)
-    under_mm2 = it.full_mm2 - np.maximum(filled_mm2, 0.0)
-    over_mm2 = it.mouth_mm * np.maximum(level_mm, 0.0)
-    return Misfit(float(under_mm2.sum()) * it.step_mm, float(over_mm2.sum()) * it.step_mm, float(level_mm.max()))
+    sections = sections_of(sample.outline, sample.solid, CELLS, reach_per_mm=0.0)
+    level_mm = level.level_at_mm(sections.s_mm)
+    filled_mm2, _ = sections.area_mm2(np.minimum(level_mm, 0.0) - sections.bottom_mm)
+    under_mm2 = sections.full_mm2 - np.maximum(filled_mm2, 0.0)
+    over_mm2 = sections.mouth_mm * np.maximum(level_mm, 0.0)
+    return Misfit(
+        float(under_mm2.sum()) * sections.step_mm, float(over_mm2.sum()) * sections.step_mm, float(level_mm.max())
+    )
 
 
 def mean_of(misfits: Sequence[Misfit]) -> Misfit:
@@ -248,10 +250,10 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     judged = FigureTable(
         "Judged by particles", "judged", columns, [planned.misfit, *(other.misfit for other in others)]
     )
-    it, chances = planned.trajectory, planned.chances or {}
+    trajectory, chances = planned.trajectory, planned.chances or {}
     key_figures = [
-        ("sealant", f"{it.dispensed_mm3 / 1000:.3g} ml"),
-        ("duration", f"{it.duration_s:.1f} s"),
+        ("sealant", f"{trajectory.dispensed_mm3 / 1000:.3g} ml"),
+        ("duration", f"{trajectory.duration_s:.1f} s"),
         ("aims below the face by", f"{planned.options.aim_mm:.2f} mm"),
     ]
     if (band_mm := planned.band_95_mm) is not None:
@@ -263,7 +265,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
         if name != "draws"
     ]
     caption = "Level along the crack, computed with particles. 0 is the face."
-    flow = {"s_mm": it.s_mm, "speed_mm_s": it.speed_mm_s, "flow_mm3_s": it.flow_mm3_s}
+    flow = {"s_mm": trajectory.s_mm, "speed_mm_s": trajectory.speed_mm_s, "flow_mm3_s": trajectory.flow_mm3_s}
     page = Page(
         title=f"Plan: {name}",
         lead="Flow and speed along the path, chosen with the fast model and checked with particles. No number is "
@@ -280,7 +282,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
 
 
 def plan_finding(planned: Planned) -> str:
-    it, better = planned.misfit, min(planned.baselines, key=lambda baseline: baseline.misfit.total_mm3)
+    misfit, better = planned.misfit, min(planned.baselines, key=lambda baseline: baseline.misfit.total_mm3)
     low = "; ".join(
         f"from {part['from_mm']:.0f} to {part['to_mm']:.0f} mm the level is {part['mean_mm']:.1f} mm too low on average"
         for part in planned.low_stretches
@@ -289,7 +291,7 @@ def plan_finding(planned: Planned) -> str:
     if (draft := planned.of_draft) is not None:
         drafts = f". As drafts, the best round leaves {draft.under_mm3:.0f} mm3 and {draft.over_mm3:.0f} mm3, and the"
     return (
-        f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it, according to the "
+        f"{misfit.under_mm3:.0f} mm3 are missing below the face and {misfit.over_mm3:.0f} mm3 are above it, according to the "
         f"particles{drafts or '. The'} better baseline ({better.name}) leaves {better.misfit.under_mm3:.0f} mm3 and "
         f"{better.misfit.over_mm3:.0f} mm3." + (f" {low[0].upper()}{low[1:]}." if low else "")
     )
@@ -346,8 +348,8 @@ def _draw_levels(planned: Planned) -> "Figure":
 @themed()
 def _draw_flow(planned: Planned) -> "Figure":
     _, axes = wide_axes(2.6)
-    it, speed = planned.trajectory, axes.twinx()
-    axes.stairs(it.flow_mm3_s[:-1], it.s_mm, color=SIMULATED, baseline=None)
-    speed.stairs(it.speed_mm_s[:-1], it.s_mm, color=MEASURED, baseline=None, linestyle="--")
+    trajectory, speed = planned.trajectory, axes.twinx()
+    axes.stairs(trajectory.flow_mm3_s[:-1], trajectory.s_mm, color=SIMULATED, baseline=None)
+    speed.stairs(trajectory.speed_mm_s[:-1], trajectory.s_mm, color=MEASURED, baseline=None, linestyle="--")
     speed.set_ylabel("speed (mm/s), dashed")
     return label_axes(axes, ALONG, "flow (mm3/s)", "")

@@ -311,7 +311,7 @@ def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
     files.write_sheet(
         path,
         columns,
-        ([round(it, 4) if isinstance(it := row[name], float) else it for name in columns] for row in cells),
+        ([round(value, 4) if isinstance(value := row[name], float) else value for name in columns] for row in cells),
     )
 
 

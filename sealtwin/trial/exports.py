@@ -275,8 +275,8 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
     written: dict[str, str] = {}
     if (target / REPORT).is_file():
         with files.understood(target / REPORT):
-            listed = files.read_json(target / REPORT)["files"]
-            written = {it.file: listed[it.file] for it in LANGUAGES.values() if it.file in listed}
+            names = files.read_json(target / REPORT)["files"]
+            written = {it.file: names[it.file] for it in LANGUAGES.values() if it.file in names}
     for name in (*texts, *written):
         path = target / name
         if path.is_file() and written.get(name) != files.sha256(path):

@@ -66,7 +66,7 @@ def bring_up_to_date(job: Job) -> bool:
             # Files of an earlier particle run are deleted.
             frames = (read_collection(job.path / name) for name in (FRAMES, SNAPSHOTS) if (job.path / name).is_file())
             stale = (CHECKPOINT, PROGRESS, HEALTH, FRAMES, SNAPSHOTS)
-            for path in [*(path for listed in frames for _, path in listed), *(job.path / name for name in stale)]:
+            for path in [*(path for pairs in frames for _, path in pairs), *(job.path / name for name in stale)]:
                 path.unlink(missing_ok=True)
         wall_time_s = time.monotonic() - began
         job.folder.record("simulate", key, settings, inputs, SIMULATED, wall_time_s, numbers=numbers, **facts)

@@ -52,7 +52,7 @@ def test_the_sweep_misses_no_pair(monkeypatch, few):
     expected = {(j, i) for i in range(30) for j in range(i) if crossings(triangles[i], triangles[j])}
     assert 20 < len(expected) < 1000
     if few is not None:
-        monkeypatch.setattr("digitise.geometry.mesh_topology.FEW", few)
+        monkeypatch.setattr("digitise.geometry.mesh_topology.GROUP", few)
     pairs = intersecting_faces(triangles.reshape(-1, 3), np.arange(90).reshape(-1, 3))
     assert len(pairs) == len(expected)
     assert {(min(pair), max(pair)) for pair in pairs.tolist()} == expected
