@@ -292,8 +292,8 @@ def plan_finding(planned: Planned) -> str:
         drafts = f". As drafts, the best round leaves {draft.under_mm3:.0f} mm3 and {draft.over_mm3:.0f} mm3, and the"
     return (
         f"{misfit.under_mm3:.0f} mm3 are missing below the face and {misfit.over_mm3:.0f} mm3 are above it, according "
-        f"to the particles{drafts or '. The'} better baseline ({better.name}) leaves {better.misfit.under_mm3:.0f} mm3 and "
-        f"{better.misfit.over_mm3:.0f} mm3." + (f" {low[0].upper()}{low[1:]}." if low else "")
+        f"to the particles{drafts or '. The'} better baseline ({better.name}) leaves {better.misfit.under_mm3:.0f} mm3 "
+        f"and {better.misfit.over_mm3:.0f} mm3." + (f" {low[0].upper()}{low[1:]}." if low else "")
     )
 
 
