@@ -232,7 +232,7 @@ def compare(
 
     Examples
     --------
-    ``crack``, ``solid`` and ``level`` are those of ``fill_fast``, and ``readings`` those of ``read_readings``.
+    ``crack``, ``solid``, ``level`` and ``readings`` are from the examples of ``fill_fast`` and ``read_readings``.
 
     >>> result = st.compare(level, readings, crack, solid)
     >>> low_mm, high_mm = result.interval_95_mm
@@ -319,7 +319,7 @@ def plot_levels(
 
     Examples
     --------
-    ``level``, ``readings`` and ``result`` are those of ``compare``.
+    ``level``, ``readings`` and ``result`` are from the example of ``compare``.
 
     >>> figure = st.plot_levels(level, readings, result)
     >>> figure.savefig("levels.svg")
@@ -392,7 +392,7 @@ def write_report(
 
     Examples
     --------
-    ``crack``, ``solid``, ``path``, ``level`` and ``result`` are those of ``fill_fast`` and ``compare``.
+    ``crack``, ``solid``, ``path``, ``level`` and ``result`` are from the examples of ``fill_fast`` and ``compare``.
 
     >>> page = st.write_report("report", crack, solid, path, level, result)
     >>> page.name

@@ -72,7 +72,7 @@ def sweep(
     out
         Folder for the sweep. Default: reports/<name>. Its study.toml runs the same sweep on the command line.
     fixed
-        Settings that replace those of the trial in all runs, for example ``{"solver.radius_mm": 0.6}``.
+        Settings that replace settings of the trial in all runs, for example ``{"solver.radius_mm": 0.6}``.
     name
         Name of the study. Default: <folder of the trial file>-<name of the trial file>-sweep.
     device, jobs

@@ -77,7 +77,7 @@ class TrialRun:
 
     @cached_property
     def run(self) -> Run:
-        """The particles at the end of the run. With several seeds, those of the first seed."""
+        """The particles at the end of the run. With several seeds, the particles of the first run."""
         return self._of_pour(record_files.read_run(self.folder))
 
     @cached_property

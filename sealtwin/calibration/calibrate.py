@@ -64,8 +64,8 @@ def calibrate(
     """Fit settings to the readings of trials, and write the material, the posterior, the record and the page.
 
     Returns the object that --json prints. The default of ``out`` is reports/<trial>-calibrated. ``settings`` by dotted
-    name replace those of all trial files. Finished runs are not computed again: if the process is killed, the same call
-    continues and writes the same files.
+    name replace settings of all trial files. Finished runs are not computed again: if the process is killed, the same
+    call continues and writes the same files.
 
     Raises:
         InputError: A trial, a setting or a role cannot be used, or the folder has files of other programs.
@@ -146,7 +146,7 @@ def _checked(
             if readings.role == wrong:
                 right = "calibrated-on" if wrong == "held-out" else "held-out"
                 raise InputError(
-                    f'{file}: readings.role is "{wrong}", but this calibration would use the readings as {right}. '
+                    f'{file}: readings.role = "{wrong}", but this calibration would use the readings as {right}. '
                     f'Write "{right}", or give another trial.'
                 )
     return [Free(name, low, high) for name, (low, high) in ranges.items()]

@@ -334,7 +334,7 @@ class Twin:
 
     @property
     def health(self) -> RunHealth:
-        """Numerical health of the last run. If it failed, that of another seed with the same settings.
+        """Numerical health of the last run. If it failed, the health of a run with another seed and the same settings.
 
         Empty if all of them failed.
         """

@@ -75,7 +75,7 @@ def sweep(
     settings: Given,
     options: "Sweeping",
     out: Annotated[File, option("Folder for the sweep. Default: reports/<study name>.", "DIR")] = None,
-    example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
+    example: Annotated[File, option("Write an example of a study file, with comments.", "FILE")] = None,
 ) -> None:
     """Run a trial many times with different settings: a grid, a list or a Latin hypercube, on all cores.
 

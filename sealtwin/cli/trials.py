@@ -53,7 +53,7 @@ def robot(
     *,
     options: "ProgramOptions",
     out: Annotated[File, option("Folder for the files. Default: robot/ in the run folder.", "DIR")] = None,
-    example: Annotated[File, option("Write a commented cell file to start from.", "FILE")] = None,
+    example: Annotated[File, option("Write an example of a cell file, with comments.", "FILE")] = None,
 ) -> None:
     """Write a run's nozzle path as tables and programs for a robot.
 
@@ -117,7 +117,7 @@ def quick(
 ) -> None:
     """Make a mesh, a path, a fluid run and a report from a photo and a depth.
 
-    The fluid and the nozzle are those of 'sealtwin init', and the run is a draft.
+    The fluid and the nozzle are the same as in 'sealtwin init', and the run is a draft.
 
     Settings that you do not give are assumed. They are printed, marked in DIR/trial.toml and listed in the report.
     Correct them in DIR/trial.toml, and continue with 'sealtwin run'. The walls are assumed to be upright, since a photo
@@ -219,7 +219,7 @@ def validate(
 
 @answers(quiet=False, as_json=False)
 def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
-    """Write a commented trial and an empty sheet for readings (XLSX) to start from.
+    """Write an example of a trial, with comments, and an empty sheet for readings (XLSX).
 
     The sealant of the trial has a viscosity in Pa s and a yield stress. The walls are assumed to be upright, since a
     photo does not show their angle. To measure the angle, weigh a liquid into the crack (crack.fill).

@@ -5,7 +5,7 @@ SealtwinError              a fault that the user can correct: shown without a tr
 ├── NumericalError    4    the fluid run diverged, or is not physical
 └── BusyError         3    another process has locked the run folder
 
-Anything else is a bug: exit code 1, with its traceback.
+All other exceptions are bugs. They have exit code 1, and their traceback is shown.
 """
 
 import os

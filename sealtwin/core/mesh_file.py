@@ -31,7 +31,7 @@ LARGEST_MODEL = 300_000_000  # Largest unpacked 3MF, in bytes. Two million trian
 MOST_TRIANGLES = 2_000_000
 """Largest number of triangles that are read. Checking and cutting them takes 2 GB of memory.
 
-It is enough for a scan of a face of 160 x 40 mm with a point every 0.08 mm, a tenth of a particle."""
+The limit allows a scan of a face of 160 x 40 mm with a point every 0.08 mm, a tenth of a particle."""
 BEYOND_ANY_UNIT = 1e9  # Limit of a coordinate, in the unit of the file: one kilometre in micrometres
 
 COMMA = re.compile(rb"^[ \t]*(?:v[ \t]|vertex[ \t])?[ \t]*([-+]?[0-9]+,[0-9]+)", re.IGNORECASE | re.MULTILINE)

@@ -298,7 +298,7 @@ def make_plan(
 ) -> MadePlan:
     """Plan a trial, and write the plan to ``out`` (default: reports/NAME-plan).
 
-    ``settings`` by dotted name replace those of the trial file. If the process is killed, repeat the command: the
+    ``settings`` by dotted name replace settings of the trial file. If the process is killed, repeat the command: the
     search, which takes seconds, is repeated, but the finished particle runs are not. Raises InputError if the trial,
     the cell or the posterior cannot be used, and NumericalError if a run fails.
     """

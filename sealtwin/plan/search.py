@@ -201,7 +201,7 @@ def discrepancy(filled: Filled, level: Profile) -> Floats:
 def corrected_level_mm(filled: Filled, discrepancy_mm2: Floats, sections: Trapezoids | None = None) -> Floats:
     """Return the level in each section from the corrected areas of the fast model, (cells,).
 
-    ``sections`` are the sections for the paste with which the discrepancy was computed. Default: those of ``filled``.
+    ``sections`` are the sections for the paste with which the discrepancy was computed. Default: ``filled.sections``.
     """
     sections = sections or filled.sections
     return sections.bottom_mm + sections.height_mm(np.maximum(filled.read_mm2 + discrepancy_mm2, 0.0))

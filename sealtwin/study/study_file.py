@@ -117,7 +117,7 @@ class Study(Settings):
     trial: Path
     """Trial file, relative to the study file's folder or absolute."""
     fixed: Named[Any] = Field(default={})
-    """Settings that replace those of the trial in all runs, by dotted name, for example a coarser radius."""
+    """Settings that replace settings of the trial in all runs, by dotted name, for example a coarser radius."""
     grid: Annotated[Named[tuple[Any, ...]], Field(min_length=1)] | None = None
     """Values of each setting. All combinations are run, and the setting that is given first varies slowest."""
     list: Rows | None = None

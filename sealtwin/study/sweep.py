@@ -52,7 +52,7 @@ def sweep(
 ) -> dict[str, Any]:
     """Compute the runs of a study that are not done yet. Returns the object that --json prints.
 
-    The default of ``out`` is reports/<name of the study>. ``settings`` by dotted name replace those of the trial.
+    The default of ``out`` is reports/<name of the study>. ``settings`` by dotted name replace settings of the trial.
 
     Raises:
         InputError: Settings of a run cannot be used (all are checked before the first run), or the folder belongs to

@@ -141,7 +141,7 @@ def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
     except InputError as fault:
         picture = job.path / REFUSED
         files.write_png(picture, draw())
-        raise InputError(f"{fault} See the picture {shown(picture)}.") from None
+        raise InputError(f"{fault} Look at {shown(picture)}.") from None
 
 
 def _hashes_of_sample(trial: Trial, source: Path) -> dict[str, str]:

@@ -118,7 +118,7 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
 
 
 def resume_job(folder: RunFolder, device: str, progress: Progress, settings: SettingValues | None = None) -> Job:
-    """Set up the trial in a run folder. ``settings`` by dotted name replace those of the trial."""
+    """Set up the trial in a run folder. ``settings`` by dotted name replace settings of the trial."""
     trial = load_trial(folder.path / "trial.toml", settings)
     if settings:
         return start_job(trial, folder.path, folder, device, progress)

@@ -38,7 +38,7 @@ data = "undeclared"  # "measured", "reconstructed" or "synthetic"; "undeclared" 
 def sheets_in(folder: Path, replacements: SettingValues) -> list[Sheet]:
     """Return the trials with a photo in a folder, and the photos without a trial, sorted by name.
 
-    ``replacements`` are settings by dotted name that replace those of the trials. Raises InputError if there are
+    ``replacements`` are settings by dotted name that replace settings of the trials. Raises InputError if there are
     neither trials with a photo nor photos.
     """
     sheets: dict[Path, Sheet] = {}
@@ -63,7 +63,7 @@ def sheets_in(folder: Path, replacements: SettingValues) -> list[Sheet]:
 def sheet_of(path: Path, replacements: SettingValues) -> Sheet:
     """Return the sheet of a trial file, or of a photo without a trial.
 
-    ``replacements`` are settings by dotted name that replace those of the trial.
+    ``replacements`` are settings by dotted name that replace settings of the trial.
     """
     return Sheet(path.name, lambda: _opened(path, replacements), lambda: _traced(path))
 
@@ -137,7 +137,7 @@ class TrialFile:
     """A trial file as it was when the page was opened, or the text of a new trial file."""
 
     def __init__(self, path: Path, settings: SettingValues | None = None, new: str = "") -> None:
-        """Read a trial file, or take its text from ``new``. ``settings`` by dotted name replace those of the file.
+        """Read a trial file, or take its text from ``new``. ``settings`` by dotted name replace settings of the file.
 
         Raises InputError if the file of a new trial already exists.
         """

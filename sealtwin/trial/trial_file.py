@@ -238,7 +238,7 @@ def folder_name(name: str) -> str:
 
 
 def load_trial(path: Path, settings: SettingValues | None = None) -> Trial:
-    """Read and check a trial file. ``settings`` by dotted name replace those of the file.
+    """Read and check a trial file. ``settings`` by dotted name replace settings of the file.
 
     ``settings`` are options of a command or arguments of a function. Raises the same errors as ``read_settings``. If
     the fault is in ``settings``, the message names this call instead of the file.

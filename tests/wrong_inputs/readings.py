@@ -97,7 +97,7 @@ CASES: list[WrongInput] = [
     # Tables along the crack, and names of files.
     along_the_crack("a depth in inches", "s_mm;depth_mm;Einheit\n0;8;mm\n9;0.3;inch\n", "--depth-mm", "row 3", "unit"),
     along_the_crack("widths out of order", "s_mm;width_mm\n5;2\n3;2\n", "--depth-mm 8 --width-mm", "row 3",
-        "follows 5"),
+        "row before (5)"),
     lab("twins by Unicode", TWINS, "P01 Größe"),
 ]
 # fmt: on

@@ -58,7 +58,7 @@ def test_all_faults_of_lab_toml_are_listed_together_and_stop_the_ingest(small, t
     (small / "lab.toml").write_text(faulty)
     with pytest.raises(InputError, match=r"lab\.toml: ") as refusal:
         ingest(small, tmp_path / "lab", QUIET)
-    faults = "photo.mm_per_pxl = '0.1': no such", "photo.scale = '2': no such", "as_written"
+    faults = "photo.mm_per_pxl = '0.1': there is no such", "photo.scale = '2': there is no such", "as_written"
     lines = str(refusal.value).splitlines()
     assert [sum(fault in line for line in lines) for fault in faults] == [1, 1, 1]
     assert len(lines) == 3

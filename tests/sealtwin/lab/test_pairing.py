@@ -137,7 +137,11 @@ def test_all_impossible_rows_of_pairing_csv_are_refused_together(small, tmp_path
     rows = "P01.png,readings,P01\ngone.png,photo,P01\nP02.png,photo,\nP02.stl,readings,P02\n"
     (lab / "pairing.csv").write_text("file,role,sample\n" + rows)
     (small / "P02.stl").write_bytes(b"solid")
-    faults = "line 2: P01.png cannot have the role 'readings'.*photo, mask, ignore", "line 3: 'gone.png'", "line 5: 'P02.stl'"
+    faults = (
+        "line 2: P01.png cannot have the role 'readings'.*photo, mask, ignore",
+        "line 3: 'gone.png'",
+        "line 5: 'P02.stl'",
+    )
     with pytest.raises(InputError, match="^.*" + ".*\n.*".join(faults) + ".*$"):
         ingest(small, lab, QUIET)
     assert {path.name for path in lab.iterdir()} <= {"pairing.csv", ".lock"}

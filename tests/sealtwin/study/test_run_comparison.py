@@ -78,7 +78,7 @@ def test_unfinished_damaged_or_repeated_run_folders_are_refused(run, other, tmp_
     for name, old, new, match in (
         ("trial.toml", b"U = 3.0", b"U = 4.0", r"\[fluid\] differs from the settings with which simulate ran"),
         ("profile.csv", b",-", b",", r"profile\.csv was changed after the readings were compared"),
-        ("manifest.json", b"{", b"[", r"manifest\.json: damaged"),
+        ("manifest.json", b"{", b"[", r"manifest\.json: is damaged"),
     ):
         content = (other / name).read_bytes()
         (other / name).write_bytes(content.replace(old, new, 1))
@@ -89,7 +89,7 @@ def test_unfinished_damaged_or_repeated_run_folders_are_refused(run, other, tmp_
     refused(other, r"comparison\.json: .* = 'many'")
     for name, stage in (("comparison.json", "validate"), ("profile.csv", "simulate")):
         (other / name).unlink()
-        refused(other, rf"second: {stage} is not finished \({name} is missing\)")
+        refused(other, rf"second: the stage {stage} is not finished \({name} is missing\)")
 
 
 def test_runs_with_an_edited_level_or_a_wrong_volume_are_not_ranked(run, other, tmp_path):

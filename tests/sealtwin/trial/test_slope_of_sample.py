@@ -39,7 +39,10 @@ def test_a_changed_slope_repeats_only_the_simulation(tmp_path):
     # Seen to fail if only the tables of the present trial are compared.
     trial = out / "trial.toml"
     trial.write_text(trial.read_text(encoding="utf-8").replace("gradient_deg = 5.0", "gradient_deg = 0.0"))
-    with job_in(out) as job, pytest.raises(InputError, match=r"\[sample\] differs from the settings with which simulate ran"):
+    with (
+        job_in(out) as job,
+        pytest.raises(InputError, match=r"\[sample\] differs from the settings with which simulate ran"),
+    ):
         run_stages(job, ("validate",))
 
 

@@ -76,7 +76,11 @@ def test_an_invalid_row_of_a_fill_is_refused_with_row_and_column(tmp_path, fill,
     ("crack", "more", "key"),
     [
         ('fill = "fill.csv"\nwall_angle_deg = 5.5', DECLARED, "wall_angle_deg cannot be combined with fill"),
-        f"{DECLARED}wall_angle_deg = 1.0\n",
+        (
+            'fill = "fill.csv"',
+            f"{DECLARED}wall_angle_deg = 1.0\n",
+            "follows from crack.fill, so they cannot be combined",
+        ),
         ("[crack.fill]\nmass_g = [1.0]", DECLARED, "give either file"),
         ('[crack.fill]\nfile = "fill.csv"\ndensity_kg_m3 = 1.0', DECLARED, "crack.fill.density_kg_m3 = 1.0"),
     ],
