@@ -179,7 +179,7 @@ FAULTS = (
     Planted("a wall that lies down", r"P09 notes\.toml: crack\.wall_angle_deg = 80",
         _edit("P09 notes.toml", "depth_mm = 8.0", "depth_mm = 8.0\nwall_angle_deg = 80.0")),
     Planted("an old workbook",
-        r"P11_Messung\.xls: this is an old Excel workbook \(\.xls\), or one with a password\. Open it in a spreadsheet program",
+        r"P11_Messung\.xls: this is an old Excel workbook \(\.xls\), or one with a password\. Open it in a spreadsheet",
         lambda folder: ((folder / "P11_Messung.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
             shutil.copy(folder / "P10.png", folder / "P11.png"),
             (folder / "P11.toml").write_text(f"photo.ends_px = {ENDS}\n", encoding="utf-8"))),

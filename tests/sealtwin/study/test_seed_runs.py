@@ -144,7 +144,7 @@ def test_the_scatter_of_a_mean_of_3_runs_is_divided_by_sqrt_3(path, monkeypatch)
 @pytest.mark.parametrize(
     ("seeds", "old", "new", "named"),
     [
-        pytest.param(3, "substeps = 2", 'model = "slot"', "seeds = 3: but the fast model", id="but the fast model"),
+        pytest.param(3, "substeps = 2", 'model = "slot"', "seeds = 3, but the fast model", id="the fast model"),
         pytest.param(21, "", "", "seeds", id="too many"),
     ],
 )

@@ -81,7 +81,7 @@ def test_an_invalid_row_of_a_fill_is_refused_with_row_and_column(tmp_path, fill,
             f"{DECLARED}wall_angle_deg = 1.0\n",
             "follows from crack.fill, so they cannot be combined",
         ),
-        ("[crack.fill]\nmass_g = [1.0]", DECLARED, "give either file"),
+        ("[crack.fill]\nmass_g = [1.0]", DECLARED, "crack.fill: give file"),
         ('[crack.fill]\nfile = "fill.csv"\ndensity_kg_m3 = 1.0', DECLARED, "crack.fill.density_kg_m3 = 1.0"),
     ],
 )
