@@ -26,8 +26,8 @@ from digitise.settings import Dispensed
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Floats, Sample
 from sealtwin.material import DENSITY_ERROR
-from sealtwin.study.extra_runs import RATIO, REPLICATES
-from sealtwin.study.moved_inputs import Base
+from sealtwin.study.perturbed_inputs import Base
+from sealtwin.study.uncertainty_runs import RATIO, REPLICATES
 from simulate.slot.run import pour
 from validate.uncertainty.computed import SizeRuns
 

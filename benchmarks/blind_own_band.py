@@ -34,7 +34,7 @@ from benchmarks.table import Row, run_benchmark
 from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
-from sealtwin.study.moved_inputs import Base, draw
+from sealtwin.study.perturbed_inputs import Base, draw
 from validate.metrics.volumes import balance_profile
 from validate.result import PredictedLevel
 from validate.uncertainty.computed import Spread
@@ -44,7 +44,7 @@ from validate.uncertainty.validation import BedEnds, predict
 DRAWS = 200
 PLACES_MM = STATIONS_MM[(STATIONS_MM >= 4) & (STATIONS_MM <= 36)]
 """Places at which a level is held against its band: the crack's own ends are cut off."""
-LEAST, LEAST_PLACES = 17, 92.0  # Of twenty trials; percent of the places
+LEAST, MIN_PLACES = 17, 92.0  # Of twenty trials; percent of the places
 TENSION_N_M = Paste(1.0, 1.0, 1.0).surface_tension_n_m
 LEVELS = ("level", "flat line by volume", "fast model")
 WIDEST = 1.5  # Half-width of a mean level over 1.96 standard deviations of the errors
@@ -142,7 +142,7 @@ def _judge(real_mm: Floats, band: PredictedLevel, base: Base) -> _Judged:
 
 
 def _figures(name: str, trials: Sequence[_Judged], reality: Reality) -> Iterator[Row]:
-    count, bars = len(trials), (LEAST / 20 * len(trials), LEAST_PLACES) if reality.judged else (0.0, 0.0)
+    count, bars = len(trials), (LEAST / 20 * len(trials), MIN_PLACES) if reality.judged else (0.0, 0.0)
     off_mm, half_mm = (np.array([getattr(one, key) for one in trials]) for key in ("off_mm", "half_mm"))
     places = 100 * float(np.mean([one.places for one in trials]))
     yield Row(

@@ -23,7 +23,7 @@ from digitise.weighing.moved_walls import widened
 from sealtwin.core.errors import present
 from sealtwin.core.records import Floats, Sample
 from sealtwin.core.settings import checked
-from sealtwin.study.moved_inputs import Base
+from sealtwin.study.perturbed_inputs import Base
 from sealtwin.trial.trial_file import Trial
 from simulate.pour import Pour
 from simulate.run import fill

@@ -73,7 +73,7 @@ SEEDS_OF_A_TRUTH = 3
 HELD_OR_TOLD = 80.0
 """Percent of the settings, pooled over truths, that a 90 % interval holds, or that are named as not identified or have
 no interval since the readings are refused, at least, for each smooth error and for the second reality."""
-LEAST_HELD = 80.0  # Percent of the truths in 90 % intervals
+MIN_HELD = 80.0  # Percent of the truths in 90 % intervals
 
 
 @cache
@@ -244,7 +244,7 @@ def library_rows(library: Library) -> list[Row]:
             tells.setdefault(name, []).append([not (each.identified and is_possible) for each in marginals])
     rows = [
         Row(f"without search: EMULATED readings found possible, of {TRUTHS}", possible["nothing"], "", TRUTHS - 1),
-        Row("without search: truths that 90 % intervals hold", 100 * float(np.mean(holds["nothing"])), "%", LEAST_HELD),
+        Row("without search: truths that 90 % intervals hold", 100 * float(np.mean(holds["nothing"])), "%", MIN_HELD),
     ]
     for name in holds:
         rows += _rows_of(name, np.array(holds[name]), np.array(tells[name]), possible[name])
@@ -288,7 +288,7 @@ def rows(library: Library, results: Sequence[tuple[Setting, SearchResult]]) -> l
         Row(f"calibrated within {CLOSE_MM:g} mm RMS in {BUDGET} runs", succeeded, "", needed),
         Row("median RMS of the calibrated profile", float(np.median(errors_mm)), "mm"),
         Row("largest RMS of the calibrated profile", max(errors_mm), "mm"),
-        Row("truths that 90 % intervals hold", 100 * float(np.mean(holds)), "%", LEAST_HELD),
+        Row("truths that 90 % intervals hold", 100 * float(np.mean(holds)), "%", MIN_HELD),
         Row("scatter of a run between seeds", float(np.sqrt(noise_mm2)), "mm"),
     ]
 

@@ -17,7 +17,7 @@ from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats, Outline, Profile, Solid
 from tests.support.shapes import straight_slot
 from tests.support.sheet_writers import Hand, write_sheet
-from validate.readings.screens import Filling
+from validate.readings.reading_checks import Filling
 
 Random = np.random.Generator
 LENGTHS_MM, DEPTHS_MM, WIDTH_MM = (50.0, 80.0, 140.0), (6.0, 10.0, 16.0, 24.0), 3.1

@@ -34,7 +34,7 @@ from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 
-MOST_QUESTIONED = 5.0  # Percent of the sound sheets that may be questioned
+MAX_QUESTIONED = 5.0  # Percent of the sound sheets that may be questioned
 FEWEST_UNASKED = 14
 UNREADABLE = 1  # Ordinary sheets to be edited: of formulas that no program has calculated, and of merged places
 CONFIRMED = re.compile(r"as_written = ([\w ]+)\.")
@@ -124,7 +124,7 @@ def sound_rows(folder: Path, seed: int, count: int) -> list[Row]:
         at_run.read(path, sheet, "", run=True)
     shares = (100 * (1 - tally.counts["silent"] / count) for tally in (at_ingest, at_run))
     rows = zip(("at ingest", "in the run"), shares, strict=True)
-    questioned = [Row(f"sound sheets questioned {where}", share, "%", 0, MOST_QUESTIONED) for where, share in rows]
+    questioned = [Row(f"sound sheets questioned {where}", share, "%", 0, MAX_QUESTIONED) for where, share in rows]
     return [Row("sound sheets", count, "", 200), *questioned]
 
 

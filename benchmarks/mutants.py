@@ -3,7 +3,7 @@
     python -m benchmarks.mutants OLD FOLDER [--count 200] [--seed REVISION]
 
 Both suites run against the packages of HEAD, each in a worktree below FOLDER, which stays as it was made. A mutant is
-a place of an operator in a module, the same in both. It meets the quickest ``MOST_TESTS`` whose coverage contexts
+a place of an operator in a module, the same in both. It meets the quickest ``MAX_TESTS`` whose coverage contexts
 include its line, until one fails. The same command goes on where it was stopped.
 """
 
@@ -36,8 +36,8 @@ OPERATORS = (
 )
 """Operators of cosmic-ray that leave a module importable."""
 RUN_BY_CI = "not slow and not gpu and not browser"
-MOST_TESTS = 40  # Of a mutant: a line that everything runs has thousands, and each survivor would take minutes
-MOST_S = 100.0  # Time of one mutant's tests; a mutant that loops for ever counts as killed
+MAX_TESTS = 40  # Of a mutant: a line that everything runs has thousands, and each survivor would take minutes
+MAX_S = 100.0  # Time of one mutant's tests; a mutant that loops for ever counts as killed
 FAILED = (1, 2, 4)  # Exit codes of pytest: a test failed, or its module could not be imported and has no tests
 LOST_AT_MOST = 0.01  # Share of the old suite's kills
 
@@ -110,7 +110,7 @@ class Suite:
         line = dict(mutants_of(self.folder, mutant.module)).get(mutant, 0)
         lines = self.contexts.contexts_by_lineno(str(self.folder / mutant.module))
         names = {context.split("|")[0] for context in lines.get(line, ())}
-        return sorted(names & self.seconds.keys(), key=self.seconds.__getitem__)[:MOST_TESTS]
+        return sorted(names & self.seconds.keys(), key=self.seconds.__getitem__)[:MAX_TESTS]
 
     def kills(self, mutant: Mutant) -> bool:
         tests = self.tests_of(mutant)
@@ -121,7 +121,7 @@ class Suite:
         path.write_text(mutated(source, mutant), encoding="utf-8")
         try:
             (self.folder / "tests.txt").write_text("\n".join(tests), encoding="utf-8")
-            return self.pytest("-x", "-q", "-n", "0", "@tests.txt", most_s=MOST_S) in FAILED
+            return self.pytest("-x", "-q", "-n", "0", "@tests.txt", most_s=MAX_S) in FAILED
         finally:
             path.write_text(source, encoding="utf-8")
 

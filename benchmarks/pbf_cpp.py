@@ -18,7 +18,7 @@ from simulate.fluid.viscosity import OF_THE_CHANGE, OF_THE_RIGHT
 from simulate.kernels.conjugate_gradients import ROUNDS
 from simulate.kernels.pair_sums import ALONG, FOR_VISCOSITY, NEAREST_WALL
 from simulate.kernels.pressure import UNDONE, UNDONE_RANGE
-from simulate.kernels.viscosity import LEAST_MOMENT, WALL_MOMENT
+from simulate.kernels.viscosity import MIN_MOMENT, WALL_MOMENT
 from simulate.shear_law import Law
 
 SOURCE = Path(__file__).with_suffix("") / "step.cpp"
@@ -126,5 +126,5 @@ def _numbers(engine: FluidSolver, carried: float) -> tuple[Any, ...]:
         *(s.wall_density, s.wall_slope, s.relaxation, LONGEST_CORRECTION * s.support, thin, drag),
         *(carried, by_age[0, 1], paste.sticks.numpy()[0] * thin),
         *(paste.per_viscosity, paste.slowest_shear, ALONG * FOR_VISCOSITY["poly6"], NEAREST_WALL),
-        *(WALL_MOMENT, LEAST_MOMENT, UNDONE, UNDONE_RANGE, OF_THE_RIGHT, OF_THE_CHANGE, ROUNDS),
+        *(WALL_MOMENT, MIN_MOMENT, UNDONE, UNDONE_RANGE, OF_THE_RIGHT, OF_THE_CHANGE, ROUNDS),
     )

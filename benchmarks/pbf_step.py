@@ -38,7 +38,7 @@ ALIKE = 0.03
 """Median distance to the C++ after a frame of paste that flows, over the way: what its walls, which are planes, do to
 particles in corners that a grid of distances rounds off, stiff paste hands on.
 """
-LEAST_WAY_MM = 1e-3
+MIN_WAY_MM = 1e-3
 """Median way of a particle in a frame from which positions in float32 show what it did."""
 ALIKE_MM = 1e-2
 """Median distance to the C++ after one explicit step."""
@@ -77,7 +77,7 @@ def paste() -> Iterator[Row]:
         yield Row(f"{name}: {passes}", times.ours_ms, "ms")
         yield Row(f"{name}: C++, the same passes", times.cpp_ms, "ms")
         yield Row(f"{name}: over C++", times.ours_ms / times.cpp_ms, "", 0, cpp_bar(), "<= 1.3")
-        if times.moved_mm > LEAST_WAY_MM:
+        if times.moved_mm > MIN_WAY_MM:
             off = times.apart_mm / times.moved_mm
             yield Row(f"{name}: C++, a frame on, apart over the way, median", off, "", 0, ALIKE)
 

@@ -53,7 +53,7 @@ CHANGES = {
     "-10 % flow, +15 % yield stress": (0.9, 1.15),
 }
 DRAWN = np.random.default_rng(68).uniform([0.9, 0.8], [1.15, 1.2], (4, 2)).tolist()  # More factors, after all tuning
-MOST_AS_TOLD = 0.35  # Error of a plan over that of constant flow
+MAX_AS_TOLD = 0.35  # Error of a plan over that of constant flow
 WHY = "heaps of constant flow spread beside the mouth, where they do not count, and its troughs take up the rest"
 
 
@@ -104,7 +104,7 @@ def _rows(sample: Sample) -> Iterator[Row]:
             yield Row(f"{name}, {change}: above the mouth alone", it.own.over_mm3, "mm3", 0, own_most, because=WHY)
         if name != "constant flow":
             as_told, steady = by_change["as told"], constant["as told"]
-            most = MOST_AS_TOLD if judged else np.inf
+            most = MAX_AS_TOLD if judged else np.inf
             yield Row(f"{name}, as told: error over that of constant flow", as_told.total / steady.total, "", 0, most)
             ratio = as_told.own.total_mm3 / steady.own.total_mm3
             yield Row(f"{name}, as told: the same by the level along the crack", ratio, "", 0, most)

@@ -29,7 +29,7 @@ from sealtwin.core.records import Floats
 PIECES = 3
 SHARE = 0.8
 NEAR_PX, BESIDE_PX = 5.0, 3.0
-LEAST_OF_BRANCH = 0.3
+MIN_OF_BRANCH = 0.3
 PLACE_PX = 30.0
 PLACE = re.compile(r"\((-?\d+(?:\.\d+)?), (-?\d+(?:\.\d+)?)\)")
 
@@ -72,7 +72,7 @@ def verdict(line_px: Floats, branch: Branch, mask: Mask) -> Verdict:
 def is_hit(line_px: Floats, branch: Branch, mask: Mask) -> bool:
     dense = _dense(line_px)
     follows = np.mean(_off_mask(dense, mask) <= NEAR_PX) >= SHARE
-    return bool(follows and _length(line_px) >= LEAST_OF_BRANCH * branch.length_px)
+    return bool(follows and _length(line_px) >= MIN_OF_BRANCH * branch.length_px)
 
 
 def is_silent(line_px: Floats, mask: Mask, warnings: tuple[str, ...]) -> bool:

@@ -39,7 +39,7 @@ LENGTH_MM, TRIM_MM, SETTLE_S = 60.0, 8.0, 3.0
 STATIONS_MM = np.arange(0.0, LENGTH_MM + 0.25, 0.5)
 ABREAST, RADII_MM, MANY = 8.0, (0.35, 0.6), 7000
 """Particle radii over the floor's width, bounds of the radius, and the number of particles above which it grows."""
-LEAST_ABREAST = 5.0
+MIN_ABREAST = 5.0
 NOZZLE_MM, NOZZLE_SHARE = 2.4, 0.7  # The paper's, or this share of the floor's width: a jet into the slot
 
 
@@ -100,7 +100,7 @@ class Case:
     def solver(self) -> Solver:
         fine_mm = float(np.clip(self.width_mm / ABREAST, *RADII_MM))
         affordable_mm = float(np.cbrt(self.trajectory.dispensed_mm3 / MANY / particle_volume(1.0)))
-        radius_mm = min(self.width_mm / LEAST_ABREAST, max(fine_mm, affordable_mm))
+        radius_mm = min(self.width_mm / MIN_ABREAST, max(fine_mm, affordable_mm))
         return Solver(radius_mm=round(radius_mm, 3), settle_s=SETTLE_S)
 
 

@@ -37,7 +37,7 @@ from sealtwin.core.records import Outline
 
 CLICK_PX = 3.0
 """Standard deviation, in x and in y, of a click about the true end."""
-MOST_REFUSED, MOST_WIDTH = 5.0, 5.0
+MAX_REFUSED, MAX_WIDTH = 5.0, 5.0
 """Percent."""
 HELD = (92.0, 98.0)
 """Percent of the intervals of 95 % that may hold the true width."""
@@ -112,8 +112,8 @@ def road_rows(figures: Sequence[RoadFigures]) -> list[Row]:
     )
     stated = [each.holds for each in traced if each.holds is not None]
     rows = [
-        Row(f"refused, of {len(figures)}", 100 * (len(figures) - len(traced)) / len(figures), "%", 0, MOST_REFUSED),
-        Row(f"mean width, rms of {len(traced)}", rms(widths), "%", 0, MOST_WIDTH),
+        Row(f"refused, of {len(figures)}", 100 * (len(figures) - len(traced)) / len(figures), "%", 0, MAX_REFUSED),
+        Row(f"mean width, rms of {len(traced)}", rms(widths), "%", 0, MAX_WIDTH),
         Row("mean width, median", float(np.median(widths)), "%"),
         Row(f"mean width more than {FAR_OFF:g} % off", int((abs(widths) > FAR_OFF).sum()), ""),
         Row("area, rms", rms(areas), "%"),

@@ -29,7 +29,7 @@ FINE = 8
 WIDTHS_PX = (2.0, 3.0, 4.0, 6.0, 8.0)
 LIMITS_PERCENT = (15.0, 10.0, 8.0, 5.0, 5.0)
 """Most RMS error of the mean width at each of them."""
-LEAST_HELD, MOST_HELD = 93.0, 98.0
+MIN_HELD, MAX_HELD = 93.0, 98.0
 """Share of the stated 95 % intervals that hold the true width; one of 80 is known to 2.4 %, of all 400 to 1.1 %."""
 THIN_EACH, ENLARGED_EACH = 80, 16
 """Photos of each width."""
@@ -122,7 +122,7 @@ def thin_rows(thin: Sequence[ThinFigures]) -> list[Row]:
             rows.append(Row(f"{name}, RMS of {len(photos)}", off, "%", 0, limits[width_px], goal))
     if held_all := [each.held for each in thin if each.enlarged == 1 and each.held is not None]:
         share, name = 100 * sum(held_all) / len(held_all), f"thin: 95 % intervals that hold, of {len(held_all)}"
-        rows.append(Row(name, share, "%", LEAST_HELD, MOST_HELD))
+        rows.append(Row(name, share, "%", MIN_HELD, MAX_HELD))
     return rows
 
 

@@ -45,7 +45,7 @@ HURST = 0.8
 """Roughness exponent of fractured stone: spread over a length grows by this power of it."""
 TOLERANCE_PERCENT = 3.0
 """A mean width or an area farther off is wrong."""
-MOST_REFUSED = 0.01
+MAX_REFUSED = 0.01
 """Share of the obvious cracks: 2 of 200."""
 WITHOUT = 5
 """Obvious cracks for each photo without a crack."""
@@ -143,7 +143,7 @@ def wide_rows(wide: Sequence[WideFigures]) -> list[Row]:
     worst_width = max((abs(each.width_error_percent) for each in traced), default=inf)
     worst_area = max((abs(each.area_error_percent) for each in traced), default=inf)
     return [
-        Row(f"wide: refused of {len(cracks)}", refused, "", 0, round(MOST_REFUSED * len(cracks))),
+        Row(f"wide: refused of {len(cracks)}", refused, "", 0, round(MAX_REFUSED * len(cracks))),
         Row("wide: mean width, worst of these", worst_width, "%", 0, TOLERANCE_PERCENT),
         Row("wide: area, worst of these", worst_area, "%", 0, TOLERANCE_PERCENT),
         Row("wide: ground without a crack refused", sum(map(bool, without)), "", len(without), len(without)),

@@ -39,11 +39,11 @@ from sealtwin.core.solid_figures import Span
 
 # Sigma of the walls' smoothing along the crack; it removes noise from grain and keeps the edge of a sand grain
 WALL_SMOOTHING_PX = 2.0
-MOST_TRIMMED = 0.02  # Largest share of the crack's area that may be cut off where its walls cross
+MAX_TRIMMED = 0.02  # Largest share of the crack's area that may be cut off where its walls cross
 # A table of widths may be shorter than the crack by this without a warning, since ends are as uncertain
 TABLE_SHORT_MM = 2.0
 CLICKED = ("ends", "via", "mask")  # Sources of paths whose ends a person chose
-LEAST_FITTED_PX = 1.7  # Least fitted width: 2 px, less the 15 % that such a fit may be off
+MIN_FITTED_PX = 1.7  # Least fitted width: 2 px, less the 15 % that such a fit may be off
 RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
 BRUSH_PX = 1.0  # Half of the 95 % interval of a painted width that the photo does not confirm
 
@@ -271,7 +271,7 @@ def _origins(outline: Outline, methods: Integers) -> tuple[WallStretch, ...]:
 
 
 def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outline:
-    """Return the outline of a thin crack with a fitted width. Below ``LEAST_FITTED_PX`` it has no walls.
+    """Return the outline of a thin crack with a fitted width. Below ``MIN_FITTED_PX`` it has no walls.
 
     ``band_mm`` is the width of a grey band around the crack, if it is known.
     """
@@ -285,7 +285,7 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
             raise
         alone = f"the result is a path without walls or solid: {unfitted.fault}"
         return outline_along(photo, path, trace_line(copy, narrow), "none", doubt("walls.path-alone", alone))
-    if fit.mean_px < LEAST_FITTED_PX:
+    if fit.mean_px < MIN_FITTED_PX:
         thin = (
             f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width. The "
             "result is its path, without walls or solid. Move the camera closer, or measure the width and give "
@@ -381,7 +381,7 @@ def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
     # At a sharp corner one wall may just touch the other.
     whole = np.concatenate([right_mm, left_mm[::-1]])
     ring = polyline.uncrossed(whole)
-    if len(ring) < 3 or polyline.signed_area(ring) < (1 - MOST_TRIMMED) * polyline.signed_area(whole):
+    if len(ring) < 3 or polyline.signed_area(ring) < (1 - MAX_TRIMMED) * polyline.signed_area(whole):
         raise InputError(f"{photo.file}: the walls of the crack cross each other. Give ends_px of a clearer part.")
     if photo.face_mm is not None:
         ring = polyline.clipped_to_box(ring, photo.face_mm)

@@ -23,11 +23,11 @@ BOUNDS = {
 }
 NEEDED = ("t_s", "x_mm", "y_mm", "z_mm", "flow_mm3_s")
 COLUMNS = (*NEEDED[:4], "speed_mm_s", "flow_mm3_s")
-MOST_ROWS = 1500  # Largest number of rows, because a trial's file contains all columns
+MAX_ROWS = 1500  # Largest number of rows, because a trial's file contains all columns
 # Largest relative difference between a stated speed and the speed from positions and times, because of rounding
 SPEED_OFF = 2e-3
 # Not strict: a discriminator runs before the check, and pydantic then does not accept a list from JSON as a tuple.
-Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MOST_ROWS, strict=False)]
+Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MAX_ROWS, strict=False)]
 
 
 class PathTable(Settings):
@@ -82,7 +82,7 @@ def read_planned_path(path: Path) -> PathTable:
 
     The column speed_mm_s is optional and only for people who read the file. It must agree with positions and times.
     """
-    columns = read_columns(path, BOUNDS, NEEDED, (2, MOST_ROWS))
+    columns = read_columns(path, BOUNDS, NEEDED, (2, MAX_ROWS))
     rows = columns.pop("row")
     if fault := _first_fault(columns):
         raise InputError(f"{path}, row {rows[fault[0]]:g}: {fault[1]}.")

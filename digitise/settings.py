@@ -41,25 +41,25 @@ Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]  # A crack less than a te
 SHALLOW = Likely(1.0, inf, "mm for a crack of this width", "in cm", of_width=True)  # Cracks are deeper than wide
 SPEED = Likely(0.5, 200.0, "mm/s", "in m/s or mm/min")  # Small arms reach 200 over a winding crack
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
-MOST_STATIONS = 1000  # Rows of a table along the crack
-DepthTable = Annotated[tuple[tuple[Station, Depth], ...], Field(min_length=1, max_length=MOST_STATIONS)]
+MAX_STATIONS = 1000  # Rows of a table along the crack
+DepthTable = Annotated[tuple[tuple[Station, Depth], ...], Field(min_length=1, max_length=MAX_STATIONS)]
 Width = Annotated[float, Field(gt=0.005, le=200)]  # Width of a crack in mm: no gauge shows less, and no sample is wider
-WidthTable = Annotated[tuple[tuple[Station, Width], ...], Field(min_length=1, max_length=MOST_STATIONS)]
+WidthTable = Annotated[tuple[tuple[Station, Width], ...], Field(min_length=1, max_length=MAX_STATIONS)]
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 # Largest number of stretches of wall drawn by hand, and of points of each; for more, paint a mask
-MOST_WALLS, MOST_WALL_POINTS = 50, 200
-# Largest number of strokes of a kind, each with up to ``MOST_WALL_POINTS`` points; for more, paint a mask
-MOST_STROKES = 20
+MAX_WALLS, MAX_WALL_POINTS = 50, 200
+# Largest number of strokes of a kind, each with up to ``MAX_WALL_POINTS`` points; for more, paint a mask
+MAX_STROKES = 20
 Strokes = Annotated[
-    tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MOST_WALL_POINTS)], ...],
-    Field(max_length=MOST_STROKES),
+    tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MAX_WALL_POINTS)], ...],
+    Field(max_length=MAX_STROKES),
 ]
 NO_SCALE = "no_scale"  # Error type of a photo without a scale
 SCALES = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
-Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)]
-Walls = Annotated[tuple[Region, ...], Field(max_length=MOST_WALLS)]
+Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MAX_WALL_POINTS)]
+Walls = Annotated[tuple[Region, ...], Field(max_length=MAX_WALLS)]
 NEEDED_BY = {"ruler_px": "ruler_mm", "ruler_mm": "ruler_px", "face_corners_px": "face_mm", "via_px": "ends_px"}
 NOT_BESIDE = {
     "mm_per_px": ("ruler_px", "markers", "face_mm"),
@@ -69,8 +69,8 @@ NOT_BESIDE = {
     "path_only": ("width_mm", "mean_width_mm"),
 }
 """Photo settings that exclude others. ``NEEDED_BY`` lists the settings that require another one."""
-MOST_RANKED = 5  # Largest number of cracks to choose from
-MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
+MAX_RANKED = 5  # Largest number of cracks to choose from
+MAX_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
 
 def by_station(value: float | DepthTable) -> Floats:
@@ -138,10 +138,10 @@ class PhotoInput(Settings):
     ends_px: PixelPair | None = None
     """Both ends of the crack, each as column and row. The nozzle starts at the first end. By default the crack is
     searched for automatically. In that case, check it over the photo (overlay.png) before you use the result."""
-    crack: int | None = Field(default=None, ge=1, le=MOST_RANKED)
+    crack: int | None = Field(default=None, ge=1, le=MAX_RANKED)
     """Number of the crack in the list that the automatic search makes, best crack first. refused.png shows these
     numbers. Only without ends_px. Default: the first crack, if it is far likelier than the others."""
-    via_px: tuple[Pixel, ...] = Field(default=(), max_length=MOST_VIA)
+    via_px: tuple[Pixel, ...] = Field(default=(), max_length=MAX_VIA)
     """Points on the crack between its ends, in order. Needed if the crack forks or a darker crack is near."""
     roi_px: Region | None = None
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""

@@ -25,20 +25,20 @@ from sealtwin.core.records import Booleans, Floats
 
 POINTS = 360  # Number of points of an outline
 REACH = 0.06  # Distance from the edge at which the light beside it is measured, over half the paste's width
-LEAST_HALF_PX = 40.0  # Least half width: below it, half a pixel of the edge is over 6 % of the yield stress
-LEAST_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's light: blurred grain has a fifth of it
-MOST_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate, or a cone pulled to a side
-LEAST_SEEN = 0.95  # Smallest share of the edge that must be visible
+MIN_HALF_PX = 40.0  # Least half width: below it, half a pixel of the edge is over 6 % of the yield stress
+MIN_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's light: blurred grain has a fifth of it
+MAX_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate, or a cone pulled to a side
+MIN_SEEN = 0.95  # Smallest share of the edge that must be visible
 EDGE_PX = 0.5  # Standard uncertainty of the edge all around: paste ends in its blur, or at its wet rim
 # Constants of the measurement of a bead.
 SMOOTH = 5  # Number of rays over which the outline is averaged: its grain would shorten all distances to the edge
 MIDDLE = 0.25  # Share of the length, around the middle, that shows the width of the bead; its ends do not
-MOST_OF_IT = 0.7  # Share of the length over which the middle line must be straight
+MAX_OF_IT = 0.7  # Share of the length over which the middle line must be straight
 SLABS = 41  # Number of slabs across that part of the length
 SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degrees
 CELLS = 800  # Cells of the raster along the square root of the bead's area
-LEAST_LONG = 1.4  # Least ratio of length to width: below it there is no middle between the ends
-MOST_UNEVEN = 0.12  # Largest RMS of the middle's width over its mean; a bead with more has buckled or broken
+MIN_LONG = 1.4  # Least ratio of length to width: below it there is no middle between the ends
+MAX_UNEVEN = 0.12  # Largest RMS of the middle's width over its mean; a bead with more has buckled or broken
 BEND = 0.05  # Largest distance of the bead's middle line from a straight line, over the length
 
 
@@ -62,10 +62,10 @@ def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
     middle_mm = np.array([moments["m10"], moments["m01"]]) / moments["m00"]
     away_mm, radius_mm = np.linalg.norm(outline_mm - middle_mm, axis=1), float(np.sqrt(moments["m00"] / np.pi))
     unround = float(away_mm.std() / away_mm.mean())
-    if unround > MOST_UNROUND:
+    if unround > MAX_UNROUND:
         raise InputError(
             f"{photo.file}: the blob is not round: its outline deviates from a circle by {unround:.0%} of its radius "
-            f"(RMS), and at most {MOST_UNROUND:.0%} is allowed. Level the plate, lift the cone straight up, and "
+            f"(RMS), and at most {MAX_UNROUND:.0%} is allowed. Level the plate, lift the cone straight up, and "
             "measure again."
         )
     ways = np.radians(np.arange(0, 180, 2.0))
@@ -101,7 +101,7 @@ def _opening(photo: Photo) -> Booleans:
     box = x_min + margin_mm, y_min + margin_mm, x_max - margin_mm, y_max - margin_mm
     ring = np.round(photo.to_px(rectangle(box))).astype(np.int32)
     inside = cv2.fillPoly(np.zeros(photo.brightness.shape, dtype=np.uint8), [ring], 1) > 0
-    if inside.sum() < (2 * LEAST_HALF_PX) ** 2:
+    if inside.sum() < (2 * MIN_HALF_PX) ** 2:
         raise InputError(
             f"{photo.file}: the field between the markers is too small in the photo. Move the camera closer."
         )
@@ -129,7 +129,7 @@ def _blob(light: Map, inside: Booleans, file: Path) -> tuple[Booleans, bool]:
     soft, blobs = blurred(light, 2.0), list[tuple[int, Booleans, bool]]()
     for dark in (True, False):
         unlike = 1 - soft if dark else soft - 1
-        if (high := float(np.quantile(unlike[inside], 0.99))) < LEAST_CONTRAST:
+        if (high := float(np.quantile(unlike[inside], 0.99))) < MIN_CONTRAST:
             continue
         opened = cv2.morphologyEx(((unlike > high / 2) & inside).astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5)))
         # Glints inside it are part of the paste.
@@ -150,9 +150,9 @@ def _edge(light: Map, blob: Booleans, dark: bool, inside: Booleans, file: Path) 
     Raises InputError if the paste is too small in the photo, or if its edge is hidden.
     """
     depth_px = cv2.distanceTransform(blob.astype(np.uint8), cv2.DIST_L2, 5)
-    if (half_px := float(depth_px.max())) < LEAST_HALF_PX:
+    if (half_px := float(depth_px.max())) < MIN_HALF_PX:
         raise InputError(
-            f"{file}: half the width of the paste is {half_px:.0f} px, but at least {LEAST_HALF_PX:g} px are needed. "
+            f"{file}: half the width of the paste is {half_px:.0f} px, but at least {MIN_HALF_PX:g} px are needed. "
             "Take the photo from closer."
         )
     near_px = REACH * half_px
@@ -163,10 +163,10 @@ def _edge(light: Map, blob: Booleans, dark: bool, inside: Booleans, file: Path) 
     contours = find_contours(np.where(inside, unlike, -1.0), 0.0)
     edge = max(contours, key=len)[:, ::-1]
     seen = sampled(ndimage.binary_erosion(inside, iterations=2).astype(np.float32), edge) > 0.99
-    if seen.mean() < LEAST_SEEN:
+    if seen.mean() < MIN_SEEN:
         raise InputError(
             f"{file}: the paste's edge is visible on only {seen.mean():.0%} of its circumference, but "
-            f"{LEAST_SEEN:.0%} is needed. Keep the paste between the markers and away from them, and avoid shadows "
+            f"{MIN_SEEN:.0%} is needed. Keep the paste between the markers and away from them, and avoid shadows "
             "and smears at its edge."
         )
     ring = edge[seen]
@@ -210,18 +210,18 @@ def bead_of(outline_mm: Floats, scale_error: float, edge_error_mm: float, warnin
     shift = (ends.max() + ends.min()) / 2
     length_mm, along_mm = float(np.ptp(ends)), along_mm - shift
     # Slabs across the bead: their widths, and the middles of their paste.
-    edges_mm = np.linspace(-MOST_OF_IT, MOST_OF_IT, SLABS + 1) / 2 * length_mm
+    edges_mm = np.linspace(-MAX_OF_IT, MAX_OF_IT, SLABS + 1) / 2 * length_mm
     count, _ = np.histogram(along_mm, edges_mm)
     line_mm = np.histogram(along_mm, edges_mm, weights=across_mm)[0] / count
     widths = count * (area_mm2 / len(along_mm)) / np.diff(edges_mm)
     inner = np.abs(edges_mm[1:] + edges_mm[:-1]) <= MIDDLE * length_mm
     width_mm = float(widths[inner].mean())
     uneven, bent = widths[inner].std() / width_mm, float(np.ptp(line_mm)) / length_mm
-    if length_mm < LEAST_LONG * width_mm or uneven > MOST_UNEVEN or bent > BEND:
+    if length_mm < MIN_LONG * width_mm or uneven > MAX_UNEVEN or bent > BEND:
         raise InputError(
             f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} mm wide, its width varies by {uneven:.0%} "
-            f"in the middle, and it bends by {bent:.0%} of its length. It must be at least {LEAST_LONG:g} times as "
-            f"long as wide, vary by at most {MOST_UNEVEN:.0%} and bend by at most {BEND:.0%}. Level the plate, lower "
+            f"in the middle, and it bends by {bent:.0%} of its length. It must be at least {MIN_LONG:g} times as "
+            f"long as wide, vary by at most {MAX_UNEVEN:.0%} and bend by at most {BEND:.0%}. Level the plate, lower "
             "the nozzle, and lay another bead, longer or with less paste per mm. For a round spread of paste, use "
             "'sealtwin material spread'."
         )

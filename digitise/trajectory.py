@@ -19,8 +19,8 @@ from sealtwin.core.solid_figures import PathFigures
 SHARP_TURN_DEG = 20.0
 STRAIGHT_MM = 1e5  # Radius above which a bend is only rounding error
 SAMPLE_MM = 0.25  # Step of the centreline before smoothing, so that every millimetre has equal weight
-FINEST_SAMPLES, MOST_SAMPLES = 17, 20_000
-MOST_WAYPOINTS = 100_000  # Largest number of waypoints of a path: a metre of crack at a hundredth of a millimetre
+FINEST_SAMPLES, MAX_SAMPLES = 17, 20_000
+MAX_WAYPOINTS = 100_000  # Largest number of waypoints of a path: a metre of crack at a hundredth of a millimetre
 # Ratios of sealant to cavity above and below which there is a warning; the paper has 0.8 to 1.2
 MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1
 ROUNDING = 1e-9
@@ -222,7 +222,7 @@ def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> Facts:
 def smooth_centreline(centreline_mm: Floats, smoothing_mm: float) -> tuple[Floats, Floats]:
     """Return arc lengths, (n,), and points, (n, 2), every ``SAMPLE_MM``, of a smoothing spline (Dierckx 1982)."""
     s_mm = arc_length(centreline_mm)
-    count = int(np.clip(np.ceil(s_mm[-1] / SAMPLE_MM) + 1, FINEST_SAMPLES, MOST_SAMPLES))
+    count = int(np.clip(np.ceil(s_mm[-1] / SAMPLE_MM) + 1, FINEST_SAMPLES, MAX_SAMPLES))
     at_mm = np.linspace(0.0, s_mm[-1], count)
     samples = at_arc_length(centreline_mm, s_mm, at_mm)
     spline, _ = splprep(samples.T, u=at_mm, k=3, s=count * smoothing_mm**2)
@@ -236,10 +236,10 @@ def _check_lengths(length_mm: float, path: NozzlePath) -> None:
             f"The centreline is {length_mm:.1f} mm long, which is too short to trim {first_mm:g} and {last_mm:g} mm "
             f"and leave a step of {path.spacing_mm:g} mm. Reduce trim_mm."
         )
-    if (length_mm + path.lead_in_mm + path.lead_out_mm) / path.spacing_mm > MOST_WAYPOINTS:
+    if (length_mm + path.lead_in_mm + path.lead_out_mm) / path.spacing_mm > MAX_WAYPOINTS:
         raise InputError(
             f"spacing_mm is {path.spacing_mm:g}, but a crack of {length_mm:.0f} mm would then need more than "
-            f"{MOST_WAYPOINTS} waypoints. Choose a larger spacing_mm."
+            f"{MAX_WAYPOINTS} waypoints. Choose a larger spacing_mm."
         )
 
 

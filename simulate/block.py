@@ -5,7 +5,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from sealtwin.core.records import Floats, Shown
+from sealtwin.core.records import Floats, HasSummary
 from sealtwin.core.settings import Settings
 
 
@@ -40,7 +40,7 @@ class FluidBlock(Settings):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class BlockRelease(Shown):
+class BlockRelease(HasSummary):
     """Flow of a block of fluid after its gate is removed."""
 
     t_s: Floats

@@ -24,8 +24,8 @@ SPRAY = 0.002  # Fraction of the particles that may be ahead of the front
 WALL_RADII = 4.0  # Thickness of the walls beside a block, in particle radii
 HEADROOM = 1.25  # Height of the hollow, as a multiple of the block's height
 NOT_READ = ("model", "damping_per_s", "settle_s")  # Solver settings that do not apply to a block
-LEAST_ACROSS = 6  # Smallest allowed number of particle diameters across the shortest side of the block
-MOST_PARTICLES = 200_000
+MIN_ACROSS = 6  # Smallest allowed number of particle diameters across the shortest side of the block
+MAX_PARTICLES = 200_000
 
 
 def _box(block: FluidBlock) -> Box:
@@ -83,10 +83,10 @@ def release(
     radius_mm, device, progress = solver.size_mm, options.device, options.progress
     sides = block.length_mm, block.width_mm, block.height_mm
     across, count = min(sides) / (2 * radius_mm), math.prod(sides) / particle_volume(radius_mm)
-    if across < LEAST_ACROSS or count > MOST_PARTICLES:
+    if across < MIN_ACROSS or count > MAX_PARTICLES:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: the block would have {count:,.0f} particles, {across:.3g} across its "
-            f"shortest side. At most {MOST_PARTICLES:,} particles, and at least {LEAST_ACROSS} across, are allowed."
+            f"shortest side. At most {MAX_PARTICLES:,} particles, and at least {MIN_ACROSS} across, are allowed."
         )
     start_warp()
     frame_s = substep_s(radius_mm) / (solver.substeps or 1)

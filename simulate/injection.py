@@ -46,7 +46,7 @@ SUBSTEP_FACTORS = (1, 2, 4, 8)
 """Factors by which the substeps are multiplied when a failed run is computed again. With particles of 0.38 mm, paste of
 12 Pa and 4 Pa s collapses under a nozzle with two substeps of 0.0019 s, but not with four."""
 SAMPLE_EVERY = 50  # Number of frames between two samples of the density error
-MOST_THREADS = 8
+MAX_THREADS = 8
 """Largest number of threads by default. With 8 threads and 2,800 moving particles, each thread has 350, which take
 about 20 us in a kernel."""
 
@@ -307,13 +307,13 @@ class ComputeOptions:
 
     device: str = "cpu"
     threads: int | None = None
-    """Number of CPU threads. None: one for each core, up to ``MOST_THREADS``."""
+    """Number of CPU threads. None: one for each core, up to ``MAX_THREADS``."""
     progress: Progress = field(default_factory=Progress)
     watchers: Sequence[Watcher] = ()  # Watchers of the first of several runs
 
     @property
     def cpu_threads(self) -> int:
-        return self.threads or min(cores(), MOST_THREADS)
+        return self.threads or min(cores(), MAX_THREADS)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings, checked
 
-MOST_ROWS = 1000
+MAX_ROWS = 1000
 BOUNDS = {
     "age_s": (0.0, 1e7),
     "temperature_c": (-273.15, 3000.0),
@@ -28,7 +28,7 @@ BOUNDS = {
 }
 """Smallest and largest allowed value of each column."""
 # Not strict: after a validator with mode="before", pydantic no longer accepts a JSON list as a tuple.
-Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MOST_ROWS, strict=False)]
+Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MAX_ROWS, strict=False)]
 
 
 class Course(NamedTuple):
@@ -106,7 +106,7 @@ def read_table(path: Path, kind: type[Table]) -> Table:
     """Read a CSV table of a material or of a cooling. Raises InputError with file, row, column and value."""
     fields = kind.model_fields
     needed = [name for name, field in fields.items() if field.is_required()]
-    columns = read_columns(path, {name: BOUNDS[name] for name in fields}, needed, (2, MOST_ROWS))
+    columns = read_columns(path, {name: BOUNDS[name] for name in fields}, needed, (2, MAX_ROWS))
     rows = columns.pop("row")
     if fault := _first_fault(columns):
         number, name, problem = fault

@@ -7,7 +7,7 @@ from sealtwin.core.records import Sample
 from sealtwin.core.settings import doubts_of
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 
-LEAST_MOUTH_MM = 1.5  # Smallest mouth width for judging nozzles, which are rarely finer than 3 mm
+MIN_MOUTH_MM = 1.5  # Smallest mouth width for judging nozzles, which are rarely finer than 3 mm
 
 
 @dataclass(frozen=True)
@@ -36,4 +36,4 @@ class Pour:
     def doubts(self) -> tuple[Fact, ...]:
         """Questions about settings of the only fluid, the nozzle and the slope that are outside their likely range."""
         mouth_mm = self.sample.solid.figures.mouth_width_mm or self.sample.outline.mean_width_mm
-        return doubts_of(self.fluid, self.nozzle, self.slope, width_mm=max(mouth_mm, LEAST_MOUTH_MM))
+        return doubts_of(self.fluid, self.nozzle, self.slope, width_mm=max(mouth_mm, MIN_MOUTH_MM))

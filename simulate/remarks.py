@@ -27,7 +27,7 @@ FED = 0.75
 width of the crack. Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their
 volume or more. Those with 0.92 widths or more kept their volume to 3 %."""
 AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
-LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
+MIN_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 
 
 def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fact]:
@@ -83,7 +83,7 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     if paste.law not in FLOW_BETWEEN_PLATES:
         return
     # The speed at which paste sinks between upright plates by its weight, at each age.
-    wall_pa_s = paste.wall_share * np.maximum(viscosity_pa_s if fluid.U is not None else aged_pa_s, LEAST_PA_S)
+    wall_pa_s = paste.wall_share * np.maximum(viscosity_pa_s if fluid.U is not None else aged_pa_s, MIN_PA_S)
     half_mm = width_mm / 2
     sinks = flow_between_plates(paste.law, at_wall_pa / half_mm, half_mm, wall_pa_s, paste.flow_index)
     sinks_mm_s, _ = sinks.flow_mm3_s(np.array(stands_pa / half_mm))

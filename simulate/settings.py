@@ -27,7 +27,7 @@ from simulate.shear_law import Law
 STIFFEST_U = 1e6
 """Largest U that is accepted. It is a hundred times the U of the paper's stiffest fluid, and as stiff as a solid.
 Depending on its substep, a run may only be able to solve for a smaller U."""
-MOST_YIELD_PA = 1e4  # Yield stress in Pa of paste that has set, which carries a column of one metre
+MAX_YIELD_PA = 1e4  # Yield stress in Pa of paste that has set, which carries a column of one metre
 PAPERS_D_CM = 0.3  # The paper's D. It was fitted together with U, because it cannot be measured.
 # Water has 0.001 Pa s, epoxy 0.1 to 10, honey 2 to 20, hot bitumen and hot sealants 0.1 to 6 (ASTM D6690), cement paste
 # 0.1 to 5 (Mohammed et al. 2014).
@@ -35,7 +35,7 @@ VISCOSITY = Likely(0.0, 50.0, "Pa s", "in mPa s")
 DENSITY = Likely(700.0, 3500.0, "kg/m3", "in g/cm3 or N/m3")  # From alcohol to heavy mortar
 SLOPE = Likely(-12.0, 12.0, "degrees", "in percent")  # Roads stay below 12 degrees
 NOZZLE = Likely(0.0, 2.0, "mm for a crack of this width", "the outer diameter, or in tenths of a mm", of_width=True)
-LEAST_WALL_SHARE = 0.05  # Smallest wall_share: with less, the paste would not notice the wall
+MIN_WALL_SHARE = 0.05  # Smallest wall_share: with less, the paste would not notice the wall
 
 
 class GivenLaw(NamedTuple):
@@ -87,7 +87,7 @@ class Fluid(Settings):
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
     """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. If the viscosity
     is given in another way, the fluid sticks to the walls by default."""
-    wall_share: float | None = Field(default=None, ge=LEAST_WALL_SHARE, le=1)
+    wall_share: float | None = Field(default=None, ge=MIN_WALL_SHARE, le=1)
     """Stress that walls and floor take up, divided by the stress in the paste at the same shear rate. Default: 1, for
     rough walls to which the paste sticks. At 0.5 the paste slides once the stress at the wall is half its yield stress.
     It cannot be combined with D_cm, which also sets the drag of the walls."""
@@ -191,7 +191,7 @@ class Fluid(Settings):
         viscosity_pa_s = np.nan if self.given_by in ("U", "material", None) else getattr(self, self.given_by)
         age_s, stress_pa = np.zeros(1), np.array([self.yield_stress_pa])
         if self.structuration_pa_per_s:
-            most_pa = MOST_YIELD_PA if self.yield_stress_most_pa is None else self.yield_stress_most_pa
+            most_pa = MAX_YIELD_PA if self.yield_stress_most_pa is None else self.yield_stress_most_pa
             age_s = np.array([0.0, (most_pa - self.yield_stress_pa) / self.structuration_pa_per_s])
             stress_pa = np.array([self.yield_stress_pa, most_pa])
         return Course(age_s, np.full(len(age_s), viscosity_pa_s), stress_pa)
@@ -255,7 +255,7 @@ class Fluid(Settings):
             )
 
 
-class Scheme(NamedTuple):
+class PresetConstants(NamedTuple):
     """Constants of a preset, as they are used in a run."""
 
     iterations: int  # Pressure iterations per substep
@@ -281,15 +281,15 @@ SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
 the paper's solver."""
 
 # A run starts at this volume factor and ends between 0.95 and 1.20.
-ACCURATE = Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0)
+ACCURATE = PresetConstants(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0)
 PRESETS = {
     "accurate": ACCURATE,
     "draft": ACCURATE,
-    "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
+    "paper": PresetConstants(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
 }
 
 
-MOST_SUBSTEPS = 1000
+MAX_SUBSTEPS = 1000
 STEEPEST_DEG = 45.0  # Largest allowed slope of a sample. Roads stay below 12 degrees.
 
 
@@ -312,7 +312,7 @@ class Solver(Settings):
     accurate_radius_mm: float | None = Field(default=None, gt=0, le=10)
     """Radius that a draft has replaced, as recorded by the run. If it is given, radius_mm, U and D_cm are the draft's.
     If not, a draft replaces radius_mm, and converts U and D_cm to its particles."""
-    substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
+    substeps: int | None = Field(default=None, ge=1, le=MAX_SUBSTEPS)
     """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
     over. A run that collapses is computed again with twice as many. Compression decreases with the square of the number
     of substeps."""
@@ -372,7 +372,7 @@ class Solver(Settings):
         return self.radius_mm
 
     @property
-    def scheme(self) -> Scheme:
+    def scheme(self) -> PresetConstants:
         """Constants of the preset. The user's settings replace some of them."""
         preset = PRESETS[self.preset]
         return preset._replace(

@@ -13,7 +13,7 @@ from simulate.fluid.viscosity import explicit_passes
 from simulate.material_file import Material
 from simulate.settings import (
     LEVEL,
-    MOST_SUBSTEPS,
+    MAX_SUBSTEPS,
     Fluid,
     Nozzle,
     SampleSlope,
@@ -52,11 +52,11 @@ mm. From 180 on, stiffened paste compresses the fresh paste that it encloses unt
 STIFFENING_S = 3.0  # Longest time, in s, over which a gain is counted
 STRESS_LIMIT_PER_S = 30.0  # Yield stress up to which paste may stiffen at any rate, divided by rho h^2 / dt, in 1/s
 SHEARED = 100.0  # Shear rate in 1/s of a jet that hits sealant, the largest of all. Thickening paste is stiffest at it.
-MOST_PASSES = 5000
+MAX_PASSES = 5000
 """Largest number of explicit passes in a substep, equal to the limit of a solve's iterations. Paste at rest takes most:
 2,600 passes with 1 Pa at a radius of 0.6 mm. In that case, 36 particles in substeps of 2.8 ms take a minute for a
 second of pouring."""
-MOST_AGES = 1_000_000  # Number of frames for which a curve is tabulated if the length of the run is not given
+MAX_AGES = 1_000_000  # Number of frames for which a curve is tabulated if the length of the run is not given
 TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps, in proposals, of heights and of radii
 ROUNDED = 5e-3  # Fraction by which rounding to three digits may increase a radius "auto"
 ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32. It allows a release exactly at the clearance.
@@ -187,7 +187,7 @@ def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float
     return paste.wall_share * no_slip
 
 
-def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST_AGES) -> Rheology:
+def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MAX_AGES) -> Rheology:
     """Return the fluid in the solver's units, tabulated up to an age of ``frames``."""
     course, per_density = fluid.course, CM2_IN_M2 / fluid.density_kg_m3
     last = math.ceil(min(course.age_s[-1] / frame_s, frames))
@@ -226,10 +226,10 @@ def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tupl
         return paste, substeps
     lasts, shears_per_s = min(frames, paste.frames_to_freeze), (SLOWEST_SHEAR, SHEARED)
     passes = explicit_passes(paste, support, frame_s, substeps, shears_per_s=shears_per_s, frames=lasts)
-    if passes > MOST_PASSES:
+    if passes > MAX_PASSES:
         raise InputError(
             f'solver.viscosity_solve is "explicit": paste that comes to rest takes {passes:.3g} passes per substep '
-            f'{_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. Give "implicit".'
+            f'{_in_substeps(solver, frame_s, substeps)}, but at most {MAX_PASSES} are allowed. Give "implicit".'
         )
     return paste, substeps
 
@@ -287,7 +287,7 @@ def _in_substeps(solver: Solver, frame_s: float, substeps: int) -> str:
 def _or_more(substeps: float) -> str:
     """Return a proposal for a smallest number of substeps. Returns "" if a frame cannot have so many."""
     least = math.ceil(substeps)
-    return f", or solver.substeps of at least {least}" if least <= MOST_SUBSTEPS else ""
+    return f", or solver.substeps of at least {least}" if least <= MAX_SUBSTEPS else ""
 
 
 def _rounded_down(value: float) -> str:

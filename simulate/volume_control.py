@@ -28,20 +28,20 @@ PERIOD_S = 0.1  # Time in s between two measurements, a third of the time in whi
 MEMORY_S = 0.4
 """Time in s in which missing volume is made up for. With 0.7, stiff paste falls asleep before that."""
 FLOWS_MM_S = 1.0  # Speed from which on paste with a yield stress counts as flowing. Slower paste responds late.
-LEAST_FLOWING = 0.3
+MIN_FLOWING = 0.3
 """Smallest fraction of the sealant that is assumed to flow. The less flows, the more each particle must make up for.
 With 0.1 and a memory of 0.25 s, few particles make up for too much, overshoot, and wake the sleeping sealant."""
 STILL_SHARE = 0.05
 """Fraction of the sealant that must flow for the factor to be raised. If less flows, the yield stress would resist
 until the paste gives way suddenly."""
-LEAST_SETTLED = 0.05
+MIN_SETTLED = 0.05
 """Smallest volume of settled sealant that is measured, divided by the dispensed volume. Less sealant is mostly
 surface."""
 CELL = 0.5
 """Width of the measured columns, divided by R. With 4/3, the volume of sealant with hollows is up to 1 % wrong."""
-LEAST_FACTOR, MOST_FACTOR = 0.95, 1.2
+MIN_FACTOR, MAX_FACTOR = 0.95, 1.2
 """Bounds of the volume factor. Hollows under stiff paste and films on the face must not change the density further."""
-MOST_TOPS = 4_000_000
+MAX_TOPS = 4_000_000
 """Largest number of liquid tops in memory, which take 32 MB. As many runs as fit, but at least one, are measured
 together. The paper's sample has 145,510 tops per run in columns of 0.3 mm, so 27 runs are measured together."""
 
@@ -87,7 +87,7 @@ class VolumeControl:
         device, runs, parts, per_run = state.device, state.runs, device_code.PARTS, state.particles_per_run
         lines = vessel.lines_on(device)
         crossings = len(lines.z_mm)
-        at_once = min(runs, max(1, MOST_TOPS // max(1, crossings)))
+        at_once = min(runs, max(1, MAX_TOPS // max(1, crossings)))
         self._beds = beds = device_code.Beds()
         beds.count = wp.zeros((runs, parts), wp.vec4i, device)
         beds.length_mm = wp.zeros((runs, parts), wp.float64, device)
@@ -120,7 +120,7 @@ class VolumeControl:
             return
         swelling = self._state.swelling.numpy().copy()
         for run, bed in enumerate(self.figures()):
-            if bed.moving and bed.lying * self._particle_volume_mm3 >= LEAST_SETTLED * self._schedule.dispensed_mm3:
+            if bed.moving and bed.lying * self._particle_volume_mm3 >= MIN_SETTLED * self._schedule.dispensed_mm3:
                 swelling[run] = self._changed(float(swelling[run]), bed, yields=self._yields[run])
         self._state.swelling.assign(swelling)
 
@@ -129,8 +129,8 @@ class VolumeControl:
         share = (bed.flowing_and_lying if yields else bed.moving_and_lying) / bed.lying
         if yields and share <= STILL_SHARE:
             lacking, share = min(0.0, lacking), bed.moving_and_lying / bed.lying
-        changed = swelling + self._gain * lacking / max(LEAST_FLOWING, share)
-        return min(MOST_FACTOR / self._factor, max(LEAST_FACTOR / self._factor, changed))
+        changed = swelling + self._gain * lacking / max(MIN_FLOWING, share)
+        return min(MAX_FACTOR / self._factor, max(MIN_FACTOR / self._factor, changed))
 
     def figures(self) -> Iterator[BedFigures]:
         """Yield the figures of each run's settled sealant for the present state of its particles."""

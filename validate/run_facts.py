@@ -14,8 +14,8 @@ from validate.sentences import doubted, sentence, stated
 FEW_ACROSS = 3.0
 """Smallest number of particles from wall to wall without a caution. The paper has four. Runs with two particles gained
 11 to 17 % in volume, and runs with four gained none."""
-LEAST_BOND = 1.0  # Smallest Bond number, with water's surface tension, in the model's range: 2 mm of cement paste
-MOST_COMPRESSED = 0.10
+MIN_BOND = 1.0  # Smallest Bond number, with water's surface tension, in the model's range: 2 mm of cement paste
+MAX_COMPRESSED = 0.10
 """Largest sound compression of the particles, at the 95th percentile."""
 AT_REST = 0.5  # Largest distance from rest, in particle radii, at which a level counts as at rest
 MUCH_SPILLED = 0.05
@@ -60,7 +60,7 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> Facts:
         few_across = across is not None and across < FEW_ACROSS and not of_keys(run.remarks, BRIDGES)
         parts = {"sound": SOUND, "spilled": spilled, "preset": solver.get("preset"), "across": across}
         facts.append(doubted("fluid.volume", ratio, few_across=few_across, **parts))
-    if (compressed := health.density_error_p95 or 0.0) > MOST_COMPRESSED:
+    if (compressed := health.density_error_p95 or 0.0) > MAX_COMPRESSED:
         facts.append(doubted("fluid.compressed", compressed))
     off_mm, flat_mm = health.to_rest_mm or 0.0, health.flat_mm
     # Where the nozzle has just been the level cannot be judged yet, and may still move by millimetres.
@@ -70,7 +70,7 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> Facts:
         facts.append(doubted("fluid.unsettled", off_mm, "mm", unsettled=unsettled, flat_mm=flat_mm))
     if not kept_volume(volume_ratio) and (sound or spilled > MUCH_SPILLED):
         facts.append(doubted("fluid.spilled", run.spilled_particles, share=spilled))
-    if (bond := health.bond) is not None and bond < LEAST_BOND:
+    if (bond := health.bond) is not None and bond < MIN_BOND:
         facts.append(doubted("fluid.bond", bond))
     return tuple(facts)
 

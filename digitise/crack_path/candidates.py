@@ -25,8 +25,8 @@ from sealtwin.core.records import Booleans, Floats, Integers
 LIKELY, SURE = 3.0, 5.0  # Least clearness of a cell that continues a line, and of one that starts it
 # A line's middle has at least this share of the largest clearness in a window of this many cells
 CREST, NEARBY = 0.3, 11
-LEAST_BONE = 25  # Least length of a skeleton piece that starts a line
-LEAST_LENGTH = 0.12  # Least distance of a line's ends over the photo's diagonal; shorter lines are pores and scratches
+MIN_BONE = 25  # Least length of a skeleton piece that starts a line
+MIN_LENGTH = 0.12  # Least distance of a line's ends over the photo's diagonal; shorter lines are pores and scratches
 JOINTS = (0.4, 0.25)  # Least length over the diagonal of a line that surely is a joint, and of one that may be
 COVERED = 0.8  # Least share of a joint's length that must be dark
 LARGEST_GAP = 0.05  # Longest interruption of a joint over the diagonal, for example by a chip
@@ -36,16 +36,16 @@ FADING = 0.5  # Share of a line's median worth; an end below it is cut off, beca
 SAME_CELLS, SAME = 5.0, 0.5  # Two lines are the same if they are this close over at least this share
 
 # Limits of a line that surely is a crack, on the same photos: 48 lines pass them, and each is a crack.
-STRAIGHT, LEAST_LEG = 1.5, 24.0  # Largest distance of a straight leg from its chord, and its least length
+STRAIGHT, MIN_LEG = 1.5, 24.0  # Largest distance of a straight leg from its chord, and its least length
 LEG_WIDTHS = 4.0  # Least length of a straight leg in widths of the line
 # Largest share of a line in its longest straight leg, in all straight legs, and in legs that meet at a corner
-MOST_STRAIGHT = 0.3, 0.8, 0.25
+MAX_STRAIGHT = 0.3, 0.8, 0.25
 STEP_LEG = 16.0  # Least length of a leg that meets another leg at a corner
 CORNER_DEG, CORNER = 50.0, 12.0  # Least change of direction at a corner, and largest length of the corner
-MOST_COUNTED = 9.0  # A line's score falls no further if the difference of its sides over the step is larger than this
-MOST_UNLIKE = 0.3  # Largest difference between the two sides, over the step from the line to the darker side
+MAX_COUNTED = 9.0  # A line's score falls no further if the difference of its sides over the step is larger than this
+MAX_UNLIKE = 0.3  # Largest difference between the two sides, over the step from the line to the darker side
 # Least median clearness of a line, and least mean clearness of its faintest stretch
-LEAST_CLEAR, LEAST_WORST = 4.5, 2.6
+MIN_CLEAR, MIN_WORST = 4.5, 2.6
 SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # The sides of a line are between these two distances from it: widths, plus px
 
 
@@ -83,12 +83,12 @@ def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Flo
     if perhaps:
         ways += _ways(field, field.allowed & ~_beside(bones.shape, (*surely, *perhaps)))
     ways = ways or _ways(field, field.allowed)
-    least_px = LEAST_LENGTH * np.hypot(*photo.size_px)
+    least_px = MIN_LENGTH * np.hypot(*photo.size_px)
     cracks = (_crack(photo, field, way) for way in ways)
     # The ends of the rim of a stain meet.
     cracks = (crack for crack in cracks if np.linalg.norm(crack.line_px[-1] - crack.line_px[0]) >= least_px)
     apart = []
-    for crack in sorted(cracks, key=lambda crack: (crack.unlike > MOST_UNLIKE, -crack.score)):
+    for crack in sorted(cracks, key=lambda crack: (crack.unlike > MAX_UNLIKE, -crack.score)):
         near_px = max(crack.width_px, SAME_CELLS / field.scale)
         if all(np.mean(KDTree(other.line_px).query(crack.line_px)[0] <= near_px) < SAME for other in apart):
             apart.append(crack)
@@ -100,7 +100,7 @@ def _bones(field: LineMap, allowed: Booleans) -> Booleans:
     clear = np.where(allowed, field.clear, 0).astype(np.float32)
     likely = apply_hysteresis_threshold(clear, LIKELY, SURE)
     crest = clear >= CREST * cv2.dilate(clear, np.ones((NEARBY, NEARBY), np.uint8))
-    return medial_axis.larger_pieces(skeletonize(likely & crest), LEAST_BONE)
+    return medial_axis.larger_pieces(skeletonize(likely & crest), MIN_BONE)
 
 
 def _ways(field: LineMap, allowed: Booleans) -> list[Integers]:
@@ -108,7 +108,7 @@ def _ways(field: LineMap, allowed: Booleans) -> list[Integers]:
     lines = _linked(_bones(field, allowed))
     worth, ways = _worth(field), []
     label, area = medial_axis.pieces(lines)
-    for piece in np.flatnonzero(area >= LEAST_BONE):
+    for piece in np.flatnonzero(area >= MIN_BONE):
         cells = np.argwhere(label == piece)
         weight = worth[tuple(cells.T)]
         tree = medial_axis.strongest_tree(medial_axis.linked(cells, weight), weight)
@@ -127,7 +127,7 @@ def _extended(way: Integers, field: LineMap, allowed: Booleans) -> Integers:
     least = max(LIKELY, FADING * float(np.median(field.clear[tuple(way.T)])))
     for _ in range(2):
         way = way[::-1]
-        ahead = unit((way[-1] - way[-min(len(way), int(LEAST_LEG))]).astype(float))
+        ahead = unit((way[-1] - way[-min(len(way), int(MIN_LEG))]).astype(float))
         onward = np.rint(way[-1] + steps * ahead).astype(np.int64)
         onward = onward[((onward >= 0) & (onward < field.clear.shape)).all(axis=1)]
         ends = ~allowed[tuple(onward.T)] | (field.clear[tuple(onward.T)] < least)
@@ -192,26 +192,26 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     legs = lengths[lengths >= least].sum() / lengths.sum()
     unlike, shares = _unlike(photo, line_px, width_px), (lengths.max() / lengths.sum(), legs, _stepped(turns, lengths))
     clear = np.minimum(field.clear[along], CLEARNESS_LIMIT).astype(float)
-    stretch = min(len(clear), int(LEAST_LEG))
+    stretch = min(len(clear), int(MIN_LEG))
     usual, worst = np.median(clear), np.convolve(clear, np.ones(stretch) / stretch, mode="valid").min()
     doubt = ""
-    if not unlike <= MOST_UNLIKE:
+    if not unlike <= MAX_UNLIKE:
         doubt = "its two sides differ in brightness, as they do at the edge of a marking, a patch or a joint"
-    elif np.any(np.greater(shares, MOST_STRAIGHT)):
+    elif np.any(np.greater(shares, MAX_STRAIGHT)):
         doubt = f"{max(shares):.0%} of it runs in straight legs, as a joint between bricks, tiles or slabs does"
-    elif usual < LEAST_CLEAR or worst < LEAST_WORST:
+    elif usual < MIN_CLEAR or worst < MIN_WORST:
         doubt = (
-            f"it is {usual:.1f} times as dark as the ground's grain (at least {LEAST_CLEAR:g} is needed), and its "
-            f"faintest part {worst:.1f} times (at least {LEAST_WORST:g})"
+            f"it is {usual:.1f} times as dark as the ground's grain (at least {MIN_CLEAR:g} is needed), and its "
+            f"faintest part {worst:.1f} times (at least {MIN_WORST:g})"
         )
-    score = _worth(field)[along].sum() * (1.05 - legs) / (1 + min(unlike, MOST_COUNTED)) / field.scale
+    score = _worth(field)[along].sum() * (1.05 - legs) / (1 + min(unlike, MAX_COUNTED)) / field.scale
     return FoundCrack(line_px, width_px, score, unlike, doubt)
 
 
 def straight_legs(cells: Floats | Integers, width: float) -> tuple[Floats, float]:
     """Return the corners between a line's straight legs, (n, 2), and the length from which a leg counts as straight."""
     corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
-    return np.asarray(corners, float), max(LEAST_LEG, LEG_WIDTHS * width)
+    return np.asarray(corners, float), max(MIN_LEG, LEG_WIDTHS * width)
 
 
 def _stepped(turns: Floats, lengths: Floats) -> float:

@@ -19,7 +19,7 @@ from digitise.crack_path.profiles import width_along
 from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
-from digitise.settings import MOST_RANKED, Pixel, PixelPair
+from digitise.settings import MAX_RANKED, Pixel, PixelPair
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt, texts
@@ -31,13 +31,13 @@ EDGES_FOUND = doubt(
     "at an edge, give face_mm, the size of the face",
 )
 # A path strays from the chosen line if it is more than this many cells away over more than this share of its length
-FOLLOWS_CELLS, MOST_ASTRAY = 5.0, 0.2
+FOLLOWS_CELLS, MAX_ASTRAY = 5.0, 0.2
 RUNNER_UP = 0.5  # The user must choose if a second line has more than this share of the first line's score
 ON_CRACK = 3.0  # Clearness of a cell on a crack: the darkest paths through bare ground have 2 on average
 SHARE_ON_CRACK = 0.5  # The same limit as a share of the path's own clearness
 PATH_CELLS = 1.5  # Paths closer than this, in cells, are the same
 SEARCH_WIDTHS = 1.0  # The crack's middle is searched for within this many widths to each side of the path
-LEAST_BESIDE = 3.0  # The same distance in cells, at least
+MIN_BESIDE = 3.0  # The same distance in cells, at least
 CLEAREST = 90  # Percentile of the clearness near the path that is taken for the clearness of the crack's middle
 
 
@@ -72,7 +72,7 @@ def find_path(
 
 @dataclass(frozen=True)
 class CrackSearch:
-    """The lines that are most likely to be the crack, likeliest first, and at most ``MOST_RANKED`` of them."""
+    """The lines that are most likely to be the crack, likeliest first, and at most ``MAX_RANKED`` of them."""
 
     photo: Photo
     wire: "LiveWire"
@@ -88,7 +88,7 @@ class CrackSearch:
         warnings = () if face_px is None else (EDGES_FOUND,)
         if straight_px:
             warnings += (doubt("path.joint", f"a line from {listed(straight_px[0])} px is as straight as a joint"),)
-        return cls(photo, wire, tuple(cracks[:MOST_RANKED]), warnings)
+        return cls(photo, wire, tuple(cracks[:MAX_RANKED]), warnings)
 
     def path(self, number: int | None = None) -> CrackPath:
         """Return the path along the crack with this number, or along the likeliest crack, from left to right.
@@ -142,7 +142,7 @@ class CrackSearch:
         line_px = crack.line_px
         path = self.wire.between(line_px[[0, -1]])
         near_px = max(crack.width_px, FOLLOWS_CELLS / self.wire.field.scale)
-        if np.mean(KDTree(line_px).query(path.points_px)[0] > near_px) <= MOST_ASTRAY:
+        if np.mean(KDTree(line_px).query(path.points_px)[0] > near_px) <= MAX_ASTRAY:
             return path
         return self.wire.between(line_px[np.linspace(0, len(line_px) - 1, 5).astype(int)])
 
@@ -199,7 +199,7 @@ class LiveWire:
         cells = self._joined(cost, stops, points_px)
         width, line[tuple(cells.T)] = float(np.median(field.width[tuple(cells.T)])), True
         # A wide crack is as cheap along its walls; its middle is the clearest place.
-        beside = distance_outside(line) <= max(SEARCH_WIDTHS * width, LEAST_BESIDE)
+        beside = distance_outside(line) <= max(SEARCH_WIDTHS * width, MIN_BESIDE)
         clearest = float(np.percentile(field.clear[beside], CLEAREST))
         cost = np.where(beside, field.cost(max(CLEARNESS_LIMIT, clearest)), np.inf)
         cells = self._joined(cost, stops, points_px)

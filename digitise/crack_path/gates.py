@@ -26,7 +26,7 @@ from sealtwin.core.records import Floats, Integers
 
 # Limits in units of clearness, from 115 right paths on real photos and 300 paths through bare ground.
 # Least median along a path: paths through ground reach 2.85 at most, and 2 % of the right paths are below 3
-LEAST_CLEAR = 3.0
+MIN_CLEAR = 3.0
 STRETCH, STRETCH_WIDTHS = 24.0, 2.0  # Length of a stretch: cells, or widths of the crack if that is longer
 NEAR_GROUND = 2.6  # A stretch with a lower mean is doubted
 LONG = 2.0  # Multiple of that length over which the mean is taken before a path is refused
@@ -40,15 +40,15 @@ NOT_DARK, BRIGHT = 0.9, 1.25
 LEG_SHARE = 0.15  # Least length of a leg along a joint, over the path's length
 SMOOTHED = 2.0  # Cells over which the steps of the path are smoothed
 ONWARD = 28.0  # The joint must go on this many cells, plus two widths, beyond the corner
-LEAST_APART, APART = 5.0, 1.5  # A cell is off the path if it is farther from it than this: cells, and widths
-LEAST_ONWARD = 8  # Least number of such cells ahead
+MIN_APART, APART = 5.0, 1.5  # A cell is off the path if it is farther from it than this: cells, and widths
+MIN_ONWARD = 8  # Least number of such cells ahead
 GOES_ON = 4.0  # Least mean clearness of those cells
 
 BESIDE_PX = 7.0  # A click this far from the middle of a crack is still on it, if the crack is as wide
 
 BESIDE_AROUND = 6.0  # A path within this many cells of the surroundings runs along them
 # Longest allowed run along the surroundings: widths of the crack, and at least this many cells
-AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0
+AROUND_WIDTHS, MIN_BESIDE = 3.0, 40.0
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,11 @@ class Route:
 
 def dark_enough(route: Route) -> Fact | None:
     clear = float(np.median(route.clear))
-    if clear >= LEAST_CLEAR:
+    if clear >= MIN_CLEAR:
         return None
     fault = (
         f"no crack between the ends: the darkest path there is {clear:.1f} times as dark as the ground's grain (a "
-        f"crack is at least {LEAST_CLEAR:g} times as dark). Check ends_px; {IF_LIGHTER}"
+        f"crack is at least {MIN_CLEAR:g} times as dark). Check ends_px; {IF_LIGHTER}"
     )
     return doubt("path.not-dark", fault, clear, level="fault")
 
@@ -158,10 +158,10 @@ def along_joint(route: Route) -> Fact | None:
         for corner, other in ((last, first), (first, last)):
             ahead = (cells[corner] - cells[other]) / max(length, 1.0)
             onward = cells[corner] + np.arange(beyond)[:, None] * ahead
-            apart = np.asarray(path.query(onward)[0]) > max(LEAST_APART, APART * width)
+            apart = np.asarray(path.query(onward)[0]) > max(MIN_APART, APART * width)
             column, row = np.rint(onward).astype(int).T
             shown = apart & (column >= 0) & (row >= 0) & (column < clear.shape[1]) & (row < clear.shape[0])
-            if length >= least and shown.sum() >= LEAST_ONWARD and clear[row[shown], column[shown]].mean() >= GOES_ON:
+            if length >= least and shown.sum() >= MIN_ONWARD and clear[row[shown], column[shown]].mean() >= GOES_ON:
                 joints.append((length, first, last))
     if not joints:
         return None
@@ -197,7 +197,7 @@ def along_surroundings(route: Route) -> Fact | None:
         return None
     near = distance_outside(route.field.around)[tuple(route.cells.T)] <= BESIDE_AROUND
     beside_px = float(np.diff(route.s_px)[near[1:] & near[:-1]].sum())
-    if beside_px <= max(AROUND_WIDTHS * route.width_px, LEAST_BESIDE / route.field.scale):
+    if beside_px <= max(AROUND_WIDTHS * route.width_px, MIN_BESIDE / route.field.scale):
         return None
     return doubt(
         "path.along-surroundings",

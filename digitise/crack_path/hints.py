@@ -13,7 +13,7 @@ from sealtwin.core.records import Floats, PathSource
 
 # Largest distance of a clicked point from its crack: px, and share of the photo's longer side
 SNAP_PX, SNAP_SHARE = 15.0, 0.015
-LEAST_REGION_PX = 32.0  # Least side length of a region of interest
+MIN_REGION_PX = 32.0  # Least side length of a region of interest
 
 
 @dataclass(frozen=True)
@@ -96,11 +96,11 @@ def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
         )
     low = np.maximum(corners.min(axis=0), 0)
     high = np.minimum(corners.max(axis=0), np.array(photo.size_px) - 1)
-    if np.any(high - low < LEAST_REGION_PX):
+    if np.any(high - low < MIN_REGION_PX):
         width, height = photo.size_px
         raise InputError(
             f"{photo.file}: roi_px covers {max(high[0] - low[0], 0):.0f} x {max(high[1] - low[1], 0):.0f} px of the "
-            f"photo of {width} x {height} px. Each side needs at least {LEAST_REGION_PX:g} px. Give two opposite "
+            f"photo of {width} x {height} px. Each side needs at least {MIN_REGION_PX:g} px. Give two opposite "
             "corners of a box, or the corners of a polygon, in px."
         )
     return corners

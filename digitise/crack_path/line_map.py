@@ -34,7 +34,7 @@ from sealtwin.core.records import Booleans, Floats, Integers
 WORK_PX = 1000  # Longer side of the copy. More is not needed for a path, because walls are refined on the photo itself
 RIM = 3  # Cells at the map's border that are replaced by the cells next to them
 # Least displayed brightness to divide by; with less, the noise of a black board would look like lines
-LEAST_LIGHT = 0.05
+MIN_LIGHT = 0.05
 CONTINUED = 20.0  # Sigma in cells by which brightness is continued beyond the searched area
 
 # Constants of the filter. Lengths are in cells of the copy that is filtered.
@@ -43,14 +43,14 @@ CONTINUED = 20.0  # Sigma in cells by which brightness is continued beyond the s
 # clearness is over 3.1, along the darkest ways through bare ground it is under 2.7. A longer bar loses cracks that
 # wander, a shorter one finds grains.
 SIGMAS = ((0.7,), (0.7, 1.4), (1.4,), (1.4,), (1.4,), (1.4,))  # Sigmas of the bar on each halved copy
-LEAST_SIDE = 20  # Least side of a halved copy
+MIN_SIDE = 20  # Least side of a halved copy
 DIRECTIONS = 8  # Number of directions in half a turn
 ELONGATION = 2.5  # Length of the bar over its width
 MIDDLE, SIDE = 0.7, 2.2  # Width of the bar, and distance of its sides from its middle, in sigmas
 ONE_SIDED = 0.5  # Share of the sides' difference that is subtracted, because an edge is dark against one side only
 # Brightness is divided by its mean over this sigma: on the first copy, and at least on smaller copies
-SIGMA, LEAST_SIGMA = 20.0, 12.0
-NOISE, LEAST_NOISE = 40.0, 5.0  # Noise is averaged over this sigma: on the first copy, and at least on smaller copies
+SIGMA, MIN_SIGMA = 20.0, 12.0
+NOISE, MIN_NOISE = 40.0, 5.0  # Noise is averaged over this sigma: on the first copy, and at least on smaller copies
 # A response counts as at most this many typical responses in the noise, so that a crack is not noise
 NOISE_RESPONSES = 4.0
 MEAN_SIZE = 1.25  # Standard deviation of a normal distribution, over its mean absolute value
@@ -62,8 +62,8 @@ WIDTH = 2.4  # Width of the line that fits a bar best, in sigmas of the bar
 CLEARNESS_LIMIT = 8.0  # A line clearer than this costs no less, so that a strong grain does not pay for a detour
 BY_CLEARNESS = 0.7  # Share of clearness in a line's worth; the rest is contrast
 NOTHING = 0.04  # Worth of a step off any line: a gap costs as much as a line 25 times as long
-LEAST_CONTRAST = 0.1  # Least value of a photo's largest contrast, by which the contrast of its lines is divided
-ROOM, LEAST_ROOM_PX = 0.5, 100.0  # Margin around the box of two points: share of their distance, and least px
+MIN_CONTRAST = 0.1  # Least value of a photo's largest contrast, by which the contrast of its lines is divided
+ROOM, MIN_ROOM_PX = 0.5, 100.0  # Margin around the box of two points: share of their distance, and least px
 
 
 # Constants of the search for dark surroundings.
@@ -71,7 +71,7 @@ NARROW = 81  # Size in cells of the median that removes narrow cracks before the
 DARK = 0.3  # Share of the usual displayed brightness. A hard shadow keeps 0.4 or more of it, black cloth 0.2 at most
 SAMPLE_PERCENTILE = 60  # Percentile of brightness that is taken for the sample's, which fills most of the searched area
 BORDER = 0.5  # Least share of a region's extent along the border: a crack that leaves the photo has at most a quarter
-LEAST_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
+MIN_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
 
 
 @dataclass(frozen=True)
@@ -97,16 +97,16 @@ class LineMap:
     def clear_along(self, cells: Integers) -> Floats:
         """Return the clearness of cells, at most ``CLEARNESS_LIMIT``. ``cells`` are rows and columns, (n, 2).
 
-        Strong contrast is clear in any grain: a contrast of ``LEAST_CONTRAST`` counts as a clearness of 1.
+        Strong contrast is clear in any grain: a contrast of ``MIN_CONTRAST`` counts as a clearness of 1.
         """
         along = tuple(cells.T)
-        clear = np.maximum(self.clear[along], self.contrast[along] / np.float32(LEAST_CONTRAST))
+        clear = np.maximum(self.clear[along], self.contrast[along] / np.float32(MIN_CONTRAST))
         return np.minimum(clear, CLEARNESS_LIMIT).astype(float)
 
     def cost(self, clear: float = CLEARNESS_LIMIT) -> Floats:
         """Return the cost of a step through each cell. A clearness above ``clear`` does not lower it further."""
         usual = np.percentile(self.contrast[self.allowed], 99) if self.allowed.any() else 0.0
-        share = np.clip(self.contrast / max(usual, LEAST_CONTRAST), 0, 1)
+        share = np.clip(self.contrast / max(usual, MIN_CONTRAST), 0, 1)
         worth = BY_CLEARNESS * np.clip(self.clear, 0, clear) / clear + (1 - BY_CLEARNESS) * share
         return np.where(self.allowed, 1 / (NOTHING + worth), np.inf)
 
@@ -158,7 +158,7 @@ def surroundings(shown: Map, crack: Floats | None = None) -> Booleans:
     along = np.bincount(border, minlength=len(area))
     extent = [max(rows.stop - rows.start, columns.stop - columns.start) for rows, columns in find_objects(label)]
     # A wide crack that leaves the photo touches its border too, but only across.
-    beyond = (area >= LEAST_SHARE * shown.size) & (along >= BORDER * np.array([1, *extent]))
+    beyond = (area >= MIN_SHARE * shown.size) & (along >= BORDER * np.array([1, *extent]))
     beyond[0] = False
     if crack is not None:
         column, row = np.clip(np.rint(crack).astype(int), 0, np.array(shown.shape[::-1]) - 1).T
@@ -172,15 +172,15 @@ def _filtered(shown: Map, allowed: Booleans) -> tuple[Map, Map, Map]:
     clear, contrast, width = (np.zeros_like(shown) for _ in range(3))
     for octave, sigmas in enumerate(SIGMAS):
         size = (shown.shape[1] >> octave, shown.shape[0] >> octave)
-        if octave and min(size) < LEAST_SIDE:
+        if octave and min(size) < MIN_SIDE:
             break
         copy = shrunk(shown, size)
-        mean = np.maximum(blurred(copy, max(SIGMA / 2**octave, LEAST_SIGMA)), np.float32(LEAST_LIGHT))
+        mean = np.maximum(blurred(copy, max(SIGMA / 2**octave, MIN_SIGMA)), np.float32(MIN_LIGHT))
         even = np.asarray(copy / mean, np.float32)
         usable = shrunk(allowed.astype(np.float32), size) > 0.99
         for sigma in sigmas:
             responses = np.array([_response(even, sigma, direction) for direction in range(DIRECTIONS)])
-            noise = _noise(responses, usable, max(NOISE / 2**octave, LEAST_NOISE))
+            noise = _noise(responses, usable, max(NOISE / 2**octave, MIN_NOISE))
             noise = np.maximum(noise, QUIET if octave < WIDE_FROM else QUIET_WIDE)
             best = responses.max(axis=0)
             np.maximum(clear, resized(best / noise, shown.shape), out=clear)
@@ -236,7 +236,7 @@ def cheapest_legs(cost: Floats, stops: Integers, scale: float) -> list[Integers]
     """
     legs = []
     for start, end in pairwise(stops):
-        room = int(np.ceil(max(LEAST_ROOM_PX * scale, ROOM * np.linalg.norm(end - start))))
+        room = int(np.ceil(max(MIN_ROOM_PX * scale, ROOM * np.linalg.norm(end - start))))
         low, high = np.maximum(np.minimum(start, end) - room, 0), np.maximum(start, end) + room + 1
         way, _ = route_through_array(cost[low[0] : high[0], low[1] : high[1]], start - low, end - low)
         legs.append(low + np.array(way, np.int64))

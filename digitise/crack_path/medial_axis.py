@@ -12,8 +12,8 @@ from skimage.morphology import skeletonize
 from digitise.image.raster import Map
 from sealtwin.core.records import Booleans, Floats, Integers
 
-LEAST_BRANCH = 0.7  # Least distance in widths that a side crack reaches from the wall; less is roughness of the wall
-LEAST_BRANCH_PX = 8.0  # The same in pixels: shorter side cracks are pores or slips of a brush
+MIN_BRANCH = 0.7  # Least distance in widths that a side crack reaches from the wall; less is roughness of the wall
+MIN_BRANCH_PX = 8.0  # The same in pixels: shorter side cracks are pores or slips of a brush
 # A line that ends within this many cells of the rim ends on it; this is a little more than a diagonal step
 AT_RIM = 1.5
 

@@ -18,7 +18,7 @@ from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats
 
 WORK_PX = 2000  # Longer side of the copy on which the middle of the paint is searched for
-LEAST_COVERED = 0.25  # A cell of that copy is painted from this share on, so that a line of one pixel stays whole
+MIN_COVERED = 0.25  # A cell of that copy is painted from this share on, so that a line of one pixel stays whole
 PINHOLE = 0.5  # An unpainted spot up to this diameter, in crack widths, is a slip of the brush
 
 # Limits on how a mask may differ from its photo. Widths are in units of the paint's width.
@@ -26,13 +26,13 @@ PINHOLE = 0.5  # An unpainted spot up to this diameter, in crack widths, is a sl
 # Set on 64 real masks and on 258 that were turned, mirrored, shifted or of another photo. Higher values of
 # ``SHARE_REFUSED`` and ``SHARE_DOUBTED`` refuse and doubt more masks, including right ones.
 OWN, BESIDE = 1.2, 2.0  # Widths from the middle that belong to this crack, and up to which light is compared
-LEAST_BESIDE_PX = 12.0  # Distance added to these widths
+MIN_BESIDE_PX = 12.0  # Distance added to these widths
 RIM_PX = 2  # Distance over which blur mixes paint and ground
 DARKER = 0.97  # A stretch is darker if its light over the light next to it is below this
 # A mask is refused, or doubted, if a smaller share of its stretches is darker
 SHARE_REFUSED, SHARE_DOUBTED = 0.65, 0.75
 NOT_DARKER = 0.88  # A mask with few darker stretches is refused only if the median of that light ratio is above this
-ASIDE, LEAST_ASIDE_PX = 0.35, 3.0  # The paint may be this far off the darkest band of its width: widths, and px
+ASIDE, MIN_ASIDE_PX = 0.35, 3.0  # The paint may be this far off the darkest band of its width: widths, and px
 THIRDS_OF = 9  # Each third of a line is checked if it has at least this many stretches
 MUCH_DARKER = 0.08  # A band away from the paint counts only if it is darker than the paint by this
 # Paint and dark band have different widths if their ratio and their difference are above these
@@ -55,7 +55,7 @@ def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
     left, top, width, height = cv2.boundingRect((label == chosen).astype(np.uint8))
     piece = label[top : top + height, left : left + width] == chosen
     scale = min(1.0, WORK_PX / max(piece.shape))
-    region = _without_pinholes(scaled_down(piece.astype(np.float32), scale) > LEAST_COVERED)
+    region = _without_pinholes(scaled_down(piece.astype(np.float32), scale) > MIN_COVERED)
     if ends_px is None:
         way = medial_axis.without_hooks(medial_axis.longest_line(region), medial_axis.radius(region))
         way = medial_axis.rightward(way)
@@ -109,7 +109,7 @@ def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, con
     it.
     """
     width_px = max(width_px, 2.0)
-    profiles = profiles_across(photo, line_px, width_px, BESIDE * width_px + LEAST_BESIDE_PX)
+    profiles = profiles_across(photo, line_px, width_px, BESIDE * width_px + MIN_BESIDE_PX)
     painted = sampled(drawn.astype(np.uint8) * 255, profiles.place_px) > 127
     inside = profiles.mean(painted & (np.abs(profiles.offset_px) <= OWN * width_px))
     clear = ~widened(painted, RIM_PX)
@@ -166,10 +166,10 @@ def _aside_px(shares: Floats, offset_px: Floats, width_px: float) -> int:
 
     Returns 0 if it is near the paint or hardly darker.
     """
-    profile, reach = row_medians(shares.T), int(width_px + LEAST_BESIDE_PX / 2)
+    profile, reach = row_medians(shares.T), int(width_px + MIN_BESIDE_PX / 2)
     asides_px = np.arange(-reach, reach + 1)
     light = np.array([profile[np.abs(offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
     if not np.isfinite(light).all() or light.min() > light[reach] - MUCH_DARKER:
         return 0
     aside_px = int(abs(asides_px[light.argmin()]))
-    return aside_px if aside_px > max(ASIDE * width_px, LEAST_ASIDE_PX) else 0
+    return aside_px if aside_px > max(ASIDE * width_px, MIN_ASIDE_PX) else 0

@@ -12,17 +12,17 @@ from digitise.photo import Photo
 from sealtwin.core.records import Booleans, Floats, Integers
 
 BLUR_PX = 0.8  # Sigma of a Gaussian blur that reduces noise and does not move an edge
-LEAST_WIDTH_PX = 2.0  # Least sigma for smoothing a line, because the steps of a path are whole pixels
+MIN_WIDTH_PX = 2.0  # Least sigma for smoothing a line, because the steps of a path are whole pixels
 # Least length of a stretch: this many px, for many grains, and two widths of the crack
-LEAST_LENGTH_PX, WIDTHS_LONG = 16.0, 2.0
-MOST_STATIONS = 4000  # Largest number of stations of a line; more add nothing
+MIN_LENGTH_PX, WIDTHS_LONG = 16.0, 2.0
+MAX_STATIONS = 4000  # Largest number of stations of a line; more add nothing
 
 STATIONS = 400  # Largest number of stations at which a width is measured
 STEP_PX = 0.5  # Spacing of samples across the line
 # Widths in view to either side: far in the first pass, since the rough width may be a third; then near
 REACHES = (4.0, 1.5)
-LEAST_REACH_PX = 8.0  # Least reach, for a path that is off a thin crack
-LEAST_FOUND = 0.3  # The rough width is returned if a smaller share of stations shows both walls
+MIN_REACH_PX = 8.0  # Least reach, for a path that is off a thin crack
+MIN_FOUND = 0.3  # The rough width is returned if a smaller share of stations shows both walls
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,12 @@ class Profiles:
 
 def profiles_across(photo: Photo, line_px: Floats, width_px: float, reach_px: float) -> Profiles:
     """Read the light up to ``reach_px`` to either side of a line that follows a crack about ``width_px`` wide."""
-    width_px = max(width_px, LEAST_WIDTH_PX)
+    width_px = max(width_px, MIN_WIDTH_PX)
     line_px = smoothed(resampled(line_px, 1.0), width_px)
     normal = left_normals(line_px)
-    every = 1 + len(line_px) // MOST_STATIONS
+    every = 1 + len(line_px) // MAX_STATIONS
     line_px, normal = line_px[::every], normal[::every]
-    stretch = max(WIDTHS_LONG * width_px, LEAST_LENGTH_PX) / every
+    stretch = max(WIDTHS_LONG * width_px, MIN_LENGTH_PX) / every
     cuts = np.linspace(0, len(line_px), max(1, round(len(line_px) / stretch)) + 1).astype(int)
     offset_px = np.arange(-np.ceil(reach_px), np.ceil(reach_px) + 1)
     place_px = places_beside(line_px, offset_px, normal)
@@ -91,9 +91,9 @@ def width_along(photo: Photo, points_px: Floats, rough_px: float) -> float:
     """
     width_px = rough_px
     for reach in REACHES:
-        light = _across(photo, points_px, width_px, max(reach * width_px, LEAST_REACH_PX))
+        light = _across(photo, points_px, width_px, max(reach * width_px, MIN_REACH_PX))
         widths_px = _between_crossings(light, max(width_px / 2, 1.0))
-        if len(widths_px) < LEAST_FOUND * len(light):
+        if len(widths_px) < MIN_FOUND * len(light):
             return rough_px
         width_px = float(np.median(widths_px))
     return width_px

@@ -8,8 +8,8 @@ from digitise.settings import Depth, FaceSide, OneOrSeveral, OnFace, Width, Widt
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Settings
 
-MOST_POINTS = 5000  # Largest number of points of a line in mm, ten times that of a traced line
-Line = Annotated[tuple[tuple[OnFace, OnFace], ...], Field(min_length=2, max_length=MOST_POINTS)]
+MAX_POINTS = 5000  # Largest number of points of a line in mm, ten times that of a traced line
+Line = Annotated[tuple[tuple[OnFace, OnFace], ...], Field(min_length=2, max_length=MAX_POINTS)]
 Layer = Annotated[str, Field(min_length=1, max_length=255)]  # Name of a layer of a drawing
 
 

@@ -33,7 +33,7 @@ from sealtwin.core.solid_figures import EndKind
 # Limits that decide which lines bound a crack.
 SLENDERNESS = 3.0  # Least ratio of length to mean width, as for a crack in a mesh
 ON_EDGE_MM = 0.01  # An end is on the edge of the face if it is closer to it than this
-MOST_TRIMMED = 0.02  # Largest share of the area that may be cut off where walls cross, as for a traced crack
+MAX_TRIMMED = 0.02  # Largest share of the area that may be cut off where walls cross, as for a traced crack
 # Two points farther apart along a line than this many widths are in different parts of the crack; steps in a width
 PART_WIDTHS, STEPS = 2.0, 16
 NO_FACE_MM = (-np.inf, -np.inf, np.inf, np.inf)
@@ -133,7 +133,7 @@ def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) 
     region, area_mm2 = CrossSection([ring_mm], FillRule.Positive), signed_area(ring_mm)
     if area_mm2 <= 0:
         raise InputError(f"{name}: the left wall is to the right of the right wall. Exchange the two walls.")
-    if region.area() < (1 - MOST_TRIMMED) * area_mm2 or region.num_contour() > 1:
+    if region.area() < (1 - MAX_TRIMMED) * area_mm2 or region.num_contour() > 1:
         raise InputError(
             f"{name}: the walls cross: the crack crosses itself, or a bend is too tight for the crack's width."
         )

@@ -21,7 +21,7 @@ from scipy.spatial import KDTree
 from digitise.drawing.given_lines import Given, outline_of_line, outline_within, same_way
 from digitise.geometry.polyline import Box, signed_area
 from digitise.geometry.region import traced_region
-from digitise.mesh_import.import_mesh import MOST_MM
+from digitise.mesh_import.import_mesh import MAX_MM
 from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
 from digitise.solid.wedges import carve
@@ -36,16 +36,16 @@ STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
 DRAWN = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "SPLINE", "ELLIPSE"}
 HIDDEN = "lines on a layer that is off or frozen"
 LARGEST_BYTES = 50_000_000
-MOST_ENTITIES = 200_000  # Largest number of parts, including those in blocks: blocks inside blocks multiply
+MAX_ENTITIES = 200_000  # Largest number of parts, including those in blocks: blocks inside blocks multiply
 DEEPEST = 16  # Deepest nesting of blocks
-MOST_POINTS = 20_000  # Largest number of points on one layer, ten times that of a traced crack
+MAX_POINTS = 20_000  # Largest number of points on one layer, ten times that of a traced crack
 FARTHEST_MM = 1e6  # Largest coordinate: one kilometre from the drawing's origin
 SAG_MM = 0.02  # Largest distance of a curve from its chords, and of a line from level: a fifth of a photo's pixel
 MEETS_MM = 1e-3  # Largest gap between two lines that are joined
 COPY_MM = 1e-6  # Two lines are copies if their points differ by no more than this: digits are rounded in a file
 FACE, OUTLINE, ISLANDS = "FACE", "OUTLINE", "ISLANDS"
 """Layers of 'sealtwin export': the edge of the sample, the crack's edge, and its stones."""
-LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that can be injected
+MIN_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that can be injected
 BESIDE_MM2 = 1e-3  # An area up to this outside another line comes only from the chords of two curves
 
 
@@ -75,8 +75,8 @@ class Drawing:
                 continue
             way_mm = self._points_mm(entity, layer)
             count += len(way_mm)
-            if count > MOST_POINTS:
-                raise InputError(f"{self.file}, layer {layer}: it has over {MOST_POINTS} points. Simplify its lines.")
+            if count > MAX_POINTS:
+                raise InputError(f"{self.file}, layer {layer}: it has over {MAX_POINTS} points. Simplify its lines.")
             left_out["widths of polylines"] += getattr(entity, "has_width", False)
             # A copy may begin at the other end, or at another corner.
             places = frozenset(map(tuple, np.rint(way_mm / COPY_MM).tolist()))
@@ -176,8 +176,8 @@ def open_drawing(path: Path, option: DrawnUnit | None) -> Drawing:
         document = ezdxf.filemanagement.readfile(path)
         unit, unit_source = _unit(path, option, document.units)
         for number, (layer, entity) in enumerate(_parts(document.modelspace())):
-            if number == MOST_ENTITIES:
-                raise ValueError(f"it has over {MOST_ENTITIES} parts: save only the crack's layers")
+            if number == MAX_ENTITIES:
+                raise ValueError(f"it has over {MAX_ENTITIES} parts: save only the crack's layers")
             entities.setdefault(layer.upper(), []).append(entity)
         hidden = {layer.dxf.name.upper() for layer in document.layers if layer.is_off() or layer.is_frozen()}
     except InputError:
@@ -345,12 +345,12 @@ def _way(drawing: Drawing, name: str) -> Floats:
 def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
     """Raise InputError for a crack that is too short or too long, for example because of a wrong unit."""
     longest_mm = np.ptp(crack_mm, axis=0).max()
-    if LEAST_CRACK_MM <= longest_mm <= MOST_MM:
+    if MIN_CRACK_MM <= longest_mm <= MAX_MM:
         return
-    fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest_mm * MM[unit] / MM[drawing.unit] <= MOST_MM]
+    fitting = [unit for unit in MM if MIN_CRACK_MM <= longest_mm * MM[unit] / MM[drawing.unit] <= MAX_MM]
     remedy = f"Give --units {' or '.join(fitting)} if it is drawn in that unit." if fitting else "Draw it to scale."
     raise InputError(
-        f"{drawing.file}: the crack measures {_size(crack_mm)}, but a length of {LEAST_CRACK_MM:g} to {MOST_MM:g} mm "
+        f"{drawing.file}: the crack measures {_size(crack_mm)}, but a length of {MIN_CRACK_MM:g} to {MAX_MM:g} mm "
         f"is expected. The unit is {drawing.unit}, {drawing.unit_source}. {remedy}"
     )
 

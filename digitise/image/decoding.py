@@ -261,7 +261,7 @@ def _of_profile(content: bytes | None) -> float | None:
 
 
 PAINTED = 128  # Least brightness or opacity, of 255, of a painted pixel
-MOST_PAINTED = 0.5  # Largest painted share of a mask; more means that black and white are exchanged
+MAX_PAINTED = 0.5  # Largest painted share of a mask; more means that black and white are exchanged
 # Values between these are neither black nor white; largest number of pixels with one of them, over the painted ones
 PLAIN, OF_PAINT = (16, 240), 0.2
 REMEDY = (
@@ -321,9 +321,9 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> Booleans:
 
 def _soundly_painted(painted: Booleans, name: Path | str, rule: str) -> Booleans:
     share = float(np.mean(painted))
-    if not 0 < share <= MOST_PAINTED:
+    if not 0 < share <= MAX_PAINTED:
         raise InputError(
             f"{name}: the mask paints {share:.0%} of the photo. It must paint something, and at most "
-            f"{MOST_PAINTED:.0%} ({rule}). Are black and white exchanged? {REMEDY}"
+            f"{MAX_PAINTED:.0%} ({rule}). Are black and white exchanged? {REMEDY}"
         )
     return painted

@@ -11,7 +11,7 @@ Mask = NDArray[np.uint8]  # 255 on the pixels of a region, 0 elsewhere, (height,
 Window = tuple[slice, slice]  # Rows and columns of a part of a picture
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, close to a camera's: half contrast is half the light
 MEDIAN_WEIGHT = 1e-3  # Weight of the median, which counts only far from valid pixels
-MOST_ROWS = 16384  # Most rows that OpenCV may sample at once: a power of two below its limit of 32,767
+MAX_ROWS = 16384  # Most rows that OpenCV may sample at once: a power of two below its limit of 32,767
 
 
 def blurred(picture: Map | Floats, sigma_px: float) -> Map:
@@ -56,7 +56,7 @@ def sampled(
     if x.size == 0:
         return np.zeros(x.shape, picture.dtype)
     # OpenCV has a limit on rows; a list of places is split into columns.
-    rows = min(len(x), MOST_ROWS)
+    rows = min(len(x), MAX_ROWS)
     map_x, map_y = (np.resize(axis, (rows, -(-x.size // rows))) for axis in (x, y))
     return cv2.remap(picture, map_x, map_y, method, borderMode=beyond, borderValue=0).ravel()[: x.size].reshape(x.shape)
 

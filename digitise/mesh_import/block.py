@@ -30,7 +30,7 @@ STEEPEST = np.cos(np.radians(45.0))
 ROUGHEST_MM = 1.0  # Largest distance of grain and warp from the face's plane: coarse asphalt has 1 mm
 # Number of least-squares fits of the plane: a third fit rotates that of a rough scan by under 0.0001 degrees
 REFINEMENTS = 2
-LEAST_SHARE = 0.5  # Share of the upward surface in one plane from which it is a face
+MIN_SHARE = 0.5  # Share of the upward surface in one plane from which it is a face
 LEVEL_RAD = 1e-6  # Largest slope of a level face, 0.2 µm over 160 mm: levelling it would only cost exact coordinates
 BELOW_MM = 0.05  # Depth under the face at which the mouth is cut: walls at 11 degrees move by 0.01 mm over it
 # The same depth in multiples of a rough face's RMS: all but 60 in a million of its points are higher
@@ -39,8 +39,8 @@ LEVELS = 8  # Number of sections, from the face to the underside, in which a sid
 LINES = 400  # Number of lines across each section, one for every 0.4 mm of the paper's sample
 ROUGH = 5.0  # Distance behind the median, in median deviations, up to which it is roughness of a side
 ROUNDING_MM = 1e-6  # Distance behind the median up to which it is rounding of a plane side
-MOST_OPENING = 0.5  # Largest share of a side's lines that may meet a crack
-MOST_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers and rough sides take less
+MAX_OPENING = 0.5  # Largest share of a side's lines that may meet a crack
+MAX_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers and rough sides take less
 TRIM_MM = 0.01  # Depth cut off a side that is not plane, so that the cut is in material and leaves no slivers
 # Vertices are equal if they agree to this many decimals of a mm: a text format may round its last digit
 EQUAL_DIGITS = 8
@@ -114,11 +114,11 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
             # The median is the face's roughness even if the points include the edge of a crack.
             reach_mm = min(ROUGHEST_MM, max(4.5 * np.median(np.abs(away_mm)), 1e-9))
         share = (np.abs((points_mm - place_mm) @ up) <= ROUGHEST_MM).mean()
-        if share >= LEAST_SHARE and up[2] > STEEPEST:
+        if share >= MIN_SHARE and up[2] > STEEPEST:
             return FacePlane(up, place_mm, float(np.sqrt(np.mean(away_mm**2))))
     raise ShapeError(
         f"Mesh has no plane face on its upper side: only {share:.0%} of the upward surface is in one plane, and at "
-        f"least {LEAST_SHARE:.0%} is needed.",
+        f"least {MIN_SHARE:.0%} is needed.",
         "Check mesh.up, the axis that points out of the cracked face, and crop the mesh to the sample.",
         "face",
     )
@@ -173,7 +173,7 @@ def _block_at(body: Manifold, yaw_deg: float, below_mm: float) -> Block | None:
     turned = body.rotate((0.0, 0.0, -yaw_deg)) if yaw_deg else body
     low_mm, high_mm = np.reshape(turned.bounding_box(), (2, 3))
     (x_min, x_max, off_x), (y_min, y_max, off_y) = (_sides(turned, below_mm, axis) for axis in (0, 1))
-    if (np.array([off_x, off_y]) > MOST_OFF * (high_mm - low_mm)[:2]).any():
+    if (np.array([off_x, off_y]) > MAX_OFF * (high_mm - low_mm)[:2]).any():
         return None
     inside, _ = parted(turned, prism(box_region((x_min, y_min, x_max, y_max)), low_mm[2] - 1, high_mm[2] + 1))
     placed = np.eye(4)
@@ -217,7 +217,7 @@ def _side(met_mm: Floats) -> float:
     if np.isfinite(usual_mm := float(np.median(met_mm))):
         off_mm = met_mm - usual_mm
         on_side = off_mm <= ROUGH * np.median(np.abs(off_mm)[np.isfinite(off_mm)]) + ROUNDING_MM
-        if on_side.mean(axis=1).min() >= 1 - MOST_OPENING:
+        if on_side.mean(axis=1).min() >= 1 - MAX_OPENING:
             side_mm = float(met_mm[on_side].max())
             return side_mm if side_mm == usual_mm else side_mm + TRIM_MM
     return np.inf

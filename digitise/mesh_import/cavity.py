@@ -36,24 +36,24 @@ RIVAL = 0.5  # The choice is ambiguous if a second opening has more than this sh
 PIT_MM2 = 1.0  # Another opening of at least this area gives a warning; smaller ones are pores
 SLICE_MM = 1e-3  # Depth below the flat top of a piece of the cavity at which the piece is sliced
 UNDER_MM = 1.0  # Depth below the underside in which a crack through it is searched for
-LEAST_ACROSS_PX = 10  # Least number of pixels over the crack's width: fewer would divide a thin mouth
+MIN_ACROSS_PX = 10  # Least number of pixels over the crack's width: fewer would divide a thin mouth
 ROUND_MM = 15.0  # Width of the margin around the crack, with space for the overlay's legend
 FACE_GREY = 205.0  # Grey of the face
 MOUTH_GREY = 40.0  # Grey of the crack's mouth
-MOST_POINTS, FARTHEST_MM = 20_000, 1e6  # Largest number of points of a path file, and its largest coordinate
-MOST_BESIDE = 0.05  # Largest share of a path, between entry and exit, that may be beside the crack
+MAX_POINTS, FARTHEST_MM = 20_000, 1e6  # Largest number of points of a path file, and its largest coordinate
+MAX_BESIDE = 0.05  # Largest share of a path, between entry and exit, that may be beside the crack
 WHOLE = 0.9  # A path along the whole crack covers at least this share of the mouth; oblique ends take the rest
 SPACING_MM = 0.25  # Spacing of points on a path from a file, as for a centreline at 0.1 mm/px
 # Constants of the sections along the crack, and of the picture.
 STATION_MM = 1.0  # Spacing of sections, equal to that of the nozzle's waypoints
-MOST_STATIONS = 400  # Largest number of sections: more would take minutes on a long crack
+MAX_STATIONS = 400  # Largest number of sections: more would take minutes on a long crack
 FROM_END = 0.01  # Distance of the floor's first and last cut from the crack's ends, over the spacing of sections
 # Number of layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is right to 0.2 mm
 LEVELS = 48
-CELLS_ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and largest number of cells
+CELLS_ACROSS, MAX_CELLS = 24, 2_000_000  # Cells across the crack's width, and largest number of cells
 ACROSS_PX = 40  # Pixels over a crack's width: a path enters the mouth within a fortieth of the width
 LARGEST_PX = 12_000_000  # Largest number of pixels of the picture, that of a phone's photo
-MOST_LINES = 4000  # Largest number of lines from wall to wall
+MAX_LINES = 4000  # Largest number of lines from wall to wall
 SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
 PART_WIDTHS = 0.12  # A cell this many widths from every line from wall to wall belongs to another part of the crack
 
@@ -141,7 +141,7 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
     """Draw the mouth of a modelled crack as a photo. Raises ShapeError if the crack is too narrow for its length."""
     width_mm, source = strip_width_mm(cavity.mouth), f"mesh in {units}: {file.name}"
     photo = top_view(cavity.mouth, width_mm, block.face_mm, file, source, cavity.warnings)
-    if width_mm < LEAST_ACROSS_PX * photo.mm_per_px:
+    if width_mm < MIN_ACROSS_PX * photo.mm_per_px:
         x, y = np.ptp(np.reshape(cavity.mouth.bounds(), (2, 2)), axis=0)
         raise ShapeError(
             f"The crack is {width_mm:.3f} mm wide and extends over {x:.0f} x {y:.0f} mm: it is too narrow to be "
@@ -180,7 +180,7 @@ def read_path(path: Path) -> Floats:
     """Read points in mm, (n, 2), from a CSV with the columns x_mm and y_mm. Raises InputError with file and row."""
     limits_mm = (-FARTHEST_MM, FARTHEST_MM)
     bounds = {"x_mm": limits_mm, "y_mm": limits_mm, "z_mm": limits_mm}
-    columns = read_columns(path, bounds, ("x_mm", "y_mm"), (2, MOST_POINTS))
+    columns = read_columns(path, bounds, ("x_mm", "y_mm"), (2, MAX_POINTS))
     points_mm = np.column_stack([columns["x_mm"], columns["y_mm"]])
     if not np.ptp(points_mm, axis=0).any():
         raise InputError(f"{path}: all points are the same. A path needs at least two different points.")
@@ -196,8 +196,8 @@ def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
     inside = _inside(mouth, even_mm)
     first, last = np.flatnonzero(inside)[[0, -1]] if inside.any() else (0, 0)
     beside = 1 - inside[first : last + 1].mean()
-    if first == last or beside > MOST_BESIDE:
-        wrong = f"The path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%} is allowed)."
+    if first == last or beside > MAX_BESIDE:
+        wrong = f"The path is outside the crack on {beside:.0%} of its length (at most {MAX_BESIDE:.0%} is allowed)."
         raise ShapeError(wrong, AS_READ, "path")
     return even_mm[first : last + 1]
 
@@ -225,10 +225,10 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
 def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     """Return the sections of the cavity along the outline, without side cracks and parts beyond its ends."""
     length_mm = outline.length_mm
-    s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MOST_STATIONS)) + 1)
+    s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MAX_STATIONS)) + 1)
     (*low_mm, bottom_mm), (*high_mm, _) = np.reshape(cavity.bounding_box(), (2, 3)).tolist()
     size_mm = np.subtract(high_mm, low_mm)
-    cell_mm = max(outline.mean_width_mm / CELLS_ACROSS, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
+    cell_mm = max(outline.mean_width_mm / CELLS_ACROSS, float(np.sqrt(np.prod(size_mm) / MAX_CELLS)))
     origin_mm = np.array(low_mm) - cell_mm
     width, height = (int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
     levels_mm = np.linspace(bottom_mm, 0.0, LEVELS + 1)
@@ -286,7 +286,7 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
 
     A cell outside the mouth, below an undercut wall, gets the values of the nearest cell in the mouth.
     """
-    fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
+    fine_mm = np.linspace(0.0, outline.length_mm, min(MAX_LINES, int(outline.length_mm / step_mm) + 2))
     left_mm, right_mm = _walls_at(outline, fine_mm)
     share = np.linspace(0.0, 1.0, CELLS_ACROSS + 1)
     lines_mm = left_mm[:, None] + share[:, None] * (right_mm - left_mm)[:, None]

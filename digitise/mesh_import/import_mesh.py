@@ -42,9 +42,9 @@ UPRIGHT_DEG = {
     "x": (-90, -90),
     "-x": (0, 90),
 }
-LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit must be wrong
-LEAST_TURN_DEG = 0.005  # A note mentions a rotation of the block from this angle on
-MOST_STEP_MM = 0.01  # Largest step between the numbers of a file: a tenth of a fine photo's pixel
+MIN_MM, MAX_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit must be wrong
+MIN_TURN_DEG = 0.005  # A note mentions a rotation of the block from this angle on
+MAX_STEP_MM = 0.01  # Largest step between the numbers of a file: a tenth of a fine photo's pixel
 
 
 @dataclass(frozen=True)
@@ -119,19 +119,19 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
     mm, single = MM[settings.units], read.vertices.astype(np.float32)
     places_mm = trimesh.transform_points(read.vertices, upright(settings))
     size_mm = np.ptp(places_mm, axis=0)
-    if not LEAST_MM <= size_mm.max() <= MOST_MM:
-        fitting = [unit for unit in MM if LEAST_MM <= size_mm.max() / mm * MM[unit] <= MOST_MM]
+    if not MIN_MM <= size_mm.max() <= MAX_MM:
+        fitting = [unit for unit in MM if MIN_MM <= size_mm.max() / mm * MM[unit] <= MAX_MM]
         x, y, z = size_mm
         raise ShapeError(
             f"Bounding box {x:.4g} x {y:.4g} x {z:.4g} mm, with units = {settings.units}, is implausible for a sample "
-            f"(the longest side should be {LEAST_MM:g} to {MOST_MM:g} mm).",
+            f"(the longest side should be {MIN_MM:g} to {MAX_MM:g} mm).",
             f"The unit of the file is probably {' or '.join(fitting)}: set units."
             if fitting
             else "Crop the mesh to the sample.",
             "size",
         )
     step_mm = mm * float(np.spacing(np.abs(single).max()))
-    if step_mm > MOST_STEP_MM and np.array_equal(single, read.vertices):
+    if step_mm > MAX_STEP_MM and np.array_equal(single, read.vertices):
         raise ShapeError(
             f"Its numbers have steps of {step_mm:.2g} mm, because the mesh is far from its origin.",
             "Move the mesh to the origin in the program that made it, and save it again.",
@@ -142,7 +142,7 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
 
 def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> Facts:
     x, y, z = placed[:3, 3]
-    turned = "" if abs(block.yaw_deg) < LEAST_TURN_DEG else f"turned by {-block.yaw_deg:.2f} degrees and "
+    turned = "" if abs(block.yaw_deg) < MIN_TURN_DEG else f"turned by {-block.yaw_deg:.2f} degrees and "
     plane_text = (
         f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees"
     )

@@ -48,7 +48,7 @@ MIN_SLENDERNESS = 3.0  # Least ratio of length to width; a shorter mouth has no 
 RING_SHARE = 0.5  # A crack that fills less of the area inside its outer rim than this share is a ring
 SMOOTH = 0.0025  # Tolerance of the simplified rim: scans have very many corners
 COVERED = 0.01  # A pixel belongs to the crack from this covered share on, so that no neck divides the crack
-STEPS_ACROSS, MOST_STEPS = 20, 2000  # Steps along a wall per width, and largest number of steps
+STEPS_ACROSS, MAX_STEPS = 20, 2000  # Steps along a wall per width, and largest number of steps
 STATIONS = 16  # Stations of the outline per width
 # Sigma of the centreline's smoothing, and number of corrections, which keep bends over 1.5 widths
 SMOOTHING, RETURNS = 0.25, 4
@@ -290,7 +290,7 @@ def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:
 def _middle(left_mm: Floats, right_mm: Floats, tips_mm: Sequence[Floats], width_mm: float) -> Floats:
     """Return centreline, left and right wall at even stations, (n, 6)."""
     longest_mm = max(arc_length(wall)[-1] for wall in (left_mm, right_mm))
-    step_mm = max(width_mm / STEPS_ACROSS, longest_mm / MOST_STEPS)
+    step_mm = max(width_mm / STEPS_ACROSS, longest_mm / MAX_STEPS)
     left_mm, right_mm = resampled(left_mm, step_mm), resampled(right_mm, step_mm)
     left, right = facing(left_mm, right_mm).T
     first_mm, last_mm = (np.tile(tip_mm, 2) for tip_mm in tips_mm)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from digitise.robots.robot_path import Limit, RobotPath
 
 POINTS = 1000  # Number of points of an Epson controller, P0 to P999
-FEWEST_IN_CURVE, MOST_IN_CURVE = 3, 200
+FEWEST_IN_CURVE, MAX_IN_CURVE = 3, 200
 SLOWEST_MM_S = 0.1  # Least value of SpeedS
 
 
@@ -182,9 +182,9 @@ def _curve_limits(path: "RobotPath", points: int, speed_mm_s: Floats) -> "list[L
         path.even_limit("CVMove keeps one speed", "mm/s", speed_mm_s, remedy),
         path.even_limit("CVMove keeps one flow", "mm³/s", path.flow_mm3_s, remedy),
         (
-            not FEWEST_IN_CURVE <= points <= MOST_IN_CURVE,
+            not FEWEST_IN_CURVE <= points <= MAX_IN_CURVE,
             f"the path has {points} points over the crack, but a Curve of SPEL+ accepts {FEWEST_IN_CURVE} to "
-            f"{MOST_IN_CURVE}. {remedy}, or digitise with another path.spacing_mm.",
+            f"{MAX_IN_CURVE}. {remedy}, or digitise with another path.spacing_mm.",
         ),
     ]
 

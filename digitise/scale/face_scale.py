@@ -20,20 +20,20 @@ WORK_PX = 800  # Longer side of the copy in which the face is searched for; its 
 REACH = 0.012  # Distance to either side of a rough edge within which it is refined, over the photo's longer side
 MIN_AREA = 0.1  # Smallest area of a face, over the photo's
 # Least margin around a detected face, over the photo's shorter side: what reaches the border is a board
-LEAST_MARGIN = 0.02
-LEAST_FILLED = 0.7  # Smallest share of its convex hull that a face fills, without its crack and pores
-MOST_SLENDER = 1.6  # Largest logarithm of the aspect ratio of a face of unknown size; a straight crack is longer
-LEAST_PART = 0.3  # Smallest part of a face that a crack divides, over the largest part; markers are a tenth of a face
+MIN_MARGIN = 0.02
+MIN_FILLED = 0.7  # Smallest share of its convex hull that a face fills, without its crack and pores
+MAX_SLENDER = 1.6  # Largest logarithm of the aspect ratio of a face of unknown size; a straight crack is longer
+MIN_PART = 0.3  # Smallest part of a face that a crack divides, over the largest part; markers are a tenth of a face
 # Largest logarithm of the ratio of a face's aspect to that of face_mm; perspective changes it far less
 ASPECT_TOLERANCE = 0.2
-MOST_FORESHORTENED = 0.7  # The same for corners from the user, for a camera 60 degrees off; a wrong order gives more
+MAX_FORESHORTENED = 0.7  # The same for corners from the user, for a camera 60 degrees off; a wrong order gives more
 # Standard deviation of a corner's coordinates: clicked, and found by edges with a soft shadow
 CLICKED_PX, FOUND_PX = 1.0, 0.5
 FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm at two sigma
 # Constants of the fit of a quadrilateral's straight edges, which are found to a few hundredths of a pixel.
 ROWS = 100  # Samples along each edge. A crack, dirt or a shadow spoils some; more samples do not change the result
 STEP_PX = 0.5  # Spacing of samples across an edge
-LEAST_REACH_PX = 3.0  # Least range across an edge, which is six samples to either side
+MIN_REACH_PX = 3.0  # Least range across an edge, which is six samples to either side
 # Standard deviation of the blur across an edge, without which grain decides where the light is steepest
 SMOOTH_PX = 1.0
 STRAY_PX = 0.3  # A sample this far from the edge may be an outlier
@@ -86,7 +86,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
     # Corners that the photo's border cuts off may be half a photo away.
     near = np.all(depth_inside(corners_px, (0, 0, *size_px)) >= -max(size_px) / 2)
     expected = settings.face_mm[0] / settings.face_mm[1]
-    if not (in_order and near and abs(np.log(_aspect(corners_px) / expected)) <= MOST_FORESHORTENED):
+    if not (in_order and near and abs(np.log(_aspect(corners_px) / expected)) <= MAX_FORESHORTENED):
         raise InputError(
             f"{pixels.file}: face_corners_px = {settings.face_corners_px} cannot be a face of face_mm = "
             f"{settings.face_mm}, {expected:.2f} times as wide as high, in a photo of {size_px[0]} x {size_px[1]} px. "
@@ -107,8 +107,8 @@ def see_face(brightness: Map) -> Floats | None:
         return None
     height, width = brightness.shape
     inside_px = depth_inside(face[0], (0, 0, width - 1, height - 1)).min()
-    slender = abs(np.log(_aspect(face[0]))) > MOST_SLENDER
-    return None if slender or inside_px <= LEAST_MARGIN * min(width, height) else face[0]
+    slender = abs(np.log(_aspect(face[0]))) > MAX_SLENDER
+    return None if slender or inside_px <= MIN_MARGIN * min(width, height) else face[0]
 
 
 def _face(brightness: Map) -> tuple[Floats, float] | None:
@@ -136,11 +136,11 @@ def _rough_corners(brightness: Map) -> Floats | None:
         return None
     area = stats[1:, cv2.CC_STAT_AREA]
     # An open crack divides the face in two.
-    parts = np.isin(label, 1 + np.flatnonzero(area > LEAST_PART * area.max()))
+    parts = np.isin(label, 1 + np.flatnonzero(area > MIN_PART * area.max()))
     hull = cv2.convexHull(np.argwhere(parts)[:, ::-1].astype(np.float32), clockwise=True)
     quad = cv2.approxPolyDP(hull, 0.02 * cv2.arcLength(hull, True), True)[:, 0].astype(float)
     hull_px2 = cv2.contourArea(hull)
-    if len(quad) != 4 or hull_px2 < MIN_AREA * label.size or parts.sum() < LEAST_FILLED * hull_px2:
+    if len(quad) != 4 or hull_px2 < MIN_AREA * label.size or parts.sum() < MIN_FILLED * hull_px2:
         return None
     # OpenCV's clockwise is counter-clockwise as seen, since y is down. The lower left corner is the first.
     return (np.roll(quad, -int(np.argmax(quad @ (-1, 1))), axis=0) + 0.5) / scale - 0.5
@@ -162,7 +162,7 @@ def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple
 
     Also returns the RMS distance of the edges' points from straight lines, in px. ``brightness`` is linear light.
     """
-    reach_px = max(reach_px, LEAST_REACH_PX)
+    reach_px = max(reach_px, MIN_REACH_PX)
     lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
     bend_px = float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
     if not bend_px <= STRAIGHT_PX:

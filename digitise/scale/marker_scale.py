@@ -36,13 +36,13 @@ CELL_REACH = 0.7  # Edges of markers are searched for within this many cells: a 
 BENT_MM = 0.5  # Largest deviation of the edges from a rectangle of the face's shape
 SIGMAS = 3.0  # Smallest difference in level that is reported, in standard deviations
 # Largest offset from the face, over the camera's distance; more is a frame on the table beside a sample
-MOST_OFF = 0.05
+MAX_OFF = 0.05
 USUAL_MM = 250.0  # Distance of the camera in a message if the distance is unknown
 MIN_MARKERS = 4  # Smallest number of markers for a scale
 SEARCH_PX = 1000  # Longer side of the first copy that is searched; each further copy has twice that
-LEAST_APART = 0.05  # Least distance of markers over a square's circumference; OpenCV's 0.125 loses 44 of 296 markers
+MIN_APART = 0.05  # Least distance of markers over a square's circumference; OpenCV's 0.125 loses 44 of 296 markers
 GLANCE_PX = 2000  # Longer side of the copy that is searched for markers without a table
-MOST_NAMED = 12  # Largest number of missing markers that a message lists
+MAX_NAMED = 12  # Largest number of missing markers that a message lists
 # Default side of the markers that 'sealtwin markers' prints, and length of its ruler
 PRINTED_MM, RULER_MM = 16.0, 100.0
 DICTIONARY = {
@@ -57,7 +57,7 @@ UNPRINTED_MM = 6.0  # Margin along the edge of the paper that printers leave bla
 WHITE = 0.375  # White margin around a marker, over its side: detection needs a sixth, the rest is for cutting by hand
 CUT_GREY, CUT_MM = 191, 0.1  # Line to cut along, too light to be detected as the edge of the face
 RULER_THICK_MM, MARK_MM = 0.3, 4.0  # Thickness of the ruler's lines, and length of its marks, one every 10 mm
-LEAST_FACE_MM, MOST_FACE_MM = 5.0, 400.0  # Smallest and largest side of a frame's opening
+MIN_FACE_MM, MAX_FACE_MM = 5.0, 400.0  # Smallest and largest side of a frame's opening
 LINE_MM = 4.5  # Distance between lines of text
 CAPTION_MM = 12.0 + 5 * LINE_MM  # Height of the ruler and five lines of text below the frame
 CAPTION_WIDTH_MM = 165.0
@@ -178,7 +178,7 @@ def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Pat
         f"{abs(grown) * away_mm:.1f} mm {'below' if grown > 0 else 'above'} the face, {away_mm:.0f} mm from the "
         "camera"
     )
-    if abs(grown) > MOST_OFF:
+    if abs(grown) > MAX_OFF:
         raise InputError(f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face.")
     return grown, (doubt("scale.face-differs", comparison, grown),)
 
@@ -196,7 +196,7 @@ def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[in
     if len(clear) < MIN_MARKERS:
         raise InputError(
             f"{pixels.file}: found {len(clear)} of {len(expected)} markers of {dictionary}, but at least "
-            f"{MIN_MARKERS} are needed (missing: {sorted(expected - set(clear))[:MOST_NAMED]}). Take a sharp photo "
+            f"{MIN_MARKERS} are needed (missing: {sorted(expected - set(clear))[:MAX_NAMED]}). Take a sharp photo "
             "that shows the markers, each with white around it, and do not mirror the photo."
         )
     return clear
@@ -224,7 +224,7 @@ def _detected(image: NDArray[np.uint8], side_px: int, dictionary: str) -> list[t
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     copy = cv2.resize(grey, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     parameters = cv2.aruco.DetectorParameters()
-    parameters.minMarkerDistanceRate = LEAST_APART
+    parameters.minMarkerDistanceRate = MIN_APART
     corners, ids, _ = cv2.aruco.ArucoDetector(_dictionary(dictionary), parameters).detectMarkers(copy)
     if ids is None:
         return []
@@ -368,11 +368,11 @@ def board_around(
     off, needed_mm = size_mm * (0.5 + WHITE), size_mm * (1 + WHITE)
     columns, rows = ((-off, side / 2, side + off)[:: 1 if count == 8 else 2] for side in face_mm)
     apart_mm = min(columns[1] - columns[0], rows[1] - rows[0])
-    if apart_mm < needed_mm or not all(LEAST_FACE_MM <= side <= MOST_FACE_MM for side in face_mm):
+    if apart_mm < needed_mm or not all(MIN_FACE_MM <= side <= MAX_FACE_MM for side in face_mm):
         raise InputError(
             f"{count} markers of {size_mm:g} mm around a face of {width:g} x {height:g} mm would be {apart_mm:.1f} mm "
             f"apart. They must be at least {needed_mm:.1f} mm apart, and the sides of the face must be "
-            f"{LEAST_FACE_MM:g} to {MOST_FACE_MM:g} mm. Give --face-mm as width x height, a smaller --size-mm, or "
+            f"{MIN_FACE_MM:g} to {MAX_FACE_MM:g} mm. Give --face-mm as width x height, a smaller --size-mm, or "
             "--count 4."
         )
     places = [(x, y) for y in rows for x in columns if (x, y) != (width / 2, height / 2)]

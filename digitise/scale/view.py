@@ -14,10 +14,10 @@ from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
-MOST_SPREAD_DEG = 1.0  # Largest standard deviation of a reported tilt, equal to that of a phone's level
+MAX_SPREAD_DEG = 1.0  # Largest standard deviation of a reported tilt, equal to that of a phone's level
 LENS_SIGMAS = 3.0  # A lens is fitted if its distortion is at least this many standard deviations
 CORNERS = 4  # Number of corners of a marker
-MOST_GROUPS = 16  # Largest number of groups of markers that are left out in turn
+MAX_GROUPS = 16  # Largest number of groups of markers that are left out in turn
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens
 
 
 def _without_each(seen_px: Floats, true_mm: Floats, start: View) -> Fit:
-    group = np.arange(len(seen_px)) // CORNERS % MOST_GROUPS
+    group = np.arange(len(seen_px)) // CORNERS % MAX_GROUPS
     view = fit_view(seen_px, true_mm, start)
     rest = [group != number for number in range(group.max() + 1)]
     return Fit(view, [fit_view(seen_px[kept], true_mm[kept], view) for kept in rest], 1 - 1 / len(rest))
@@ -187,7 +187,7 @@ def find_tilt(
 
     The tilt is the angle between the camera's axis and the face's normal. The distance is ``distance_mm`` if given, or
     follows from the camera's focal length. The tilt is None without a distance, or if its uncertainty is above
-    ``MOST_SPREAD_DEG``.
+    ``MAX_SPREAD_DEG``.
     """
     if distance_mm is None:
         if focal_px is None:
@@ -201,5 +201,5 @@ def find_tilt(
         return np.hypot([across], up) / abs(depth @ middle) * distance_mm
 
     (value,), (spread,) = sine(fit.view), fit.spread(sine)
-    sure = value < 1 and spread < np.radians(MOST_SPREAD_DEG)
+    sure = value < 1 and spread < np.radians(MAX_SPREAD_DEG)
     return distance_mm, float(np.degrees(np.arcsin(value))) if sure else None

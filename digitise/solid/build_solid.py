@@ -27,8 +27,8 @@ from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import ClosingDepth, EndOfCrack, SolidFigures, Span, WeighedCavity
 
 JITTER_MM = 2e-4  # Step of the random shift of vertices after a failed build; the shift breaks coincidences
-LEAST_CLOSED = 0.02  # Share of a crack whose funnel walls meet that gives a warning: at closed tips they always meet
-MOST_APART = 0.08  # Largest relative difference of the cavity from its sections; 31 drawn cracks have 0.05 at most
+MIN_CLOSED = 0.02  # Share of a crack whose funnel walls meet that gives a warning: at closed tips they always meet
+MAX_APART = 0.08  # Largest relative difference of the cavity from its sections; 31 drawn cracks have 0.05 at most
 BENDS = (
     "The cavity has {:.2f} times the volume of its sections along the crack. The crack bends so sharply for its "
     "width and tilt that parts of it meet, or that the ground beyond an end takes part of it. Look at crack.stl, and "
@@ -37,7 +37,7 @@ BENDS = (
 # A table of depths may be shorter than the crack by this without a warning, since ends are as uncertain
 TABLE_SHORT_MM = 2.0
 ATTEMPTS = 6
-LEAST_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's; less means that the crack leaves the sample
+MIN_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's; less means that the crack leaves the sample
 SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles of the paper's size
 
 
@@ -57,7 +57,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     footprint = lay_out(outline, shape, spread_mm)
     slicer = Slicer(footprint, shape)
     sections = [slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm)]
-    if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
+    if shape.tilt == "lean" and sections[1].area() < MIN_FLOOR * sections[0].area():
         raise tilted_out(spread_mm)
     plates = dams(footprint, sections, spread_mm)
     if shape.tilt == "undercut" and slicer.meets_below():
@@ -80,7 +80,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     cavity_mm3 = footprint.block.area() * -bottom_mm + dam_mm3 - mesh_volume_mm3(vertices_mm, faces)
     mouth_mm, floor_mm = _widths_mm(outline, shape)
     closing, ratio = _closing_depth(outline, shape), cavity_mm3 / volume_mm3
-    apart = not outline.branches_kept and abs(ratio - 1) > MOST_APART
+    apart = not outline.branches_kept and abs(ratio - 1) > MAX_APART
     return Solid(
         vertices_mm=vertices_mm,
         faces=faces,
@@ -204,7 +204,7 @@ def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
 
 
 def _tilt_warnings(outline: Outline, shape: CrackShape, closing: ClosingDepth) -> list[Fact]:
-    if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor < LEAST_CLOSED:
+    if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor < MIN_CLOSED:
         return []
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     text = (

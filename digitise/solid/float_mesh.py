@@ -12,7 +12,7 @@ from sealtwin.core.records import Floats, Integers
 DUST_MM3 = 1e-3
 WELD_DIGITS = 5  # Vertices that agree to this many decimals of a mm are equal: float32's step at 160 mm
 NEEDLE_MM = 1e-7  # A triangle lower than this is a line: a thousandth of float32's step at 160 mm
-MOST_ROUNDS = 50  # Largest number of rounds that remove needles; a stack of needles needs one round for each
+MAX_ROUNDS = 50  # Largest number of rounds that remove needles; a stack of needles needs one round for each
 SHORT_MM = 2e-3  # Shorter edges are collapsed: a hundredth of a particle's radius, 100 times float32's step at 160 mm
 ROUNDS = (1, 1, 2, 4)
 """Length limit of each round of collapses, in multiples of SHORT_MM. Limits grow because a collapse shortens edges
@@ -107,7 +107,7 @@ def without_needles(vertices_mm: Floats, faces: Integers) -> Integers:
     their neighbours: a block of 127,039 mm³ lost 226 mm³.
     """
     faces = faces.copy()
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ROUNDS):
         corners_mm = vertices_mm[faces]
         edges_mm = np.linalg.norm(np.roll(corners_mm, -1, axis=1) - corners_mm, axis=2)
         needles = np.flatnonzero(np.linalg.norm(normals(corners_mm), axis=1) <= NEEDLE_MM * edges_mm.max(axis=1))

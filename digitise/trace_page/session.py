@@ -22,7 +22,7 @@ from digitise.outline import PROPOSAL, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
 from digitise.scale.marker_scale import PRINTED_MM, board_around, seen_markers
 from digitise.settings import (
-    MOST_VIA,
+    MAX_VIA,
     Dictionary,
     PhotoInput,
     Pixel,
@@ -70,7 +70,7 @@ class Hints(PageSettings):
 
     ends_px: PixelPair | None = None
     crack: int | None = None
-    via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MOST_VIA)
+    via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MAX_VIA)
     roi_px: Region | None = None
     walls_px: Walls | None = None
     crack_strokes_px: Strokes | None = None

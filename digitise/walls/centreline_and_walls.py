@@ -11,7 +11,7 @@ from digitise.image.raster import Mask, sampled
 from digitise.photo import EDGE_PX, Photo
 from digitise.walls.ends import Ends, Traced, crossings, find_tip, judge_ends
 from digitise.walls.wall_profile import (
-    LEAST_WIDTH_PX,
+    MIN_SEARCH_WIDTH_PX,
     Crossings,
     Patch,
     Strip,
@@ -35,11 +35,11 @@ STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 # Chosen on drawn photos: the line is then within 0.01 mm of the middle after two passes. A longer ``REACH`` finds the
 # walls from worse paths and sees more neighbouring cracks; less smoothing keeps sharper bends and more grain.
 MIN_WIDTH_PX = 8.0  # Least width between walls; a smaller one depends more on blur and threshold than on the crack
-MOST_BLUR = 1 / 5  # Largest sigma of the blur over the width; above it, blur decides the width
-MOST_MISSING = 0.2  # Largest share of the path on which a wall may be missing or outside the photo
-LEAST_SLENDERNESS = 3.0  # Least ratio of length to width; a shorter crack has no direction to follow
+MAX_BLUR = 1 / 5  # Largest sigma of the blur over the width; above it, blur decides the width
+MAX_MISSING = 0.2  # Largest share of the path on which a wall may be missing or outside the photo
+MIN_SLENDERNESS = 3.0  # Least ratio of length to width; a shorter crack has no direction to follow
 PASSES = 2  # Least number of passes that centre the line
-MOST_PASSES = 8  # Largest number of passes; a path along a wall needs more than two
+MAX_PASSES = 8  # Largest number of passes; a path along a wall needs more than two
 CENTRED = 0.05  # A line needs no further pass if 95 % of its stations are within this many widths of the middle
 REACH = 1.5  # A wall is searched for within this many widths to either side
 EDGE_WIDTHS = 0.25  # A path may follow the face's edge within this many widths, plus twice the rim of the search
@@ -75,12 +75,12 @@ def trace(
     narrower than ``least_px``, or if blur would decide its width.
     """
     length_px = arc_length(path.points_px)[-1]
-    if length_px < LEAST_SLENDERNESS * path.width_px:
+    if length_px < MIN_SLENDERNESS * path.width_px:
         raise InputError(
             f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide, but it must be at "
-            f"least {LEAST_SLENDERNESS:g} times as long as wide. Give ends_px farther apart."
+            f"least {MIN_SLENDERNESS:g} times as long as wide. Give ends_px farther apart."
         )
-    width_mm = max(path.width_px, LEAST_WIDTH_PX) * photo.mm_per_px
+    width_mm = max(path.width_px, MIN_SEARCH_WIDTH_PX) * photo.mm_per_px
     patch = patch_around(
         photo, path.points_px, (max(END_WIDTHS.values()) + 2 * REACH) * width_mm / photo.mm_per_px, hidden
     )
@@ -91,11 +91,11 @@ def trace(
     inward_px = resampled(path.points_px, 1.0), resampled(path.points_px[::-1], 1.0)
     ends = judge_ends(photo, patch, inward_px, round(2 * path.width_px), path.width_px, (rim[0], rim[-1]))
     line_mm = _carried_on(photo, line_mm, ends, width_mm, crack.spacing_mm)
-    for number in range(MOST_PASSES):
+    for number in range(MAX_PASSES):
         strip, walls = crack.look(line_mm, width_mm)
         _check_found(photo, strip, walls.both_clear, (0.0, np.inf), 1.0)
         span_mm = crack.span_mm(line_mm, walls, ends)
-        width_mm = max(walls.usual_width_mm, LEAST_WIDTH_PX * photo.mm_per_px)
+        width_mm = max(walls.usual_width_mm, MIN_SEARCH_WIDTH_PX * photo.mm_per_px)
         line_mm = _recentred(strip, walls, ends, span_mm, width_mm, crack.spacing_mm)
         aside_mm = np.abs(np.diff(walls.away_mm, axis=0)[0][walls.both_clear]) / 2
         if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
@@ -110,8 +110,8 @@ def trace(
     kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
     width_px = walls.usual_width_mm / photo.mm_per_px
     seen = (walls.clear_step | walls.covered).all(axis=0) & (walls.open_line | walls.covered.any(axis=0))
-    missing = _check_found(photo, strip, seen, span_mm, MOST_MISSING)
-    least_px = max(least_px, walls.blur_px / MOST_BLUR)
+    missing = _check_found(photo, strip, seen, span_mm, MAX_MISSING)
+    least_px = max(least_px, walls.blur_px / MAX_BLUR)
     if width_px < least_px:
         raise TooThinError(
             f"{photo.file}: the crack is {width_px:.1f} px wide, but {least_px:.2g} px are needed between its walls."
@@ -235,9 +235,9 @@ def _shown_span_mm(photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats
     if hidden[within].any():
         span_mm = float(max(span_mm[0], s_mm[first])), float(min(span_mm[1], s_mm[past - 1]))
     lost = 1 - (past - first) / max(np.count_nonzero(within), 1)
-    if lost > MOST_MISSING:
+    if lost > MAX_MISSING:
         raise InputError(
-            f"{photo.file}: a wall is outside the photo on {lost:.0%} of the path (at most {MOST_MISSING:.0%} is "
+            f"{photo.file}: a wall is outside the photo on {lost:.0%} of the path (at most {MAX_MISSING:.0%} is "
             "allowed). Give ends_px farther inside, or a photo that shows both walls."
         )
     return span_mm
@@ -263,7 +263,7 @@ def _check_found(photo: Photo, strip: Strip, seen: Booleans, span_mm: Span, most
     missing = 1 - float(np.mean(seen[within])) if within.any() else 1.0
     if missing > most_missing or not seen.any():
         raise WallsMissingError(
-            f"{photo.file}: walls were not found along {missing:.0%} of the path (at most {MOST_MISSING:.0%} is "
+            f"{photo.file}: walls were not found along {missing:.0%} of the path (at most {MAX_MISSING:.0%} is "
             "allowed). Check the photo for shadows and dirt along the crack, and give ends_px of a clearer part. Or "
             "draw over what is surely crack and surely ground in crack_strokes_px and ground_strokes_px. Or paint "
             "the crack by hand in photo.mask, for example if the ground is coarse."

@@ -28,9 +28,9 @@ from sealtwin.core.records import Floats
 # Chosen on public photos of roads and masonry and on drawn roads. Stricter limits of the gate refuse more cracks, and
 # looser limits accept more bare ground.
 ENOUGH_PX = 40.0  # A crack wider than this, in px, is measured in a smaller copy of the photo
-REACH = 2.4  # The strip extends this many widths to either side, plus ``REACH_PX``, but at most ``MOST_REACH_PX``
+REACH = 2.4  # The strip extends this many widths to either side, plus ``REACH_PX``, but at most ``MAX_REACH_PX``
 REACH_PX = 14.0
-MOST_REACH_PX = 140.0
+MAX_REACH_PX = 140.0
 MEDIAN_WIDTHS = 0.5  # Length in widths of the median along the crack, limited to ``MEDIAN_PX``
 MEDIAN_PX = (3.0, 31.0)
 CORE = 0.25  # Light within this many widths of the line gives the crack's darkness
@@ -38,17 +38,17 @@ CORE_PERCENTILE = 30.0
 GROUND = 1.2  # Ground begins this many widths from the line, plus ``GROUND_PX``
 GROUND_PX = 4.0
 STEADY = 2.0  # Length in widths of the medians of darkness and ground
-LEAST_CONTRAST = 4.0  # Least contrast of lightness
+MIN_CONTRAST = 4.0  # Least contrast of lightness
 RIM = 0.5  # Share of the contrast at the rim of the region
 PASSES = 3  # Number of searches for the region, each along the middle of the one before
 PATH_SMOOTHING = 0.6  # Sigma in widths of the rough path's smoothing, and of that of the line between the rims
 LINE_SMOOTHING = 0.4
 INSIDE_PX = 2.5  # The aligned profile shows the crack this far inside the rim, and the ground ``OUTSIDE_PX`` outside it
 OUTSIDE_PX = 3.0
-MOST_MOVED = 0.35  # Largest distance in widths by which a wall is moved
+MAX_MOVED = 0.35  # Largest distance in widths by which a wall is moved
 DARKEST = 0.36  # Gate: largest light inside the region, over the light beside it
-LEAST_STEP = 0.2  # Gate: least 20th percentile of the smaller step from inside to a side, over the ground's light
-LEAST_DARK = 0.7  # Gate: least share of the line that is darker than half way to the ground
+MIN_STEP = 0.2  # Gate: least 20th percentile of the smaller step from inside to a side, over the ground's light
+MIN_DARK = 0.7  # Gate: least share of the line that is darker than half way to the ground
 # Relative uncertainty of the width, added like ``WIDTH_ERROR``, for a region that does not pass the gate
 GATE_ERROR = 0.2
 WIDTH_ERROR = 0.10  # Half of the 95 % interval of the mean width that no profile can show, over the width
@@ -68,11 +68,11 @@ def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: 
         hidden = np.asarray(cv2.resize(hidden, shape, interpolation=cv2.INTER_NEAREST), np.uint8)
         traced = trace_dark_region(copy, path.in_copy(factor), wall_share, hidden, insisted)
         return replace(traced, width_px=traced.width_px * factor)
-    patch, px = patch_around(photo, path.points_px, 2 * MOST_REACH_PX, hidden), photo.mm_per_px
+    patch, px = patch_around(photo, path.points_px, 2 * MAX_REACH_PX, hidden), photo.mm_per_px
 
     def measure_rims(line_mm: Floats, width_px: float, smoothing: float) -> tuple[Strip, Floats, float]:
         line_mm = resampled(smoothed(line_mm, smoothing * width_px), px)
-        reach_mm = round(min(REACH * width_px + REACH_PX, MOST_REACH_PX)) * px
+        reach_mm = round(min(REACH * width_px + REACH_PX, MAX_REACH_PX)) * px
         strip = straighten(photo, patch, line_mm, left_normals(line_mm), px, reach_mm)
         rims_px = _rims_px(strip, width_px)
         return strip, rims_px, max(float(np.median(rims_px.sum(axis=0))), 4.0)
@@ -108,7 +108,7 @@ def _rims_px(strip: Strip, width_px: float) -> Floats:
     dark = gaussian_filter1d(steadied(light[None, :, core], over, darkest), over / 4, axis=1)
     # Each side has its own ground, since a shadow's edge may lie along the crack.
     bright = gaussian_filter1d(steadied(outward(strip, np.where(ground, light, np.nan)), over), over / 4, axis=1)
-    share = (outward(strip, light) - dark[..., None]) / np.maximum(bright - dark, LEAST_CONTRAST)[..., None]
+    share = (outward(strip, light) - dark[..., None]) / np.maximum(bright - dark, MIN_CONTRAST)[..., None]
     excess = np.where(outward(strip, strip.valid), np.clip(share - RIM, -0.5, 0.5), 0)
     return follow(excess, strip.sample_px, strip.station_px)
 
@@ -132,7 +132,7 @@ def _moves_px(strip: Strip, rims_px: Floats, width_px: float, wall_share: float)
         dark, bright = np.percentile(inside, 25), np.median(outside)
         levels = dark + (bright - dark) * np.array([wall_share - 0.1, wall_share, wall_share + 0.1])
         low_px, place_px, high_px = np.interp(levels, np.maximum.accumulate(profile), at_px)
-        moves_px[side] = np.clip(place_px, -MOST_MOVED * width_px, MOST_MOVED * width_px)
+        moves_px[side] = np.clip(place_px, -MAX_MOVED * width_px, MAX_MOVED * width_px)
         soft_px += (high_px - low_px) / 2
     return moves_px, soft_px
 
@@ -157,10 +157,10 @@ def _fault(strip: Strip, left_px: Floats, right_px: Floats) -> str | None:
     along = uniform_filter1d(strip.light[:, strip.middle], max(3, int(width_px / 2))) < level
     ratio = float(np.nanmedian(dark)) / ground
     worst = float(np.nanpercentile(np.fmin(*sides) - dark, 20)) / ground
-    if ratio > DARKEST or worst < LEAST_STEP or along.mean() < LEAST_DARK:
+    if ratio > DARKEST or worst < MIN_STEP or along.mean() < MIN_DARK:
         return (
             f"the dark region along the path does not stand out as a crack: inside it has {ratio:.0%} of the light "
             f"beside it (at most {DARKEST:.0%} is allowed), and {along.mean():.0%} of its middle is dark (at least "
-            f"{LEAST_DARK:.0%} is needed)."
+            f"{MIN_DARK:.0%} is needed)."
         )
     return None

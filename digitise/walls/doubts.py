@@ -13,7 +13,7 @@ from digitise.crack_path.hints import CrackPath, listed, snap_px
 from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
 from digitise.image.raster import Mask, lightness, sampled
 from digitise.photo import Photo
-from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING, TooThinError
+from digitise.walls.centreline_and_walls import MAX_MISSING, MIN_WIDTH_PX, TooThinError
 from digitise.walls.wall_profile import cheapest_way, follow, outward, patch_around, steadied, straighten
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
@@ -42,8 +42,8 @@ BAND_WIDTHS = 0.2  # A band is thicker than the crack's usual edge by this many 
 BAND_PX = 3.0
 RUN = 0.75  # Least length of a band in widths
 TIP = 1.0  # Widths before an end that are left out, because profiles past the end show only ground
-LEAST_PROFILES = 6  # Least number of profiles; a shorter crack has no usual edge
-LEAST_CONTRAST = 6.0  # Least contrast of lightness
+MIN_PROFILES = 6  # Least number of profiles; a shorter crack has no usual edge
+MIN_CONTRAST = 6.0  # Least contrast of lightness
 WORTH_SAYING = 0.05  # Difference between the two mean widths, over the width, from which there is a warning
 LISTED = 4  # Largest number of positions in a warning
 WIDTH_ERROR = 0.05  # Half of the interval of the mean width, over it, that is added beyond both widths
@@ -84,7 +84,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     px, thin = photo.mm_per_px, slice(None, None, EVERY)
     width_px, s_mm = max(outline.mean_width_mm / px, 4.0), outline.s_mm[thin]
     line_mm, walls_mm = outline.centreline_mm[thin], (outline.left_wall_mm[thin], outline.right_wall_mm[thin])
-    if len(line_mm) < LEAST_PROFILES:
+    if len(line_mm) < MIN_PROFILES:
         return outline
     station_px = s_mm[-1] / (len(s_mm) - 1) / px
 
@@ -103,7 +103,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     ground = np.where(valid & (over_px > GROUND * width_px + GROUND_PX), even, np.nan)
     darkest = partial(np.nanpercentile, q=CORE_PERCENTILE)
     dark = steadied(np.hstack(list(core))[None], odd(STEADY), darkest)
-    contrast = np.maximum(steadied(ground, odd(STEADY)) - dark, LEAST_CONTRAST)[..., None]
+    contrast = np.maximum(steadied(ground, odd(STEADY)) - dark, MIN_CONTRAST)[..., None]
     share = (even - dark[..., None]) / contrast
     excess = [np.where(valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]
     # Inner and outer edge of each side's band, (2, sides, stations).
@@ -173,7 +173,7 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
     s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
     least_mm, per_station_mm = MIN_WIDTH_PX * photo.mm_per_px, s_mm[-1] / (len(s_mm) - 1)
     steady_px = median_filter(width_px, size=1 + 2 * int(STEADY * least_mm / per_station_mm / 2), mode="nearest")
-    for limit_px, most in ((UNKNOWN * MIN_WIDTH_PX, MOST_MISSING), (MIN_WIDTH_PX, WORTH_SAYING)):
+    for limit_px, most in ((UNKNOWN * MIN_WIDTH_PX, MAX_MISSING), (MIN_WIDTH_PX, WORTH_SAYING)):
         bounds = runs(steady_px < limit_px) - (0, 1)
         bounds = bounds[np.diff(s_mm[bounds], axis=1)[:, 0] > LONG * least_mm]
         share = float(np.diff(s_mm[bounds], axis=1).sum() / s_mm[-1])
@@ -186,7 +186,7 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
         fault = (
             f"{share:.0%} of the crack is under {limit_px:g} px wide, so its width and volume are uncertain: {places}"
         )
-        if share > most == MOST_MISSING:
+        if share > most == MAX_MISSING:
             refusal = TooThinError if np.percentile(width_px, 75) < FITTED * MIN_WIDTH_PX else InputError
             raise refusal(f"{photo.file}: {fault}. Give ends_px of only the wide part, or move the camera closer.")
         if share > most:
@@ -208,9 +208,9 @@ def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tup
             f"the end {listed(path_px[[end]])} px is not reached: no walls were found on the last "
             f"{photo.length(lost_px)} before it, up to {listed(centreline_px[[end]])} px"
         )
-        if lost_px > MOST_MISSING * s_px[-1]:
+        if lost_px > MAX_MISSING * s_px[-1]:
             raise InputError(
-                f"{photo.file}: {fault}. This is {lost_px / s_px[-1]:.0%} of the path (at most {MOST_MISSING:.0%} is "
+                f"{photo.file}: {fault}. This is {lost_px / s_px[-1]:.0%} of the path (at most {MAX_MISSING:.0%} is "
                 "allowed). Give that point as the end, or a photo that shows the crack more clearly."
             )
         warnings.append(doubt("walls.end-not-reached", f"{fault}. That part of the path is left out", lost_px, "px"))

@@ -30,9 +30,9 @@ Kind = Literal["crack", "ground", "wall"]
 #
 # A longer ``REACH`` needs fewer strokes, and moves more walls that were right.
 # Largest number of points to which a line is resampled, a pixel apart, or farther apart for a longer line
-MOST_POINTS = 5000
+MAX_POINTS = 5000
 BRUSH_PX = 3  # Width of a stroke
-MOST_AWAY = 3.0  # A line must be within this many widths, or twice ``snap_px``, of the path, except over ground
+MAX_AWAY = 3.0  # A line must be within this many widths, or twice ``snap_px``, of the path, except over ground
 END_WIDTHS = 0.5  # A line may extend this many widths, or ``END_PX``, past the path's ends
 END_PX = 6.0
 REACH = 3.0  # Light is compared within this many widths, or ``REACH_PX``, around a stroke
@@ -130,7 +130,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
     """
     way_px = resampled(path.points_px, 1.0)
     tree, (width, height) = KDTree(way_px), photo.size_px
-    most_px, beyond_px = max(MOST_AWAY * width_px, 2 * snap_px(photo)), max(END_WIDTHS * width_px, END_PX)
+    most_px, beyond_px = max(MAX_AWAY * width_px, 2 * snap_px(photo)), max(END_WIDTHS * width_px, END_PX)
     drawn: tuple[tuple[Kind, str, Strokes | None], ...] = (
         ("crack", "crack_strokes_px, stroke", settings.crack_strokes_px),
         ("ground", "ground_strokes_px, stroke", settings.ground_strokes_px),
@@ -145,7 +145,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
                     f"{photo.file}: {name}, leaves the photo of {width} x {height} px. Draw it inside the photo."
                 )
             length_px = arc_length(line_px)[-1]
-            place_px = resampled(line_px, max(1.0, length_px / MOST_POINTS)) if length_px > 0 else line_px[[0, 0]]
+            place_px = resampled(line_px, max(1.0, length_px / MAX_POINTS)) if length_px > 0 else line_px[[0, 0]]
             away_px, nearest = tree.query(place_px)
             at_end = np.isin(nearest, (0, len(way_px) - 1))
             off_px = away_px - np.where(at_end, beyond_px, most_px)

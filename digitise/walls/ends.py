@@ -169,8 +169,8 @@ def _dark_ahead_px(
     return dark_px[near][label == label[np.argmin(np.linalg.norm(away_px[near], axis=1))]]
 
 
-MOST_BEYOND = 0.05  # Share of the traced length by which a crack may continue without a warning
-LEAST_BEYOND, LEAST_BEYOND_PX = 2.0, 30.0  # The same in widths and px, for a blunt end and grain that touches it
+MAX_BEYOND = 0.05  # Share of the traced length by which a crack may continue without a warning
+MIN_BEYOND, MIN_BEYOND_PX = 2.0, 30.0  # The same in widths and px, for a blunt end and grain that touches it
 AT_BORDER = 2.0  # A crack leaves the photo if it ends within this many widths, plus twice as many px, of the border
 WORK_PX, LARGEST_PX = 6.0, 2500  # Width of the crack in the copy that is searched, and longest side of the copy
 LAST = 8.0  # Length before an end, in widths, that gives the crack's darkness and direction
@@ -188,7 +188,7 @@ def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], 
         if kind != "cut" or depth_inside(inward_px[:1], (0, 0, *last_px))[0] < AT_BORDER * (width_px + 2):
             continue
         beyond_px = _beyond_px(photo, inward_px, max(width_px, 2.0))
-        if beyond_px > max(MOST_BEYOND * length_px, LEAST_BEYOND * width_px, LEAST_BEYOND_PX):
+        if beyond_px > max(MAX_BEYOND * length_px, MIN_BEYOND * width_px, MIN_BEYOND_PX):
             beyond_mm = beyond_px * photo.mm_per_px
             text = (
                 f"the crack continues beyond the end {listed(inward_px[:1])} px for about {photo.length(beyond_px)}, "

@@ -16,8 +16,8 @@ from skimage.segmentation import clear_border
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import (
-    LEAST_BRANCH,
-    LEAST_BRANCH_PX,
+    MIN_BRANCH,
+    MIN_BRANCH_PX,
     distance_outside,
     holding,
     pieces,
@@ -41,7 +41,7 @@ from digitise.image.raster import (
 )
 from digitise.photo import Photo
 from digitise.walls.doubts import with_doubts
-from digitise.walls.wall_profile import BLUR_PX, LEAST_WIDTH_PX
+from digitise.walls.wall_profile import BLUR_PX, MIN_SEARCH_WIDTH_PX
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import present
 from sealtwin.core.facts import doubt
@@ -58,9 +58,9 @@ REACH, AROUND = 2.5, 0.5  # Least margin of the copy around the path: widths, an
 CRACK, MORTAR = 0.25, 0.8
 LEVEL_PX = 8.0  # Width of the crack in the small picture in which the levels are measured
 SPREAD = 2.0  # Sigma of a Gaussian, in widths, over which a level is averaged
-LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright spots are glints, or grains on the floor
-LEAST_SIDE = 0.15  # Least side of a stone in widths; a smaller stone does not divide the sealant
-LEAST_PX = 30  # Least number of pixels of a stone; fewer may be noise
+MIN_MM2 = 0.3  # Least area of a stone in a photo; smaller bright spots are glints, or grains on the floor
+MIN_SIDE = 0.15  # Least side of a stone in widths; a smaller stone does not divide the sealant
+MIN_PX = 30  # Least number of pixels of a stone; fewer may be noise
 BRIGHT_WIDTHS = 1.0  # A bright area more widths wide than this is the ground between two cracks
 SKIRT_PX = 3  # Reach of the blur around a stone and beside a side crack
 AS_DARK = 0.6  # Largest share of ``wall_share`` in a side crack; lighter lines are scratches, stains or shadows
@@ -111,12 +111,12 @@ def photo_of_paint(photo: Photo, path: CrackPath) -> Photo:
 
 def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surroundings:
     """Find the stones and side cracks of a path. Their rims are at ``wall_share`` of the contrast."""
-    width_px = max(path.width_px, LEAST_WIDTH_PX)
+    width_px = max(path.width_px, MIN_SEARCH_WIDTH_PX)
     copy = _copied(photo, path.points_px, width_px)
     crack = holding((copy.share <= wall_share) & copy.sample, copy.way)
     least = ISLAND_MM2 / photo.mm_per_px**2
     if path.source != "mask":
-        least = max(LEAST_MM2 / photo.mm_per_px**2, (LEAST_SIDE * path.width_px) ** 2, LEAST_PX)
+        least = max(MIN_MM2 / photo.mm_per_px**2, (MIN_SIDE * path.width_px) ** 2, MIN_PX)
     islands_px = []
     for stone in _enclosed(crack, least / copy.factor**2, BRIGHT_WIDTHS * path.width_px / copy.factor):
         alone = np.where(widened(stone, 1), copy.share, np.minimum(copy.share, wall_share))
@@ -179,7 +179,7 @@ def _side_cracks(photo: Photo, copy: _Copy, crack: Booleans, width: float, wall_
     to_rim, side_cracks = radius(crack), []
     way = np.clip(np.rint(copy.way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)
     way = way[crack[tuple(way.T)]]
-    least = max(LEAST_BRANCH * width, LEAST_BRANCH_PX / copy.factor)
+    least = max(MIN_BRANCH * width, MIN_BRANCH_PX / copy.factor)
     for cells, comes_back in side_lines(crack, way, least) if len(way) > 1 else ():
         halves = to_rim[tuple(cells.T)]
         half = float(np.median(halves))

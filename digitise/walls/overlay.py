@@ -21,8 +21,8 @@ LEFT, RIGHT, CENTRE = (0, 222, 160), (60, 170, 255), (250, 235, 60)
 ENDS, INK, PAPER = (255, 90, 20), (24, 24, 24), (255, 255, 255)
 NOZZLE = (200, 120, 255)
 BEADS = 11.0  # Spacing of beads on the nozzle's path, in thousandths of the picture's longer side
-LONGER_SIDE_PX = 2400  # Longer side of the picture. Photos are scaled to it, but enlarged by at most ``MOST_ENLARGED``
-MOST_ENLARGED = 4.0
+LONGER_SIDE_PX = 2400  # Longer side of the picture. Photos are scaled to it, but enlarged by at most ``MAX_ENLARGED``
+MAX_ENLARGED = 4.0
 ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
 STRAIGHT_AROUND = 1.5  # Half the height of the straightened picture, over the crack's mean width
@@ -35,7 +35,7 @@ class Canvas:
     """A copy of a photo to draw on, RGB. Positions are in its pixels, sizes in thousandths of its longer side."""
 
     def __init__(self, photo: Photo) -> None:
-        self.scale: float = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
+        self.scale: float = min(LONGER_SIDE_PX / max(photo.size_px), MAX_ENLARGED)
         interpolation = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_CUBIC
         picture = cv2.resize(photo.image, None, fx=self.scale, fy=self.scale, interpolation=interpolation)
         self.picture: Pixels = np.asarray(picture, np.uint8)

@@ -35,19 +35,19 @@ from sealtwin.core.records import Booleans, Floats, Integers
 INNER_LIGHT, FADE = 0.2, 0.03
 GAMMA_SD = 0.12  # Standard deviation of a camera's exponent about DISPLAY_GAMMA, for exponents from 2.0 to 2.4
 USUAL_BLUR, BLUR_SD = 1.0, 0.5  # Sigma of a camera's Gaussian blur, and the standard deviation of its logarithm
-LEAST_BLUR, MOST_BLUR = 0.35, 6.0
+MIN_BLUR, MAX_BLUR = 0.35, 6.0
 OFF_LINE = 0.5  # Standard deviation of the crack from its line: half a pixel off looks wider and paler
 ROUNDS, LATER_ROUNDS = 10, 3  # Gauss-Newton steps from a rough start, and from the fit for the previous darkness
-MOST_WIDER = 2.0  # Longest step of a width
-MOST_BLURRIER = 0.3  # Longest step of the blur, as a share of the blur
+MAX_WIDER = 2.0  # Longest step of a width
+MAX_BLURRIER = 0.3  # Longest step of the blur, as a share of the blur
 IN_THE_DARK = 0.7  # Least noise inside the crack over the ground's; with less, the crack's bottom would shape the fit
 WHITE = 0.03  # Least share of the noise that neighbours do not share, because samples are closer than pixels
 OUTLIER = 4.0  # The ground's noise is cut off at this many standard deviations, so that a single pore does not count
 STRICTNESS = 0.5  # Share of the misfit that counts, because neighbours share grain, and no lens blurs as a Gaussian
 INTERVAL = 0.025, 0.975  # Probabilities at the ends of an interval
-MOST_DIRTY = 0.75  # Largest share of a crack's width that may be dirty edges
+MAX_DIRTY = 0.75  # Largest share of a crack's width that may be dirty edges
 HALO_PX = 5.0  # Width of a dirty edge
-LEAST_DARK_PX = 0.4  # Dirty edges count from this width of equally dark crack on: clean edges have at most 0.3
+MIN_DARK_PX = 0.4  # Dirty edges count from this width of equally dark crack on: clean edges have at most 0.3
 # Values of the darkness, 1 less the inner light, for each of which the other parameters are fitted
 DARKNESS = np.linspace(1.0, 0.7, 13)
 # Exponents of the tone curve with that mean and standard deviation
@@ -91,12 +91,12 @@ CELLS = 2.0  # Largest distance of a path from the crack, in cells of the search
 NEAR_PX = 3.0  # The line is followed a second time within half a width plus this
 BLUR_ALONG = 2.0  # Blur along the line before it is followed, in stations
 BLUR_ACROSS = 0.4  # Blur across the line, in widths
-LEAST_ACROSS_PX = 1.0
+MIN_ACROSS_PX = 1.0
 STIFFNESS = 0.15  # Cost of a step to a side by one sample, in darkness
-LEAST_SMOOTHING_PX = 4.0  # Least sigma of the line's smoothing, which otherwise equals the width: windows have offsets
+MIN_SMOOTHING_PX = 4.0  # Least sigma of the line's smoothing, which otherwise equals the width: windows have offsets
 DARKEST = 1e-4  # Least light: a cubic may fall below 0 between pixels
-LEAST_WINDOWS = 5  # Least number of windows; fewer cannot separate blur and width
-MOST_UNLIKE = 0.5  # Largest share of the path with unlike sides; more means an edge, or a wall of a wide gap
+MIN_WINDOWS = 5  # Least number of windows; fewer cannot separate blur and width
+MAX_UNLIKE = 0.5  # Largest share of the path with unlike sides; more means an edge, or a wall of a wide gap
 NARROWEST = 0.1  # Least local width over the mean width, so that walls do not cross
 
 
@@ -129,7 +129,7 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
         _windows(photo, patch, line_px, places_px + aside_px, cuts) for aside_px in (0.0, beside_px, -beside_px)
     )
     ground = np.concatenate([values[in_view] for values, in_view in grounds])
-    if unlike_length_px(photo, path.points_px, path.width_px) > MOST_UNLIKE * arc_length(path.points_px)[-1]:
+    if unlike_length_px(photo, path.points_px, path.width_px) > MAX_UNLIKE * arc_length(path.points_px)[-1]:
         if is_darker_than_both_sides(photo, path):
             raise NotFittedError(
                 "the ground on one side of the crack is far brighter than on the other, so its width of about "
@@ -140,10 +140,10 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
             f"{photo.file}: one side of the path is far brighter than the other, as if the path followed one wall of "
             "a wide gap or the sample's edge. Give ends_px in the middle of the crack, and via_px."
         )
-    if min(np.count_nonzero(shown), len(ground)) < LEAST_WINDOWS:
+    if min(np.count_nonzero(shown), len(ground)) < MIN_WINDOWS:
         raise NotFittedError(
             f"the crack is {path.width_px:.1f} px wide, but too little of it and of the ground beside it is in view "
-            f"to fit its width: at least {LEAST_WINDOWS} stretches of {WINDOW} px are needed. Move the camera closer "
+            f"to fit its width: at least {MIN_WINDOWS} stretches of {WINDOW} px are needed. Move the camera closer "
             "or give width_mm, or path_only if the path is enough.",
             photo.file,
         )
@@ -175,7 +175,7 @@ def _line_px(photo: Photo, path: CrackPath) -> Floats:
     """Return a smooth line along the darkest pixels near the path, (n, 2) in px."""
     line_px, width_px = smoothed(resampled(path.points_px, 1.0), BLUR_ALONG), path.width_px
     cell_px, around = max(photo.size_px) / WORK_PX, int(np.ceil((width_px + NEAR_PX) / STEP_PX))
-    across = max(BLUR_ACROSS * width_px, LEAST_ACROSS_PX) / STEP_PX
+    across = max(BLUR_ACROSS * width_px, MIN_ACROSS_PX) / STEP_PX
     for reach_px in (CELLS * cell_px + width_px + NEAR_PX, width_px / 2 + NEAR_PX):
         reach = int(np.ceil(reach_px / STEP_PX))
         places_px = STEP_PX * np.arange(-reach - around, reach + around + 1.0)
@@ -184,7 +184,7 @@ def _line_px(photo: Photo, path: CrackPath) -> Floats:
         dark = gaussian_filter(dark.astype(float), (BLUR_ALONG, across))[:, around:-around]
         aside_px = (cheapest_way(-dark[None], STIFFNESS * np.array([1, 0, 1]))[0] - reach) * STEP_PX
         moved_px = line_px + aside_px[:, None] * left_normals(line_px)
-        line_px = smoothed(resampled(moved_px, 1.0), max(width_px, LEAST_SMOOTHING_PX))
+        line_px = smoothed(resampled(moved_px, 1.0), max(width_px, MIN_SMOOTHING_PX))
     return line_px
 
 
@@ -218,7 +218,7 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
         weight @ np.array([shape.widths_px for shape in shapes]),
         weight @ np.array([shape.offsets_px for shape in shapes]),
         mean_px,
-        (float(low_px - min(_dirty_px(light, places_px, mean_px), MOST_DIRTY * low_px)), float(high_px)),
+        (float(low_px - min(_dirty_px(light, places_px, mean_px), MAX_DIRTY * low_px)), float(high_px)),
     )
 
 
@@ -231,7 +231,7 @@ def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
     beside_px = np.abs(places_px) - width_px / 2
     outer = dark[(beside_px > HALO_PX / 2) & (beside_px < HALO_PX)]
     dark_px = (places_px[1] - places_px[0]) * outer.sum() / dark.max()
-    return 3 * dark_px * (dark_px > LEAST_DARK_PX)
+    return 3 * dark_px * (dark_px > MIN_DARK_PX)
 
 
 def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape) -> _Shape:
@@ -241,7 +241,7 @@ def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float,
     """
     # Of each window: width, offset, and level and slope of the ground.
     windows = np.column_stack([start.widths_px, start.offsets_px, np.median(light, axis=1), np.zeros(len(light))])
-    most = np.array([MOST_WIDER, MOST_WIDER / 2, np.inf, np.inf])
+    most = np.array([MAX_WIDER, MAX_WIDER / 2, np.inf, np.inf])
     shape, far = start, places_px / np.abs(places_px).max()
     for _ in range(LATER_ROUNDS if np.isfinite(start.surprise) else ROUNDS):
         blur_px = shape.blur_px
@@ -272,13 +272,13 @@ def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float,
         by_blur = (inverse @ normal[:, :4, 4:])[..., 0]
         stiff, force = ((each[:, 4] - (by_blur * each[:, :4]).sum(axis=1)).sum() for each in (normal[..., 4], pull))
         stiff, force = stiff + blur_sd_px**-2, force - blurrier / blur_sd_px
-        more_px = np.clip(force / stiff, -MOST_BLURRIER * blur_px, MOST_BLURRIER * blur_px)
+        more_px = np.clip(force / stiff, -MAX_BLURRIER * blur_px, MAX_BLURRIER * blur_px)
         step = (inverse @ pull[:, :4, None])[..., 0] - by_blur * more_px
         windows = windows + np.clip(step, -most, most)
         shape = _Shape(
             windows[:, 0],
             windows[:, 1],
-            np.clip(blur_px + more_px, LEAST_BLUR, MOST_BLUR),
+            np.clip(blur_px + more_px, MIN_BLUR, MAX_BLUR),
             squares + unlikely,
             squares,
             np.sqrt(inverse[:, 0, 0].sum() / len(light) ** 2 + by_blur[:, 0].mean() ** 2 / stiff),

@@ -16,13 +16,13 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Booleans, Floats, Integers
 
 SPREAD = 0.6  # Rays do not meet within this many crack widths to each side of the line
-MOST_OBLIQUE = 8.0  # Largest cotangent of the angle between line and edge, 7 degrees, at which rays follow the edge
+MAX_OBLIQUE = 8.0  # Largest cotangent of the angle between line and edge, 7 degrees, at which rays follow the edge
 BLUR_PX = 0.8  # Sigma of a Gaussian blur before sampling, which reduces grain and does not move a straight edge
 RIM_PX = 8  # Margin of a patch: the blur reaches four of its sigmas
 EDGE_PX = 1.5  # Distance from the edge of the face within which brightness mixes with that of the surroundings
 # Limits of the spacing of samples across, in px of the photo: a blurred edge is 3 px wide
 FINEST_PX, COARSEST_PX = 0.5, 1.5
-LEAST_WIDTH_PX = 6.0  # Least width of a crack at the beginning of the search
+MIN_SEARCH_WIDTH_PX = 6.0  # Least width of a crack at the beginning of the search
 SAMPLES = 48  # Samples across one crack width; more cost time and show nothing new
 
 
@@ -66,7 +66,7 @@ def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Float
             continue
         sine = along @ crossing.inward
         sine = np.copysign(np.maximum(np.abs(sine), 1e-6), sine)
-        to_edge = np.clip(-(normal @ crossing.inward) / sine, -MOST_OBLIQUE, MOST_OBLIQUE)
+        to_edge = np.clip(-(normal @ crossing.inward) / sine, -MAX_OBLIQUE, MAX_OBLIQUE)
         oblique = abs(np.interp(crossing.s_mm, s_mm, to_edge))
         # The edge cuts off a normal's wall within half a width times the cotangent. The rays turn back over more than
         # as much again, so that they do not meet within the crack.
@@ -179,7 +179,7 @@ SOFTEST_PX = 3.5  # Largest sigma; a softer edge does not show its blur
 RIM = 0.2  # Least width of a lit rim beyond that of a blurred edge, in sigmas of the blur
 OUTER = 0.84  # Share at which softness is measured: one sigma outside the middle of the edge
 MIDDLE = 0.475  # Share of an edge's step at its middle: blur affects the level read inside more than the level outside
-LEAST_STEP = 0.25  # Least height of a wall's step, as a share
+MIN_STEP = 0.25  # Least height of a wall's step, as a share
 
 
 @dataclass(frozen=True)
@@ -362,7 +362,7 @@ def refined_to_subpixel(
     nearest = away_px.argmin(axis=-1)[..., None]
     stepped = np.take_along_axis(away_px, nearest, -1)[..., 0] <= SNAP_PX
     step_px = np.take_along_axis(crossing_px, nearest, -1)[..., 0]
-    return np.where(stepped, step_px, place_px), stepped & (outer - inner >= LEAST_STEP * contrast)
+    return np.where(stepped, step_px, place_px), stepped & (outer - inner >= MIN_STEP * contrast)
 
 
 def outward(strip: Strip, values: NDArray) -> NDArray:

@@ -13,12 +13,12 @@ from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
 BOUNDS = {"mass_g": (1e-3, 1e5), "level_mm": (-500.0, 0.0)}
-MOST_ROWS = 1000
+MAX_ROWS = 1000
 LOADED = "a column of the fill, whose file loaded reads"
 Mass = Annotated[float, Field(ge=1e-3, le=1e5)]
 Level = Annotated[float, Field(ge=-500, le=0)]
 # Not strict: after the validator of ``FillOrFile``, pydantic no longer accepts a JSON list as a tuple.
-Rows = Field(default=None, min_length=1, max_length=MOST_ROWS, strict=False)
+Rows = Field(default=None, min_length=1, max_length=MAX_ROWS, strict=False)
 
 
 class WeighedFill(Settings):
@@ -69,7 +69,7 @@ class WeighedFill(Settings):
         if self.file is None:
             return self
         path = folder / self.file
-        columns = read_columns(path, BOUNDS, list(BOUNDS), (1, MOST_ROWS))
+        columns = read_columns(path, BOUNDS, list(BOUNDS), (1, MAX_ROWS))
         rows = columns.pop("row")
         if fault := _fall(columns):
             raise InputError(f"{path}, row {rows[fault[0]]:g}, column {fault[1]}: {fault[2]}.")

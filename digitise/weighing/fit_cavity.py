@@ -35,8 +35,8 @@ MENISCUS_SD = 0.2  # Relative standard deviation of the meniscus's height: walls
 UNDECLARED = 0.1  # Relative standard deviation of a width or depth whose uncertainty is not declared
 PASSES = 3  # Number of fits. Each uses the solid's volumes at the walls of the fit before
 SLICES = 48  # Number of horizontal slices of the solid
-LEAST_SHARE = 0.02  # The ratio of two volumes is not used below this share of the cavity's volume
-LEAST_PROBABILITY = 0.01  # The steps contradict straight walls if a misfit as large has a lower probability
+MIN_SHARE = 0.02  # The ratio of two volumes is not used below this share of the cavity's volume
+MIN_PROBABILITY = 0.01  # The steps contradict straight walls if a misfit as large has a lower probability
 CONTRADICTION_SIGMAS = 2.5  # A difference of this many standard deviations or more is reported as a contradiction
 STEEPEST = 2 * np.tan(np.radians(59.0))  # Largest loss or gain of width for each mm down
 THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of the liquid's surface
@@ -160,7 +160,7 @@ def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Fl
     below_mm3 = np.cumsum(middle_mm2[::-1])[::-1] * at_mm[1]
     sections_mm3 = replace(walls, scale=np.ones(len(at_mm)), scale_at_mm=at_mm).volume_mm3(-at_mm[:-1], about)
     # A funnel may have closed above the deepest slices.
-    sound = sections_mm3 > LEAST_SHARE * sections_mm3[0]
+    sound = sections_mm3 > MIN_SHARE * sections_mm3[0]
     return replace(walls, scale_at_mm=at_mm[:-1][sound], scale=below_mm3[sound] / sections_mm3[sound])
 
 
@@ -194,7 +194,7 @@ def _fit(walls: _Walls, fill: WeighedFill, prior_sd: Floats, about: Floats, free
     root[np.ix_(free, free)] = np.linalg.inv(np.linalg.qr(solved.jac[:, ::-1], mode="r"))[::-1, ::-1]
     freedom = len(alone_mm3) - int(free[CLOSING])
     probability = float(chi2.sf(2 * solved.cost, freedom)) if freedom else 1.0
-    if probability < LEAST_PROBABILITY:
+    if probability < MIN_PROBABILITY:
         # If the steps scatter more than declared, the uncertainty grows with them.
         root *= np.sqrt(2 * solved.cost / freedom)
     unknown, misfit_mm3 = moved(solved.x)
@@ -226,7 +226,7 @@ def _contradictions(fit: _Fit, prior_sd: Floats) -> list[Fact]:
                 f"uncertainty of {what} is only {prior_sd[index]:.2f} mm."
             )
             findings.append(doubt(f"weighing.contradicts.{what}", text, float(off_mm), "mm"))
-    if fit.probability < LEAST_PROBABILITY:
+    if fit.probability < MIN_PROBABILITY:
         worst = int(np.argmax(np.abs(fit.misfit_mm3 / fit.misfit_sd_mm3)))
         text = (
             f"The steps of the weighed fill do not fit straight walls: step {worst + 1} is off by "

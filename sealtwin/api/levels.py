@@ -26,7 +26,7 @@ from sealtwin.api.runs import PlannedPath, SimulatedLevel
 from sealtwin.api.samples import CrackOutline
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import DataKind, Outline, Profile, Run, Sections, Shown, Solid
+from sealtwin.core.records import DataKind, HasSummary, Outline, Profile, Run, Sections, Solid
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
@@ -168,7 +168,7 @@ def _sheet_of(rows: Any, names: list[Any] | None, keywords: Mapping[str, Any]) -
     return grid_of_rows("readings", [["s_mm", *levels], *numbers.tolist()]), sha256_of(numbers)
 
 
-class LevelComparison(Shown, Comparison):
+class LevelComparison(HasSummary, Comparison):
     """A simulated level compared with readings: what ``compare`` returns.
 
     Its main figures are ``mean_error_mm``, ``interval_95_mm``, ``worst_error_mm`` at ``worst_at_mm``, ``verdict``,

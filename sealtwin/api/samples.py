@@ -13,13 +13,13 @@ from digitise.photo import Photo
 from digitise.settings import NO_SCALE, CrackShape, MeshInput, PhotoInput
 from sealtwin.api import FilePath, Points, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError, ShapeError
-from sealtwin.core.records import DataKind, Outline, Shown, Solid
+from sealtwin.core.records import DataKind, HasSummary, Outline, Solid
 from sealtwin.core.settings import SettingsFaults, doubts_of
 from sealtwin.core.settings_text import keywords_of
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class SamplePhoto(Shown, Photo):
+class SamplePhoto(HasSummary, Photo):
     """A photo with its scale: what ``read_photo`` returns."""
 
     settings: PhotoInput

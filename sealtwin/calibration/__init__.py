@@ -7,8 +7,8 @@ from pydantic import Field
 
 from sealtwin.core.settings import Settings
 
-LEAST_BUDGET = 40
-MOST_FREE = 6  # Largest number of free settings, since 40 runs cannot resolve more
+MIN_BUDGET = 40
+MAX_FREE = 6  # Largest number of free settings, since 40 runs cannot resolve more
 
 
 class CalibrationOptions(Settings):
@@ -19,7 +19,7 @@ class CalibrationOptions(Settings):
     the prior. Otherwise all values in the range are equally likely."""
     hold_out: tuple[Path, ...] = ()
     """Trials that are predicted and compared. Their readings have the role "held-out"."""
-    budget: int = Field(default=LEAST_BUDGET, ge=LEAST_BUDGET, le=400)
+    budget: int = Field(default=MIN_BUDGET, ge=MIN_BUDGET, le=400)
     """Number of runs of each trial. With fewer than 40, the intervals would be too narrow."""
     date: day | None = None
     """Day of the calibration. Default: today."""

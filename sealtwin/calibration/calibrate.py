@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sealtwin.calibration import LEAST_BUDGET, MOST_FREE, CalibrationOptions
+from sealtwin.calibration import MAX_FREE, MIN_BUDGET, CalibrationOptions
 from sealtwin.calibration.search import (
     CONFIRM,
     DRAWS,
@@ -119,10 +119,9 @@ def _checked(
     held_out: Sequence[Path],
     settings: SettingValues | None,
 ) -> list[Free]:
-    if not 1 <= len(ranges) <= MOST_FREE:
+    if not 1 <= len(ranges) <= MAX_FREE:
         raise InputError(
-            f"{len(ranges)} free settings are given; give 1 to {MOST_FREE}, since {LEAST_BUDGET} runs cannot resolve "
-            "more."
+            f"{len(ranges)} free settings are given; give 1 to {MAX_FREE}, since {MIN_BUDGET} runs cannot resolve more."
         )
     for name, (low, high) in ranges.items():
         if name not in SETTINGS:

@@ -44,7 +44,7 @@ STOP_IMPLAUSIBILITY = 3.0
 
 It is larger than 1, because an emulator of few runs is overconfident. One of four searches with drafts began at 2.0,
 although the readings were from a run of the same paste."""
-LEAST_USABLE = 0.75  # Smallest fraction of runs that must have a result
+MIN_USABLE = 0.75  # Smallest fraction of runs that must have a result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
 Setting = dict[str, float]
@@ -105,7 +105,7 @@ class _Search:
         self.levels_mm = [source.run(wanted) for source in self.sources]
         for source, levels_mm in zip(self.sources, self.levels_mm, strict=True):
             failed = sum(level is None for level in levels_mm)
-            if failed > (1 - LEAST_USABLE) * max(FIRST, len(levels_mm)):
+            if failed > (1 - MIN_USABLE) * max(FIRST, len(levels_mm)):
                 raise NumericalError(
                     f"{source.name}: {failed} of {len(levels_mm)} runs failed or have a volume error above 5 %, so too "
                     "few runs remain to cover the ranges. Give narrower ranges, or use smaller particles."

@@ -100,7 +100,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
         except ValueError as fault:
             expected = f"expected a number in millimetres, or a CSV with the columns s_mm and {column}"
             raise typer.BadParameter(f"{option} {text}: {expected}; {fault}") from None
-    from digitise.settings import DEEPEST_MM, MOST_STATIONS
+    from digitise.settings import DEEPEST_MM, MAX_STATIONS
     from validate.readings.grid import read_grid
     from validate.readings.words import number, unit_of
 
@@ -124,8 +124,8 @@ def along(text: str, option: str) -> float | list[list[float]]:
             rows.append([s_mm, value_mm])
             continue
         raise InputError(f"{path}, row {line}: s_mm, {column} = {', '.join(texts):.80}; {fault}.")
-    if not 0 < len(rows) <= MOST_STATIONS:
-        raise InputError(f"{path}: there are {len(rows)} rows below the header; 1 to {MOST_STATIONS} are allowed.")
+    if not 0 < len(rows) <= MAX_STATIONS:
+        raise InputError(f"{path}: there are {len(rows)} rows below the header; 1 to {MAX_STATIONS} are allowed.")
     return rows
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 BY_PARTICLES = {"posterior", "verify", "seeds", "accurate"}  # Options of 'plan' that --from does not allow
 LAUNCH = 256  # Runs computed together on a GPU. For the paper's trial they use 2 GB, or 6 GB if nothing freezes
-MOST_NAMED = 8  # Largest number of failed runs that are printed. The table has all of them
+MAX_NAMED = 8  # Largest number of failed runs that are printed. The table has all of them
 
 
 @answers()
@@ -233,13 +233,13 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
         lines.append(f"Nearest to the readings: run {best['number']} ({settings}), {error}.")
         lines += filter(None, [best["against_baselines"]])
     if unranked := [f"{run['number']} (ratio {run['volume_ratio']:.3f})" for run in swept["not_ranked"]]:
-        lines.append(f"Not ranked, since the settled volume is wrong by over 5 %: run {listed(unranked, MOST_NAMED)}.")
+        lines.append(f"Not ranked, since the settled volume is wrong by over 5 %: run {listed(unranked, MAX_NAMED)}.")
     failed = [run for run in runs if run["state"] == "failed"]
-    for run in failed[:MOST_NAMED]:
+    for run in failed[:MAX_NAMED]:
         settings = {name: value for name, value in run.items() if name == "seed" or "." in name}
         lines.append(f"failed: run {run['number']} ({_settings_text(settings)}): {run['reason']}")
-    if len(failed) > MOST_NAMED:
-        lines.append(f"failed: {len(failed) - MOST_NAMED} more runs.")
+    if len(failed) > MAX_NAMED:
+        lines.append(f"failed: {len(failed) - MAX_NAMED} more runs.")
     return [*lines, f"Folder: {swept['folder']}"]
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Rows = Iterator[tuple[str, str]]  # Pairs of a label and a text. A label that repeats the one before is not printed
 LABEL_LETTERS = 9  # Width of the column of labels, in characters
-LEAST_MM3 = 200.0  # Smallest volume above the face that is printed
+MIN_MM3 = 200.0  # Smallest volume above the face that is printed
 
 
 def run_trial(
@@ -62,8 +62,8 @@ def resume(
     """
     from sealtwin.core.cluster import cores
     from sealtwin.core.run_folder import open_folder
-    from sealtwin.study.extra_runs import vary
     from sealtwin.study.pipeline import run_stages
+    from sealtwin.study.uncertainty_runs import vary
     from sealtwin.trial.job import resume_job
 
     with open_folder(path, create=False) as folder, command.progress() as progress:
@@ -137,7 +137,7 @@ def _made(result: "TrialResult", last: "StageName") -> Rows:
         if last == "digitise":
             yield "Scale", sentence("terminal_scale", sample=sample, in_full=False)
     if fluid is not None:
-        yield "Fluid", sentence("terminal_fluid", fluid=fluid, least_mm3=LEAST_MM3)
+        yield "Fluid", sentence("terminal_fluid", fluid=fluid, least_mm3=MIN_MM3)
         yield from (("Fluid", text) for text in texts(fluid.unfit or ()))
         if result.seeds is not None:
             yield "Seeds", mean_sentence(result.seeds)

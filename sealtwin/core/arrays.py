@@ -16,7 +16,7 @@ Booleans = NDArray[np.bool_]
 Pixels = NDArray[np.uint8]  # RGB picture, (height, width, 3)
 
 
-class Shown:
+class HasSummary:
     """Base class of records that a notebook shows as one line or a small table, without their arrays.
 
     List it before other base classes, and give the dataclass ``repr=False``.

@@ -134,7 +134,7 @@ def _is_finite(content: Any) -> bool:
 
 
 @contextmanager
-def understood(path: Path) -> Iterator[None]:
+def reading_stage_file(path: Path) -> Iterator[None]:
     """Convert an error caused by the content of a file into an InputError that states the file and the remedy."""
     try:
         yield

@@ -28,7 +28,7 @@ from sealtwin.core.records import Floats, Integers
 LARGEST_BYTES = 200_000_000
 """Largest mesh file that is read, in bytes: twice the size of a binary STL with two million triangles."""
 LARGEST_MODEL = 300_000_000  # Largest unpacked 3MF, in bytes. Two million triangles take 240 MB of XML
-MOST_TRIANGLES = 2_000_000
+MAX_TRIANGLES = 2_000_000
 """Largest number of triangles that are read. Checking and cutting them takes 2 GB of memory.
 
 The limit allows a scan of a face of 160 x 40 mm with a point every 0.08 mm, a tenth of a particle."""
@@ -93,9 +93,9 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
 
 
 def _refuse_too_many(count: int) -> None:
-    if count > MOST_TRIANGLES:
+    if count > MAX_TRIANGLES:
         raise UnreadableError(
-            f"it has {count} triangles, but at most {MOST_TRIANGLES} are allowed; simplify or crop the mesh"
+            f"it has {count} triangles, but at most {MAX_TRIANGLES} are allowed; simplify or crop the mesh"
         )
 
 

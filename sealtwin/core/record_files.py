@@ -167,7 +167,7 @@ def read_solid(folder: Path) -> Solid:
     path = folder / "solid.json"
     content = read_record(SolidFile, path)
     mesh = read_mesh(folder / "crack.ply", "Digitise again.")
-    with files.understood(path):
+    with files.reading_stage_file(path):
         if len(content.face_label) != len(mesh.faces):
             raise ValueError(
                 f"face_label has {len(content.face_label)} labels, but crack.ply has {len(mesh.faces)} faces"

@@ -20,7 +20,17 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, with_config
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import FROM_JSON, Booleans, Floats, Integers, Numbers, Points, Shown, require_as_long, unit
+from sealtwin.core.arrays import (
+    FROM_JSON,
+    Booleans,
+    Floats,
+    HasSummary,
+    Integers,
+    Numbers,
+    Points,
+    require_as_long,
+    unit,
+)
 from sealtwin.core.doubts import Doubt, QuantityMean, ReadSheet
 from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
@@ -98,7 +108,7 @@ class FaceLabel(IntEnum):
 
 @with_config(FROM_JSON)
 @dataclass(frozen=True, repr=False)
-class Outline(Shown):
+class Outline(HasSummary):
     """Crack on the face of a sample, in plan view.
 
     ``left_wall`` is on the left in the direction of increasing s (mm frame, y up). At an oblique open end, one wall
@@ -260,7 +270,7 @@ class Sections:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Solid(Shown):
+class Solid(HasSummary):
     """Block of the sample with the crack's cavity cut out, and with dams at open ends.
 
     The mesh is watertight, and its faces point outward. Solids are compared by identity, so a solid can be the key of a
@@ -299,7 +309,7 @@ class Solid(Shown):
 
 
 @dataclass(frozen=True, repr=False)
-class Trajectory(Shown):
+class Trajectory(HasSummary):
     """Timed path of the nozzle: waypoints, each with the speed and the flow until the next waypoint.
 
     Speed and flow are 0 at the last waypoint.
@@ -375,7 +385,7 @@ class Bed:
 
 
 @dataclass(frozen=True, repr=False)
-class Run(Shown, Bed, FilledBy):
+class Run(HasSummary, Bed, FilledBy):
     """Finished fluid run, computed with particles or with the fast model, which has no particles."""
 
     age_s: Floats  # Time since each particle's release, (n,)
@@ -417,7 +427,7 @@ class Run(Shown, Bed, FilledBy):
 
 
 @dataclass(frozen=True, repr=False)
-class Profile(Shown):
+class Profile(HasSummary):
     """Level of the sealant along the crack, relative to the face: negative below the face, positive above."""
 
     s_mm: Floats  # (n,), increasing

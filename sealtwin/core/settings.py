@@ -74,7 +74,7 @@ LARGEST_BYTES = 200_000
 """Largest settings file that is read, in bytes. Usual files have some kilobytes."""
 DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
 """Pattern of a dotted key with 17 parts or more. Each part becomes a table, so very long keys would fill the memory."""
-MOST_FAULTS = 8
+MAX_FAULTS = 8
 """Largest number of faults that are reported together."""
 LONGEST_VALUE = 60
 """Largest number of characters that are shown of a faulty value."""
@@ -195,7 +195,7 @@ def _faults(kind: type[Settings], errors: list[ErrorDetails]) -> list[tuple[str,
         if error["type"] == "missing" and isinstance(parts[-1], int):
             parts.pop()
         places.setdefault(".".join(map(str, parts)), []).append(error)
-    first = list(places.items())[:MOST_FAULTS]
+    first = list(places.items())[:MAX_FAULTS]
     sentences = [(where, _fault(kind, where, faults)) for where, faults in first]
     more = len(places) - len(sentences)
     return [*sentences, ("", f"there are {more} more faults.")] if more else sentences

@@ -63,7 +63,7 @@ TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of files with tables of
 WORD = re.compile(r"[^\s._-]+")  # Pattern of a word in a file name
 OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
 DEFAULTS = "lab.toml"  # Name of the file at the top of a lab's folder with settings of all samples
-MOST_ENTRIES = 50_000  # Largest number of files and folders. With more, the user probably gave a disk by mistake
+MAX_ENTRIES = 50_000  # Largest number of files and folders. With more, the user probably gave a disk by mistake
 HIDDEN = (".", "~$")
 NOT_READ = "files with this suffix are not read."
 UNSHOWN = "the name has characters that cannot be displayed. Rename the file."
@@ -159,7 +159,7 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueF
     Returns the entry of each file by path relative to ``folder``, then the files that are not used, then the lost files
     and folders. Lost ones may have data of the lab, but cannot be read. Hidden files are skipped, such as ._photo.jpg
     (macOS) and ~$sheet.xlsx (Excel). Raises InputError if ``folder`` is not a folder, or contains more than
-    ``MOST_ENTRIES`` files and folders.
+    ``MAX_ENTRIES`` files and folders.
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder. Give the folder of photos, sheets and notes.")
@@ -171,8 +171,8 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueF
 
     for parent, folders, names in os.walk(folder, onerror=shut):
         entries += len(folders) + len(names)
-        if entries > MOST_ENTRIES:
-            raise InputError(f"{folder}: has more than {MOST_ENTRIES:,} files. Give parts of it one by one.")
+        if entries > MAX_ENTRIES:
+            raise InputError(f"{folder}: has more than {MAX_ENTRIES:,} files. Give parts of it one by one.")
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
         names += [name for name in folders if Path(parent, name).is_symlink()]
         for file in (Path(parent, name).relative_to(folder) for name in names if not name.startswith(HIDDEN)):

@@ -14,9 +14,9 @@ from sealtwin.material import MeasuredPaste, PasteSettings, four_digits, measure
 from sealtwin.material.flow_law import FlowLaw, fit_flow_law
 
 RATE, STRESS = "shear_rate_per_s", "stress_pa"  # Names of the columns in the file
-MOST_ROWS = 10_000
-LEAST_ROWS = 5
-LEAST_RANGE = 3.0  # Smallest ratio of the largest to the smallest shear rate. A smaller range does not determine a law
+MAX_ROWS = 10_000
+MIN_ROWS = 5
+MIN_RANGE = 3.0  # Smallest ratio of the largest to the smallest shear rate. A smaller range does not determine a law
 SLOWEST = 1 / 30
 """Smallest relevant shear rate, as a fraction of the shear rate in the crack.
 
@@ -25,16 +25,16 @@ dominates."""
 EDGE = 0.02  # Fraction by which a row may be outside the shear rates. Rheometers regulate the rate to about 1 %
 THINNEST_PA_S = 0.005  # Smallest apparent viscosity at the largest rate. Water has 0.001, injection resins have 0.1
 STIFFEST_PA = 1e4  # Largest stress, which is also the largest yield stress of a run
-MOST_ERROR = 0.5  # Largest relative standard uncertainty of a viscosity. Above it, the 95 % interval includes 0
-LEAST_RISE = 0.01  # Smallest relative increase of the stress over the rates. Less may be a drift of the instrument
-LEAST_AGAIN = 3  # Smallest number of repeated rates for which a change of the paste is detected
-MOST_CHANGE = 0.05  # Largest mean relative change of the stress at repeated rates for an unchanged paste
-MOST_ALIKE = 0.8  # Fraction of changes with the same sign above which they are systematic
+MAX_ERROR = 0.5  # Largest relative standard uncertainty of a viscosity. Above it, the 95 % interval includes 0
+MIN_RISE = 0.01  # Smallest relative increase of the stress over the rates. Less may be a drift of the instrument
+MIN_AGAIN = 3  # Smallest number of repeated rates for which a change of the paste is detected
+MAX_CHANGE = 0.05  # Largest mean relative change of the stress at repeated rates for an unchanged paste
+MAX_ALIKE = 0.8  # Fraction of changes with the same sign above which they are systematic
 WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress is interpolated (in logarithms)
-MOST_MISS = 0.1  # Largest RMS relative misfit of a law. Rheometers repeat to a few percent
+MAX_MISS = 0.1  # Largest RMS relative misfit of a law. Rheometers repeat to a few percent
 MISFITS = 3.0  # Largest deviation of a slow row in RMS misfits, beyond the interval of the yield stress
 Rate = Annotated[float, Field(gt=0, le=1e9)]
-Row = Annotated[int, Field(ge=1, le=MOST_ROWS + 1)]
+Row = Annotated[int, Field(ge=1, le=MAX_ROWS + 1)]
 INDEX = (0.2, 2.0)  # Range of fluid.flow_index
 BY_HAND = "by hand in [fluid], and note how you found them"
 NOT_FOR = (
@@ -117,9 +117,9 @@ class _Rows:
 def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:
     """Fit a law to the flow curve in a CSV file. Raises InputError if neither law fits."""
     low, high = paste.shear_rates_per_s
-    columns = read_columns(path, {RATE: (0, 1e9), STRESS: (-1e9, 1e9)}, (RATE, STRESS), (1, MOST_ROWS))
+    columns = read_columns(path, {RATE: (0, 1e9), STRESS: (-1e9, 1e9)}, (RATE, STRESS), (1, MAX_ROWS))
     every = _Rows(path, np.array(columns[RATE]), np.array(columns[STRESS]), np.array(columns["row"], dtype=int))
-    first, last = paste.rows or (0, MOST_ROWS + 1)
+    first, last = paste.rows or (0, MAX_ROWS + 1)
     every = every.only((every.number >= first) & (every.number <= last))
     if not len(every):
         raise InputError(f"{path}: there are no rows {first} to {last}; row 1 is the header.")
@@ -186,10 +186,10 @@ def _left_out(law: FlowLaw, slower: _Rows) -> tuple[str, ...]:
 def _refuse_no_curve(curve: _Rows, every: _Rows, low: float, high: float) -> None:
     """Raise InputError if too few rows are within the shear rates, or if a stress is not possible for a paste."""
     path, rate, stress = curve.path, curve.rate, curve.stress
-    if len(rate) < LEAST_ROWS or rate.max() < LEAST_RANGE * rate.min():
+    if len(rate) < MIN_ROWS or rate.max() < MIN_RANGE * rate.min():
         raise InputError(
             f"{path}: {len(rate)} of {len(every)} rows have shear rates from {low:g} to {high:g} /s, but a fit needs "
-            f"{LEAST_ROWS} rows with rates that differ by a factor of at least {LEAST_RANGE:g}. The file has rates "
+            f"{MIN_ROWS} rows with rates that differ by a factor of at least {MIN_RANGE:g}. The file has rates "
             f"from {every.rate.min():g} to {every.rate.max():g} /s. Measure more rows in this range, or give the shear "
             "rates of your fill (--nozzle-mm, --flow-mm3-s and --width-mm, or --shear-rates)."
         )
@@ -211,9 +211,9 @@ def _refuse_no_curve(curve: _Rows, every: _Rows, low: float, high: float) -> Non
 
 def _refuse_misfit(path: Path, law: FlowLaw, rate: Floats) -> None:
     """Raise InputError if neither law fits, or if the rows do not determine the law."""
-    if law.misfit > MOST_MISS:
+    if law.misfit > MAX_MISS:
         raise InputError(
-            f"{path}: the misfit of the Herschel-Bulkley law is {law.misfit:.0%} (RMS, limit {MOST_MISS:.0%}), and the "
+            f"{path}: the misfit of the Herschel-Bulkley law is {law.misfit:.0%} (RMS, limit {MAX_MISS:.0%}), and the "
             f"misfit of the Bingham line is {law.bingham_misfit:.0%}. Possible causes are two pastes, a paste that "
             "changed while it was sheared, wall slip, or a wrong column. Measure again, keep the rows of one sweep "
             "(--rows), or restrict --shear-rates."
@@ -221,12 +221,12 @@ def _refuse_misfit(path: Path, law: FlowLaw, rate: Floats) -> None:
     n, thick = law.flow_index.value, law.consistency_pa_s_n.value
     at_ends = law.stress_pa(np.array([rate.min(), rate.max()]))
     rise = float(at_ends[1] / at_ends[0]) - 1
-    if law.viscosity_percent > 100 * MOST_ERROR or rise < LEAST_RISE or thick <= 0:
+    if law.viscosity_percent > 100 * MAX_ERROR or rise < MIN_RISE or thick <= 0:
         raise InputError(
             f"{path}: rates from {rate.min():g} to {rate.max():g} /s do not determine viscosity_pa_s. The stress "
-            f"increases by {100 * rise:.2g} % from {at_ends[0]:.3g} Pa (at least {100 * LEAST_RISE:g} % is required), "
+            f"increases by {100 * rise:.2g} % from {at_ends[0]:.3g} Pa (at least {100 * MIN_RISE:g} % is required), "
             f"and the viscous stress has an uncertainty of {law.viscosity_percent:.2g} % (at most "
-            f"{100 * MOST_ERROR:g} % is allowed). Measure at higher rates, or give yield_stress_pa and viscosity_pa_s "
+            f"{100 * MAX_ERROR:g} % is allowed). Measure at higher rates, or give yield_stress_pa and viscosity_pa_s "
             f"{BY_HAND}."
         )
     if not INDEX[0] <= n <= INDEX[1]:
@@ -253,10 +253,10 @@ def _refuse_two_pastes(curve: _Rows) -> None:
         if before >= 0 and after < len(earlier) and earlier[after] - earlier[before] <= np.log(WIDEST_GAP):
             rows.append(curve.number[row])
             changes.append(float(np.exp(log_stress[row] - np.interp(logs[row], earlier, level))) - 1)
-    if len(changes) < LEAST_AGAIN:
+    if len(changes) < MIN_AGAIN:
         return
     mean = float(np.mean(changes))
-    if abs(mean) < MOST_CHANGE or float((np.sign(changes) == np.sign(mean)).mean()) < MOST_ALIKE:
+    if abs(mean) < MAX_CHANGE or float((np.sign(changes) == np.sign(mean)).mean()) < MAX_ALIKE:
         return
     raise InputError(
         f"{curve.path}: {len(rows)} rows, {min(rows)} to {max(rows)}, repeat earlier rates, with stresses that are "

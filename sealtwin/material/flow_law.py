@@ -25,9 +25,9 @@ from sealtwin.material import PasteValue
 TORQUE = 0.03  # Relative standard uncertainty of all stresses together: calibration, edge and filling of the gap
 GAP = 0.02  # Relative standard uncertainty of all shear rates together: 20 um in a gap of 1 mm
 NORMAL_95 = 1.96
-LEAST_N, MOST_N = 0.1, 2.5
+MIN_N, MAX_N = 0.1, 2.5
 """Range in which n is searched. It is wider than the range of fluid.flow_index, to notice a paste outside it."""
-GRID = np.linspace(LEAST_N, MOST_N, 97)
+GRID = np.linspace(MIN_N, MAX_N, 97)
 PRECISE = 1e-6  # Relative precision of the ends of an interval
 DIGITS = 1e-4  # Smallest relative scatter of the stresses, since they are rounded
 
@@ -138,7 +138,7 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
     def beyond(fit: _Best) -> float:
         return fit.squares - allowed
 
-    n_ends = _ends(free.n, (LEAST_N, MOST_N), lambda n: beyond(curve.fixed(n)))
+    n_ends = _ends(free.n, (MIN_N, MAX_N), lambda n: beyond(curve.fixed(n)))
     bingham = n_ends[0] <= 1 <= n_ends[1]
     chosen = line if bingham else free
     stress_ends = _ends(free.stress, (0.0, 1 / curve.inverse.min()), lambda pa: beyond(curve.best(pa)))
@@ -148,7 +148,7 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
         return lambda n: k * np.exp(n * log_middle)
 
     k_free, k = (fit.thick * curve.middle**-fit.n for fit in (free, chosen))
-    most_k = 1 / curve.inverse.min() * max(1.0, 1 / rate.min()) ** MOST_N
+    most_k = 1 / curve.inverse.min() * max(1.0, 1 / rate.min()) ** MAX_N
     k_ends = _ends(k_free, (0.0, most_k), lambda consistency: beyond(curve.best(thick=thick_of(consistency))))
     thickness = float(np.hypot(TORQUE, GAP * chosen.n))
     return FlowLaw(

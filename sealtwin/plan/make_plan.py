@@ -20,7 +20,7 @@ from sealtwin.core.run_folder import holding, open_folder, require_own
 from sealtwin.core.settings import checked
 from sealtwin.plan import PlanOptions
 from sealtwin.plan.search import (
-    MOST_STEPS,
+    MAX_STEPS,
     Case,
     Goal,
     Knots,
@@ -179,7 +179,7 @@ def plan_on(
         The search begins at ``start``. The areas of the fast model are corrected by ``apart_mm2``.
         """
         verifier.ahead_s -= search_s
-        progress.start(f"Searching, {name}", MOST_STEPS)
+        progress.start(f"Searching, {name}", MAX_STEPS)
         progress.later(verifier.corrected_s(verifier.ahead_s))
         # With a reserve, corrections do not add sealant. If the fast model were right, it would rise above the face.
         most = rounds[0].plan if rounds and options.reserve_mm > 0 else None

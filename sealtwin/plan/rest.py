@@ -37,7 +37,7 @@ BOUNDS = {"s_mm": (0.0, 10_000.0), "level_mm": (-1000.0, 100.0)}
 ROUNDS = 8  # Number of fills to find the flow factor. Each fill reduces the error to less than half
 FLOW_FACTORS = (0.6, 1.5)  # Plausible range of the flow factor
 LOW_MM = 0.5  # Depth in mm below the aim from which a position is poured again
-LEAST_PAUSE_S = 0.1  # Smallest pause in s, since the times of a path must increase
+MIN_PAUSE_S = 0.1  # Smallest pause in s, since the times of a path must increase
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +49,7 @@ class Continued(Case):
 
     def fill(self, trajectory: Trajectory) -> Filled:
         """Fill the crack along the first part, let it settle, and fill it along ``trajectory``."""
-        first, pause_s = self.poured, max(self.pour.solver.settle_s, LEAST_PAUSE_S)
+        first, pause_s = self.poured, max(self.pour.solver.settle_s, MIN_PAUSE_S)
         later = replace(trajectory, t_s=trajectory.t_s - trajectory.t_s[0] + first.t_s[-1] + pause_s)
         names = vars(first).keys() - {"made_of"}
         joined = {name: np.concatenate([getattr(first, name), getattr(later, name)]) for name in names}

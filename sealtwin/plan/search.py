@@ -32,7 +32,7 @@ BEND_WEIGHT, SPEED_WEIGHT, DWELL_WEIGHT = 0.02, 0.01, 0.004
 They are relative to the weight of the areas' mean relative error. The smoothness is measured by second differences, the
 difference of speed by a logarithm, and the dwell times in s. The weights are small, and cost a plan about 1 % of its
 gain."""
-MOST_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
+MAX_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
 """Constants of the search: the largest number of steps, the widest step (in logarithms and seconds), the smallest
 relative gain, and a positive number close to 0.
 
@@ -264,7 +264,7 @@ def search(
     plan = np.clip(start, low, high)
     residual, reach, fresh = errors(plan), WIDEST, True
     slope = slopes(plan, residual)
-    for number in range(1, MOST_STEPS + 1):
+    for number in range(1, MAX_STEPS + 1):
         report(number)
         span = np.maximum(low - plan, -reach) - TINY, np.minimum(high - plan, reach) + TINY
         change = np.clip(lsq_linear(slope, -residual, span).x, low - plan, high - plan)

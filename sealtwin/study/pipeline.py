@@ -14,7 +14,7 @@ from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.solid_figures import SolidFigures
 from sealtwin.study.estimate import REPORT_S
-from sealtwin.study.extra_runs import compute_other_seeds, rounds_of_seeds
+from sealtwin.study.uncertainty_runs import compute_other_seeds, rounds_of_seeds
 from sealtwin.trial import digitise_stage, simulate_stage, validate_stage
 from sealtwin.trial.job import (
     SEEDS,
@@ -138,7 +138,7 @@ def check_run(job: Job) -> Profile | None:
 def read_result(job: Job) -> TrialResult:
     """Return the results in the run folder, and write them to run.json if that file is missing or differs."""
     folder, stages, manifest = job.folder, job.folder.finished(), job.folder.manifest["stages"]
-    with files.understood(folder.path):
+    with files.reading_stage_file(folder.path):
         result = TrialResult(
             name=job.trial.name,
             folder=shown(folder.path),

@@ -24,7 +24,7 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import read_level, readings_of
-from validate.figures.compare_page import MOST_RUNS, Side, compare_page, differing, first_with_readings
+from validate.figures.compare_page import MAX_RUNS, Side, compare_page, differing, first_with_readings
 from validate.figures.page import Page, write_page
 from validate.result import COMPARISON, Comparison, read_comparison
 from validate.run_facts import facts_of_runs, run_warnings
@@ -49,9 +49,9 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Pa
     Raises InputError if a folder is not a finished run or is given twice, if settings or files of a run were changed
     after the results were written, or if there are too many folders.
     """
-    if len(folders) > MOST_RUNS:
+    if len(folders) > MAX_RUNS:
         raise InputError(
-            f"{len(folders)} runs are given, but at most {MOST_RUNS} can be distinguished in a plot. To show a study, "
+            f"{len(folders)} runs are given, but at most {MAX_RUNS} can be distinguished in a plot. To show a study, "
             "use 'sealtwin map'."
         )
     twice = [str(folder) for folder, times in Counter(folder.resolve() for folder in folders).items() if times > 1]
@@ -139,7 +139,7 @@ def _side(job: Job, name: str) -> Side:
         "frames": run.health.frames,
         "time of the frames (s)": run.health.frames_s,
     }
-    with files.understood(job.path / "simulation.json"):
+    with files.reading_stage_file(job.path / "simulation.json"):
         volume_ratio = run.volume_ratio
     stages = STAGES if readings is not None else STAGES[:-1]
     numbers = {f"stage_number.{stage}": job.folder.numbers_of(stage).get(stage, UNNUMBERED) for stage in stages}

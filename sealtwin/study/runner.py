@@ -52,7 +52,7 @@ from validate.run_facts import facts_of_runs
 from validate.settings import Readings
 
 SHOWN_EVERY_S = 2.0  # Time in s between two updates of the progress display
-MOST_NUMBERS = 8  # Largest number of coefficients of a baseline curve, also for a sweep of more settings
+MAX_NUMBERS = 8  # Largest number of coefficients of a baseline curve, also for a sweep of more settings
 
 SUMMARY = "summary.json"
 INPUTS = "inputs"  # Name of the folder in a run folder with the copied readings
@@ -423,7 +423,7 @@ def _compared(simulated: Profile, measured: Profile | None) -> dict[str, Any]:
     from_mm, to_mm = error.x[[0, -1]].tolist()
     figures = vars(error_figures(error, measured)) | {
         "stations_compared": int(are_compared(measured.s_mm, from_mm, to_mm).sum()),
-        "baselines": best_curves(measured, from_mm, to_mm, range(1, MOST_NUMBERS + 1)),
+        "baselines": best_curves(measured, from_mm, to_mm, range(1, MAX_NUMBERS + 1)),
     }
     return {name: figures[name] for name in RunErrors.model_fields}
 

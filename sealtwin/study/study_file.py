@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from pydantic import BeforeValidator, Field, model_validator
 
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.settings import MOST_FAULTS, Settings, read_settings
+from sealtwin.core.settings import MAX_FAULTS, Settings, read_settings
 from sealtwin.trial.trial_file import (
     SETTINGS,
     TABLES,
@@ -21,7 +21,7 @@ from sealtwin.trial.trial_file import (
     no_such_setting,
 )
 
-MOST_RUNS = 20_000  # Largest number of runs of a study. More runs are probably a mistake in a grid
+MAX_RUNS = 20_000  # Largest number of runs of a study. More runs are probably a mistake in a grid
 
 Value = TypeVar("Value")
 
@@ -52,7 +52,7 @@ class Rows(Settings):
 
     columns: Annotated[tuple[str, ...], Field(min_length=1)]
     """Dotted names of the settings that vary."""
-    rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]
+    rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MAX_RUNS)]
     """One row for each run, with a value for each column."""
 
     @model_validator(mode="after")
@@ -96,7 +96,7 @@ class Range(Settings):
 class Latin(Settings):
     """A Latin hypercube: each range is cut into ``count`` slices, and one value is drawn in each slice."""
 
-    count: Annotated[int, Field(ge=2, le=MOST_RUNS)]
+    count: Annotated[int, Field(ge=2, le=MAX_RUNS)]
     """Number of runs."""
     seed: Seed = 0
     """Seed of the random draws."""
@@ -138,8 +138,8 @@ class Study(Settings):
             raise ValueError(f"{', '.join(twice)}: given twice; give each setting once")
         if empty := [name for name, values in (self.grid or {}).items() if not values]:
             raise ValueError(f"grid.{empty[0]}: the list of values is empty; give at least one value")
-        if runs > MOST_RUNS:
-            raise ValueError(f"there are {runs} runs, but at most {MOST_RUNS} are allowed")
+        if runs > MAX_RUNS:
+            raise ValueError(f"there are {runs} runs, but at most {MAX_RUNS} are allowed")
         return self
 
     def _design(self) -> tuple[tuple[str, ...], int, Iterable[tuple[Any, ...]]]:
@@ -212,7 +212,7 @@ def raise_faults(faults: Mapping[str, list[int]]) -> None:
     """Raise InputError if there are faults. The message lists each fault once, with the numbers of its runs."""
     if not faults:
         return
-    shown = [f"{_runs(numbers)}: {sentence}" for sentence, numbers in list(faults.items())[:MOST_FAULTS]]
+    shown = [f"{_runs(numbers)}: {sentence}" for sentence, numbers in list(faults.items())[:MAX_FAULTS]]
     more = len(faults) - len(shown)
     raise InputError("\n".join([*shown, f"There are {more} more faults."] if more else shown))
 

@@ -14,7 +14,7 @@ from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, content_key, holding, open_folder, require_own
 from sealtwin.study.pipeline import run_stages
-from sealtwin.study.runner import INPUTS, MOST_NUMBERS, StudyOptions, WantedRun, bring_up_to_date, schedule
+from sealtwin.study.runner import INPUTS, MAX_NUMBERS, StudyOptions, WantedRun, bring_up_to_date, schedule
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
 from sealtwin.study.study_folder import (
     PLAN,
@@ -255,7 +255,7 @@ def _baselines(run: StudyRun, figures: StudyFigures, error_mm: float) -> dict[st
     declared = (run.trial.get("readings") or {}).get("fitted") or ()
     varied = {name for name in run.settings if name != "seed"}
     fitted = len(varied | {*declared})
-    curves = [curve for curve in figures.baselines if curve.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
+    curves = [curve for curve in figures.baselines if curve.numbers in (*ALWAYS, min(fitted, MAX_NUMBERS))]
     sentence = None
     if curves:
         sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, figures.stations_compared)

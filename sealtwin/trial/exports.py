@@ -79,7 +79,7 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
     from validate.figures.snapshots import FillScene, write_film
 
     sample, run = record_files.read_sample(folder), record_files.read_simulation(folder)
-    with files.understood(folder / "simulation.json"):
+    with files.reading_stage_file(folder / "simulation.json"):
         nozzle_mm = float(files.read_json(folder / "simulation.json")["settings"]["nozzle"]["diameter_mm"])
     scene = FillScene(sample.outline, sample.solid, sample.trajectory, run.radius_mm, nozzle_mm)
     frames = read_collection(folder / FRAMES)
@@ -274,7 +274,7 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
     require_folder(target)
     written: dict[str, str] = {}
     if (target / REPORT).is_file():
-        with files.understood(target / REPORT):
+        with files.reading_stage_file(target / REPORT):
             names = files.read_json(target / REPORT)["files"]
             written = {it.file: names[it.file] for it in LANGUAGES.values() if it.file in names}
     for name in (*texts, *written):

@@ -116,7 +116,7 @@ def _require_fluid(job: Job) -> None:
 
 def _has_frames(job: Job, wanted: Output) -> bool:
     """Return True if the finished run wrote all frames and snapshots that the trial now requests."""
-    with files.understood(job.path / MANIFEST):
+    with files.reading_stage_file(job.path / MANIFEST):
         output = Output.model_validate_json(json.dumps(job.folder.manifest["stages"]["simulate"].get("output", {})))
     if wanted.frames_every_s is not None and not (job.path / FRAMES).is_file():
         return False

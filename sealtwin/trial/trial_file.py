@@ -19,7 +19,7 @@ from simulate.settings import LAWS, Fluid, Nozzle, SampleSlope, Solver, excluded
 from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
-MOST_SEEDS = 20  # Largest number of runs of one trial that differ only in the seed
+MAX_SEEDS = 20  # Largest number of runs of one trial that differ only in the seed
 
 PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"  # Pattern of one line that is not blank
 LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
@@ -52,7 +52,7 @@ class FluidOfFile(Fluid):
     freeze_after_s: float | Literal["never"]  # pyright: ignore[reportGeneralTypeIssues]
 
 
-MOST_APART = 0.03  # Largest relative difference of the densities in two tables. Each is measured to one percent
+MAX_APART = 0.03  # Largest relative difference of the densities in two tables. Each is measured to one percent
 
 
 class Trial(Settings):
@@ -64,7 +64,7 @@ class Trial(Settings):
     """Note in the report that states what a reader must know about this trial."""
     seed: Seed = 0
     """Seed of the small random offsets of the particles at the nozzle."""
-    seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS)] | None = None
+    seeds: Annotated[int, Field(ge=1, le=MAX_SEEDS)] | None = None
     """Number of runs, 1 to 20, with the seeds seed, seed + 1 and so on. The level is the mean of the runs, with a band
     for one further run."""
     photo: PhotoInput | None = None
@@ -163,7 +163,7 @@ class Trial(Settings):
                 uncertainty = uncertainty.with_paste(measured.yield_stress_error_pa, measured.viscosity_error_percent)
             if (weighed := self.path.weighed) is not None:
                 apart = abs(fluid.density_kg_m3 - weighed.density_kg_m3)
-                if apart > MOST_APART * fluid.density_kg_m3:
+                if apart > MAX_APART * fluid.density_kg_m3:
                     raise InputError(
                         f"path.weighed.density_kg_m3 is {weighed.density_kg_m3:g} and fluid.density_kg_m3 is "
                         f"{fluid.density_kg_m3:g}, but a sealant has only one density. Give the measured density in "

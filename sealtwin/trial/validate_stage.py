@@ -84,7 +84,7 @@ def bring_up_to_date(job: Job) -> bool:
 
     outline, solid = _crack(job)
     run, (profile, seeds) = record_files.read_run(job.path), read_level(job)
-    with files.understood(job.path / "simulation.json"):
+    with files.reading_stage_file(job.path / "simulation.json"):
         ratio = record_files.read_simulation(job.path).volume_ratio
     readings = readings_of(job, profile)
     if readings is not None:
@@ -192,7 +192,7 @@ def read_spread(job: Job) -> "Spread | None":
         return None
     from validate.uncertainty.computed import Spread
 
-    with files.understood(job.path / SPREAD):
+    with files.reading_stage_file(job.path / SPREAD):
         return replace(Spread.of(files.read_json(job.path / SPREAD)), mean_of=job.trial.seeds or 1)
 
 
@@ -206,7 +206,7 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
         return None
     from digitise.trajectory import volume_warnings
     from validate.readings.read_readings import read_readings
-    from validate.readings.screens import Filling
+    from validate.readings.reading_checks import Filling
     from validate.uncertainty.contradictions import refuse_contradicted
 
     outline, solid = _crack(job)
@@ -270,7 +270,7 @@ def _recorded_origin(source: Path) -> ReadingsSheet | None:
     content = files.read_json(source / RECORD) if (source / RECORD).is_file() else None
     if not isinstance(content, dict) or "ingested_utc" not in content:
         return None
-    with files.understood(source / RECORD):
+    with files.reading_stage_file(source / RECORD):
         of_lab = {key: content[key] for key in ("operator", "date")}
         sheets = (file for file in content["files"] if file["role"] == "readings")
         return next((ReadingsSheet(name=file["original"], sha256=file["sha256"], **of_lab) for file in sheets), None)

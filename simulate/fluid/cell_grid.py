@@ -17,7 +17,7 @@ from simulate.kernels.neighbours import BLOCK, Neighbours
 NEIGHBOURS = 128  # Slots of a neighbour list, a multiple of 16. Fluid at rest fills 50, and 100 at twice its density.
 WALL_NEIGHBOURS = 96  # Slots of a list of wall particles. A flat wall fills 13, a narrow corner three times as many.
 ENTRIES = 70  # Initial room of packed lists, in entries per row. Fluid at rest fills 58 to 65 with its padding.
-MOST_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
+MAX_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
 """Number of entries of a block whose lists are full, divided by sixteen."""
 SLICE_POINTS = 64  # The number of points in a slice is a multiple of this
 SPARE = 16  # Extra entries at the end, since a loop reads sixteen points at a time

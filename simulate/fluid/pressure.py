@@ -11,7 +11,7 @@ from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import State
 from simulate.kernels import pressure
 from simulate.kernels.pair_kernels import PairKernels
-from simulate.settings import Scheme
+from simulate.settings import PresetConstants
 from simulate.setup.signed_distance import Barrier
 
 LONGEST_CORRECTION = 0.25  # Longest correction of one iteration, divided by h
@@ -54,7 +54,7 @@ class Pressure:
         *,
         smoothing: Any,
         moves_after_viscosity: Sequence[bool],
-        scheme: Scheme,
+        scheme: PresetConstants,
         iterations: Sequence[Iterations],
     ) -> None:
         """Bind the kernels. ``iterations`` and ``moves_after_viscosity`` have one item per run.
@@ -127,7 +127,7 @@ def smoothing_of(support: float, mass: float, wall_mass: float, relaxation: floa
     ``support`` is h in cm. Masses are divided by the rest density, in cm3. ``relaxation`` is epsilon h^2.
     """
     poly6, spiky = 315 / (64 * math.pi * support**9), -45 / (math.pi * support**6)
-    smoothing = pressure.Smoothing()
+    smoothing = pressure.KernelConstants()
     smoothing.support, smoothing.mass = support, mass
     smoothing.density, smoothing.slope = mass * poly6, mass * spiky
     smoothing.wall_density, smoothing.wall_slope = wall_mass * poly6, wall_mass * spiky

@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from sealtwin.core.records import Floats, Integers
-from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_lists
+from simulate.fluid.cell_grid import MAX_ROOM, CellGrid, make_room, neighbour_lists
 from simulate.fluid.fault_checks import FaultChecks
 from simulate.fluid.launcher import Launcher, record
 from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
@@ -43,7 +43,7 @@ ROWS_TOGETHER = 16  # Number of rows that a loop processes at a time
 RENUMBER_EVERY = 32
 """Number of frames between renumberings of the particles by cells. With 16, a frame of 50,000 particles takes the same
 time. With 256, it takes a tenth more."""
-MOST_SHARED = 30_000
+MAX_SHARED = 30_000
 """Largest number of rows for which each row gets a warp of GPU threads. With more rows, each row has one thread. On an
 H200 a frame of 24,750 rows takes 8.9 ms with warps and 9.7 ms with threads. A frame of 49,500 rows takes 15.2 ms and
 13.0 ms."""
@@ -113,7 +113,7 @@ class FluidSolver:
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
         # On a GPU the threads of a warp share a particle's sums, unless there are enough particles for all threads.
-        lanes = int(WARP) if device != "cpu" and rows <= MOST_SHARED else 1
+        lanes = int(WARP) if device != "cpu" and rows <= MAX_SHARED else 1
         rows_of_movers = Extent(state.particles.mover_count, ROWS_TOGETHER)
         self.launcher = launcher = Launcher(device, rows_of_movers, threads, lanes)
         native = device == "cpu" if native is None else native
@@ -324,7 +324,7 @@ class FluidSolver:
             self._renumber()
         if self.replays and not self.recorded and self.kernels_a_frame:
             # A recording has the addresses of the lists, which can then get no more room.
-            self.make_room(MOST_ROOM)
+            self.make_room(MAX_ROOM)
             self._recorded = record(self.state.device, lambda: self._run_frame(frame))
         if not self.recorded:
             return self._run_frame(frame)

@@ -40,7 +40,7 @@ that flows or rests normally is compressed less."""
 
 
 @wp.struct
-class Smoothing:
+class KernelConstants:
     """Constants of the density constraint."""
 
     support: float  # h, the distance from which on both kernels are zero
@@ -228,7 +228,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
         rows: Span,
         particles: Particles,
         neighbours: Neighbours,
-        kernel: Smoothing,
+        kernel: KernelConstants,
         iteration_state: IterationState,
         iteration: int,
     ):
@@ -264,7 +264,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
         rows: Span,
         particles: Particles,
         neighbours: Neighbours,
-        kernel: Smoothing,
+        kernel: KernelConstants,
         longest: float,
         frozen_answer: float,
         iteration_state: IterationState,  # out: correction

@@ -24,7 +24,7 @@ HERSCHEL_BULKLEY = wp.constant(int(Law.HERSCHEL_BULKLEY))
 WALL_MOMENT = wp.constant(0.057)
 """Weight of a wall in the fit of the shear rate, divided by h and the weights of ``no_slip_weight``. It equals the
 weight of the pairs that the wall cuts off."""
-LEAST_MOMENT = wp.constant(6.0e-5)
+MIN_MOMENT = wp.constant(6.0e-5)
 """Moment of the neighbours, divided by h^5, below which they do not determine a gradient along a direction. It is a
 thousandth of the moment in a liquid."""
 
@@ -76,7 +76,7 @@ def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float,
     fit += moment * walls[2] * wp.outer(normal, normal)
     changes += moment * walls[1] * wp.outer(moves, normal)
     # With too few neighbours the gradient is 0.
-    least = LEAST_MOMENT * support * support * support * support * support / volume
+    least = MIN_MOMENT * support * support * support * support * support / volume
     for axis in range(3):
         fit[axis, axis] += least
     gradient = changes * wp.inverse(fit)

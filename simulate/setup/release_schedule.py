@@ -15,7 +15,7 @@ PARTICLES_AT_MOST = 1_000_000  # Largest number of particles. If none freezes, n
 RELEASED_AT_MOST = 100_000
 """Largest number of particles in a release. In the paper it is seven. A lattice of four times as many points is made to
 pack them."""
-LEAST_SHIFT = 0.25
+MIN_SHIFT = 0.25
 """Smallest room for the shift of a lone particle, divided by its radius. It is used if the bore of the nozzle leaves
 less."""
 ROUNDING = 1e-9  # Tolerance that keeps a whole number of frames from being rounded up
@@ -31,7 +31,7 @@ def places_of_releases(disc_mm: Floats, radius_mm: float, diameter_mm: float, se
     random = np.random.default_rng(seed)
     turn = random.uniform(0, 2 * np.pi, releases)
     if len(disc_mm) == 1:
-        room_mm = max(diameter_mm / 2 - radius_mm, LEAST_SHIFT * radius_mm)
+        room_mm = max(diameter_mm / 2 - radius_mm, MIN_SHIFT * radius_mm)
         shift_mm = room_mm * np.sqrt(random.uniform(0, 1, releases))
         return (shift_mm * [np.cos(turn), np.sin(turn)]).T[:, np.newaxis]
     (x, y), turn = disc_mm.T, turn[:, np.newaxis]

@@ -23,7 +23,7 @@ OFF_NODE = 1e-3
 """Scatter of points around their nodes, in steps. Without it, rounding would decide between two equally near points."""
 LEVEL = 0.99  # Vertical part of a normal above which a plane counts as horizontal and has x as first axis
 CANDIDATES = 20  # Number of candidates per chosen particle. More do not make the layer more even.
-PARTS, LEAST_PART = 12, 2000
+PARTS, MIN_PART = 12, 2000
 """Number of parts into which the candidates are divided, and smallest number of candidates in a part."""
 NEAREST = 0.78
 """Smallest distance of two wall particles, divided by 2R. With it, a greedy choice leaves no hole wider than one
@@ -112,7 +112,7 @@ def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
     """
     # Nodes of two planes may have the same lot; they are then ordered by place.
     rest = points[np.lexsort((*points.T, lot))]
-    part = max(LEAST_PART, len(rest) // PARTS)
+    part = max(MIN_PART, len(rest) // PARTS)
     parts = [rest[:0]]
     while len(rest):
         chosen = _chosen(rest[:part], apart)

@@ -30,7 +30,7 @@ STEPS = 200
 A front advances by at most one cell per step."""
 STEP_RATIO = 1.05  # Ratio of each time step of settling to the step before it
 TOLERANCE = 1e-6  # Largest residual of a step, divided by the area of the largest section
-MOST_NEWTON, MOST_HALVED = 60, 12
+MAX_NEWTON, MAX_HALVED = 60, 12
 OVERSHOT = 0.3
 """Limit for the slope at the end of a Newton step, divided by the slope at its start. Above this ratio the step has
 passed the minimum of the convex function and is halved."""
@@ -39,7 +39,7 @@ GRAVITY_MM_S2 = 9810.0
 REACH_PER_MM = 1e6  # Reach per mm that stands for a fluid without a yield stress, in 1/mm
 MOUND, CROWN = 4.0, 2.0
 """Heights of a mound and of a crown, divided by tau / rho g. tau is the yield stress."""
-MOST_MOUND = 0.5
+MAX_MOUND = 0.5
 """Largest fraction of the sealant that is in a mound. In a short crack, a larger mound would have no sealant under
 it."""
 DUCT = (1.0, -1.3553, 1.9467, -1.7012, 0.9564, -0.2537)
@@ -165,7 +165,7 @@ def mound_mm2(
     _, width_mm = sections.area_mm2(surface_mm - sections.bottom_mm)
     area_mm2 = rise_mm * width_mm
     total_mm3 = float(area_mm2.sum()) * sections.step_mm
-    return area_mm2 * (min(1.0, MOST_MOUND * landed_mm3 / total_mm3) if total_mm3 > 0 else 0.0)
+    return area_mm2 * (min(1.0, MAX_MOUND * landed_mm3 / total_mm3) if total_mm3 > 0 else 0.0)
 
 
 def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
@@ -238,7 +238,7 @@ class _Bed:
         through = self._faces(sections.height_mm(self.area_mm2))
         flow, stiff = through.flow_mm3_s(self._push(height_mm))
         filled_mm2, width_mm = sections.area_mm2(height_mm)
-        for _ in range(MOST_NEWTON):
+        for _ in range(MAX_NEWTON):
             left_mm2 = filled_mm2 - self.area_mm2 + share * _net(flow)
             if np.abs(left_mm2).max() <= self._tolerance_mm2:
                 break
@@ -247,7 +247,7 @@ class _Bed:
             width_mm[1:] += coupled
             change_mm = np.asarray(dptsv(width_mm, -coupled, -left_mm2)[2], dtype=float)
             before, there_mm = float(left_mm2 @ change_mm), height_mm
-            for _ in range(MOST_HALVED):
+            for _ in range(MAX_HALVED):
                 there_mm = height_mm + change_mm
                 flow, stiff = through.flow_mm3_s(self._push(there_mm))
                 filled_mm2, width_mm = sections.area_mm2(there_mm)

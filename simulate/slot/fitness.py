@@ -13,11 +13,11 @@ from simulate.slot.sections import sections_of, trapezoid_misfit
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 """Limits of the model: largest slope that walls support, height of a mound in mm, filled fraction of the crack, and
 level above the face in mm."""
-MOST_MISFIT = 0.05
+MAX_MISFIT = 0.05
 """Limit, as a fraction, for two differences: between the areas below a level of a mesh's sections and of trapezoids,
 and between the volumes of the sections and of the crack. At a depth of 10 mm, levels are then wrong by half a
 millimetre."""
-MOST_HELD_MM, MOST_DRAGGED = 0.5, 0.25
+MAX_HELD_MM, MAX_DRAGGED = 0.5, 0.25
 """Limits for narrow positions of a crack: largest step of the level in mm that they may support in addition to the
 sections, and largest drag that they may add to a liquid, as a length divided by the crack's length. At both limits, a
 fill with narrow positions is off by at most 0.6 mm."""
@@ -92,18 +92,18 @@ class Fitness:
             "mm",
         )
         unless(
-            self.misfit <= MOST_MISFIT,
+            self.misfit <= MAX_MISFIT,
             "walls",
             "The walls of this mesh are not straight: the area of a section below a level differs by "
-            f"{self.misfit:.0%} from that of this model's trapezoids. At most {MOST_MISFIT:.0%} is allowed.",
+            f"{self.misfit:.0%} from that of this model's trapezoids. At most {MAX_MISFIT:.0%} is allowed.",
             self.misfit,
         )
         unless(
-            abs(self.left_out) <= MOST_MISFIT,
+            abs(self.left_out) <= MAX_MISFIT,
             "left-out",
             f"This model's sections have {abs(self.left_out):.0%} {'less' if self.left_out > 0 else 'more'} volume "
             f"than the crack: they do not include side cracks, and space under the face beyond the ends of the "
-            f"mouth. At most {MOST_MISFIT:.0%} is allowed.",
+            f"mouth. At most {MAX_MISFIT:.0%} is allowed.",
             self.left_out,
         )
         places = f"Stones, a wall across the crack or a neck, mainly at s = {self.narrowest_mm:.1f} mm,"
@@ -115,18 +115,18 @@ class Fitness:
             "mm",
         )
         unless(
-            not MOST_HELD_MM < self.held_mm < np.inf,
+            not MAX_HELD_MM < self.held_mm < np.inf,
             "held",
             f"{places} support a step of the level of up to {self.held_mm:.1f} mm. This model averages them over its "
-            f"sections, and allows at most {MOST_HELD_MM:g} mm.",
+            f"sections, and allows at most {MAX_HELD_MM:g} mm.",
             self.held_mm,
             "mm",
         )
         unless(
-            not MOST_DRAGGED < self.dragged < np.inf,
+            not MAX_DRAGGED < self.dragged < np.inf,
             "dragged",
             f"{places} slow the flow as much as {self.dragged:.2f} times the crack's length would. At most "
-            f"{MOST_DRAGGED:g} is allowed.",
+            f"{MAX_DRAGGED:g} is allowed.",
             self.dragged,
         )
         if self.goes_on_mm is not None:

@@ -42,7 +42,7 @@ def test_recorded_frames_on_a_gpu_agree_with_the_cpu():
 def test_one_warp_per_particle_agrees_with_one_thread_per_particle(monkeypatch):
     """Many particles have a thread each and few a warp each, in which floats are summed in another order."""
     warps = ready(PASTES[:1], device=DEVICE)
-    monkeypatch.setattr("simulate.fluid.solver.MOST_SHARED", 0)
+    monkeypatch.setattr("simulate.fluid.solver.MAX_SHARED", 0)
     threads = ready(PASTES[:1], device=DEVICE)
     for injection in (warps, threads):
         for _ in range(8):

@@ -138,7 +138,7 @@ def least_mm(most: int) -> float:
     return math.ceil(1000 * (2000.0 / most / particle_volume(1.0)) ** (1 / 3)) / 1000
 
 
-LEAST_MM = least_mm(20_000)
+MIN_MM = least_mm(20_000)
 
 
 @pytest.mark.parametrize(
@@ -147,9 +147,9 @@ LEAST_MM = least_mm(20_000)
         # "auto" was once refused, with a larger radius as the advice.
         ("auto", 800, "needs more particles.*No radius is possible: at most 0.775"),
         ("auto", 2_000, None),
-        (0.01, 20_000, rf"radius_mm is 0.01: .* {LEAST_MM:.3f} to 0.775"),
-        (LEAST_MM - 0.001, 20_000, rf"radius_mm is {LEAST_MM - 0.001:g}: .* {LEAST_MM:.3f} to 0.775"),
-        (LEAST_MM, 20_000, None),
+        (0.01, 20_000, rf"radius_mm is 0.01: .* {MIN_MM:.3f} to 0.775"),
+        (MIN_MM - 0.001, 20_000, rf"radius_mm is {MIN_MM - 0.001:g}: .* {MIN_MM:.3f} to 0.775"),
+        (MIN_MM, 20_000, None),
     ],
 )
 def test_a_radius_that_gives_too_many_particles_is_refused_with_the_allowed_range(monkeypatch, radius_mm, most, says):

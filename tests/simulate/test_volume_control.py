@@ -14,9 +14,9 @@ from simulate.vessel import vessel_of
 from simulate.volume_control import (
     CELL,
     FLOWS_MM_S,
-    LEAST_FACTOR,
-    LEAST_FLOWING,
-    MOST_FACTOR,
+    MAX_FACTOR,
+    MIN_FACTOR,
+    MIN_FLOWING,
     BedFigures,
     VolumeControl,
 )
@@ -42,7 +42,7 @@ def test_a_bed_has_the_dispensed_volume_with_and_without_a_yield_stress(paste):
     assert run.escaped_particles == 0
     factor = run.health.volume_factor
     assert factor is not None
-    assert LEAST_FACTOR * 0.9999 <= factor <= MOST_FACTOR * 1.0001
+    assert MIN_FACTOR * 0.9999 <= factor <= MAX_FACTOR * 1.0001
     assert factor != pytest.approx(run.settings["solver"]["volume_factor"], abs=1e-4)
 
 
@@ -58,7 +58,7 @@ def paste():
     return finish(ready(PASTES[2:3], radius_mm=0.4, settle_s=0.5))
 
 
-@pytest.mark.parametrize(("stretch", "bound"), [(1.3, LEAST_FACTOR), (0.7, MOST_FACTOR)])
+@pytest.mark.parametrize(("stretch", "bound"), [(1.3, MIN_FACTOR), (0.7, MAX_FACTOR)])
 def test_the_volume_factor_corrects_too_large_and_too_small_beds_within_bounds(liquid, stretch, bound):
     once, last = _factors(liquid, stretch, speed_mm_s=2.0)
     assert np.sign(once / liquid.engine.scheme.volume_factor - 1) == np.sign(1 - stretch)
@@ -69,8 +69,8 @@ def test_resting_paste_may_shrink_but_does_not_swell(liquid, paste):
     """Swelling would build up pressure in paste until it yields at once; a liquid swells even if it only creeps."""
     before = paste.engine.scheme.volume_factor
     assert _factors(paste, 0.7, speed_mm_s=0.5) == pytest.approx((before, before))
-    assert _factors(paste, 1.3, speed_mm_s=0.5)[1] == pytest.approx(LEAST_FACTOR, rel=1e-5)
-    assert _factors(liquid, 0.7, speed_mm_s=0.5)[1] == pytest.approx(MOST_FACTOR, rel=1e-5)
+    assert _factors(paste, 1.3, speed_mm_s=0.5)[1] == pytest.approx(MIN_FACTOR, rel=1e-5)
+    assert _factors(liquid, 0.7, speed_mm_s=0.5)[1] == pytest.approx(MAX_FACTOR, rel=1e-5)
     assert _factors(liquid, 0.98, speed_mm_s=0.5) == _factors(liquid, 0.98, speed_mm_s=2.0)
 
 
@@ -78,7 +78,7 @@ def test_the_volume_correction_of_a_paste_is_inverse_to_its_flowing_share(paste)
     whole, half, tenth = (_factors(paste, 0.98, 2.0, share)[0] for share in (1.0, 0.5, 0.1))
     before = paste.engine.scheme.volume_factor
     assert (half - before) / (whole - before) == pytest.approx(2, rel=0.02)
-    assert (tenth - before) / (whole - before) == pytest.approx(1 / LEAST_FLOWING, rel=0.02)
+    assert (tenth - before) / (whole - before) == pytest.approx(1 / MIN_FLOWING, rel=0.02)
 
 
 def _factors(bed: Injection, stretch: float, speed_mm_s: float, share: float = 1.0) -> tuple[float, float]:
@@ -184,5 +184,5 @@ def test_device_and_host_measure_the_same_figures_of_a_bed(spread, tilt, slope, 
 
 def test_the_figures_of_a_bed_do_not_depend_on_how_runs_are_grouped(spread, monkeypatch):
     together = figures(spread, spread.pour.sample.solid, LEVEL)
-    monkeypatch.setattr("simulate.volume_control.MOST_TOPS", 1)
+    monkeypatch.setattr("simulate.volume_control.MAX_TOPS", 1)
     assert figures(spread, spread.pour.sample.solid, LEVEL) == together

@@ -13,7 +13,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Outline, Solid
-from simulate.fluid.cell_grid import MOST_ROOM
+from simulate.fluid.cell_grid import MAX_ROOM
 from simulate.fluid.solver import FluidSolver
 from simulate.hollow import Box, Hollow
 from simulate.kernels.neighbours import Neighbours
@@ -249,7 +249,7 @@ def _let_slip(engine: FluidSolver, slips: Callable[[Floats], Mask], depth_mm: fl
     spare = np.full((1, 4), 1e3)
     whole = wp.array(np.concatenate([place, spare]), dtype=wp.vec4, device=engine.state.device)
     # A copy cannot follow lists that are given more room.
-    engine.make_room(MOST_ROOM)
+    engine.make_room(MAX_ROOM)
     lists: Any = Neighbours()
     lists.assign(engine.lists)
     lists.wall_particle = whole[: len(place)]

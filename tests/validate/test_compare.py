@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from sealtwin.study.runner import MOST_NUMBERS, _compared
+from sealtwin.study.runner import MAX_NUMBERS, _compared
 from tests.support.levels import PROSE, STATIONS, compared, curves, measured, profile
 
 
@@ -59,7 +59,7 @@ def test_a_station_beyond_the_crack_is_used_but_not_compared():
     assert (len(metrics.stations.s_mm), set(metrics.stations.simulated_mm)) == (16, {1.0})
     figures = _compared(profile([0.0, 79.5], [1.0, 1.0]), measured())
     assert (figures["stations_compared"], figures["mean_error_mm"]) == (16, metrics.mean_error_mm)
-    assert [curve.numbers for curve in figures["baselines"]] == [*range(1, MOST_NUMBERS + 1)]
+    assert [curve.numbers for curve in figures["baselines"]] == [*range(1, MAX_NUMBERS + 1)]
     names = {"role": "calibrated-on", "fitted": tuple(f"setting {number}" for number in range(16))}
     sentences = compared(profile([0.0, 79.5], [1.0, 1.0]), **names).headline
     assert "16 settings can fit any level at 16 stations" in sentences[0].text

@@ -23,7 +23,7 @@ ROOT5 = np.sqrt(5.0)
 SLOPE, OF_A_RUN = 1.5, 0.5
 """Prior standard deviations: of the change of ln variance over a setting's range, and of a single run's ln variance
 about this slope."""
-LEAST_MM2 = 1e-6  # Variance that is added to each run's, since it is 0 for a closed form
+MIN_MM2 = 1e-6  # Variance that is added to each run's, since it is 0 for a closed form
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ class Scatter:
             off = level_mm - others.mean(axis=0)
             rows.append(off - (off @ basis.T) @ basis)
         residual_mm, middle = np.array(rows), points.mean(axis=0)
-        logs, apart = np.log((residual_mm**2).mean(axis=1) + LEAST_MM2), points - middle
+        logs, apart = np.log((residual_mm**2).mean(axis=1) + MIN_MM2), points - middle
         prior = (OF_A_RUN / SLOPE) ** 2 * np.eye(points.shape[1])
         slopes = np.linalg.solve(apart.T @ apart + prior, apart.T @ (logs - logs.mean()))
         evened = residual_mm / np.exp(apart @ slopes / 2)[:, None]

@@ -135,7 +135,7 @@ POSSIBLE = 0.995  # Probability that true settings satisfy a bound of the misfit
 DISCREPANCIES_MM = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
 DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the model discrepancy
 ALIKE_MM = 15.0  # Correlation length of the discrepancy along the crack, like that of a level's waves
-MOST_COMPONENTS = 10
+MAX_COMPONENTS = 10
 WALKERS, STRETCH = 64, 2.0
 CANDIDATES = 4096  # Sobol points from which walkers start
 
@@ -185,7 +185,7 @@ class BasisReach:
 
 
 def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
-    """Project the readings on as many components of runs, (r, n), as needed, up to ``MOST_COMPONENTS``.
+    """Project the readings on as many components of runs, (r, n), as needed, up to ``MAX_COMPONENTS``.
 
     With too few components, a correct model would look wrong (Salter et al. 2019, J. Am. Stat. Assoc. 114:1800). The
     limit of the misfit is the chi-square quantile at ``POSSIBLE``. It uses the largest scatter of all runs, because the
@@ -199,7 +199,7 @@ def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisRe
     most = most_components(len(levels_mm), stations)
     fewest = min(COMPONENTS, most)
     reach = BasisReach(np.inf, 0.0, False, fewest)
-    for components in range(fewest, min(MOST_COMPONENTS, most) + 1):
+    for components in range(fewest, min(MAX_COMPONENTS, most) + 1):
         scatter = Scatter.fitted(points, levels_mm, components)
         rest_mm2 = scatter.rest_mm2 * scatter.relative(points).max()
         covariance = INFLATED**2 * (evidence.covariance_mm2 + rest_mm2)

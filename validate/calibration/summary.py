@@ -22,7 +22,7 @@ from validate.units import percent, setting_name
 
 MIXED = 1.1  # Gelman-Rubin ratio above which the draws have not converged
 SHARE = 0.95
-LEAST_IN_BAND = 0.8  # Smallest fraction of a held-out trial's stations that must be in the 95 % band
+MIN_IN_BAND = 0.8  # Smallest fraction of a held-out trial's stations that must be in the 95 % band
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ class Calibrated:
             f"{prediction.trial}, held out: only {percent(prediction.held, 0)} of the stations are in the 95 % band. "
             "The calibrated material does not fit this trial."
             for prediction in self.predictions
-            if prediction.role == "held out" and prediction.held < LEAST_IN_BAND
+            if prediction.role == "held out" and prediction.held < MIN_IN_BAND
         ]
         return sentences
 

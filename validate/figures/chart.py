@@ -14,7 +14,7 @@ from sealtwin.core.vtk_files import Frame
 from validate.comparison import Baseline, ErrorFigures
 from validate.metrics.curve_distances import compared_stations, error_figures, level_difference
 from validate.metrics.verdict import ALWAYS, against_baselines, best_curves
-from validate.uncertainty.budget import Budget, hats, mean_absolute
+from validate.uncertainty.budget import Budget, linear_weights, mean_absolute
 from validate.uncertainty.computed import require_different
 from validate.units import counted, name_and_unit
 
@@ -32,7 +32,7 @@ VOLUME_OFF = Fact("volume", "the settled volume differs from the dispensed volum
 CELLS = 240  # Number of the map's cells along each axis, more than a page can show
 STEPS = 12  # Number of equal steps into which the number of moving particles is divided
 FEWEST = 3  # Smallest number of frames in a step, and of steps for fitting a straight line
-LEAST_VALUES, LEAST_RUNS, LEAST_SHARE = 4, 16, 2 / 3
+MIN_VALUES, MIN_RUNS, MIN_SHARE = 4, 16, 2 / 3
 """Smallest number of values of each setting, smallest number of runs, and smallest fraction of the map between the runs
 that a surface needs. On a grid this is 4 by 4 runs; 30 random runs enclose about 0.7 of the map. A surface between
 fewer runs would be a guess."""
@@ -231,10 +231,10 @@ class Chart:
         from scipy.spatial import ConvexHull
 
         return (
-            len(self.runs) >= LEAST_RUNS
-            and min(len(set(along)) for along in self.places.T) >= LEAST_VALUES
+            len(self.runs) >= MIN_RUNS
+            and min(len(set(along)) for along in self.places.T) >= MIN_VALUES
             # The area, since the hull is in the plane.
-            and ConvexHull(self.places).volume >= LEAST_SHARE
+            and ConvexHull(self.places).volume >= MIN_SHARE
         )
 
     def said(self, run: HeldRun) -> str:
@@ -295,7 +295,7 @@ def as_near_as_the_best(
     low_mm, high_mm = max(profile.s_mm[0] for profile in profiles), min(profile.s_mm[-1] for profile in profiles)
     s_mm = s_mm[(s_mm >= low_mm) & (s_mm <= high_mm)]
     read_mm, *levels_mm = (profile.level_at_mm(s_mm) for profile in profiles)
-    off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T - read_mm
+    off_mm = budget.at_stations_mm[:DRAWS] @ linear_weights(s_mm, readings.s_mm).T - read_mm
     random = np.random.default_rng(0)
     mean_mm = np.array([run.mean_error_mm for run in runs])
     best = int(np.argmin(mean_mm))

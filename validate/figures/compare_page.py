@@ -44,7 +44,7 @@ COLOURS = (SIMULATED, MEASURED, THIRD, "#cc79a7", "#e69f00", "#9467bd", INK)
 """Colours of the runs: Okabe and Ito's without sky blue, because the first colour is shown as sky blue on a dark page.
 Colours four positions apart have the same stroke, so they are not shades of one colour."""
 STROKES = ("-", "--", ":", "-.")
-MOST_RUNS = len(COLOURS) * len(STROKES)  # Largest number of runs that look different: every stroke in every colour
+MAX_RUNS = len(COLOURS) * len(STROKES)  # Largest number of runs that look different: every stroke in every colour
 LEGEND_COLUMNS = 10  # Largest number of two-digit labels, with their strokes, side by side
 
 Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and format of a value on the page

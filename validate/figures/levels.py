@@ -33,7 +33,7 @@ from validate.uncertainty.validation import COVERAGE
 
 OVER_LINES = {"facecolor": CARD, "edgecolor": "none", "pad": 1.5}
 DOTTED = (0, (1, 2))
-MOST_BIN_LABELS = 10  # Largest number of bins whose labels fit side by side
+MAX_BIN_LABELS = 10  # Largest number of bins whose labels fit side by side
 
 
 def draw_levels(
@@ -99,7 +99,7 @@ def draw_histogram(comparison: Comparison) -> Figure:
     bars = axes.bar(
         edges_mm[:-1], errors_mm, np.diff(edges_mm), align="edge", color=SIMULATED, edgecolor="white", linewidth=1.5
     )
-    if len(bins) <= MOST_BIN_LABELS:
+    if len(bins) <= MAX_BIN_LABELS:
         axes.bar_label(bars, fmt="{:.2f}", padding=3, zorder=5, fontsize=8, bbox=OVER_LINES)
     mean = f"mean error {comparison.mean_error_mm:.2f} mm"
     axes.axhline(comparison.mean_error_mm, color=INK, linestyle="--", linewidth=1.0, label=mean)
@@ -109,7 +109,7 @@ def draw_histogram(comparison: Comparison) -> Figure:
     axes.set_xlim(0, edges_mm[-1])
     axes.margins(y=0.12)
     axes.grid(visible=False, axis="x")
-    ticks_mm = edges_mm[:: len(bins) // MOST_BIN_LABELS + 1]
+    ticks_mm = edges_mm[:: len(bins) // MAX_BIN_LABELS + 1]
     axes.set_xticks(ticks_mm, [f"{edge_mm:.3g}" for edge_mm in ticks_mm])
     return label_axes(axes, ALONG, "mean |error| (mm)", "Error by place, over each 10 mm", legend=2)
 

@@ -16,8 +16,8 @@ from matplotlib.patheffects import withStroke
 
 from sealtwin.core.records import Floats
 from validate.figures.chart import (
-    LEAST_RUNS,
-    LEAST_VALUES,
+    MIN_RUNS,
+    MIN_VALUES,
     Axis,
     Chart,
     HeldRun,
@@ -46,7 +46,7 @@ from validate.figures.theme import (
 )
 from validate.units import percent, setting_words, signed
 
-MOST_ROWS = 200  # Largest number of rows on the page, best runs first. The CSV has all rows.
+MAX_ROWS = 200  # Largest number of rows on the page, best runs first. The CSV has all rows.
 ERRORS = {
     "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
     "bias (mm)": ("bias_mm", partial(signed, decimals=3)),
@@ -58,7 +58,7 @@ ERRORS = {
 LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
 """Viridis without its ends, because one end is invisible on a dark page and the other on a light page."""
 HALO = [withStroke(linewidth=2.5, foreground=INK)]  # Dark edge of white marks on the map
-MOST_LABELS = 15  # Largest number of runs whose points are labelled with number and error, not only the number
+MAX_LABELS = 15  # Largest number of runs whose points are labelled with number and error, not only the number
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
         return Plot("heat", f"Mean error of each run (points), {between}{letters}.", draw)
     caption = (
         f"Mean error of each run, with its number{letters}. There is no surface between these runs: that takes "
-        f"{LEAST_RUNS} or more ranked runs, with {LEAST_VALUES} or more values of each setting, that enclose two "
+        f"{MIN_RUNS} or more ranked runs, with {MIN_VALUES} or more values of each setting, that enclose two "
         "thirds of the map."
     )
     return Plot("points", caption, draw)
@@ -187,8 +187,8 @@ def _runs(chart: Chart) -> FigureTable:
         FigureColumn("fits equally well", near, {"yes": "yes", "no": ""}.__getitem__, "as_near_as_the_best"),
         FigureColumn("time (s)", "wall_s", "{:.1f}".format, "wall_s"),
     ]
-    more = f"; the nearest {MOST_ROWS} of {len(chart.runs)}" if len(chart.runs) > MOST_ROWS else ""
-    nearest = np.argsort(chart.errors_mm, kind="stable")[:MOST_ROWS]
+    more = f"; the nearest {MAX_ROWS} of {len(chart.runs)}" if len(chart.runs) > MAX_ROWS else ""
+    nearest = np.argsort(chart.errors_mm, kind="stable")[:MAX_ROWS]
     return FigureTable(f"Nearest first{more}", "runs", columns, chart.runs, nearest.tolist())
 
 
@@ -199,7 +199,7 @@ def _left_out(chart: Chart) -> FigureTable:
         FigureColumn("why", "reason.text"),
         FigureColumn("volume ratio", "volume_ratio", "{:.3f}".format),
     ]
-    order = range(min(len(chart.excluded), MOST_ROWS))
+    order = range(min(len(chart.excluded), MAX_ROWS))
     return FigureTable("Runs that are not ranked", "left-out", columns, chart.excluded, order)
 
 
@@ -322,7 +322,7 @@ def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
 
     Without a surface, also write each run's number, and its error if there are few runs.
     """
-    surface, few = chart.has_surface, len(chart.runs) <= MOST_LABELS
+    surface, few = chart.has_surface, len(chart.runs) <= MAX_LABELS
     for run, position in zip(chart.runs, chart.places, strict=True):
         letter = letters.get(run.number, "")
         style: Any = {"textcoords": "offset points", "ha": "center"}

@@ -44,7 +44,7 @@ from validate.figures.theme import (
 )
 
 AROUND_MM = 8.0  # Width of the face shown around the crack
-MOST_ROWS = 8  # Largest number of moments below each other. More frames are thinned out evenly.
+MAX_ROWS = 8  # Largest number of moments below each other. More frames are thinned out evenly.
 NOZZLE_MM = 5.0  # Length of the nozzle that is drawn
 STYLES = ((SIMULATED, "-"), (MEASURED, (0, (4, 2))))
 """Colour and dashes of a panel's two curves. The curves can be told apart without colour, and if they coincide."""
@@ -115,8 +115,8 @@ class FillScene(Views):
 @themed()
 def draw_fill(frames: Sequence[Frame], scene: FillScene) -> Figure:
     """Draw a section along the crack for each frame, one below the other, with particles coloured by speed."""
-    if len(frames) > MOST_ROWS:
-        frames = [frames[round(index)] for index in np.linspace(0, len(frames) - 1, MOST_ROWS)]
+    if len(frames) > MAX_ROWS:
+        frames = [frames[round(index)] for index in np.linspace(0, len(frames) - 1, MAX_ROWS)]
     figure = plate(1.0 + 1.35 * len(frames))
     grid = draw_sections(figure, [[(scene, frame)] for frame in frames], "speed")
     for axes, frame in zip(grid.flat, frames, strict=True):

@@ -36,7 +36,7 @@ LIGHT = np.array([-0.36, 0.48, 0.8])
 """Unit vector towards the light. Its components point to the right and up in the picture, and towards the viewer."""
 DARKEST = 0.55  # Brightness without light, at which a colour can still be compared with its scale
 SMOOTHING = 2  # Number of samples along each side of a pixel, which are averaged for smooth edges
-MOST_AT_ONCE = 200_000  # Number of samples in the bounding boxes of facets computed together, which take 20 MB
+MAX_AT_ONCE = 200_000  # Number of samples in the bounding boxes of facets computed together, which take 20 MB
 FLAT = 1e-9  # Smallest width of a row, in samples, over which nearness may change
 
 
@@ -165,7 +165,7 @@ def render(
     triangle, owner = vertices[corner.reshape(faces.shape)], np.full(height * width, -1)
     nearest = np.full(height * width, -np.inf)
     sizes = np.cumsum(np.prod(np.ptp(triangle[..., :2], axis=1) + 1, axis=1))
-    batches = np.searchsorted(sizes, np.arange(MOST_AT_ONCE, sizes[-1], MOST_AT_ONCE))
+    batches = np.searchsorted(sizes, np.arange(MAX_AT_ONCE, sizes[-1], MAX_AT_ONCE))
     for part in np.split(np.arange(len(faces)), np.unique(batches)):
         facet, sample, nearness = _covered(triangle[part], width, height)
         np.maximum.at(nearest, sample, nearness)

@@ -38,7 +38,7 @@ layer one particle thick still fills more than half of its space. A larger blur 
 HALF_FULL = 0.5
 """Filled fraction of the space at the surface. With one half, sealant that ends in a plane has this plane as its
 surface."""
-MOST_VERTICES = 24_000
+MAX_VERTICES = 24_000
 """Largest number of vertices of the surface. A finer surface looks no better, and each vertex takes 12 bytes of a
 page."""
 COARSER_SURFACE, COARSER_WALLS = 1.15, 1.3
@@ -55,7 +55,7 @@ MARGIN = 0.08
 """Smallest margin of the first view, as a fraction of the picture's width. It is needed because the mesh is wider in
 other views."""
 STEPS = 65_535  # Steps of 16 bits across the largest extent, 2 µm each in a sample of 160 mm
-MOST_CORNERS = STEPS + 1 - MOST_VERTICES
+MAX_CORNERS = STEPS + 1 - MAX_VERTICES
 """Largest number of vertices of walls and rim, because indices have 16 bits. The paper's trial has 7,000, a scan
 millions."""
 
@@ -174,11 +174,11 @@ def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, I
 
 
 def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
-    """Return the cavity of a solid. If it has more than ``MOST_CORNERS`` vertices, neighbouring vertices are merged."""
+    """Return the cavity of a solid. If it has more than ``MAX_CORNERS`` vertices, neighbouring vertices are merged."""
     faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
     cell_mm = MERGED_CELL * float(np.ptp(solid.vertices_mm, axis=0).max())
     # Each facet has its own three vertices, and an edge of the rim has two facets.
-    while 3 * (len(faces) + 2 * len(rim)) > MOST_CORNERS:
+    while 3 * (len(faces) + 2 * len(rim)) > MAX_CORNERS:
         cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)
         _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
         merged = first[cell.ravel()][solid.faces]
@@ -224,7 +224,7 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
     """Return the surface on which half of the space is sealant, from a blurred count of the particles in each cell.
 
     The method is the colour field of Müller, Charypar and Gross 2003. ``position_mm`` is (n, 3), ``value`` (n,). Cells
-    are half as wide as the particles' spacing, or wider if the surface would have more than ``MOST_VERTICES`` vertices.
+    are half as wide as the particles' spacing, or wider if the surface would have more than ``MAX_VERTICES`` vertices.
     Single particles have no surface.
     """
     if not len(position_mm):
@@ -242,7 +242,7 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
         if filled.max() <= HALF_FULL:
             return NOTHING
         vertices, faces, normal, _ = marching_cubes(filled, HALF_FULL, gradient_direction="ascent")
-        if len(vertices) <= MOST_VERTICES:
+        if len(vertices) <= MAX_VERTICES:
             break
         cell_mm *= COARSER_SURFACE
     weighted = share * ndimage.gaussian_filter(_spread(position, value, shape), blur_mm / cell_mm)

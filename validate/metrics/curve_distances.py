@@ -19,7 +19,7 @@ BIN_MM = 10.0
 """Length of an error bin along the crack, as in the paper's Fig. 9b, whose outer bins are the start and end zones."""
 CLOSE_MM = 1.0  # Error for which the paper states the fraction of the crack's length below it
 FRECHET_MM = 0.5  # Spacing of the points for Frechet's distance. It is fixed, because the distance depends on it.
-MOST_FRECHET = 400  # Largest number of points, since the time grows with its square
+MAX_FRECHET = 400  # Largest number of points, since the time grows with its square
 ROUNDING = 1e-14  # Rounding error of a difference, as a fraction of its largest value
 
 
@@ -188,7 +188,7 @@ def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: flo
     """
     import similaritymeasures
 
-    points = min(MOST_FRECHET, max(2, round((to_mm - from_mm) / FRECHET_MM) + 1))
+    points = min(MAX_FRECHET, max(2, round((to_mm - from_mm) / FRECHET_MM) + 1))
     s_mm = np.linspace(from_mm, to_mm, points)
     first, second = (np.column_stack([s_mm, profile.level_at_mm(s_mm)]) for profile in (simulated, measured))
     return float(similaritymeasures.frechet_dist(first, second))

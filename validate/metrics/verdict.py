@@ -137,7 +137,7 @@ def against_baselines(
 FEWEST_STATIONS = 7
 """Smallest number of stations for a verdict. Next to a mound where the nozzle stops, the interval of the bias contains
 the true value in 0 to 98 % of trials with 5 stations, in 90 % or more with 6, and in 94 % or more with 7."""
-LEAST_COVERAGE = 0.8
+MIN_COVERAGE = 0.8
 """Smallest fraction of the crack's length that must be covered for a verdict. A tenth at each end may be out of a
 caliper's reach, but the paper's largest errors are at the ends."""
 WIDEST_GAP = 0.3
@@ -191,7 +191,7 @@ def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Ba
         stations_used=len(used_mm),
         widest_gap_mm=gap * length_mm,
         enough_readings=len(used_mm) >= FEWEST_STATIONS
-        and coverage >= LEAST_COVERAGE - ROUNDING
+        and coverage >= MIN_COVERAGE - ROUNDING
         and gap <= WIDEST_GAP + ROUNDING,
     )
 
@@ -228,7 +228,7 @@ LEVELS: dict[str, Level] = {
     SCREENING: "caution",
     "verdict.too-few-readings": "caution",
 }
-LIMITS = {"fewest_stations": FEWEST_STATIONS, "least_coverage": LEAST_COVERAGE, "widest_gap": WIDEST_GAP}
+LIMITS = {"fewest_stations": FEWEST_STATIONS, "least_coverage": MIN_COVERAGE, "widest_gap": WIDEST_GAP}
 
 
 def judged(

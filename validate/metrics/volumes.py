@@ -124,16 +124,16 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
 
 
 CELLS_ACROSS, LARGEST_MM = 8, 0.125  # Number of cells across the crack's mean width, and their largest size
-MOST_IN_MOUTH, MOST_CELLS = 40_000, 1_000_000  # Largest numbers of cells between the walls, and in total
-LEAST_SHARE = 1e-9  # Fraction of a cell below which an area is a rounding error
+MAX_IN_MOUTH, MAX_CELLS = 40_000, 1_000_000  # Largest numbers of cells between the walls, and in total
+MIN_SHARE = 1e-9  # Fraction of a cell below which an area is a rounding error
 LEVELS = 49  # Number of levels from the deepest floor to the face, a third of a mm apart at 16 mm
 BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at which the area jumps
 LOWEST_LEVELS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # In the lowest layer, since a modelled floor is uneven
-LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
+LEVEL_MM, MIN_OF_MOUTH, MAX_FLATS = 0.02, 1 / 200, 12
 """Three limits for level facets: height in mm within which facets count as level, smallest area at one height that gets
 its own levels (as a fraction of the mouth's area), and largest number of such heights. Floors, shelves and roofs are
 level. Without their own levels, the area would slope where it should jump."""
-NOISE, MOST_NOISE = 2.5, 1 / 8
+NOISE, MAX_NOISE = 2.5, 1 / 8
 """Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and largest depth as a
 fraction of the cavity's depth. Only 0.6 % of the vertices are deeper, too few to form connected hollows."""
 NORMAL_MEDIAN = 0.6745  # Median distance from the mean, in standard deviations
@@ -240,7 +240,7 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
     cells, shares = [], []
     for cut in cuts:
         covered = raster.areas(cut.to_polygons())
-        cells.append(np.flatnonzero(covered > LEAST_SHARE))
+        cells.append(np.flatnonzero(covered > MIN_SHARE))
         shares.append(covered[cells[-1]])
     inside = np.zeros(raster.shape, dtype=bool)
     inside.ravel()[np.concatenate(cells)] = True
@@ -268,7 +268,7 @@ def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
     low_mm, high_mm = corners_mm.min(axis=0), corners_mm.max(axis=0)
     cell_mm = min(outline.mean_width_mm / CELLS_ACROSS, LARGEST_MM)
     mouth_mm2 = outline.mean_width_mm * outline.length_mm
-    cell_mm = max(cell_mm, float(np.sqrt(max(np.prod(high_mm - low_mm) / MOST_CELLS, mouth_mm2 / MOST_IN_MOUTH))))
+    cell_mm = max(cell_mm, float(np.sqrt(max(np.prod(high_mm - low_mm) / MAX_CELLS, mouth_mm2 / MAX_IN_MOUTH))))
     columns, rows = (np.ceil((high_mm - low_mm) / cell_mm).astype(int) + 3).tolist()
     return _Raster(low_mm - cell_mm, cell_mm, (rows, columns))
 
@@ -280,7 +280,7 @@ def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Fl
     cell.
     """
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
-    main = np.flatnonzero((np.abs(raster.areas([walls_mm])) > LEAST_SHARE) & inside.ravel())
+    main = np.flatnonzero((np.abs(raster.areas([walls_mm])) > MIN_SHARE) & inside.ravel())
     main_mm = arc_length_at(raster.middles_mm(main), outline.centreline_mm).clip(0.0, outline.length_mm)
     nearest = np.zeros(inside.shape, dtype=np.int32)
     nearest.ravel()[main] = np.arange(1, len(main) + 1)
@@ -301,7 +301,7 @@ def _noise_mm(solid: Solid) -> float:
     order = np.argsort(height_mm)
     area_mm2 = np.cumsum(np.repeat(_plan_areas_mm2(corners_mm), 3)[order])
     median_mm = float(height_mm[order][np.searchsorted(area_mm2, area_mm2[-1] / 2)])
-    noise_mm = min(NOISE * median_mm / NORMAL_MEDIAN, MOST_NOISE * solid.depth_mm)
+    noise_mm = min(NOISE * median_mm / NORMAL_MEDIAN, MAX_NOISE * solid.depth_mm)
     return noise_mm if noise_mm > 2 * BESIDE_MM else 0.0
 
 
@@ -352,8 +352,8 @@ def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
     low_mm, high_mm = low_mm[flat], high_mm[flat]
     _, height = np.unique(np.round((low_mm + high_mm) / 2 / LEVEL_MM), return_inverse=True)
     total_mm2 = np.bincount(height, _plan_areas_mm2(corners_mm[flat]))
-    large = np.argsort(-total_mm2, kind="stable")[:MOST_FLATS]
-    large = large[total_mm2[large] > LEAST_OF_MOUTH * outline.mean_width_mm * outline.length_mm]
+    large = np.argsort(-total_mm2, kind="stable")[:MAX_FLATS]
+    large = large[total_mm2[large] > MIN_OF_MOUTH * outline.mean_width_mm * outline.length_mm]
     ends_mm = [
         (low_mm[height == level].min() - BESIDE_MM, high_mm[height == level].max() + BESIDE_MM) for level in large
     ]

@@ -76,7 +76,7 @@ TOKEN = re.compile(
 )
 CLAUSE = re.compile(r"[;\n。]| [-\u2013\u2014] (?!\d)|(?<=\w{6})\.\s+(?=\w{3})")
 GERMAN = re.compile(r"\b(?:und|mit|vom|der|das|ist|wurden?|am|im|ab|auf|beim?|nach|zu[rm]?)\b|emes")
-MOST_QUOTED, LONGEST_QUOTED = 60, 400  # Largest number of quoted texts of a sheet, and of characters in each
+MAX_QUOTED, LONGEST_QUOTED = 60, 400  # Largest number of quoted texts of a sheet, and of characters in each
 REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
 NAMES, RANGE = "names", "range"
 """Entries of as_written: for the names of file and worksheet, and for all texts outside the range."""
@@ -116,7 +116,7 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
             alike.setdefault(text.text, []).append(quote)
         # Each text is shown, those with a word that may change readings first; of equal ones the first.
         confirms = sorted({text.answer for text in texts})
-        finding = f"does this change the readings? {listed([*map(listed, alike.values())], MOST_QUOTED)}."
+        finding = f"does this change the readings? {listed([*map(listed, alike.values())], MAX_QUOTED)}."
         stops = any(changes(text.text) for text in texts if text.answer != NAMES)
         table.ask("remark", finding, REMEDY, {CONFIRMS: confirms}, confirms, stops=stops)
     _ask_about_marks(table, rows)

@@ -21,9 +21,9 @@ from validate.settings import Separator
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
 """Kind of a cell. All cells of a text file are "text". A "formula" is a formula without a stored result."""
-MOST_ROWS = 10_100  # Largest number of rows: 10,000 stations below a header and titles
-MOST_COLUMNS = 256  # Largest number of columns with content. A sheet of readings has fewer.
-MOST_NAMED = 8  # Largest number of cells or columns that a sentence names
+MAX_ROWS = 10_100  # Largest number of rows: 10,000 stations below a header and titles
+MAX_COLUMNS = 256  # Largest number of columns with content. A sheet of readings has fewer.
+MAX_NAMED = 8  # Largest number of cells or columns that a sentence names
 LONGEST_SHOWN = 60  # Largest number of characters of a cell that are quoted
 SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
 LARGEST_FILE_BYTES = 5_000_000  # Largest size of a sheet, or of a workbook with its pictures
@@ -79,12 +79,12 @@ class Grid:
 
     def require_size(self) -> Self:
         """Return the sheet. Raises SheetFaults if it is larger than a sheet of readings may be."""
-        if len(self.rows) > MOST_ROWS:
-            finding = f"the sheet has more than {MOST_ROWS} rows, which is the limit."
+        if len(self.rows) > MAX_ROWS:
+            finding = f"the sheet has more than {MAX_ROWS} rows, which is the limit."
             raise refused(self.location(), finding, "Use fewer stations.")
         for row, cells in self.rows.items():
-            if max(cells) >= MOST_COLUMNS:
-                finding = f"the sheet has more than {MOST_COLUMNS} columns, which is the limit."
+            if max(cells) >= MAX_COLUMNS:
+                finding = f"the sheet has more than {MAX_COLUMNS} columns, which is the limit."
                 raise refused(self.location(row), finding, "Delete everything outside the table.")
         return self
 
@@ -320,7 +320,7 @@ def quoted(text: str, longest: int = LONGEST_SHOWN) -> str:
     return repr(clipped(text, longest))
 
 
-def listed(texts: Sequence[str], most: int = MOST_NAMED) -> str:
+def listed(texts: Sequence[str], most: int = MAX_NAMED) -> str:
     """Return the first texts as a list in a sentence, and the number of the remaining ones."""
     more = f" and {len(texts) - most} more" if len(texts) > most else ""
     return ", ".join(texts[:most]) + more

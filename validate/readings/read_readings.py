@@ -11,13 +11,13 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from validate.readings.beside import ask_about_rest
 from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed, read_grid
+from validate.readings.reading_checks import Filling, SheetAndCrack, check_readings
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
-from validate.readings.screens import Filling, SheetAndCrack, screens
 from validate.readings.table import WAYS, Table, find_table
 from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
-MOST_ROWS_SHOWN = 8
+MAX_ROWS_SHOWN = 8
 WHOLE = ("sign", "unit", "datum", "direction")
 
 
@@ -74,7 +74,7 @@ def readings_of(
         sheet = SheetAndCrack(cells, depth_mm, length_mm, filling)
         if not has_levels:
             sheet = SheetAndCrack(cells, None, length_mm if has_places else None)
-        doubts = screens(sheet, grid.location())
+        doubts = check_readings(sheet, grid.location())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, table))
     understood = _understood(table, rows)
@@ -143,7 +143,7 @@ def _understood(table: Table, rows: ReadRows) -> ReadSheet:
     quantities = [column for column in table.others.values() if column.role.is_quantity]
     roles = {column.index: column.in_words for column in (*table.used, *quantities)}
     header = table.header.rows
-    first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MOST_ROWS_SHOWN]
+    first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MAX_ROWS_SHOWN]
     texts = [(row, table.grid.texts(row)) for row in first]
     width = max((len(of_row) for _, of_row in texts), default=0)
     return ReadSheet(

@@ -12,7 +12,7 @@ import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS, QuantityMean
 from validate.readings.grid import BLANK, Cell, letters, listed, quoted
-from validate.readings.screens import ReadCells
+from validate.readings.reading_checks import ReadCells
 from validate.readings.table import Column, Table, numeric
 from validate.readings.words import (
     MINUS,

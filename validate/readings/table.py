@@ -12,13 +12,13 @@ from itertools import chain, takewhile
 from typing import Any, get_args
 
 from sealtwin.core.doubts import Doubt
-from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of, letters, listed, quoted
+from validate.readings.grid import BLANK, MAX_COLUMNS, Cell, Grid, column_of, letters, listed, quoted
 from validate.readings.words import MM, Meaning, Role, meaning, number, parsed, sample_key, unit_of
 from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
 
-MOST_ROWS = 3  # Largest number of rows in a header
+MAX_ROWS = 3  # Largest number of rows in a header
 FIRST_ROWS = 60  # Number of first rows in which a header must begin
-MOST_FILE_ROWS = 10**9  # A number above every row number in a file
+MAX_FILE_ROWS = 10**9  # A number above every row number in a file
 SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|\"|%)")
 """A number followed by a unit."""
@@ -131,8 +131,8 @@ def find_table(grid: Grid, declared: Declared) -> Table:
     """
     # Without a range, or an end of it, all columns and rows
     left, top, right, bottom = SPAN.findall((declared.columns or Columns()).range or ":")[0]
-    columns = range(max(0, column_of(left)), (column_of(right) if right else MOST_COLUMNS) + 1)
-    rows = range(int(top or 1), int(bottom or MOST_FILE_ROWS) + 1)
+    columns = range(max(0, column_of(left)), (column_of(right) if right else MAX_COLUMNS) + 1)
+    rows = range(int(top or 1), int(bottom or MAX_FILE_ROWS) + 1)
     part = {
         row: {column: cell for column, cell in cells.items() if column in columns}
         for row, cells in grid.rows.items()
@@ -158,13 +158,13 @@ def find_header(part: Rows, top: int) -> Header:
     # A part without a header has that of the rows above it.
     for index in (*range(start, min(start + FIRST_ROWS, end)), *range(start - 1, -1, -1)):
         # Rows with units and with the numbers of repeats belong to the header above them.
-        for count in range(MOST_ROWS, 0, -1):
+        for count in range(MAX_ROWS, 0, -1):
             header = rows[index : index + count]
             if names := _names_if_header([part[row] for row in header]):
                 return Header(tuple(header), names, max(header[-1] + 1, top))
     # Without known names, it is the rows of texts above the first row with numbers.
     first = next((row for row in rows[start:] if _has_numbers(part[row])), rows[start] if start < end else top)
-    above = reversed(range(first - MOST_ROWS, first))
+    above = reversed(range(first - MAX_ROWS, first))
     texts = takewhile(lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]), above)
     header = tuple(texts)[::-1]
     return Header(header, _names_of([part[row] for row in header]), first)

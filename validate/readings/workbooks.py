@@ -28,7 +28,7 @@ from openpyxl.utils.escape import unescape
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.xml.constants import COMMENTS_NS
 
-from validate.readings.grid import BLANK, FORMULA, MOST_COLUMNS, MOST_ROWS, Cell, Grid, Kind, quoted
+from validate.readings.grid import BLANK, FORMULA, MAX_COLUMNS, MAX_ROWS, Cell, Grid, Kind, quoted
 
 LEFT_TO_OTHERS = b'fullCalcOnLoad="1"'  # Mark of a program that does not calculate formulas. Excel removes it.
 HIDDEN_XLSX = {("hidden", "1"), ("hidden", "true"), ("ht", "0"), ("width", "0")}  # Attributes of hidden cells
@@ -120,7 +120,7 @@ def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:
         if text or kind == "formula":
             blocks = [part for part in value if not isinstance(part, str)] if isinstance(value, list) else []
             # One column too many is enough for a refusal.
-            sheet.rows.setdefault(each["row"], {})[min(each["column"] - 1, MOST_COLUMNS)] = look._replace(
+            sheet.rows.setdefault(each["row"], {})[min(each["column"] - 1, MAX_COLUMNS)] = look._replace(
                 text=text,
                 kind=kind,
                 unit=look.unit if kind == "number" else "",
@@ -130,7 +130,7 @@ def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:
     sheet.hidden_rows.update(int(row) for row, each in parser.row_dimensions.items() if HIDDEN_XLSX & each.items())
     for each in parser.column_dimensions.values():
         if HIDDEN_XLSX & each.items():
-            sheet.hidden_columns.update(range(int(each["min"]) - 1, min(int(each["max"]), MOST_COLUMNS)))
+            sheet.hidden_columns.update(range(int(each["min"]) - 1, min(int(each["max"]), MAX_COLUMNS)))
     page = getattr(parser, "HeaderFooter", None)
     for name in page.__elements__ if page else ():
         if text := FIELD.sub(" ", str(getattr(page, name))).strip():
@@ -173,7 +173,7 @@ def _ods_sheet(path: Path, table: Element, look: Look) -> Grid:
     name, is_hidden = table.get(f"{TABLE}name", ""), look(table.get(STYLE_NAME)).get(f"{TABLE}display") == "false"
     sheet = Grid(path, ("ODS", f"sheet {quoted(name)}"), sheet=name, is_hidden=is_hidden)
     repeated = (repeat(each, _count(each, "columns")) for each in _below(table, "table-column"))
-    columns = [*islice(chain.from_iterable(repeated), MOST_COLUMNS + 1)]
+    columns = [*islice(chain.from_iterable(repeated), MAX_COLUMNS + 1)]
     sheet.hidden_columns.update(number for number, each in enumerate(columns) if each.get(VISIBILITY) in HIDDEN_ODS)
     usual = dict(enumerate(each.get(USUAL_STYLE) for each in columns))
     number = 1
@@ -184,13 +184,13 @@ def _ods_sheet(path: Path, table: Element, look: Look) -> Grid:
             if (value := _ods_value(cell)) != BLANK:
                 marked = _marked(value, cell, look, cell.get(STYLE_NAME) or row.get(USUAL_STYLE) or usual.get(column))
                 # One column too many is enough for a refusal.
-                cells |= dict.fromkeys(range(column, min(after, MOST_COLUMNS + 1)), marked)
+                cells |= dict.fromkeys(range(column, min(after, MAX_COLUMNS + 1)), marked)
             if (note := cell.find(f"{OFFICE}annotation")) is not None:
                 sheet.comments.append((number, column, _text(note)))
             column = after
         after = number + _count(row, "rows")
         if cells:
-            rows = range(number, min(after, number + MOST_ROWS + 1 - len(sheet.rows)))
+            rows = range(number, min(after, number + MAX_ROWS + 1 - len(sheet.rows)))
             sheet.rows.update(dict.fromkeys(rows, cells))
             sheet.hidden_rows.update(rows if row.get(VISIBILITY) in HIDDEN_ODS else ())
         number = after

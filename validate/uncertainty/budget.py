@@ -66,7 +66,7 @@ class Curve:
         parts = [0.0, 0.25, 0.5, 0.75] if len(s_mm) <= FEW_STATIONS else [0.0]
         quarters = (s_mm[:-1, None] + np.diff(s_mm)[:, None] * parts).ravel()
         fine = np.union1d(x, quarters[(quarters > x[0]) & (quarters < x[-1])])
-        return cls(fine, np.interp(fine, x, error_mm), hats(fine, s_mm), arches(fine, s_mm))
+        return cls(fine, np.interp(fine, x, error_mm), linear_weights(fine, s_mm), parabola_weights(fine, s_mm))
 
     def weights(self, sign: Floats | None = None) -> tuple[Floats, Floats]:
         """Return the weights, in the mean over x, of the levels at stations and of the heights between them.
@@ -292,7 +292,7 @@ def normals(name: str, columns: int, draws: int = DRAWS) -> Floats:
     return ndtri(uniforms(name, columns, draws))
 
 
-def hats(x: Floats, s_mm: Floats) -> Any:
+def linear_weights(x: Floats, s_mm: Floats) -> Any:
     """Return the weight of each station's level at each x, for a curve that is linear between stations, (len(x), n).
 
     The matrix is sparse, because only two stations influence an x.
@@ -301,7 +301,7 @@ def hats(x: Floats, s_mm: Floats) -> Any:
     return _sparse(len(x), len(s_mm), (gap, 1 - part), (gap + 1, part))
 
 
-def arches(x: Floats, s_mm: Floats) -> Any:
+def parabola_weights(x: Floats, s_mm: Floats) -> Any:
     """Return at each x the height of parabolas of height 1 over the gaps between stations, (len(x), n - 1), sparse."""
     gap, part = _gaps(x, s_mm)
     return _sparse(len(x), len(s_mm) - 1, (gap, 4 * part * (1 - part)))

@@ -130,7 +130,7 @@ class InputDraws:
 ORDERS = np.linspace(0.5, 2.0, 61)
 """Allowed orders of convergence. Below the lowest one, an error over so few sizes looks constant. The highest one is
 the order of the best part of the scheme (Oberkampf & Roy 2010, 8.6.4)."""
-LEAST_RUNS = 2  # Smallest number of runs at a size, since a single run shows no scatter
+MIN_RUNS = 2  # Smallest number of runs at a size, since a single run shows no scatter
 ROUNDING_MM2 = 1e-12  # Square of a residual due to rounding
 
 
@@ -344,8 +344,8 @@ class Spread:
         levels_mm += [] if spread.fast_mm is None else [spread.fast_mm[None]]
         if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
             raise ValueError("the levels of a run do not have the same length as s_mm")
-        if any(len(size.levels_mm) < LEAST_RUNS for size in spread.sizes or ()):
-            raise ValueError(f"a particle size has fewer than {LEAST_RUNS} runs")
+        if any(len(size.levels_mm) < MIN_RUNS for size in spread.sizes or ()):
+            raise ValueError(f"a particle size has fewer than {MIN_RUNS} runs")
         if spread.sizes is None and spread.draws is None:
             raise ValueError("there are neither runs of particles nor runs of the fast model")
         if (draws := spread.draws) is not None and draws.moved_mm.shape[1:] != draws.s_mm.shape:

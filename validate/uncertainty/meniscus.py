@@ -13,7 +13,7 @@ from sealtwin.core.regime import SURFACE_TENSION_N_M, capillary_length_mm, raise
 from validate.uncertainty.budget import Component, Kind, draws_for, uniforms
 
 WIDTHS = 32  # Number of widths at which a meniscus is computed. Interpolation is then exact to 0.2 %.
-LEAST_MM = 0.005  # Smallest meniscus that a report can show, since it has hundredths of a mm
+MIN_MM = 0.005  # Smallest meniscus that a report can show, since it has hundredths of a mm
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Mouth:
         """
         tension_n_m = SURFACE_TENSION_N_M if surface_tension_n_m is None else surface_tension_n_m
         sag_mm = self.sag_mm(s_mm, level_mm, tension_n_m, read=kind == "readings")
-        if sag_mm.max() < LEAST_MM:
+        if sag_mm.max() < MIN_MM:
             return None
         declared = surface_tension_n_m is not None
         return Component(

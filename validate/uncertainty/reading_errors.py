@@ -16,7 +16,7 @@ from validate.uncertainty.budget import (
     Component,
     Source,
     draws_for,
-    hats,
+    linear_weights,
     normals,
     uniforms,
 )
@@ -42,7 +42,7 @@ level with a corner, the ratio is 0 if the corner is at a station, 2 if it is in
 average."""
 
 STATIONS_FOR_STEPS = 12
-"""Smallest number of stations that resolves steps of the level. With arches alone, the interval of the mean error
+"""Smallest number of stations that resolves steps of the level. With parabolas alone, the interval of the mean error
 contains the true value in 94 % of trials with 12 stations, 85 % with 10 and 50 % with 5."""
 STEP = 1 / 8
 """Mean distance of the level from the line between two stations, divided by a step between them. It is 1/4 if the step
@@ -266,7 +266,7 @@ def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Compon
             place_mm = s_mm if stations <= FEW_STATIONS else np.linspace(s_mm[0], s_mm[-1], FEW_STATIONS)
             alike = np.exp(-(((place_mm[:, None] - place_mm) / ALIKE_MM) ** 2) / 2)
             root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
-            draws_mm = size_mm * independent[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
+            draws_mm = size_mm * independent[:, : len(place_mm)] @ root.T @ linear_weights(s_mm, place_mm).T
         case "uncertainty.datum_tilt_mm":
             # The caliper was set to zero at either end. A zero between them gives smaller errors.
             label, position = "tilted datum or bowed face", (s_mm - s_mm[0]) / np.ptp(s_mm)

@@ -148,12 +148,12 @@ export const withoutCrack = (draft) => ({
   crack: null,
 });
 
-const MOST_POINTS = 200; // As MOST_WALL_POINTS in digitise/settings.py.
+const MAX_POINTS = 200; // As MAX_WALL_POINTS in digitise/settings.py.
 
 /** A drawn line in as few points as keep it within half a pixel, or within more if there would be too many. */
 export function simplified(trail, off = 0.5) {
   const points = thinned(trail, off);
-  return points.length > MOST_POINTS ? simplified(trail, 2 * off) : points;
+  return points.length > MAX_POINTS ? simplified(trail, 2 * off) : points;
 }
 
 /** Douglas and Peucker's: a line's points farther than `off` from its chord, and so on in its parts. */

@@ -3,7 +3,7 @@
 import { DRAWN, hasEnds, nearestDrawn, simplified, withCorner, withDrawn, withVia, withoutDrawn } from "./draft.js";
 import { made } from "./page.js";
 
-const MOST_VIA = 50; // As in digitise/settings.py: more would draw the crack.
+const MAX_VIA = 50; // As in digitise/settings.py: more would draw the crack.
 
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);
 
@@ -47,11 +47,11 @@ export const TOOLS = {
     setting: "via_px",
     icon: "M3 19c5 0 4-7 9-7s4-7 9-7M12 12m-3 0a3 3 0 1 0 6 0 3 3 0 1 0-6 0",
     guide: (draft) => {
-      if (draft.via_px.length >= MOST_VIA) return "No more via points: paint the crack in a mask instead.";
+      if (draft.via_px.length >= MAX_VIA) return "No more via points: paint the crack in a mask instead.";
       return hasEnds(draft) ? "Click where the crack passes, if the line takes another way." : "Give both ends first.";
     },
     place: (draft, point, { path }) =>
-      hasEnds(draft) && draft.via_px.length < MOST_VIA ? withVia(draft, point, path) : draft,
+      hasEnds(draft) && draft.via_px.length < MAX_VIA ? withVia(draft, point, path) : draft,
   },
   crack: drawing({
     key: "c",

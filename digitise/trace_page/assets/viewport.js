@@ -2,7 +2,7 @@
 // Photo coordinates count from the centre of the first pixel, x right, y down.
 
 const TILE = 512;
-const MOST_ZOOM = 40; // Screen pixels per pixel: a crack's edge then fills the screen.
+const MAX_ZOOM = 40; // Screen pixels per pixel: a crack's edge then fills the screen.
 const MARGIN = 28; // Around the whole photo, in screen pixels.
 const KEPT_TILES = 240; // 60 million pixels at most: more than any screen, less than a tab's memory.
 
@@ -53,7 +53,7 @@ export class Viewport {
   zoomBy(factor, at = [this.extent[0] / 2, this.extent[1] / 2]) {
     const fixed = this.toPhoto(at);
     const least = Math.min(this.fitZoom, 1) / 2;
-    this.zoom = Math.min(Math.max(this.zoom * factor, least), MOST_ZOOM);
+    this.zoom = Math.min(Math.max(this.zoom * factor, least), MAX_ZOOM);
     this.centre = fixed.map((place, axis) => place - (at[axis] - this.extent[axis] / 2) / this.zoom);
     this.fitted = false;
     this.refresh();

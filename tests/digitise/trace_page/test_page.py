@@ -11,7 +11,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from digitise.settings import MOST_VIA
+from digitise.settings import MAX_VIA
 from digitise.trace_page.page import (
     LARGEST_BODY_BYTES,
     MEDIA_TYPES,
@@ -83,7 +83,7 @@ def test_all_files_that_the_page_links_to_are_served(page):
         assert page.get(name) is not None, name
     assert {entry.name for entry in ASSETS.iterdir()} - named == {"page.html"}
     # The server refuses a request with more via points.
-    assert f"const MOST_VIA = {MOST_VIA};" in (ASSETS / "tools.js").read_text(encoding="utf-8")
+    assert f"const MAX_VIA = {MAX_VIA};" in (ASSETS / "tools.js").read_text(encoding="utf-8")
 
 
 def test_the_page_has_no_external_resources_and_no_inline_scripts():

@@ -8,7 +8,7 @@ from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
-from digitise.settings import MOST_STROKES, MOST_WALL_POINTS
+from digitise.settings import MAX_STROKES, MAX_WALL_POINTS
 from digitise.walls.doubts import BY_STROKES
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import of_keys, texts
@@ -227,8 +227,8 @@ def test_strokes_trace_a_crack_without_visible_walls(tmp_path):
 @pytest.mark.parametrize(
     ("strokes", "named"),
     [
-        ({"crack_strokes_px": [[(1.0, 1.0)]] * (MOST_STROKES + 1)}, "crack_strokes_px"),
-        ({"ground_strokes_px": [[(1.0, 1.0)] * (MOST_WALL_POINTS + 1)]}, "ground_strokes_px"),
+        ({"crack_strokes_px": [[(1.0, 1.0)]] * (MAX_STROKES + 1)}, "crack_strokes_px"),
+        ({"ground_strokes_px": [[(1.0, 1.0)] * (MAX_WALL_POINTS + 1)]}, "ground_strokes_px"),
         ({"ground_strokes_px": [[]]}, "ground_strokes_px"),
         ({"crack_strokes_px": [[(1e9, 0.0)]]}, "crack_strokes_px"),
         ({"crack_strokes_px": [[(1.0, 1.0)]], "mask": "mask.png"}, "mask cannot be combined with"),

@@ -13,7 +13,7 @@ import sealtwin as st
 from sealtwin.calibration import CalibrationOptions
 from sealtwin.calibration import calibrate as calibrating
 from sealtwin.calibration import search as searching
-from sealtwin.calibration.calibrate import MOST_FREE, calibrate
+from sealtwin.calibration.calibrate import MAX_FREE, calibrate
 from sealtwin.calibration.search import Twin
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError, present
@@ -72,7 +72,7 @@ def test_the_same_readings_cannot_calibrate_and_be_held_out(lab):
     [
         ({"fluid.yeild_stress_pa": (1.0, 2.0)}, ("fluid.yeild_stress_pa", "fluid.yield_stress_pa")),
         ({"fluid.yield_stress_pa": (20.0, 2.0)}, ("fluid.yield_stress_pa=20:2",)),
-        ({f"fluid.{number}": (0.0, 1.0) for number in range(MOST_FREE + 1)}, ("7 free settings",)),
+        ({f"fluid.{number}": (0.0, 1.0) for number in range(MAX_FREE + 1)}, ("7 free settings",)),
         ({"solver.preset": (0.0, 1.0)}, ("solver.preset",)),
     ],
 )

@@ -69,7 +69,7 @@ def test_a_sheet_of_1_gigabyte_is_refused_without_being_read(small, tmp_path, mo
 
 
 def test_a_folder_with_too_many_files_is_refused(small, tmp_path, monkeypatch):
-    monkeypatch.setattr(lab_files, "MOST_ENTRIES", 6)
+    monkeypatch.setattr(lab_files, "MAX_ENTRIES", 6)
     with pytest.raises(InputError, match=r"has more than 6 files\. Give parts of it one by one"):
         ingest(small, tmp_path / "lab", QUIET)
 

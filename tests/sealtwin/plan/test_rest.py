@@ -99,7 +99,7 @@ def test_measured_levels_that_do_not_fit_the_pour_are_refused(levels, words):
 
 
 def test_the_plan_command_plans_a_trial_and_the_rest_of_its_pour(tmp_path, monkeypatch):
-    monkeypatch.setattr(search, "MOST_STEPS", 1)
+    monkeypatch.setattr(search, "MAX_STEPS", 1)
     lab, out = plannable_lab(tmp_path), tmp_path / "out"
 
     def called(*words: object) -> dict:

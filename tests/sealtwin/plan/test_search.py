@@ -128,7 +128,7 @@ def verifier(kind: type[FastModelItself], folder: Path) -> FastModelItself:
 @pytest.fixture
 def particles(tmp_path, monkeypatch) -> FastModelItself:
     """Verifier of the fast model's levels, and searches of one step."""
-    monkeypatch.setattr(searching, "MOST_STEPS", 1)
+    monkeypatch.setattr(searching, "MAX_STEPS", 1)
     return verifier(FastModelItself, tmp_path)
 
 
@@ -156,7 +156,7 @@ class DraftsStandLower(FastModelItself):
 def corrected(tmp_path_factory) -> Planned:
     particles = verifier(DraftsStandLower, tmp_path_factory.mktemp("plan"))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(searching, "MOST_STEPS", 2)
+        patch.setattr(searching, "MAX_STEPS", 2)
         return plan_on(particles, PlanOptions(knots=3, verify=2, seeds=1, reserve_mm=0.0), [])
 
 

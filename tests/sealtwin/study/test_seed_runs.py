@@ -12,7 +12,7 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_folder import look_into, open_folder
 from sealtwin.plan.verify import require_plannable
-from sealtwin.study import extra_runs, run_comparison, runner
+from sealtwin.study import run_comparison, runner, uncertainty_runs
 from sealtwin.study.pipeline import FinishedStages, run_stages
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import read_plan
@@ -111,7 +111,7 @@ def test_comparison_report_and_record_use_the_mean_level_of_all_seeds(three):
 def test_seeds_that_give_equal_levels_are_refused(single, tmp_path, monkeypatch):
     path = shutil.copytree(single, tmp_path / "run")
     own = record_files.read_profile(path)
-    monkeypatch.setattr(extra_runs, "read_level", lambda *_: own)
+    monkeypatch.setattr(uncertainty_runs, "read_level", lambda *_: own)
     with pytest.raises(InputError, match="the runs with seed = 0 and with seed = 1 have the same level"):
         _validate(path, settings={"seeds": 3})
     assert SEEDS not in look_into(path).finished()
@@ -120,9 +120,9 @@ def test_seeds_that_give_equal_levels_are_refused(single, tmp_path, monkeypatch)
 
 def test_the_scatter_of_a_mean_of_3_runs_is_divided_by_sqrt_3(path, monkeypatch):
     """The runs of the seeds also serve as the extra runs of the trial's own particle size."""
-    monkeypatch.setattr(extra_runs, "cores", lambda: 0)
+    monkeypatch.setattr(uncertainty_runs, "cores", lambda: 0)
     with job_in(path) as job:
-        assert extra_runs.vary(job)
+        assert uncertainty_runs.vary(job)
         spread = present(read_spread(job), "spread")
         assert "uncertainty.json" in job.folder.manifest["stages"]["uncertainty"]["outputs"]
     runs = read_plan(path / "uncertainty").runs

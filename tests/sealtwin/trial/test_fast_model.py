@@ -9,8 +9,8 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import texts
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
-from sealtwin.study.extra_runs import vary
 from sealtwin.study.pipeline import FinishedStages, run_trial
+from sealtwin.study.uncertainty_runs import vary
 from sealtwin.trial.job import STAGES, StageName
 from sealtwin.trial.trial_file import load_trial
 from tests.support.report_stubs import leave_out_figures

@@ -9,9 +9,9 @@ from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
-from sealtwin.study.extra_runs import _variants
-from sealtwin.study.moved_inputs import Base
+from sealtwin.study.perturbed_inputs import Base
 from sealtwin.study.pipeline import run_stages, run_trial
+from sealtwin.study.uncertainty_runs import _variants
 from sealtwin.trial.trial_file import load_trial
 from simulate.material_curve import CoolingCurve, MaterialCurve
 from simulate.material_file import Material

@@ -11,8 +11,8 @@ from sealtwin.cli.app import app
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.run_folder import open_folder
-from sealtwin.study.extra_runs import vary
 from sealtwin.study.pipeline import run_stages
+from sealtwin.study.uncertainty_runs import vary
 from sealtwin.trial import exports, validate_stage
 from sealtwin.trial.job import NUMBERS, STAGES, numbers_up_to, shown, start_job
 from sealtwin.trial.starter_files import CELL

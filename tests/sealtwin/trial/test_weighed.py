@@ -10,9 +10,9 @@ from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
-from sealtwin.study.extra_runs import _variants
-from sealtwin.study.moved_inputs import Base, moved_sample
+from sealtwin.study.perturbed_inputs import Base, moved_sample
 from sealtwin.study.pipeline import run_trial
+from sealtwin.study.uncertainty_runs import _variants
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import varied_settings
 from tests.support.processes import refusal

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from sealtwin.core.records import FaceLabel, Floats
-from validate.figures.turntable import MOST_CORNERS, MOST_VERTICES, build_turntable, fluid_surface
+from validate.figures.turntable import MAX_CORNERS, MAX_VERTICES, build_turntable, fluid_surface
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def test_a_scan_with_too_many_facets_is_simplified(evidence):
         vertices_mm, faces = trimesh.remesh.subdivide(vertices_mm, faces)[:2]
         label = np.repeat(label, 4)
     fine = replace(solid, vertices_mm=vertices_mm, faces=faces, face_label=label)
-    assert 3 * (label == FaceLabel.WALL).sum() > MOST_CORNERS
+    assert 3 * (label == FaceLabel.WALL).sum() > MAX_CORNERS
     scan, plain = build_turntable(evidence.run, fine), build_turntable(evidence.run, solid)
     assert len(scan.vertices_mm) <= 2**16
     assert np.abs(scan.vertices_mm.min(axis=0) - plain.vertices_mm.min(axis=0)).max() < 0.1
@@ -81,5 +81,5 @@ def test_the_mesh_of_many_particles_is_limited_in_size():
     """A page has 12 bytes per vertex; this block has five times the surface of the paper's trial."""
     position_mm = lattice((150, 80, 12), spacing_mm=0.5)
     surface = fluid_surface(position_mm, 0.5**3, np.zeros(len(position_mm)))
-    assert MOST_VERTICES / 2 < len(surface.vertices_mm) <= MOST_VERTICES
+    assert MAX_VERTICES / 2 < len(surface.vertices_mm) <= MAX_VERTICES
     assert trimesh.Trimesh(surface.vertices_mm, surface.faces, process=False).is_watertight

@@ -12,10 +12,10 @@ from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress
-from sealtwin.study import extra_runs, runner
-from sealtwin.study.extra_runs import vary
+from sealtwin.study import runner, uncertainty_runs
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.study_folder import Outcome, read_plan
+from sealtwin.study.uncertainty_runs import vary
 from sealtwin.trial.validate_stage import SPREAD, read_spread
 from tests.support.ingested_lab import edit
 from tests.support.messages import Narration
@@ -49,7 +49,7 @@ def path(run_folder, tmp_path) -> Path:
 def varied(run_folder, tmp_path_factory) -> Path:
     folder = shutil.copytree(run_folder, tmp_path_factory.mktemp("varied") / "run")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(extra_runs, "cores", lambda: 0)
+        patch.setattr(uncertainty_runs, "cores", lambda: 0)
         narration = Narration()
         assert _vary(folder, narration)
         (remark,) = [note for note in narration.notes if note.startswith("note: ")]
@@ -66,7 +66,7 @@ def again(varied, tmp_path) -> Path:
 @pytest.fixture
 def here(monkeypatch):
     """Compute in this process, since starting others takes seconds and is tested with sweeps."""
-    monkeypatch.setattr(extra_runs, "cores", lambda: 0)
+    monkeypatch.setattr(uncertainty_runs, "cores", lambda: 0)
 
 
 def _vary(path: Path, progress: Progress | None = None) -> bool:
@@ -189,7 +189,7 @@ def test_a_trial_without_readings_gives_a_predicted_level_with_its_band(again, m
 
 
 def test_extra_runs_with_particles_too_large_for_the_crack_are_refused(path, monkeypatch):
-    monkeypatch.setattr(extra_runs, "RATIO", 1.6)
+    monkeypatch.setattr(uncertainty_runs, "RATIO", 1.6)
     with pytest.raises(
         InputError, match=r"not possible. runs 6, 7, 8: solver.radius_mm is 0.576: fewer than 2 particles"
     ):

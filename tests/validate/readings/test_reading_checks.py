@@ -11,7 +11,7 @@ from benchmarks.doubtful_sheets import crack
 from sealtwin.core.doubts import Doubt, Location
 from sealtwin.core.records import Floats, Profile
 from tests.support.paths import FIXTURE
-from validate.readings.screens import Filling, ReadCells, SheetAndCrack, screens
+from validate.readings.reading_checks import Filling, ReadCells, SheetAndCrack, check_readings
 
 TABLE = np.loadtxt(FIXTURE / "caliper.csv", delimiter=",", skiprows=1)
 """The paper's sheet: s, and three repeats from -16 mm at s = 0 to 1 mm at s = 80."""
@@ -28,7 +28,7 @@ def cells_of(table: Floats, *, digits: int = 2, **facts: Any) -> ReadCells:
 
 def doubts_of(cells: ReadCells, *, depth_mm: float | None = 16.0, filling: Filling | None = None) -> list[Doubt]:
     length_mm = None if filling is None else filling.outline.length_mm
-    return screens(SheetAndCrack(cells, depth_mm, length_mm, filling), Location(PurePath("lab.csv")))
+    return check_readings(SheetAndCrack(cells, depth_mm, length_mm, filling), Location(PurePath("lab.csv")))
 
 
 def asked_of(

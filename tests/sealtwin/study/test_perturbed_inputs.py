@@ -12,10 +12,10 @@ import pytest
 from digitise.settings import Dispensed
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.study import extra_runs, moved_inputs
-from sealtwin.study.extra_runs import vary
-from sealtwin.study.moved_inputs import PART, Base, draw, moved_sample, refuse_immovable, takes_draws
+from sealtwin.study import perturbed_inputs, uncertainty_runs
+from sealtwin.study.perturbed_inputs import PART, Base, draw, moved_sample, refuse_immovable, takes_draws
 from sealtwin.study.pipeline import run_stages
+from sealtwin.study.uncertainty_runs import vary
 from sealtwin.trial.validate_stage import SPREAD
 from simulate.slot import run as slot_run
 from tests.support.report_stubs import leave_out_pages
@@ -56,8 +56,8 @@ def linear(monkeypatch):
 
     fast_bed_of = slot_run.bed_of
     monkeypatch.setattr(slot_run, "bed_of", bed_of)
-    monkeypatch.setattr(extra_runs, "cores", lambda: 0)
-    monkeypatch.setattr(extra_runs, "draw", partial(draw, runs=RUNS))
+    monkeypatch.setattr(uncertainty_runs, "cores", lambda: 0)
+    monkeypatch.setattr(uncertainty_runs, "draw", partial(draw, runs=RUNS))
 
 
 def test_the_input_uncertainty_of_a_linear_model_equals_the_closed_form(fast, linear, monkeypatch):
@@ -90,7 +90,7 @@ def test_moved_inputs_change_the_level_of_the_fast_model(fast):
     outline = base.sample.outline
     s_mm = np.linspace(0, outline.length_mm, 101)
     unmoved_mm, more_mm, deeper_mm = (
-        moved_inputs.level_of(base, steps, s_mm) for steps in ({}, {"volume_ml": 0.01}, {"depth_mm": 0.5})
+        perturbed_inputs.level_of(base, steps, s_mm) for steps in ({}, {"volume_ml": 0.01}, {"depth_mm": 0.5})
     )
     rise_mm = 10 / outline.length_mm / outline.mean_width_mm
     assert (more_mm - unmoved_mm).mean() == pytest.approx(rise_mm, rel=0.15)
@@ -99,9 +99,9 @@ def test_moved_inputs_change_the_level_of_the_fast_model(fast):
 
 def test_randomly_drawn_yield_stresses_and_viscosities_are_not_negative(fast):
     base = base_of(fast, yield_stress_pa=50.0, viscosity_percent=80.0)
-    steps = moved_inputs._steps(base, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
+    steps = perturbed_inputs._steps(base, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
     assert steps == {"yield_stress_pa": -1.0, "viscosity_percent": pytest.approx(100 * (1.8**-3 - 1))}
-    moved_inputs.level_of(base, steps, np.zeros(1))
+    perturbed_inputs.level_of(base, steps, np.zeros(1))
 
 
 def test_a_wall_share_of_1_is_moved_down_and_not_up(fast):
@@ -109,7 +109,7 @@ def test_a_wall_share_of_1_is_moved_down_and_not_up(fast):
     base = base_of(fast, wall_share=0.2)
     s_mm = np.linspace(0, base.sample.outline.length_mm, 101)
     unmoved_mm, slides_mm, sticks_mm = (
-        moved_inputs.level_of(base, steps, s_mm) for steps in ({}, {"wall_share": -0.4}, {"wall_share": 0.2})
+        perturbed_inputs.level_of(base, steps, s_mm) for steps in ({}, {"wall_share": -0.4}, {"wall_share": 0.2})
     )
     assert np.ptp(slides_mm) < 0.95 * np.ptp(unmoved_mm)
     assert np.array_equal(sticks_mm, unmoved_mm)
@@ -135,7 +135,7 @@ def test_a_pump_delay_leaves_the_beginning_empty_and_keeps_a_weighed_volume(fast
 def test_an_input_at_its_bound_is_moved_inward_by_twice_its_uncertainty(tmp_path):
     """The effect of an input is half the difference of both moves."""
     particles = FAST.replace('model = "slot"\n', "") + "\n[uncertainty]\nwall_share = 0.2\npump_delay_s = 0.1\n"
-    variants = extra_runs._variants(base_of(run_tiny(tmp_path, particles)), designed=True)
+    variants = uncertainty_runs._variants(base_of(run_tiny(tmp_path, particles)), designed=True)
     for name, moves in (("wall_share", [-0.4, 0.0]), ("pump_delay_s", [0.0, 0.2])):
         assert sorted({steps[name] for steps, *_ in variants if name in steps}) == pytest.approx(moves)
 
@@ -155,7 +155,7 @@ def test_a_too_uncertain_pump_delay_and_a_wall_share_beside_drag_are_refused(fas
 
 
 def test_an_impossible_draw_is_reported_with_its_inputs(fast):
-    fault = moved_inputs.levels_of(base_of(fast), [{"volume_ml": -1.0}], np.zeros(1))
+    fault = perturbed_inputs.levels_of(base_of(fast), [{"volume_ml": -1.0}], np.zeros(1))
     assert "volume_ml -1" in str(fault)
     assert DIFFERENCES in str(fault)
 
@@ -165,7 +165,7 @@ def test_an_impossible_draw_is_reported_with_its_inputs(fast):
     [(None, None, (), True), (None, None, UNFIT, False), (None, "particles", (), False), ("slot", None, UNFIT, True)],
 )
 def test_inputs_use_the_fast_model_within_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
-    monkeypatch.setattr(moved_inputs, "fast_level", lambda _: (None, unfit))
+    monkeypatch.setattr(perturbed_inputs, "fast_level", lambda _: (None, unfit))
     base = base_of(fast)
     assert takes_draws(replace(base, trial=base.changed({"solver.model": model, DIFFERENCES: declared}))) is drawn
     with pytest.raises(InputError, match=rf"trial.toml: {DIFFERENCES}.*solver.model"):

@@ -15,7 +15,7 @@ from validate.readings.grid import letters
 # synthetic sheets whose seeds benchmarks/ingest.py does not use: planted mistakes are found, and few sound sheets are
 # questioned. A stricter limit (smaller distance or ratio, larger probability) finds smaller mistakes and questions more
 # sound sheets.
-LEAST_SPREAD_MM = 0.02  # Smallest sd, the limit of error of a digital caliper, which no hand repeats better
+MIN_SPREAD_MM = 0.02  # Smallest sd, the limit of error of a digital caliper, which no hand repeats better
 USUAL_SPREAD_MM = 0.5  # sd that is assumed if too few readings show it
 ROUNDING_MM = 1e-6  # Tolerance for two equal means, above the error of binary fractions
 CHANCE = 7e-3  # Probability of chance agreement below which a row or column is a mean of others
@@ -132,10 +132,10 @@ class Finding(NamedTuple):
     j: Any = ALL  # A list of repeats
 
 
-def screens(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
+def check_readings(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
     """Return the doubts about readings. Each check treats readings that an earlier check doubted as missing."""
     doubts = dict[Any, Doubt]()
-    for screen in SCREENS:
+    for screen in CHECKS:
         readings_mm = sheet.cells.readings_mm.copy()
         for kind, sentence, i, j in screen(sheet):
             names = _names(sheet.cells, i, j)
@@ -180,7 +180,7 @@ def spread_mm(readings_mm: Floats) -> float:
     if len(off_mm) < 2:
         return USUAL_SPREAD_MM
     # The smallest difference is the last digit, up to 1 mm, which hides less scatter.
-    return max(LEAST_SPREAD_MM, 0.6 * off_mm[off_mm > 0].min(initial=1.0), 1.48 * float(np.median(off_mm)))
+    return max(MIN_SPREAD_MM, 0.6 * off_mm[off_mm > 0].min(initial=1.0), 1.48 * float(np.median(off_mm)))
 
 
 def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
@@ -327,7 +327,7 @@ def other_direction(sheet: SheetAndCrack) -> Iterator[Finding]:
         yield Finding("direction", sentence)
 
 
-SCREENS = (
+CHECKS = (
     short_spans,
     mean_rows,
     copied_columns,

@@ -22,7 +22,7 @@ from sealtwin.core.facts import Fact, doubt, without
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.run_folder import stage_key
 from sealtwin.study.estimate import REPORT_S, Timing, size_of
-from sealtwin.study.moved_inputs import (
+from sealtwin.study.perturbed_inputs import (
     Base,
     draw,
     fast_level,
@@ -69,7 +69,7 @@ REPLICATES = 3
 
 With two runs, the error would have 4 instead of 7 degrees of freedom and sqrt(3/2) times the noise. Its interval would
 be 1.4 times as wide."""
-MOST_SEED = 2**31  # Upper limit of a trial's seed, excluded
+MAX_SEED = 2**31  # Upper limit of a trial's seed, excluded
 
 Variant = tuple[dict[str, float], Trial, Sample]
 """A variant of a trial: the settings that differ (particle size and seed, or changes of inputs), the changed trial, and
@@ -265,7 +265,7 @@ def inputs_of(job: Job) -> dict[str, str]:
 
 def with_seed(trial: Trial, number: int) -> Trial:
     """Return the trial with one run, whose seed is the trial's seed plus ``number``."""
-    return trial.model_copy(update={"seed": (trial.seed + number) % MOST_SEED, "seeds": None})
+    return trial.model_copy(update={"seed": (trial.seed + number) % MAX_SEED, "seeds": None})
 
 
 def compute_variants(

@@ -21,7 +21,7 @@ from sealtwin.core.run_figures import PARTICLES
 from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import SettingValues, Trial, as_run
 from sealtwin.trial.validate_stage import read_seeds
-from simulate.settings import LEAST_WALL_SHARE, VISCOSITIES_PA_S
+from simulate.settings import MIN_WALL_SHARE, VISCOSITIES_PA_S
 from validate.settings import ANGLE, OF_THE_WALLS
 from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
@@ -193,7 +193,7 @@ def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
     # The material file is removed, since it has the measured numbers and not the changed ones.
     changes: dict[str, Any] = {"fluid.material": None}
     if "wall_share" in steps:
-        changes["fluid.wall_share"] = min(1.0, max(LEAST_WALL_SHARE, base.wall_share + steps["wall_share"]))
+        changes["fluid.wall_share"] = min(1.0, max(MIN_WALL_SHARE, base.wall_share + steps["wall_share"]))
     if not isinstance(curve := fluid.curve, MaterialCurve):
         key = fluid.given_by if fluid.given_by in VISCOSITIES_PA_S else "viscosity_pa_s"
         changes |= {"fluid.U": None, f"fluid.{key}": _fresh_pa_s(base) * thicker}
