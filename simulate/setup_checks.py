@@ -84,7 +84,7 @@ def check_fit(
     if not carried(solid, outline, radius_mm):
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: a crack {outline.length_mm:.0f} mm long needs more particles, or a "
-            f"finer distance grid, than a run can have. {_radii_allowed(outline, solid, widest_mm, radius_mm)}"
+            f"finer distance grid, than a run allows. {_radii_allowed(outline, solid, widest_mm, radius_mm)}"
         )
     if radius_mm > nozzle.diameter_mm / 2:
         raise InputError(
@@ -134,9 +134,9 @@ def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm
 
 
 def _finest_mm(solid: Solid, outline: Outline, radius_mm: float) -> float:
-    """Return ``radius_mm``, or the next larger radius that a run can have.
+    """Return ``radius_mm`` if a run with this radius is within the limits, else the smallest larger radius that is.
 
-    Returns the widest radius if there is none.
+    Returns the largest radius that fits the crack if no radius is within the limits.
     """
     widest = math.floor(0.99 * outline.mean_width_mm / ACROSS_AT_LEAST / 2 / TICK_OF_RADIUS_MM)
     finest = math.floor(radius_mm / TICK_OF_RADIUS_MM)

@@ -55,7 +55,7 @@ class PlaneFlow:
     """
 
     threshold: Floats
-    """Push above which the paste flows, in Pa/mm."""
+    """Pressure gradient above which the paste flows, in Pa/mm, (k,)."""
     rate: Floats
     """Flow without a yield stress, divided by the push to the power 1/n. n is the flow index."""
     power: float

@@ -202,7 +202,8 @@ class InputEffect(JsonRecord):
     largest_mm: float
     """Largest absolute change of the simulated level along the crack."""
     share: float
-    """First-order index: fraction of the mean level's variance due to all inputs that this input causes by itself."""
+    """First-order index: the part of the variance of the mean level that this input alone causes, as a fraction of the
+    variance that all inputs cause."""
     model: str
     """Model that computed the effect: particles, or slot for the fast model."""
 

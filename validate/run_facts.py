@@ -112,7 +112,10 @@ def mean_sentence(seeds: SeedRuns | None) -> str:
 
 
 def seed_facts(seeds: SeedRuns | None, *, draft: bool) -> Facts:
-    """Return facts about the mean, about what only the first run shows, and about drafts. A single run has none."""
+    """Return facts about a run repeated with several seeds: results are means, and pictures show the first run.
+
+    Returns () for a single run.
+    """
     if seeds is None:
         return ()
     mean = stated("seeds.mean", len(seeds.seeds), seeds=seeds, names=names_of(seeds))

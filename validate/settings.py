@@ -178,7 +178,7 @@ class Readings(Declared):
             )
         if self.shrinkage_percent is not None and self.state != "cured":
             raise ValueError(
-                f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured": set it, or leave this out'
+                f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured": set it, or remove this key'
             )
         return self
 
@@ -249,7 +249,7 @@ class Uncertainty(Settings):
     """Uncertainty of each station's position along the crack, independent of the others, for example if a caliper is
     placed by hand."""
     common_mm: Standard | None = None
-    """Uncertainty of a station's level that its repeats share, for example if a rough surface is read at one point."""
+    """Uncertainty that all repeats at a station share, for example if a rough surface is read at one point."""
     operator_mm: OrNone | None = None
     """Uncertainty of the offset of an operator who took all repeats. 0 declares that there is no offset. If each repeat
     has its own operator, repeats are passes (``pass_mm``)."""

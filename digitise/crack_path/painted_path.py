@@ -162,9 +162,9 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
 
 
 def _aside_px(shares: Floats, offset_px: Floats, width_px: float) -> int:
-    """Return how far the darkest band of the paint's width is from the paint, in px.
+    """Return the distance in px from the paint to the darkest band that is as wide as the paint.
 
-    Returns 0 if it is near the paint or hardly darker.
+    Returns 0 if that band is close to the paint or hardly darker than the ground under the paint.
     """
     profile, reach = row_medians(shares.T), int(width_px + MIN_BESIDE_PX / 2)
     asides_px = np.arange(-reach, reach + 1)

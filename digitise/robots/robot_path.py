@@ -40,7 +40,7 @@ class RobotPath:
 
     @property
     def flow_mm3_s(self) -> Floats:
-        """Flow over the crack, from the first to the last sealant, (n,)."""
+        """Flow in mm³/s at each point of the path, from the first to the last point with sealant, (n,)."""
         return self.trajectory.flow_mm3_s[self.trajectory.giving][:-1]
 
     @property

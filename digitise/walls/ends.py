@@ -132,7 +132,10 @@ def judge_ends(
 
 
 def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float) -> PathEnd:
-    """Classify the end at ``end_px``. ``ahead`` points out of the crack. An end at the photo's edge is cut."""
+    """Classify the end at ``end_px`` as open, closed or cut. ``ahead`` points out of the crack.
+
+    An end at the edge of the photo is cut.
+    """
     reached_px = np.vstack([end_px, _dark_ahead_px(photo, patch, end_px, ahead, width_px, threshold)])
     if photo.face_mm is not None:
         # The mask ends before the edge.

@@ -55,9 +55,9 @@ def edge_crossings(line_mm: Floats, face_mm: Box) -> Crossings:
 
 
 def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Floats:
-    """Return vectors, (n, 2), that point left from a line and advance 1 mm square to it.
+    """Return vectors, (n, 2), that point to the left of a line. Their component perpendicular to the line is 1 mm.
 
-    At open ends they follow the edge of the face.
+    Near open ends they are parallel to the edge of the face.
     """
     s_mm, along, normal = arc_length(line_mm), tangents(line_mm), left_normals(line_mm)
     shear, turned = np.zeros((2, len(line_mm)))

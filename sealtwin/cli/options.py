@@ -54,7 +54,7 @@ THOUSANDS = re.compile(r"[+-]?[1-9]\d*,\d{3}", re.ASCII)
 
 
 def read_number(text: str, *, comma: bool = True) -> float:
-    """Return a text as a finite number. If ``comma`` is False, decimal commas are refused, since they separate numbers.
+    """Return a text as a finite number. If ``comma`` is False, a comma separates numbers and is refused.
 
     Raises ValueError if the text is not such a number.
     """

@@ -26,7 +26,8 @@ TORQUE = 0.03  # Relative standard uncertainty of all stresses together: calibra
 GAP = 0.02  # Relative standard uncertainty of all shear rates together: 20 um in a gap of 1 mm
 NORMAL_95 = 1.96
 MIN_N, MAX_N = 0.1, 2.5
-"""Range in which n is searched. It is wider than the range of fluid.flow_index, to notice a paste outside it."""
+"""Range of n in a fit. It is wider than the range of fluid.flow_index, so that a paste outside that range is detected.
+"""
 GRID = np.linspace(MIN_N, MAX_N, 97)
 PRECISE = 1e-6  # Relative precision of the ends of an interval
 DIGITS = 1e-4  # Smallest relative scatter of the stresses, since they are rounded

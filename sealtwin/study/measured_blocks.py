@@ -125,9 +125,10 @@ def course_of(
 
 
 def computed_mm(course: Course, shift: float | None = None) -> Floats:
-    """Return the computed positions of the front at outlines 0 to 8, in mm.
+    """Return the computed front positions at the times of outlines 0 to 8 of the film, in mm, (9,).
 
-    ``shift`` is the time by which the simulation is ahead of the film, in outlines. Default: the fitted shift.
+    ``shift`` is how far the simulation is ahead of the film, in intervals between two outlines. Default: the fitted
+    shift.
     """
     t_s, front_mm = course
     ahead: float = content()["calibrated"]["shift_outlines"] if shift is None else shift

@@ -229,9 +229,9 @@ def takes_draws(base: Base) -> bool:
 
 
 def fast_level(base: Base) -> tuple[Profile | None, tuple[Fact, ...]]:
-    """Return the level of a trial by the fast model, and the reasons why the fast model is not valid.
+    """Return the level that the fast model computes for a trial, and why the fast model is not valid for the trial.
 
-    The level is None if the fast model cannot compute the paste.
+    The level is None if the fast model does not support the paste.
     """
     from simulate.slot.run import pour
 

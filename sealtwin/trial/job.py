@@ -105,8 +105,8 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
     earlier = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
     if (earlier.name, earlier.shown_by.file.name) != (trial.name, trial.shown_by.file.name):
         raise InputError(
-            f"{folder.path}: has the trial '{earlier.name}' of {earlier.shown_by.file.name}, but this is "
-            f"'{trial.name}' of {trial.shown_by.file.name}. Give another --out, or delete that folder."
+            f"{folder.path}: contains the trial '{earlier.name}' of {earlier.shown_by.file.name}, but the trial "
+            f"to run is '{trial.name}' of {trial.shown_by.file.name}. Give another --out, or delete that folder."
         )
     sheet = None
     if trial.readings is not None:

@@ -41,7 +41,7 @@ class Liquid:
 
 @wp.struct
 class Sizes:
-    """Constants for all runs."""
+    """Constants of all runs: unit of length, radius, depth, gravity, speed limits and the columns' angle."""
 
     mm: wp.float64  # One millimetre in the solver's unit of length
     down: wp.vec3d  # Direction of gravity

@@ -42,7 +42,7 @@ def test_a_setting_out_of_bounds_is_refused_by_its_key(table: type[BaseModel], b
 
 
 @pytest.mark.parametrize("key", ["ends_px", "via_px", "roi_px", "ruler_px", "face_corners_px"])
-def test_a_pixel_position_beyond_any_photo_is_refused_by_its_key(key):
+def test_the_error_for_a_pixel_position_beyond_any_photo_names_the_key(key):
     """Beyond 2^27 px OpenCV's integers overflow: a region of everything became a region of nothing."""
     for value in (-1e12, 2e6):
         with pytest.raises(ValidationError, match=key):

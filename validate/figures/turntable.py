@@ -33,8 +33,8 @@ from validate.figures.theme import AGES, ON_GROUND
 # Sizes of the model in 3-D. They change its look and the page's size, but no figure of a result. Blur and limits were
 # chosen by counting: vertices, bytes, and the grain of a lattice of particles. The view was chosen by eye.
 BLUR = 0.6
-"""Standard deviation of the blur, divided by the particles' spacing. With it, a lattice keeps 0.1 % of its grain, and a
-layer one particle thick still fills more than half of its space. A larger blur rounds edges and loses thin layers."""
+"""Standard deviation of the blur, in particle spacings. With it, the density of a regular lattice varies by 0.1 %, and
+a layer of one particle is still above the threshold of one half. A larger blur rounds edges and loses thin layers."""
 HALF_FULL = 0.5
 """Filled fraction of the space at the surface. With one half, sealant that ends in a plane has this plane as its
 surface."""

@@ -132,7 +132,9 @@ def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
     """Return points sorted by x. Raises InputError if they are not a function of x."""
     x, y = np.array(x, dtype=float), np.array(y, dtype=float)
     if x.ndim != 1 or x.shape != y.shape or len(x) < 2:
-        raise InputError(f"A curve needs at least two points, and as many x as y, but has {x.shape} and {y.shape}.")
+        raise InputError(
+            f"A curve needs at least two points, and as many x as y, but the shapes are {x.shape} and {y.shape}."
+        )
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         raise InputError("A curve contains NaN or infinity. Remove missing stations.")
     order = np.argsort(x, kind="stable")

@@ -30,8 +30,8 @@ from validate.readings.words import (
 from validate.settings import Decimal
 
 CLOSEST = 2
-"""Number of decimals of s in mm that distinguish stations, up to the last digit of a caliper. Stations that agree to
-these decimals are one station that was read twice."""
+"""Number of decimals of s in mm that distinguish stations, the resolution of a caliper. Readings with equal rounded s
+are repeats at one station."""
 SLACK_MM = 2.0
 LONGEST_MM = 10_000.0  # Largest s for a crack of unknown length. A longer sample does not fit into a lab.
 COMPLAINTS = {

@@ -1,7 +1,7 @@
-"""Meniscus of a sealant that wets the walls. Its level in the middle is below the mean level across the crack.
+"""Meniscus of a sealant that wets the walls: its level in the middle of the crack is below its mean level.
 
-A run has no surface tension, and its level is the mean. A caliper reads in the middle, and a prediction is also for the
-level in the middle.
+Simulations ignore surface tension and give the mean level, but a caliper reads the middle. Both differ by the sag that
+this module computes.
 """
 
 from dataclasses import dataclass

@@ -285,8 +285,8 @@ SPREADS = np.arange(0.025, 3 * UNEVEN, 0.05)
 """Grid of the spread of ln(scatter). Only 0.3 % of the prior are beyond it, and a dozen stations do not resolve
 0.05."""
 LEVEL_GRID = np.arange(-5.0, 10.5, 0.5)
-"""Grid of the scatter's level, in standard deviations from the most likely level. Few repeats leave a long upper
-tail."""
+"""Grid for the logarithm of the scatter, in standard deviations from its most likely value. It extends further upward
+because the distribution has a long upper tail if there are few repeats."""
 
 
 def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS) -> Floats:

@@ -144,7 +144,7 @@ def test_lines_in_blocks_get_the_scale_and_layer_of_the_insert(tmp_path):
         ({"unit": 0}, "--units"),
     ],
 )
-def test_a_missing_or_unsuitable_layer_is_refused_by_name(tmp_path, asked, named):
+def test_the_error_for_a_missing_or_unsuitable_layer_names_the_layer(tmp_path, asked, named):
     """A drawing without a unit is refused too. The line of 3 mm in width is a hairpin whose legs touch."""
     unit = asked.pop("unit", units.MM)
     line_mm = RING - np.array([0, 0.002])

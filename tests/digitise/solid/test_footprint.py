@@ -54,7 +54,7 @@ UP, RIGHT, LEFT = np.array([[0, 1], [1, 0], [-1, 0]], dtype=float)
 
 
 @pytest.mark.parametrize(("tip_x", "out"), [(40.0, RIGHT), (0.0, LEFT)])
-def test_the_wall_of_a_tip_changes_gradually_from_left_to_right(tip_x, out):
+def test_the_share_of_the_left_wall_changes_gradually_around_a_tip(tip_x, out):
     """The share of the left wall is a half straight out and changes by 1/120 per degree of the normal."""
     turned = np.radians(20.0)
     aslant = np.cos(turned) * out + np.sin(turned) * np.array([[1], [-1]]) * UP

@@ -81,7 +81,7 @@ def in_a_joint(folder, darkness=1.0):
     return trace_outline(photo, CrackPath(np.array([(40.0, 150.0), (460.0, 150.0)]), 38.0, "ends"))
 
 
-def test_a_crack_in_a_joint_without_a_fit_has_a_wide_interval_of_width(tmp_path, monkeypatch):
+def test_the_width_interval_is_wide_if_a_crack_in_a_joint_cannot_be_fitted(tmp_path, monkeypatch):
     """A wet strip of 20 px around a crack of 6 px was measured without a warning. Here no fit is thin enough."""
     monkeypatch.setattr("digitise.outline.FITTED_INSIDE", 0.0)
     outline = in_a_joint(tmp_path)

@@ -237,7 +237,7 @@ def test_declared_readings_pass_the_gate_unless_the_run_leaks(lab, way):
     assert st.compare(leaking, readings, crack, solid).verdict.startswith("Do not use this run: 3 particles")
 
 
-def test_a_fluid_does_not_freeze_by_default_and_copies_are_equal():
+def test_a_fluid_does_not_freeze_by_default():
     assert st.Fluid(U=30, D_cm=0.3, yield_stress_pa=12).freeze_after_s == "never"
     assert st.Fluid(U=np.float64(30), freeze_after_s=2).freeze_after_s == 2
     fluid = st.Fluid(U=1, curve=None, yield_stress_pa=np.float64(12))

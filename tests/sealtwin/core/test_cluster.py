@@ -150,7 +150,7 @@ def test_a_lost_or_cancelled_result_is_reported_as_a_lost_connection():
             _outcome(task, "tcp://127.0.0.1:9")
 
 
-def test_a_scheduler_without_dask_is_refused_with_the_extra_to_install(monkeypatch):
+def test_the_error_for_a_scheduler_without_dask_names_the_extra_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install sealtwin\[cluster\]"):
         next(run_tasks(pow, [(0, (1, 1))], 0, "tls://node7:8786"))

@@ -56,7 +56,7 @@ def run(trial: Path, out: Path) -> tuple[str, ...]:
     return run_trial(load_trial(trial), trial.parent, out, STAGES, "cpu", QUIET).redone
 
 
-def test_a_run_is_repeated_only_if_the_content_of_its_table_changes(tmp_path):
+def test_a_run_is_repeated_only_if_the_content_of_its_material_table_changes(tmp_path):
     trial, out = lab_with(tmp_path, 'curve = "curing.csv"\nfreeze_after_s = "never"'), tmp_path / "out"
     assert run(trial, out) == STAGES
     recorded = read_json(out / "simulation.json")
@@ -125,7 +125,7 @@ def test_a_run_takes_values_and_uncertainties_of_a_material_file(tmp_path, monke
         ('"nowhere.toml"', "nowhere.toml: no such file"),
     ],
 )
-def test_a_missing_or_contradicted_material_file_is_refused(tmp_path, fluid, named):
+def test_a_material_file_that_is_missing_or_contradicts_the_trial_is_refused(tmp_path, fluid, named):
     (tmp_path / "material.toml").write_text(MEASURED, encoding="utf-8")
     with pytest.raises(InputError, match=named):
         load_trial(lab_with(tmp_path, f'material = {fluid}\nfreeze_after_s = "never"')).loaded(tmp_path)

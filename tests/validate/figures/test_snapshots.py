@@ -99,7 +99,7 @@ def test_a_gif_shows_each_frame_for_its_duration_in_the_run(scene, frames, tmp_p
     assert np.abs(pictures[1][1] - pictures[0][1]).mean() > 4.0
 
 
-def test_an_impossible_film_is_refused_and_leaves_no_file(scene, frames, tmp_path):
+def test_a_film_of_an_unknown_format_or_one_frame_is_refused_and_leaves_no_file(scene, frames, tmp_path):
     for name, shown, words in (("fill.mp4", frames, r"\.gif"), ("fill.gif", frames[:1], "needs two frames")):
         with pytest.raises(InputError, match=words):
             write_film(tmp_path / name, [f.t_s for f in shown], lambda number: frames[number], scene, lambda _: None)
