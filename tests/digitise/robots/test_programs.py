@@ -110,6 +110,14 @@ def test_the_tool_points_into_the_face_with_the_set_rotation(turn_deg):
     assert seen_deg == pytest.approx(turn_deg, abs=1e-3)
 
 
+def test_a_digital_output_is_on_only_during_motions_with_flow():
+    planned = trajectory(lead_in_mm=8.0, lead_out_mm=5.0)
+    script = read_urscript(urscript_text(placed(planned, urscript=DIGITAL)))
+    assert script.outputs == {("set_standard_digital_out", 3)}
+    levels = np.array([motion.given for motion in script.motions[2:-1]])
+    assert (levels > 0).tolist() == (planned.flow_mm3_s[:-1] > 0).tolist()
+
+
 @pytest.mark.parametrize(
     ("path", "changes", "says"),
     [

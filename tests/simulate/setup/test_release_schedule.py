@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import pdist
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
@@ -12,7 +13,7 @@ from sealtwin.core.records import Sections, Trajectory
 from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, FROZEN, MOVING
 from simulate.settings import Fluid, particle_volume
-from simulate.setup.release_schedule import course_of, plan_releases
+from simulate.setup.release_schedule import course_of, pack_disc, plan_releases
 from tests.support.shapes import straight_slot
 from tests.support.small_fluids import injected, slot
 from tests.support.small_fluids import path as short_path
@@ -50,6 +51,16 @@ def test_the_papers_trial_releases_14527_particles_in_2076_frames():
 
 DEEPENING = Sections(s_mm=np.array([0.0, 80.0]), depth_mm=np.array([4.0, 16.0]), area_mm2=np.array([10.0, 50.0]))
 """A crack whose section at s is 10 + s / 2 mm²."""
+
+
+@pytest.mark.parametrize(("ratio", "count"), [(1.0, 1), (2.0, 2), (2.4, 3), (3.0, 7), (4.31, 12)])
+def test_a_disc_holds_the_largest_known_number_of_circles(ratio, count):
+    """Known packings of circles in a circle on a hexagonal lattice."""
+    packed = pack_disc(ratio * 0.4, 0.4)
+    assert len(packed) == count
+    if count > 1:
+        assert pdist(packed).min() == pytest.approx(0.8)
+        assert np.hypot(*packed.T).max() + 0.4 <= ratio * 0.4 + 1e-9
 
 
 @pytest.mark.parametrize(

@@ -58,6 +58,20 @@ def judged(crack: tuple[Solid, Outline], stress_pa: float = 5.0, fill: float = 0
     return fitness_of(solid, outline, path(outline, volume_ml), HerschelBulkley(1690.0, stress_pa, 0.3))
 
 
+def test_a_bar_along_a_slot_holds_back_like_two_gaps_of_half_the_width():
+    """The hold is that of area over perimeter, without corners; levels are off by the added length times the slope."""
+    solid, outline = slot_with(stone(39.4, 0.5))
+    sections = sections_of(outline, solid, 60, reach_per_mm=0.0)
+    area_mm2 = sections.full_mm2 / 2
+    height_mm = sections.height_mm(area_mm2)
+    open_slot = sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
+    gap = sections.holding_mm(2.75 * height_mm, 2.75 + 2 * height_mm)
+    # Of 40 mm, 38.7 mm are in cells that count, with a tolerance of 0.05; a layer of a cut is 1 % of its depth.
+    assert narrows(outline, solid, sections, 0.5).holds_mm == pytest.approx(
+        38.7 * ((open_slot / gap)[30] - 1.05), rel=0.01
+    )
+
+
 @pytest.mark.parametrize(
     ("crack", "place_mm"),
     [
