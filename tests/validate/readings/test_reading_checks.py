@@ -91,6 +91,11 @@ ASKED = {
     "copied repeats": (np.column_stack([TABLE, TABLE[:, 2]]), {}, ["E"]),
     # Two readings in steps of 0.5 mm agree at all of eight stations in one of three sheets.
     "equal repeats in coarse steps": (np.column_stack([TABLE[:8, 0], COARSE[:, 0], COARSE[:, 0]]), {}, ["C"]),
+    "equal repeats but for one station": (
+        np.column_stack([TABLE[:, :2], TABLE[:, 1] + 0.1 * (np.arange(len(TABLE)) == 5)]),
+        {},
+        [],
+    ),
     "a repeat of another quantity": (np.column_stack([TABLE[:, :3], TABLE[:, 3] + 20]), {"depth_mm": None}, ["D"]),
     "a repeat of the other sign": (np.column_stack([TABLE[:, :2], -TABLE[:, 2]]), {}, ["C"]),
     "levels above the face": (HIGH, {"depth_mm": 8.0}, ["sign"]),
