@@ -46,6 +46,8 @@ def test_a_sweep_killed_ten_times_gives_the_results_of_an_uninterrupted_sweep(tm
             time.sleep(0.02)
         time.sleep(chance.uniform(0, 0.3))
         seen.append(_finished(out))
+        if parent.poll() is not None:
+            break
         workers = [child for child in psutil.Process(parent.pid).children(recursive=True) if _is_worker(child)]
         if number % 2 == 0 and workers:
             chance.choice(workers).kill()

@@ -77,7 +77,7 @@ report("darktable-org/darktable/pull/18815", TIF_MASK, WIDE, refused("mask.tif",
     "karlch/vimiv-qt/issues/51",
     f"digitise photo.jpg --mask mask.png {SCALED}",
     refused("mask"),
-    warned("photo.mask", "turned"),
+    warned("photo.mask", "rotated"),
 )
 def stale_orientation(folder: Path) -> None:
     """A picture is turned twice, since an editor turned it and left the tag."""
