@@ -298,7 +298,7 @@ def compute_variants(
         runs, largest, doubts = schedule(wanted, device, numbers_up_to("simulate"))
     except InputError as fault:
         raise InputError(
-            f"{folder}: an extra run is not possible. {fault}\nExtra runs have smaller and larger particles than the "
+            f"{folder}: an extra run is not possible: {fault}\nExtra runs have smaller and larger particles than the "
             "trial. Give the trial another solver.radius_mm."
         ) from None
     plan = Plan(folder.name, runs, numbers=numbers_up_to("simulate"))

@@ -239,8 +239,8 @@ def _end_before_next_table(table: Table) -> None:
 
 
 def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
-    remedy = 'Name the cells of the table of this sample, such as "A2:D18"; sort mixed rows in a copy. As_written with '
-    remedy += '"range" confirms all texts outside.'
+    remedy = 'Name the cells of the table of this sample, such as "A2:D18", or sort mixed rows in a copy. '
+    remedy += 'as_written = ["range"] confirms all texts outside.'
     table.ask("range", finding, remedy, {"columns.range": rows})
 
 
