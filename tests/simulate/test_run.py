@@ -235,7 +235,7 @@ def bins_mm(profile: Profile) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "preset"), PROTOTYPE_MM)
 def test_the_papers_trial_has_the_levels_of_the_prototype(tilt, preset):
-    """Eq. 5 is solved as printed, as by the prototype. The mean of 3 runs counts, since their levels scatter by 0.2 mm."""
+    """Eq. 5 is solved as printed, as by the prototype. The mean of 3 runs counts; single ones scatter by 0.2 mm."""
     runs = (trial(tilt, preset, viscosity_solve="explicit", seed=seed) for seed in range(3))
     levels_mm = np.mean([bins_mm(profile) for _, profile, _ in runs], axis=0)
     assert levels_mm == pytest.approx(PROTOTYPE_MM[tilt, preset], abs=1.0)
