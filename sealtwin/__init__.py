@@ -51,7 +51,7 @@ if TYPE_CHECKING:
         trace_crack,
     )
     from sealtwin.api.studies import CalibrationResult, SweepResult, calibrate, sweep, write_map
-    from sealtwin.api.trials import FlowPlan, TrialRun, plan_flow, plan_rest, run_trial
+    from sealtwin.api.trials import FlowPlan, TrialRun, plan_flow, run_trial
 
 
 def _require_own_packages() -> None:
@@ -109,7 +109,6 @@ __all__ = [
     "measure_level",
     "plan_flow",
     "plan_path",
-    "plan_rest",
     "plot_levels",
     "read_photo",
     "read_readings",

@@ -1,4 +1,4 @@
-"""Run a trial, plan its pour, and plan the rest of a paused pour."""
+"""Run a trial, and plan its pour."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from sealtwin.api import FilePath, Points, of_one_crack, path_or_none, settings_from, shown_progress, warn
+from sealtwin.api import FilePath, of_one_crack, path_or_none, settings_from, shown_progress, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table
@@ -175,7 +175,7 @@ def run_trial(
 
 @dataclass(frozen=True)
 class FlowPlan:
-    """A plan of flow and speed, and its folder: what ``plan_flow`` and ``plan_rest`` return.
+    """A plan of flow and speed, and its folder: what ``plan_flow`` returns.
 
     ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), and ``position_mm`` is (n, 3). Speed and flow of a row are
     valid until the time of the next row. ``s_mm`` and ``level_mm``, (m,), are the level after the pour.
@@ -194,7 +194,7 @@ class FlowPlan:
     verified: bool
     """True if the plan was better than both baselines in particle runs."""
     content: dict[str, Any]
-    """Content of plan.json or rest.json: under_mm3, over_mm3, baselines, rounds, chances, flow_factor."""
+    """Content of plan.json: under_mm3, over_mm3, baselines, rounds, chances."""
 
 
 @keywords_of(PlanOptions)
@@ -249,63 +249,9 @@ def plan_flow(
     shown = shown_progress(progress)
     made = make_plan(Path(trial), path_or_none(out), options, shown, device=choose_device(device))
     warn(made.content["fluid_warnings"])
-    return _flow_plan(made.content, TABLE)
-
-
-@keywords_of(PlanOptions, without=("posterior", "verify", "seeds", "accurate"))
-def plan_rest(
-    trial: FilePath,
-    levels: FilePath | Points,
-    *,
-    out: FilePath | None = None,
-    progress: bool | None = None,
-    **keywords: Any,
-) -> FlowPlan:
-    """Plan the rest of a paused pour from measured levels, as ``sealtwin plan --from`` does.
-
-    The fast model estimates which fraction of the requested sealant is in the crack. It assumes that the pump continues
-    to deliver this fraction. The rest begins at the first position that would remain too low.
-
-    Parameters
-    ----------
-    trial
-        The trial file of the pour, usually trial.toml in the folder of a plan.
-    levels
-        Rows of s and the measured level in mm, (n, 2), or a CSV with the columns s_mm and level_mm, from the beginning
-        of the pour to the nozzle. Levels below the face are negative.
-    out
-        Folder for the rest. Default: reports/NAME-rest.
-    progress
-        Same as in ``plan_flow``.
-
-    Returns
-    -------
-    FlowPlan
-        The rest of the path, and the level after it. The fast model, corrected by the measured levels, computes it.
-
-    Raises
-    ------
-    InputError
-        The trial, the cell or the levels cannot be used.
-
-    Examples
-    --------
-    >>> rest = st.plan_rest("planned.toml", [(1, -2.0), (4, -2.1)], out="rest", knots=3)
-    >>> rest.verified
-    False
-    """
-    options = settings_from(PlanOptions, "plan_rest", locals())
-    from sealtwin.plan.rest import TABLE, plan_rest
-
-    shown = shown_progress(progress)
-    made = plan_rest(Path(trial), levels, path_or_none(out), options, shown)
-    return _flow_plan(made.content, TABLE)
-
-
-def _flow_plan(content: dict[str, Any], table: str) -> FlowPlan:
-    folder = Path(content["folder"])
-    path = read_table(folder / table, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
+    folder = Path(made.content["folder"])
+    path = read_table(folder / TABLE, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
     s_mm, level_mm, _, high_mm = read_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS).T
     half_width_mm = None if np.isnan(high_mm).any() else high_mm - level_mm
-    after = s_mm, level_mm, half_width_mm, content["verified"], content
+    after = s_mm, level_mm, half_width_mm, made.content["verified"], made.content
     return FlowPlan(folder, path[:, 0], path[:, 1:4], path[:, 4], path[:, 5], *after)

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
     from validate.figures.page import Page
 
-BY_PARTICLES = {"posterior", "verify", "seeds", "accurate"}  # Options of 'plan' that --from does not allow
 LAUNCH = 256  # Runs computed together on a GPU. For the paper's trial they use 2 GB, or 6 GB if nothing freezes
 MAX_NAMED = 8  # Largest number of failed runs that are printed. The table has all of them
 
@@ -171,18 +170,7 @@ def plan(
     settings: Given,
     options: "PlanOptions",
     runs: "WorkerProcesses",
-    levels: Annotated[
-        File,
-        option(
-            "Plan the rest of a paused pour of TRIAL from measured levels, with the fast model only. The CSV has the "
-            "columns s_mm and level_mm (negative below the face), from the start of the pour to the nozzle.",
-            "CSV",
-            "--from",
-        ),
-    ] = None,
-    out: Annotated[
-        File, option("Folder for the plan. Default: reports/<trial name>-plan, or -rest with --from.", "DIR")
-    ] = None,
+    out: Annotated[File, option("Folder for the plan. Default: reports/<trial name>-plan.", "DIR")] = None,
 ) -> None:
     """Plan flow and speed along a crack, so that it is full and nothing overspills.
 
@@ -191,19 +179,7 @@ def plan(
     level. After an interruption, repeat the command to continue.
 
     Example: sealtwin plan trial.toml --cell cell.toml
-
-    With --from, TRIAL is the trial that is being poured, usually the trial.toml of a plan.
-
-    Example: sealtwin plan reports/crack-plan/trial.toml --from levels.csv
     """
-    if levels is not None:
-        from sealtwin.plan.rest import plan_rest
-
-        if runs.jobs or options.model_fields_set & BY_PARTICLES:
-            raise typer.BadParameter("--from does not allow --posterior, --verify, --seeds, --jobs or --accurate")
-        result = plan_rest(trial, levels, out, options, command.progress(), settings=settings)
-        command.reply(result.content, [*result.sentences, f"Path: {result.content['folder']}/rest.csv"])
-        return
     from sealtwin.plan.make_plan import make_plan
     from sealtwin.trial.trial_file import sets_resolution
 

@@ -1,4 +1,4 @@
-"""Plan the flow and speed along a path, so that the crack is filled without overspill, or plan the rest of a pour."""
+"""Plan the flow and speed along a path, so that the crack is filled without overspill."""
 
 from pathlib import Path
 

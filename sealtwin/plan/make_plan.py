@@ -1,21 +1,20 @@
 """Plan a trial: search a plan with the fast model, check it with particles, and search again with a correction."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from digitise.planned_path import COLUMNS, PathTable, planned_path
+from digitise.planned_path import COLUMNS, planned_path
 from digitise.robots.cell import ProgramOptions, PumpTable, RobotCell
 from digitise.settings import NozzlePath
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.progress import Progress, in_words
-from sealtwin.core.records import Floats, Profile, Sample, Trajectory
+from sealtwin.core.records import Floats, Profile, Sample
 from sealtwin.core.run_folder import holding, open_folder, require_own
 from sealtwin.core.settings import checked
 from sealtwin.plan import PlanOptions
@@ -50,7 +49,6 @@ from sealtwin.trial.exports import CellFile, origin_of, require_confirmed, write
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
 from sealtwin.trial.trial_file import SETTINGS, SettingValues, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
-from simulate.slot.sections import Trapezoids
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
 
 REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
@@ -61,74 +59,12 @@ SEARCH_S = 3.0  # Time in s of a search for one draw, on one core of the machine
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Volume and level above the face whose probabilities are counted
 
 
-def aim_of(options: PlanOptions, sections: Trapezoids) -> Floats:
-    """Return the area to fill in each cross-section. Raises InputError if the plan aims below the crack's floor."""
-    aims_mm, shallowest_mm = options.aim_mm, float(sections.depth_mm.min())
-    if aims_mm >= shallowest_mm:
-        raise InputError(
-            f"--margin-mm {options.margin_mm:g} and --reserve-mm {options.reserve_mm:g}: their sum must be less than "
-            f"the smallest depth of the crack, {shallowest_mm:.3g} mm. Give smaller values."
-        )
-    return target_of(sections, aims_mm)
-
-
 @dataclass(frozen=True)
 class MadePlan:
-    """Result of planning a trial: the content of plan.json or rest.json, and sentences about the plan."""
+    """Result of planning a trial: the content of plan.json, and sentences about the plan."""
 
     content: dict[str, Any]
     sentences: list[str]
-
-
-@dataclass(frozen=True)
-class PlanInputs:
-    """A trial to plan, with the robot's cell and the table of the cell's pump."""
-
-    file: Path
-    file_trial: Trial  # Trial as it is in the file
-    trial: Trial  # Trial with the content of the files that it names, and without readings
-    cell: CellFile | None
-
-    @classmethod
-    def read(cls, file: Path, settings: SettingValues | None, cell_file: Path | None) -> "PlanInputs":
-        """Read the trial and the cell. Raises InputError if one of them is not suitable for a plan."""
-        file_trial = load_trial(file, settings)
-        require_sample(file_trial, file.parent)
-        trial = require_plannable(file_trial.loaded(file.parent), str(file))
-        cell = None if cell_file is None else CellFile.read(cell_file)
-        if cell is not None and (steady := cell.settings.steady_settings):
-            raise InputError(
-                f"{cell_file}: with {' and '.join(steady)}, a program has only one speed or one flow, but a plan "
-                "varies both. Change this setting, or remove the format from formats."
-            )
-        return cls(file, file_trial, trial, cell)
-
-    @contextmanager
-    def digitised(self, folder: Path, progress: Progress) -> Iterator[Sample]:
-        """Lock the folder of a plan during the block, and digitise the crack in it.
-
-        Raises InputError if the folder or the crack cannot be used.
-        """
-        require_own(folder, SAMPLE, "plan")
-        with holding(folder), progress:
-            with open_folder(folder / SAMPLE, create=True) as home:
-                run_stages(start_job(self.trial, self.file.parent, home, "cpu", progress), ("digitise",))
-            sample = record_files.read_sample(folder / SAMPLE)
-            if self.cell is not None:
-                require_confirmed(shown(folder / SAMPLE), sample.outline, ProgramOptions())
-            yield sample
-
-    def write_programs(self, folder: Path, table: str, sample: Sample, trajectory: Trajectory) -> dict[str, Any]:
-        """Write the robot programs for a path. Returns their names for the JSON file. Empty without a cell."""
-        if self.cell is None:
-            return {}
-        origin = origin_of(folder, self.trial.name, sample.outline, [table])
-        report, _ = write_programs(folder / "robot", trajectory, self.cell, ProgramOptions(), origin)
-        return {"robot": sorted(report["files"])}
-
-    @property
-    def limits_by(self) -> tuple[RobotCell | None, PumpTable | None]:
-        return (None, None) if self.cell is None else (self.cell.settings, self.cell.pump)
 
 
 def case_of(sample: Sample, trial: Trial) -> Case:
@@ -154,7 +90,12 @@ def plan_on(
     cases = [case_of(sample, draw) for draw in draws] or [nominal]
     few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
     sections = nominal.fill(sample.trajectory).sections
-    target_mm2 = aim_of(options, sections)
+    if options.aim_mm >= (shallowest_mm := float(sections.depth_mm.min())):
+        raise InputError(
+            f"--margin-mm {options.margin_mm:g} and --reserve-mm {options.reserve_mm:g}: their sum must be less than "
+            f"the smallest depth of the crack, {shallowest_mm:.3g} mm. Give smaller values."
+        )
+    target_mm2 = target_of(sections, options.aim_mm)
     knots = Knots(sample.trajectory, options.knots)
     limits = limits_of(sample.trajectory, *limits_by, options.flow_max_mm3_s, options.keep_speed)
     require_possible(limits, target_mm2, sections.s_mm, sample.trajectory, where)
@@ -302,46 +243,56 @@ def make_plan(
     search, which takes seconds, is repeated, but the finished particle runs are not. Raises InputError if the trial,
     the cell or the posterior cannot be used, and NumericalError if a run fails.
     """
-    inputs = PlanInputs.read(file, settings, options.cell)
-    file_trial, trial = inputs.file_trial, inputs.trial
+    file_trial = load_trial(file, settings)
+    require_sample(file_trial, file.parent)
+    trial = require_plannable(file_trial.loaded(file.parent), str(file))
     if trial.path.plan is not None:
         raise InputError(f"{file}: path.plan already has a plan. Remove it, and give path.speed_mm_s for a new plan.")
+    cell = None if options.cell is None else _read_cell(options.cell)
     draws = [] if options.posterior is None else read_draws(options.posterior, trial)
     folder = out or Path("reports", f"{file_trial.folder_name}-plan")
-    with inputs.digitised(folder, progress) as sample:
+    require_own(folder, SAMPLE, "plan")
+    with holding(folder), progress:
+        with open_folder(folder / SAMPLE, create=True) as home:
+            run_stages(start_job(trial, file.parent, home, "cpu", progress), ("digitise",))
+        sample = record_files.read_sample(folder / SAMPLE)
+        if cell is not None:
+            require_confirmed(shown(folder / SAMPLE), sample.outline, ProgramOptions())
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
-        planned = plan_on(verifier, options, draws, inputs.limits_by, file)
+        planned = plan_on(verifier, options, draws, (cell.settings, cell.pump) if cell else (None, None), file)
         warned = verifier.fluid_warnings
         content = _write(folder, planned, trial.name, warned)
         write_plan_page(folder / PAGE, trial.name, planned, warned)
         files.write_text(folder / "trial.toml", _trial_beside(file_trial, file.parent, folder))
         # The plan is written before the robot programs, so that it remains if the cell's limits refuse them.
         files.write_json(folder / REPORT, content)
-        if planned.verified:
-            content |= inputs.write_programs(folder, TABLE, sample, planned.trajectory)
+        if planned.verified and cell is not None:
+            origin = origin_of(folder, trial.name, sample.outline, [TABLE])
+            programs, _ = write_programs(folder / "robot", planned.trajectory, cell, ProgramOptions(), origin)
+            content["robot"] = sorted(programs["files"])
             files.write_json(folder / REPORT, content)
         return MadePlan(content, [*plan_cautions(planned, warned), plan_finding(planned)])
 
 
-def write_tables(
-    folder: Path, table: str, trajectory: Trajectory, level: Profile, half_mm: Floats | float = np.nan
-) -> PathTable:
-    """Write the path of a plan, and the level with its band of half-width ``half_mm``, as tables.
-
-    Returns the path as it was written.
-    """
-    path = planned_path(trajectory)
-    rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
-    files.write_table(folder / table, COLUMNS, rows)
-    rows = np.column_stack([level.s_mm, level.level_mm, level.level_mm - half_mm, level.level_mm + half_mm])
-    files.write_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS, rows)
-    return path
+def _read_cell(file: Path) -> CellFile:
+    """Read a robot's cell. Raises InputError if its programs have only one speed or one flow."""
+    cell = CellFile.read(file)
+    if steady := cell.settings.steady_settings:
+        raise InputError(
+            f"{file}: with {' and '.join(steady)}, a program has only one speed or one flow, but a plan "
+            "varies both. Change this setting, or remove the format from formats."
+        )
+    return cell
 
 
 def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[str]) -> dict[str, Any]:
     """Write the path and the level of a plan as tables, and return the content of plan.json."""
-    half_mm = np.nan if planned.half_width_mm is None else planned.half_width_mm
-    path = write_tables(folder, TABLE, planned.trajectory, planned.level, half_mm)
+    path = planned_path(planned.trajectory)
+    rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
+    files.write_table(folder / TABLE, COLUMNS, rows)
+    level, half_mm = planned.level, np.nan if planned.half_width_mm is None else planned.half_width_mm
+    rows = np.column_stack([level.s_mm, level.level_mm, level.level_mm - half_mm, level.level_mm + half_mm])
+    files.write_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS, rows)
     return {
         "version": 1,
         "name": name,

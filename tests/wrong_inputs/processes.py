@@ -1,16 +1,12 @@
 """Wrong caches, edited files, links and names."""
 
 import json
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from tests.support.tiny_study import plannable_lab
 from tests.wrong_inputs.table import WrongInput, answers
-
-DEVICE = Path(os.devnull)
-"""A device from which a reader gets nothing, so that the read ends; /dev/zero would fill the memory."""
 
 RUN = {"version": 1, "stages": {}}
 CATALOGUE = {"version": 6, "pairing": "", "sources": {}}
@@ -80,7 +76,6 @@ filmed = answers("film {given} --out {out}.gif")
 listed = answers("lab list {given}")
 followed = answers("sweep status {given}")
 validated = answers("validate {given}")
-rested = answers("plan {given}/planned.toml --from {given}/levels.csv --out {out}")
 planned = answers("plan {given}/planned.toml --posterior {given}/none.csv --out {out}")
 
 # fmt: off
@@ -94,7 +89,6 @@ CASES: list[WrongInput] = [
     filmed("solid whose areas by level lack a level",
         film_of(solid={**SOLID, "sections": {**SECTIONS, "levels_mm": [-8.0, 0.0], "below_mm2": [[0.0], [0.0]]}}),
         "solid.json", "below_mm2", "levels_mm"),
-    rested("levels of a pour that are a device", folder_of({"levels.csv": DEVICE}), "levels.csv", "s_mm, level_mm"),
     listed("record of a sample whose files are a word", lab_of(record={**RECORD, "files": "none"}), "P1/record.json",
         "files", "none"),
     listed("run of a lab whose time is a word",

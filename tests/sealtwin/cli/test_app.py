@@ -66,7 +66,6 @@ def test_the_demo_does_not_overwrite_files_of_the_user(tmp_path):
         ("digitise photo.png --depth-mm 16 --ends '12;340' 1,2", "--ends"),
         ("digitise scan.stl --depth-mm 16", "sealtwin import-mesh scan.stl"),
         ("sweep study.toml --jobs 1.5", "--jobs: jobs = 1.5: should be a whole number"),
-        ("plan trial.toml --from levels.csv --seeds 1", "--from"),
     ],
 )
 def test_a_wrong_command_line_with_json_gives_the_error_as_json(line, named):

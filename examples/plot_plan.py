@@ -1,9 +1,8 @@
 """
-Plan and correct
-================
+Plan the pour
+=============
 
-Flow and speed along a crack are planned so that it is full and nothing overspills. Then a pump gives a tenth less than
-it is asked for; the pour pauses halfway, and the rest is planned from the levels so far. All of it is EMULATED.
+Flow and speed along a crack are planned so that it is full and nothing overspills.
 """
 
 # %%
@@ -13,7 +12,6 @@ import tomllib
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-import numpy as np
 import tomlkit
 
 import sealtwin as st
@@ -41,20 +39,4 @@ for name, one in {"planned": plan.content, **plan.content["baselines"]}.items():
 figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
 axes.errorbar(plan.s_mm, plan.level_mm, plan.half_width_mm, ecolor="lightgrey")
 axes.set(xlabel="s (mm)", ylabel="level from the face (mm)")
-
-# %%
-# Half of the plan, by a pump that gives a tenth less. The fast model stands for the crack and for the sensor.
-rows = len(plan.t_s) // 2
-flow_mm3_s = np.append(0.9 * plan.flow_mm3_s[: rows - 1], 0.0)
-table = np.column_stack([plan.t_s[:rows], plan.position_mm[:rows], flow_mm3_s])
-np.savetxt(folder / "half.csv", table, "%.6f", ",", header="t_s,x_mm,y_mm,z_mm,flow_mm3_s", comments="")
-half = trial | {"path": {"plan": "half.csv"}, "solver": trial["solver"] | {"model": "slot"}}
-paused = st.run_trial(half, source=folder, out=folder / "half")
-levels = np.column_stack([paused.level.s_mm, paused.level.level_mm])[paused.level.s_mm <= paused.path.s_mm.max()]
-
-# %%
-# The rest of the pour, and the level to which it leads, beside that of the unchanged plan.
-rest = st.plan_rest(plan.folder / "trial.toml", levels, out=folder / "rest", flow_max_mm3_s=3000, knots=4)
-for name, one in {"as planned": rest.content["unchanged"], "with the rest": rest.content}.items():
-    print(f"{name}: {one['under_mm3']:.0f} mm³ missing, {one['over_mm3']:.0f} mm³ above the face")
 place.cleanup()
