@@ -22,12 +22,10 @@ MAX_NAMED = 8  # Largest number of failed runs that are printed. The table has a
 @answers()
 def compare(
     command: Command,
-    folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 28.")],
+    folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 7.")],
     out: Annotated[Path, option("Folder for the page.", "DIR")] = Path("reports", "compare"),
 ) -> None:
-    """Compare runs: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
-
-    Settings that change neither the level nor its error, such as the table uncertainty, are listed last.
+    """Compare runs: a table of their figures, settings and stage numbers that differ, and levels in one plot.
 
     Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
     """

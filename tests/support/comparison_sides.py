@@ -28,4 +28,4 @@ def side(
     readings = make_readings()
     readings = replace(readings, level_mm=readings.level_mm - lowered_mm, data=data)
     profile = Profile(S_MM, line(S_MM) - lowered_mm + above_mm)
-    return Side(name, {"fluid.U": 30.0, **dict(settings)}, profile, readings, COMPARISON, {"particles": 100}, 1.0)
+    return Side(name, {"fluid.U": 30.0, **dict(settings)}, profile, readings, COMPARISON, 1.0)

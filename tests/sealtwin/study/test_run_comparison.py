@@ -53,14 +53,16 @@ def other(run, tmp_path):
 
 
 def test_a_comparison_of_runs_lists_the_settings_that_differ(run, other, tmp_path):
-    """Trials with the same name are named by their folders."""
     page = tmp_path / "page"
     text = sealtwin("compare", run, other, "--out", page).stdout
     content = json.loads(sealtwin("compare", run, other, "--out", page, "--json").stdout)
     assert content == files.read_json(page / "compare.json")
     assert content["differing"] == {"fluid.U": [30.0, 3.0]}
-    facts = [[run[name] for name in ("name", "number", "readings_of_run", "edited")] for run in content["runs"]]
-    assert facts == [[f"tiny ({run})", 1, 1, []], [f"tiny ({other})", 2, 1, []]]
+    facts = [[run[name] for name in ("name", "number", "readings", "not_ranked")] for run in content["runs"]]
+    assert facts == [
+        [f"tiny ({run})", 1, "synthetic, calibrated-on", None],
+        [f"tiny ({other})", 2, "synthetic, calibrated-on, the same as for run 1", None],
+    ]
     assert content["runs"][0]["mean_error_mm"] == files.read_json(run / "comparison.json")["errors"]["mean_error_mm"]
     assert all((page / name).is_file() for name in content["files"])
     (warning,) = [warning for warning in content["fluid_warnings"] if warning.startswith("2 of 2 runs: fluid.U is 3")]
@@ -68,13 +70,12 @@ def test_a_comparison_of_runs_lists_the_settings_that_differ(run, other, tmp_pat
     assert sealtwin("compare", run).exit_code == 2
 
 
-def test_unfinished_damaged_or_repeated_run_folders_are_refused(run, other, tmp_path):
+def test_unfinished_or_damaged_run_folders_are_refused(run, other, tmp_path):
     def refused(second: Path, match: str) -> None:
         with pytest.raises(InputError, match=match):
             compare_runs([run, second], tmp_path / "page")
 
     refused(tmp_path / "nowhere", "nowhere: is not a run folder")
-    refused(run, "given twice")
     for name, old, new, match in (
         ("trial.toml", b"U = 3.0", b"U = 4.0", r"\[fluid\] differs from the settings with which simulate ran"),
         ("profile.csv", b",-", b",", r"profile\.csv was changed after the readings were compared"),
@@ -99,7 +100,7 @@ def test_runs_with_an_edited_level_or_a_wrong_volume_are_not_ranked(run, other, 
     validate(other)
     content, sheet = compare_runs([run, other], tmp_path / "page")
     assert content["finding"] == sheet.finding
-    assert content["runs"][1]["edited"] == ["profile.csv"]
+    assert "(profile.csv)" in content["runs"][1]["not_ranked"]
     lines = compared_lines(content, sheet)
     assert any("run 2, because files were edited by hand after the run (profile.csv)" in line for line in lines)
     assert not any("Run 2 is nearest" in line for line in lines)

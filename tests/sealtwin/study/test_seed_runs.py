@@ -103,7 +103,7 @@ def test_comparison_report_and_record_use_the_mean_level_of_all_seeds(three):
     )
     assert half in sentence
     with job_in(three) as job:
-        side = run_comparison._side(job, "three")
+        side = run_comparison._side(job)
     assert side.profile.level_mm == pytest.approx(levels["level_mm"])
     assert side.settings["seeds"] == 3
 
