@@ -38,7 +38,6 @@ LINES = (
     "sweep study.toml --dry-run --jobs 1 --batch 1 --out sweep",
     "compare run twin --out compared",
     "markers --face-mm 160x40 --out frame.pdf --size-mm 16 --count 8 --paper a4 --toml frame.toml",
-    "film run --out fill.gif",
     "ingest photos --out ingested --dry-run",
     "lab show ingested P01",
     "map study --any-volume --out new",

@@ -135,7 +135,6 @@ for command in (
     lab.ingest,
     trials.simulate,
     trials.validate,
-    trials.film,
     studies.sweep,
     studies.map,
     studies.compare,

@@ -1,4 +1,4 @@
-"""Commands that start a trial, run it or one of its stages, and write its film and its robot programs."""
+"""Commands that start a trial, run it or one of its stages, and write its robot programs."""
 
 from pathlib import Path
 from shlex import quote
@@ -20,29 +20,6 @@ ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
 TrialFile = Annotated[Path, argument("TRIAL", "A trial.toml; 'sealtwin init DIR' writes one.")]
 RunFolderPath = Annotated[Path, argument("RUN", "A run folder.")]
 FLUID_RUN = "sealtwin.cli.models:FluidRun"
-
-
-@answers()
-def film(
-    command: Command,
-    folder: RunFolderPath,
-    out: Annotated[File, option("GIF file of the film. Default: RUN/fill.gif.", "FILE")] = None,
-) -> None:
-    """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --set output.frames_every_s=0.1' writes.
-
-    The film shows a section along the crack and the crack from above, in real time. Particles are coloured by speed.
-    """
-    from sealtwin.core.run_folder import look_into
-    from sealtwin.trial.exports import make_film
-    from sealtwin.trial.job import other_versions, shown
-
-    path = out or folder / "fill.gif"
-    with command.progress() as progress:
-        frames, lasts_s = make_film(folder, path, progress)
-    others = other_versions(look_into(folder), stage="simulate")
-    content = {"film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2), "other_versions": others}
-    lines = [*others, f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]
-    command.reply(content, lines)
 
 
 @answers(options="digitise.robots.cell:ProgramOptions")

@@ -1,4 +1,4 @@
-"""Write files for other programs and machines: robot programs, masks, COCO annotations, drawings for CAD, and films.
+"""Write files for other programs and machines: robot programs, masks, COCO annotations, and drawings for CAD.
 
 A robot program is written only for a confirmed path within the limits of the cell.
 """
@@ -15,13 +15,10 @@ from digitise.robots.cell import LANGUAGES, ProgramOptions, PumpTable, RobotCell
 from digitise.robots.robot_path import RobotPath, place_path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.progress import Progress
 from sealtwin.core.records import Outline, Trajectory
 from sealtwin.core.run_folder import RunFolder, look_into, require_folder, stage_key
 from sealtwin.core.settings import checked, read_settings
-from sealtwin.core.vtk_files import read_collection, read_frame
 from sealtwin.trial.job import other_versions, require_digitised, shown
-from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import load_trial
 
 ExportKind = Literal["mask", "coco", "dxf"]
@@ -63,29 +60,6 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
         contents[out / COCO] = files.as_json(coco_of(list(outlines.items()))).encode()
     files.write_unless_other(contents)
     return list(contents)
-
-
-def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]:
-    """Write a film of a run folder's frames. Returns the number of frames and the simulated time in s.
-
-    Raises InputError if frames are missing.
-    """
-    look_into(folder)
-    if not (folder / FRAMES).is_file():
-        raise InputError(
-            f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' computes the "
-            "fluid run again and writes frames."
-        )
-    from validate.figures.snapshots import FillScene, write_film
-
-    sample, run = record_files.read_sample(folder), record_files.read_simulation(folder)
-    with files.reading_stage_file(folder / "simulation.json"):
-        nozzle_mm = float(files.read_json(folder / "simulation.json")["settings"]["nozzle"]["diameter_mm"])
-    scene = FillScene(sample.outline, sample.solid, sample.trajectory, run.radius_mm, nozzle_mm)
-    frames = read_collection(folder / FRAMES)
-    progress.start("Filming", len(frames))
-    write_film(path, [t_s for t_s, _ in frames], lambda number: read_frame(frames[number][1]), scene, progress.advance)
-    return len(frames), frames[-1][0] - frames[0][0]
 
 
 @dataclass(frozen=True)

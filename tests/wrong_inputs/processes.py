@@ -23,20 +23,6 @@ FIGURES = {"volume_ratio": 1.0, "profile_sha256": "", "fluid_warnings": []}
 OUTCOME = {"version": 1, "state": "done", "wall_s": 1.0, "figures": FIGURES}
 OUTCOME_FILE = f"runs/{16 * 'a'}/outcome.json"
 
-LINE = [[0.0, 0.0], [10.0, 0.0]]
-OUTLINE = {
-    **{
-        f"{name}_{unit}": LINE for name in ("centreline", "left_wall", "right_wall", "outline") for unit in ("mm", "px")
-    },
-    **{"ends": ["closed", "closed"], "face_mm": None, "mm_per_px": 0.1, "scale_source": "", "scale_residual_mm": None},
-    "path_source": "ends",
-}
-SECTIONS = {"s_mm": [0.0, 10.0], "depth_mm": [8.0, 8.0], "area_mm2": [16.0, 16.0]}
-SOLID = {
-    **{"tilt": "lean", "wall_angles_deg": [0.0, 0.0], "depth_mm": 8.0, "block_mm": [0.0, 0.0, 10.0, 10.0]},
-    **{"cavity_volume_mm3": 160.0, "face_label": "", "sections": SECTIONS},
-}
-
 Content = dict[str, Any] | str | Path
 
 
@@ -59,12 +45,6 @@ def study_of(outcome: dict[str, Any], **plan: Any) -> Callable[[Path], None]:
     return folder_of({"plan.json": PLAN | plan, OUTCOME_FILE: outcome})
 
 
-def film_of(**records: dict[str, Any]) -> Callable[[Path], None]:
-    """Return a maker of a run folder with frames, to be filmed; ``records`` are its outline and solid."""
-    frames = {"manifest.json": RUN, "frames/fill.pvd": "<VTKFile/>"}
-    return folder_of(frames | {f"{name}.json": content for name, content in {"outline": OUTLINE, **records}.items()})
-
-
 def lab_of(catalogue: Content = CATALOGUE, **others: Content) -> Callable[[Path], None]:
     """Return a maker of a lab of one sample; ``others`` are record and run in place of its own."""
     files = {"record": "P1/record.json", "run": "P1/run/run.json"}
@@ -72,7 +52,6 @@ def lab_of(catalogue: Content = CATALOGUE, **others: Content) -> Callable[[Path]
     return folder_of({"catalogue.json": catalogue} | contents)
 
 
-filmed = answers("film {given} --out {out}.gif")
 listed = answers("lab list {given}")
 followed = answers("sweep status {given}")
 validated = answers("validate {given}")
@@ -80,15 +59,6 @@ planned = answers("plan {given}/planned.toml --posterior {given}/none.csv --out 
 
 # fmt: off
 CASES: list[WrongInput] = [
-    filmed("outline whose wall lost a point", film_of(outline={**OUTLINE, "left_wall_mm": LINE[:1]}), "outline.json",
-        "left_wall_mm", "centreline_mm"),
-    filmed("solid whose sections lost a depth", film_of(solid={**SOLID, "sections": {**SECTIONS, "depth_mm": [8.0]}}),
-        "solid.json", "depth_mm", "s_mm"),
-    filmed("solid whose sections are in another order",
-        film_of(solid={**SOLID, "sections": {**SECTIONS, "s_mm": [10.0, 0.0]}}), "solid.json", "s_mm should increase"),
-    filmed("solid whose areas by level lack a level",
-        film_of(solid={**SOLID, "sections": {**SECTIONS, "levels_mm": [-8.0, 0.0], "below_mm2": [[0.0], [0.0]]}}),
-        "solid.json", "below_mm2", "levels_mm"),
     listed("record of a sample whose files are a word", lab_of(record={**RECORD, "files": "none"}), "P1/record.json",
         "files", "none"),
     listed("run of a lab whose time is a word",

@@ -1,8 +1,7 @@
-"""Pictures of a run as it fills: single moments, the fill over time, a film, and the run's numerical health."""
+"""Pictures of a run as it fills: single moments, the fill over time, and the run's numerical health."""
 
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -12,10 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
-from PIL import Image
 
 from sealtwin.core.arc_length import arc_length_at
-from sealtwin.core.errors import InputError
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from sealtwin.core.vtk_files import Frame, ParticleState
@@ -50,12 +47,6 @@ STYLES = ((SIMULATED, "-"), (MEASURED, (0, (4, 2))))
 """Colour and dashes of a panel's two curves. The curves can be told apart without colour, and if they coincide."""
 Shade = Literal["speed", "age"]  # Quantity by which particles are coloured
 DPI = 150  # Resolution of a PNG
-FILM_IN, FILM_DPI = (6.4, 9.6), 100  # Height and width of a film in inches, and its resolution
-FASTEST_FPS, SLOWEST_FPS = 50, 1
-"""Limits of the frame rate. A GIF counts hundredths of a second, and browsers show each frame for at least two
-hundredths."""
-LAST_FRAME_S = 1.5  # Time in s for which a GIF shows its last frame before it begins again
-COLOURS = 128  # Size of a GIF's palette
 
 
 class Panel(NamedTuple):
@@ -150,25 +141,20 @@ class Snapshot:
     """
 
     @themed()
-    def __init__(self, scene: FillScene, *, film: bool = False) -> None:
+    def __init__(self, scene: FillScene) -> None:
         """Prepare the panels: sections along the crack by age and by speed, a view from above, and sections across.
 
-        The last two are coloured by speed. A ``film`` has only the section along the crack by speed and the view from
-        above.
+        The last two are coloured by speed.
         """
         self._scene, self._scales = scene, {"age": age_scale(1.0), "speed": SPEED}
-        cuts = [] if film else [f"cut {number}" for number in range(len(SECTIONS_AT))]
-        if film:
-            figure = wide_figure(*FILM_IN)
-            self._axes = figure.subplot_mosaic([["speed"], ["top"]], height_ratios=(1.0, 1.4))
-        else:
-            figure = wide_figure(11.0)
-            rows: Any = [[name] * len(cuts) for name in ("age", "speed", "top")]
-            self._axes = figure.subplot_mosaic([*rows, cuts], height_ratios=(1.0, 1.0, 1.7, 1.35))
-            add_bar(figure, self._scales["age"], [self._axes["age"]], pad=0.01, shrink=0.9, aspect=12)
+        cuts = [f"cut {number}" for number in range(len(SECTIONS_AT))]
+        figure = wide_figure(11.0)
+        rows: Any = [[name] * len(cuts) for name in ("age", "speed", "top")]
+        self._axes = figure.subplot_mosaic([*rows, cuts], height_ratios=(1.0, 1.0, 1.7, 1.35))
+        add_bar(figure, self._scales["age"], [self._axes["age"]], pad=0.01, shrink=0.9, aspect=12)
         self._cuts = [self._axes[name] for name in cuts]
         by_speed = [axes for name, axes in self._axes.items() if name != "age"]
-        add_bar(figure, SPEED, by_speed, pad=0.01, shrink=0.9 if film else 0.4, aspect=25)
+        add_bar(figure, SPEED, by_speed, pad=0.01, shrink=0.4, aspect=25)
         self.figure = figure
 
     @themed()
@@ -179,8 +165,8 @@ class Snapshot:
                 artist.remove()
         scene, top, stays = self._scene, self._axes["top"], frame.state != ParticleState.SPILLED
         self._scales["age"].norm.vmax = ages_of([frame]).norm.vmax
-        for shade in self._scales.keys() & self._axes.keys():
-            scene.draw_side(self._axes[shade], frame, _values(frame, shade), self._scales[shade])
+        for shade, scale in self._scales.items():
+            scene.draw_side(self._axes[shade], frame, _values(frame, shade), scale)
             title = f"t = {frame.t_s:.2f} s: section along the crack, by {shade}"
             label_axes(self._axes[shade], ALONG, "z (mm)", title)
         sealant = frame.position_mm[stays], frame.speed_mm_s[stays], SPEED
@@ -188,8 +174,7 @@ class Snapshot:
         if (tip_mm := scene.nozzle_mm(frame.t_s)) is not None:
             top.plot(*tip_mm[:2], "o", color=THIRD, markersize=5, zorder=OVER + 0.1)
         label_axes(top, "x (mm)", "y (mm)", "From above, by speed; the dot is the nozzle")
-        if self._cuts:
-            scene.draw_across(self._cuts, *sealant)
+        scene.draw_across(self._cuts, *sealant)
         return self.figure
 
 
@@ -239,35 +224,3 @@ def _write(folder: Path, name: str, figure: Figure) -> list[str]:
         # Most of a figure has one colour: run-length encoding takes half the time, and the file is not larger.
         as_picture(figure, DPI).save(temporary, format="png", compress_type=zlib.Z_RLE)
     return [f"{name}.png"]
-
-
-def write_film(
-    path: Path, times_s: Sequence[float], read: Callable[[int], Frame], scene: FillScene, report: Callable[[int], None]
-) -> None:
-    """Write a film of a run in real time, as GIF.
-
-    Only one frame at a time is in memory. ``read`` returns a frame by its index in ``times_s``. ``report`` gets the
-    number of finished frames. Raises InputError if there are fewer than two frames, or if ``path`` does not end in
-    .gif.
-    """
-    if len(times_s) < 2:
-        raise InputError(f"{path}: a film needs two frames, but has {len(times_s)}. Set a smaller frames_every_s.")
-    if path.suffix.lower() != ".gif":
-        raise InputError(f"{path}: a film is written as GIF. Give a name that ends in .gif.")
-    snapshot = Snapshot(scene, film=True)
-
-    def pictures() -> Iterator[Image.Image]:
-        for number in range(len(times_s)):
-            yield as_picture(snapshot.draw(read(number)), FILM_DPI)
-            # The layout is fixed, so that the panels of all pictures coincide.
-            snapshot.figure.set_layout_engine("none")
-            report(number + 1)
-
-    shown_ms = [round(1000 * min(max(b - a, 1 / FASTEST_FPS), 1 / SLOWEST_FPS)) for a, b in pairwise(times_s)]
-    painted = pictures()
-    # The colour bar of the first picture has the colours of all pictures.
-    palette = next(painted).quantize(COLOURS, dither=Image.Dither.NONE)
-    rest = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in painted)
-    duration = [*shown_ms, round(1000 * LAST_FRAME_S)]
-    with replacing(path) as temporary:
-        palette.save(temporary, "GIF", save_all=True, append_images=rest, duration=duration, loop=0, optimize=False)

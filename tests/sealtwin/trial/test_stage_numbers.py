@@ -13,7 +13,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.uncertainty_runs import vary
-from sealtwin.trial import exports, validate_stage
+from sealtwin.trial import validate_stage
 from sealtwin.trial.job import NUMBERS, STAGES, numbers_up_to, shown, start_job
 from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
@@ -89,13 +89,11 @@ def test_a_stage_that_reads_files_of_another_stage_number_gives_a_note(run, monk
         ("validate RUN --device cpu", "simulate"),
         ("robot RUN --cell CELL --format csv", "digitise"),
         ("export RUN --format mask --out OUT", "digitise"),
-        ("film RUN", "simulate"),
     ],
 )
 def test_every_command_names_the_other_version_of_a_run_once(run, tmp_path, monkeypatch, words, raised):
     """Only the narration, which --quiet hides, once named the version."""
     (tmp_path / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"), encoding="utf-8")
-    monkeypatch.setattr(exports, "make_film", lambda folder, path, progress: (2, 0.5))
     places = {"RUN": run, "CELL": tmp_path / "cell.toml", "OUT": tmp_path / "out"}
     command = [*(str(places.get(word, word)) for word in words.split()), "--quiet"]
     own = NUMBERS[raised]

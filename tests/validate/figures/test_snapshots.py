@@ -1,23 +1,17 @@
-"""Pictures of the fill during a run: positions, colours, layouts and films."""
-
-from dataclasses import replace
+"""Pictures of the fill during a run: positions, colours and layouts."""
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from PIL import Image, ImageSequence
 
-from sealtwin.core.errors import InputError
 from tests.support.evidence import axes_of
 from validate.figures.particles import SPEED
 from validate.figures.snapshots import (
-    FILM_DPI,
     Snapshot,
     draw_fill,
     draw_health,
     draw_sections,
-    write_film,
     write_gallery,
 )
 from validate.figures.theme import as_picture, wide_figure
@@ -79,28 +73,3 @@ def test_the_figure_of_health_shows_compression_in_percent_and_losses_from_zero(
     assert np.nanmax(np.asarray(compression.lines[0].get_ydata(), float)) == pytest.approx(3.0)
     assert compression.get_ylabel() == "compression (%)"
     assert lost.get_ylim() == (0.0, 1.0)
-
-
-def test_a_gif_shows_each_frame_for_its_duration_in_the_run(scene, frames, tmp_path, monkeypatch):
-    """A gap of 6.5 s between two frames is shortened to 1 s."""
-    monkeypatch.setattr("validate.figures.snapshots.FILM_IN", (4.0, 5.0))
-    timed = [replace(frame, t_s=t_s) for frame, t_s in zip(frames, (0.5, 0.6, 7.1), strict=True)]
-    numbers = list[int]()
-    write_film(tmp_path / "fill.gif", [frame.t_s for frame in timed], timed.__getitem__, scene, numbers.append)
-    assert numbers == [1, 2, 3]
-    with Image.open(tmp_path / "fill.gif") as opened:
-        pictures = [
-            (each.info["duration"], np.asarray(each.convert("RGB"), int)) for each in ImageSequence.Iterator(opened)
-        ]
-    assert [duration for duration, _ in pictures] == [100, 1000, 1500]
-    painted = np.asarray(as_picture(Snapshot(scene, film=True).draw(timed[1]), FILM_DPI), dtype=int)
-    # All frames share 128 colours, so that similar colours become equal.
-    assert np.abs(pictures[1][1] - painted).mean() < 2.0
-    assert np.abs(pictures[1][1] - pictures[0][1]).mean() > 4.0
-
-
-def test_a_film_of_an_unknown_format_or_one_frame_is_refused_and_leaves_no_file(scene, frames, tmp_path):
-    for name, shown, words in (("fill.mp4", frames, r"\.gif"), ("fill.gif", frames[:1], "needs two frames")):
-        with pytest.raises(InputError, match=words):
-            write_film(tmp_path / name, [f.t_s for f in shown], lambda number: frames[number], scene, lambda _: None)
-    assert not list(tmp_path.iterdir())
