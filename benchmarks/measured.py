@@ -18,14 +18,18 @@ import numpy as np
 from typer import Option
 
 from benchmarks import measured_pours
+from benchmarks.measured_blocks import (
+    Course,
+    DamBreak,
+    computed_mm,
+    content,
+    course_of,
+    dam_breaks,
+    fluid_of,
+    with_curve,
+)
 from benchmarks.table import Row, processes, run_benchmark
 from sealtwin.core.records import Floats
-from sealtwin.study.measured_blocks import Course, DamBreak, computed_mm, content, course_of, dam_breaks, fluid_of
-
-
-def with_curve() -> list[str]:
-    """Return the materials whose flow curve a rheometer gave."""
-    return [name for name, it in content()["materials"].items() if "curve" in it or "yield_stress_pa" in it]
 
 
 def _course(box: DamBreak) -> Course:

@@ -19,18 +19,17 @@ import numpy as np
 from scipy.special import stdtrit
 
 from benchmarks.kept_runs import KeptRuns
-from benchmarks.measured import with_curve
+from benchmarks.measured_blocks import DATA, DamBreak, computed_mm, content, course_of, dam_breaks, with_curve
 from benchmarks.table import Row, one_of, processes, run_benchmark
 from sealtwin.calibration.search import Setting, Source, search, settings_at
 from sealtwin.core.errors import SealtwinError
 from sealtwin.core.files import write_json
 from sealtwin.core.records import Floats
-from sealtwin.study.measured_blocks import DamBreak, computed_mm, content, course_of, dam_breaks
 from simulate.settings import Fluid, Solver
 from tests.support.paths import ROOT
 from validate.calibration.posterior import Free, ReadLevels
 
-BOXES = ROOT / "benchmarks" / "measured" / "boxes"
+BOXES = DATA / "boxes"
 KEPT = KeptRuns(BOXES, "python -m benchmarks.measured_boxes --record", ("simulate", "validate"))
 MATERIALS = [name for name in content()["materials"] if name not in with_curve()]
 

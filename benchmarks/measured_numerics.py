@@ -4,7 +4,6 @@
 
 Each figure is a front at outline 8 over that of ``benchmarks/measured.py``, which has 12.5 particles across the
 shortest side, and one substep. The last rows are geometric means over fronts above 10 mm. Nothing is judged.
-Fronts with one substep and with two are written to ``measured/computed.csv``.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,12 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.measured import with_curve
+from benchmarks.measured_blocks import DamBreak, computed_mm, content, course_of, dam_breaks, fluid_of, with_curve
 from benchmarks.table import Row, processes, run_benchmark
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.files import write_sheet
-from sealtwin.study.measured_blocks import DamBreak, computed_mm, content, course_of, dam_breaks, fluid_of
-from sealtwin.trial.starter_files import shipped_measured
 from simulate.settings import Solver
 
 USUAL, HALF_STEP = "usual step", "two substeps"
@@ -48,12 +44,6 @@ def main() -> list[Row]:
     with processes(2) as pool:
         fronts_mm = iter(pool.map(front_mm, [(case, way) for case in cases for way in WAYS.values()]))
         fronts = {case: {way: next(fronts_mm) for way in WAYS} for case in cases}
-    columns = ("material", "length_mm", "height_mm", "front_mm", "half_step_front_mm")
-    rows = [
-        (*vars(case).values(), *(round(present(ways[way], "front"), 4) for way in (USUAL, HALF_STEP)))
-        for case, ways in fronts.items()
-    ]
-    write_sheet(shipped_measured() / "computed.csv", columns, rows)
     return list(_rows(fronts))
 
 

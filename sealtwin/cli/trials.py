@@ -117,44 +117,15 @@ def quick(
 @answers(device=True, verbose=True)
 def demo(
     command: Command,
-    out: Annotated[
-        File, option("Folder for trial/ and run/, or for measured.html and figures/. Default: reports/demo.", "DIR")
-    ] = None,
-    measured: Annotated[
-        bool,
-        flag("--measured", "Instead, compute two dam breaks of a sauce that others measured, and write measured.html."),
-    ] = False,
+    out: Annotated[File, option("Folder for trial/ and run/. Default: reports/demo.", "DIR")] = None,
 ) -> None:
     """Run the reconstruction of the paper's trial: copy its photo, readings and trial, and run all stages."""
     from sealtwin.trial.starter_files import place_paper_trial
 
     folder = out or Path("reports", "demo")
-    if measured:
-        _compare_dam_breaks(command, folder)
-        return
     place_paper_trial(folder / "trial")
     command.say(f"Trial file: {folder / 'trial' / 'trial.toml'}")
     run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
-
-
-def _compare_dam_breaks(command: Command, folder: Path) -> None:
-    from sealtwin.study.measured_blocks import SHOWN, computed_mm, course_of, dam_breaks, fluid_of, measured_page
-    from sealtwin.trial.job import shown
-    from simulate.device import choose_device
-    from validate.figures.page import write_page
-
-    device, courses = choose_device(command.device), {}
-    for case in dam_breaks([SHOWN]):
-        with command.progress() as progress:
-            courses[case] = course_of(case, fluid_of(SHOWN), device=device, progress=progress)
-    page, path = measured_page(courses), folder / "measured.html"
-    write_page(path, page)
-    fronts = [
-        {**vars(case), "computed_mm": computed_mm(course)[-1], "measured_mm": case.measured_mm[-1]}
-        for case, course in courses.items()
-    ]
-    lines = [*(f"{name}: {figures}" for name, figures in page.key_figures), f"Page: {shown(path)}"]
-    command.reply({"fronts": fronts, "page": shown(path)}, lines)
 
 
 @answers(*FLUID, options=FLUID_RUN, device=True, verbose=True)

@@ -5,7 +5,7 @@ For settings that the user does not give, 'sealtwin quick' uses the settings of 
 
 import hashlib
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib.resources import files as resources
 from io import BytesIO
 from pathlib import Path
@@ -38,8 +38,6 @@ HEADER = ("Distance along crack [mm]", *(f"Depth below face {repeat} [mm]" for r
 """Header of the empty sheet of readings, with three repeats at each station."""
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
 """Files of the reconstruction of the paper's trial. They are fixtures of the tests, and also part of the wheel."""
-MEASURED = ("measured.toml", "fronts.csv", "flow_curve_okonomiyaki.csv")
-"""Files of 'sealtwin demo --measured'. The benchmarks read them, and they are also part of the wheel."""
 STARTER = tomllib.loads(TRIAL)
 NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
 """Settings of the starter that are not marked as assumed, since the user always gives them or they are defaults."""
@@ -122,22 +120,15 @@ def place_paper_trial(folder: Path) -> None:
 
 
 def shipped_trial() -> Path:
-    """Return the folder of the reconstructed trial. Raises InputError if a file is missing in this installation."""
-    return _shipped("demo", "fixtures/paper-trial", DEMO)
+    """Return the folder of the reconstructed trial. Raises InputError if a file is missing in this installation.
 
-
-def shipped_measured() -> Path:
-    """Return the folder of the measured dam breaks. Raises InputError if a file is missing in this installation."""
-    return _shipped("measured", "benchmarks/measured", MEASURED)
-
-
-def _shipped(in_wheel: str, in_checkout: str, names: Sequence[str]) -> Path:
-    """Return the folder with all files in ``names``. It is in the installed package or in a checkout."""
+    The folder is in the installed package or in a checkout.
+    """
     package = Path(str(resources("sealtwin")))
-    for folder in (package / in_wheel, package.parent / in_checkout):
-        if all((folder / name).is_file() for name in names):
+    for folder in (package / "demo", package.parent / "fixtures/paper-trial"):
+        if all((folder / name).is_file() for name in DEMO):
             return folder
-    raise InputError(f"{package / in_wheel}: the files of the demo are missing. Install sealtwin again.")
+    raise InputError(f"{package / 'demo'}: the files of the demo are missing. Install sealtwin again.")
 
 
 def quick_trial(photo: Path, folder: Path, settings: SettingValues, sheet: Path | None) -> tuple[str, list[str]]:
