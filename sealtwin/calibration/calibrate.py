@@ -16,6 +16,7 @@ from sealtwin.calibration.search import (
     SearchResult,
     Source,
     Twin,
+    WorkAhead,
     ends_of_launches,
     fit_to_calibrate,
     search,
@@ -27,7 +28,6 @@ from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, require_own
 from sealtwin.material import material_text
-from sealtwin.study.estimate import WorkAhead
 from sealtwin.study.runner import StudyOptions
 from sealtwin.trial.job import NUMBERS, shown
 from sealtwin.trial.trial_file import SETTINGS, SettingValues, load_trial, no_such_setting, replaced, sets_resolution
@@ -95,7 +95,7 @@ def calibrate(
             ahead.model_s += sum(twin.work_s(begin, end) for begin, end in pairwise(ends))
         progress.note(
             f"{budget} runs of {counted(len(twins), 'trial')}, and {PREDICTING * len(others)} runs of held-out trials: "
-            f"about {in_words(ahead.model_s)} in total, from a model, which the first runs will correct."
+            f"about {in_words(ahead.model_s)} in total. The first runs will correct this."
         )
         sources = [Source(twin.name, twin.evidence, twin.run) for twin in twins]
         result = search(frees, sources, budget, progress.note)

@@ -22,7 +22,6 @@ from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import WorkAhead
 from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import adopt, brought_up_to_date
@@ -52,6 +51,13 @@ Levels = Sequence[Floats | None]  # Level of each run at the stations, or None f
 Runner = Callable[[Sequence[tuple[Setting, int]]], Levels]
 """Function that computes runs. Its argument has, for each run so far, the settings and a number that is added to the
 seed. It computes only new runs, and returns the levels at the stations, or None for a run that is not used."""
+
+
+@dataclass
+class WorkAhead:
+    """Estimated time of the work of a command that has not begun."""
+
+    model_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -285,10 +291,7 @@ class Twin:
                 self._planned(1, {free.name: end}, 0)
 
     def work_s(self, done: int, end: int) -> float:
-        """Return the expected time in s of the runs after ``done`` up to ``end``.
-
-        It is from the model in ``sealtwin.study.estimate``.
-        """
+        """Return the estimated time in s of the runs after ``done`` up to ``end``."""
         return self._work_s[end >= self._first_accurate] * ceil((end - done) / max(1, self._options.jobs))
 
     def run(self, wanted: Sequence[tuple[Setting, int]]) -> Levels:

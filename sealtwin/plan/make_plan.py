@@ -110,7 +110,7 @@ def plan_on(
         verifier.ahead_s += verifier.work_s(runs, drafts=drafts)
     progress.note(
         f"Two baselines, {options.verify} rounds and {options.seeds} seeds: about "
-        f"{in_words(verifier.corrected_s(verifier.ahead_s))} in total, from a model, which the first runs will correct."
+        f"{in_words(verifier.corrected_s(verifier.ahead_s))} in total. The first runs will correct this."
     )
     rounds, baselines = list[Round](), verifier.judge("Baselines by particles", paths, drafts=drafts)
 

@@ -19,7 +19,7 @@ from sealtwin.core.run_folder import stage_key
 from sealtwin.plan import PlanOptions
 from sealtwin.plan.search import OVER_WEIGHT, path_over
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import Forecast, size_of, timings_of
+from sealtwin.study.estimate import size_of, slowness
 from sealtwin.study.runner import StudyOptions, WantedRun, bring_up_to_date, require_done, schedule, write_sample
 from sealtwin.trial.job import numbers_up_to
 from sealtwin.trial.trial_file import Trial, drafted, refuse_seeds
@@ -165,7 +165,7 @@ class Verifier:
     progress: Progress
     jobs: int = 1
     ahead_s: float = 0.0
-    """Time in s that the model in ``sealtwin.study.estimate`` expects for the command's remaining work."""
+    """Estimated time in s of the command's remaining work."""
     _runs: list[study_folder.StudyRun] = field(default_factory=list)
 
     def judge(self, title: str, paths: Sequence[NamedPath], *, drafts: bool = False) -> list[Round]:
@@ -204,12 +204,12 @@ class Verifier:
         require_done(self.folder, self._runs, "there is no plan")
         return [study_folder.read_level(self.folder, run) for run in asked]
 
-    def corrected_s(self, model_s: float) -> float:
-        """Return a time from the model, corrected by the finished runs."""
-        return Forecast(1, timings_of(self._runs)).scaled_s(model_s)
+    def corrected_s(self, estimated_s: float) -> float:
+        """Return an estimated time, corrected by the finished runs."""
+        return slowness(self._runs) * estimated_s
 
     def work_s(self, runs: int, *, drafts: bool) -> float:
-        """Return the time in s that the model expects for a number of particle runs, with ``jobs`` at the same time."""
+        """Return the estimated time in s of a number of particle runs, with ``jobs`` at the same time."""
         trial = drafted(self.trial, self.sample) if drafts else self.trial
         return size_of(trial.pour(self.sample)).work_s * -(-runs // max(1, self.jobs))
 

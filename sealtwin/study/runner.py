@@ -1,7 +1,6 @@
 """Compute the runs of a study: inject the sealant, measure and compare the level, and write the results."""
 
 import pickle
-import shutil
 import time
 import traceback
 from collections import Counter
@@ -16,19 +15,10 @@ from sealtwin.core import files, record_files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.facts import Fact
-from sealtwin.core.progress import Progress
+from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Profile, Run, Sample
 from sealtwin.core.run_folder import content_key, stage_key
-from sealtwin.study.estimate import (
-    Forecast,
-    RunSize,
-    Timing,
-    checked_size,
-    estimate,
-    require_disk,
-    require_memory,
-    timings_of,
-)
+from sealtwin.study.estimate import RunSize, checked_size, require_memory, slowness, time_left_s
 from sealtwin.study.study_file import raise_faults
 from sealtwin.study.study_folder import (
     FILL,
@@ -46,7 +36,7 @@ from sealtwin.study.study_folder import (
     with_outcome,
     write_outcome,
 )
-from sealtwin.trial.job import DIGITISED, own_numbers, shown, stage_settings
+from sealtwin.trial.job import DIGITISED, own_numbers, stage_settings
 from sealtwin.trial.trial_file import Trial
 from validate.run_facts import facts_of_runs
 from validate.settings import Readings
@@ -76,7 +66,7 @@ class StudyOptions:
     jobs: int  # Number of worker processes on this machine. 0 computes in the calling process
     batch: int = 1  # Largest number of runs in one launch
     keep_fills: bool = False  # True to store how the crack fills, for launches of a single particle run
-    later_s: float = 0.0  # Time that the model expects for the command's work after these runs
+    later_s: float = 0.0  # Estimated time of the command's work after these runs
     scheduler: str | None = None  # Address of a Dask scheduler whose workers compute the runs
     retry: bool = False  # True to compute failed runs again
     dry_run: bool = False
@@ -138,26 +128,25 @@ def bring_up_to_date(
     title: str,
     announced: str = "",
     doubts: Sequence[Fact] = (),
-    timings: Sequence[Timing] = (),
 ) -> Plan:
     """Compute the runs of a plan that are not done, and return the plan with all outcomes. A dry run computes nothing.
 
-    ``announced`` is the beginning of a note about the resources that the runs need. If it is empty, there is no note.
-    ``timings`` of other runs improve the estimate. Raises InputError if the disk or the memory of the GPU is too small.
+    ``announced`` is the beginning of a note about the time that the runs need. If it is empty, there is no note. Raises
+    InputError if the memory of the GPU is too small.
     """
     from simulate.device import free_bytes
 
     runs = resume(folder, plan, progress.note, retry=options.retry)
-    expected = estimate(runs, largest, options.jobs, options.batch, timings)
-    if announced and (expected.runs or options.dry_run):
-        progress.note(f"{announced} {expected.sentence}")
-    for doubt in doubts if expected.runs else ():
+    waiting = sum(run.state == "waiting" for run in runs)
+    if announced and (waiting or options.dry_run):
+        left_s = time_left_s(runs, min(options.jobs, waiting))
+        progress.note(f"{announced} {waiting} runs to compute: about {in_words(left_s)}, which the runs will correct.")
+    for doubt in doubts if waiting else ():
         progress.warn(doubt)
-    require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
     if options.scheduler is None and options.device:
-        require_memory(expected, free_bytes(options.device), options.device, options.batch)
-    if expected.runs and not options.dry_run:
-        runs = compute(folder, runs, options, title, progress, timings)
+        require_memory(largest, free_bytes(options.device), options.device, min(options.batch, waiting))
+    if waiting and not options.dry_run:
+        runs = compute(folder, runs, options, title, progress)
     return replace(plan, runs=runs)
 
 
@@ -188,16 +177,14 @@ def compute(
     options: StudyOptions,
     title: str,
     progress: Progress,
-    timings: Sequence[Timing] = (),
 ) -> list[StudyRun]:
     """Compute the waiting runs, and return all runs with their outcomes. Each result is written immediately.
 
-    If the process is killed, the next call computes the runs that were not finished. ``timings`` of other runs improve
-    the estimate of the remaining time.
+    If the process is killed, the next call computes the runs that were not finished.
     """
     shared = replace(options, traced={})
     work = seal_in_worker, lambda group: (*_inputs(folder, group), shared), partial(_keep, folder)
-    return launch(runs, options, title, progress, work, timings)
+    return launch(runs, options, title, progress, work)
 
 
 Work = tuple[
@@ -212,58 +199,42 @@ first. The third writes an outcome, which may be ``Lost``, and returns the run w
 
 
 def launch(
-    runs: Sequence[StudyRun],
-    options: StudyOptions,
-    title: str,
-    progress: Progress,
-    work: Work,
-    timings: Sequence[Timing] = (),
-    left_s: Callable[[StudyRun], float | None] | None = None,
+    runs: Sequence[StudyRun], options: StudyOptions, title: str, progress: Progress, work: Work
 ) -> list[StudyRun]:
-    """Do ``work`` for the waiting runs, and return all runs with their outcomes.
-
-    ``timings`` are the same as for ``compute``. ``left_s`` returns the remaining time of a running run in s, or None if
-    it is unknown. If it is given, progress is also shown during the runs.
-    """
+    """Do ``work`` for the waiting runs, and return all runs with their outcomes."""
     function, arguments, keep = work
     current = {run.key: run for run in runs}
     work_s = sum(run.work_s for run in runs if run.state == "waiting")
     # The unit is a hundredth of a second, since a progress bar counts whole steps.
     progress.start(title, max(1, round(100 * work_s)))
     launches = {group[0].key: group for group in _groups(runs, options.batch)}
-    jobs = min(options.jobs, len(launches))
-    forecast = Forecast(jobs, [*timings, *timings_of(runs)])
-    progress.later(forecast.scaled_s(options.later_s))
+    jobs, began_s = min(options.jobs, len(launches)), dict[str, float]()
+    progress.later(slowness(runs) * options.later_s)
 
     def tasks() -> Iterator[tuple[list[StudyRun], tuple[Any, ...]]]:
         for key, group in [*launches.items()]:
-            # A local worker starts a task as soon as it is read. A scheduler reads more tasks than its workers start.
-            if options.scheduler is None:
-                forecast.begin(key, time.monotonic())
+            began_s[key] = time.monotonic()
             yield group, arguments(group)
 
     def show() -> None:
-        now_s = time.monotonic()
+        runs = [*current.values()]
+        # A local worker starts a task as soon as it is read. A scheduler reads more tasks than its workers start.
         if options.scheduler is None:
-            progress.expect(forecast.left_s(launches.values(), now_s))
-            progress.later(forecast.scaled_s(options.later_s))
-        waiting_s = sum(run.work_s for run in current.values() if run.state == "waiting")
-        states = Counter(run.state for run in current.values())
+            elapsed_s = [time.monotonic() - began_s[key] for key in launches if key in began_s]
+            progress.expect(time_left_s(runs, min(jobs, len(launches)), elapsed_s))
+            progress.later(slowness(runs) * options.later_s)
+        waiting_s = sum(run.work_s for run in runs if run.state == "waiting")
+        states = Counter(run.state for run in runs)
         counts = ", ".join(f"{states[state]} {state}" for state in STATES if state in states)
-        running_s = 0.0 if left_s is None else forecast.done_s(launches.values(), now_s)
-        # If a run is slower than expected, the estimate of its finished work may decrease. The bar must not.
-        reached[0] = max(reached[0], round(100 * (work_s - waiting_s + running_s)))
-        progress.advance(reached[0], counts)
+        progress.advance(round(100 * (work_s - waiting_s)), counts)
 
-    def show_runs() -> None:
-        while left_s is not None and not ended.wait(SHOWN_EVERY_S):
+    def show_during_runs() -> None:
+        while not ended.wait(SHOWN_EVERY_S):
             with showing:
-                for group in launches.values():
-                    forecast.report(group[0].key, left_s(group[0]))
                 show()
 
-    reached, ended = [0], Event()
-    showing, watching = Lock(), Thread(target=show_runs, daemon=True)
+    showing, ended = Lock(), Event()
+    watching = Thread(target=show_during_runs, daemon=True)
     watching.start()
     try:
         for group, outcomes in run_tasks(function, tasks(), jobs, options.scheduler, own_numbers):
@@ -273,7 +244,6 @@ def launch(
                 for run, outcome in zip(group, outcomes, strict=True):
                     current[run.key] = keep(run, outcome)
                 del launches[group[0].key]
-                forecast.finish(group[0].key, (current[run.key] for run in group))
                 show()
     finally:
         ended.set()

@@ -21,7 +21,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt, without
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.run_folder import stage_key
-from sealtwin.study.estimate import REPORT_S, Timing, size_of
+from sealtwin.study.estimate import REPORT_S
 from sealtwin.study.perturbed_inputs import (
     Base,
     draw,
@@ -304,7 +304,7 @@ def compute_variants(
     plan = Plan(folder.name, runs, numbers=numbers_up_to("simulate"))
     options = StudyOptions(device, jobs, later_s=REPORT_S, retry=True)
     words = "Extra runs", f"Extra runs for {why}:"
-    plan = bring_up_to_date(folder, plan, largest, options, job.progress, *words, doubts, own_timing(base))
+    plan = bring_up_to_date(folder, plan, largest, options, job.progress, *words, doubts)
     require_done(folder, plan.runs, f"there is no result for {why}")
     if finer := [words_of(run.settings) for run in plan.runs if run.figures and run.figures.health.finer]:
         text = (
@@ -314,11 +314,3 @@ def compute_variants(
         )
         job.progress.warn(doubt("runs.finer", text, len(finer)))
     return plan.runs
-
-
-def own_timing(base: Base) -> list[Timing]:
-    """Return the timing of the trial's first run, if it was recorded, for the first estimate of the extra runs."""
-    health = base.run.health
-    if health.setup_s is None or health.frames_s is None:
-        return []
-    return [(size_of(base.trial.pour(base.sample)).work_s, health.setup_s + health.frames_s)]

@@ -1,4 +1,4 @@
-"""Estimates of the time, memory and disk space of a study."""
+"""Estimates of the time and memory of a study."""
 
 import gc
 from dataclasses import replace
@@ -8,15 +8,7 @@ import warp as wp
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Sample
-from sealtwin.study.estimate import (
-    Estimate,
-    RunSize,
-    estimate,
-    require_disk,
-    require_memory,
-    size_of,
-    time_of_all,
-)
+from sealtwin.study.estimate import RunSize, require_memory, size_of, time_left_s
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.trial_file import load_trial
 from simulate.injection import enclosure_of, prepare
@@ -30,22 +22,12 @@ def _run(state, work_s, wall_s=None):
 
 
 def test_finished_runs_correct_the_estimated_time_of_a_study():
-    """Runs of an estimated 10 s took 30 s, so that the two that are left take 9 and 15 s, side by side 15 s."""
+    """Runs of an estimated 10 s took 30 s, so that the waiting 8 s take 24 s, by two processes 12 s."""
     runs = [_run("done", 4.0, 12.0), _run("done", 6.0, 18.0), _run("failed", 5.0, 1.0)]
     runs += [_run("waiting", 3.0), _run("waiting", 5.0)]
-    by_runs = estimate(runs, RunSize(1000, 1000, 1.0), jobs=2, batch=1)
-    assert (by_runs.runs, by_runs.measured) == (2, True)
-    assert (by_runs.time_s, by_runs.processor_s) == (pytest.approx(15.0), pytest.approx(24.0))
-    assert "from the finished runs" in by_runs.sentence
-    unknown = estimate(runs[2:], RunSize(1000, 1000, 1.0), jobs=2, batch=1)
-    assert unknown.time_s == pytest.approx(5.0)
-    assert "from a model" in unknown.sentence
-
-
-def test_the_next_task_starts_on_the_process_that_is_free_first():
-    assert time_of_all([], [0.0, 7.0]) == 7.0
-    assert time_of_all([3.0, 3.0, 3.0], [0.0, 4.0]) == 7.0
-    assert time_of_all([10.0, 1.0, 1.0], [0.0, 0.0]) == 10.0
+    assert time_left_s(runs, jobs=2) == pytest.approx(12.0)
+    assert time_left_s(runs, jobs=2, elapsed_s=(3.0, 1.0)) == pytest.approx(10.0)
+    assert time_left_s(runs[2:], jobs=2) == pytest.approx(4.0)
 
 
 @pytest.mark.parametrize(("freeze_after_s", "runs"), [pytest.param(2.58, 1, marks=pytest.mark.slow), ("never", 2)])
@@ -79,21 +61,10 @@ def _arrays() -> dict[int, wp.array]:
     return {id(thing): thing for thing in gc.get_objects() if type(thing) is wp.array and thing.capacity}
 
 
-def test_too_little_disk_space_is_refused_before_the_first_run():
-    wanted = Estimate(runs=1, time_s=1.0, processor_s=1.0, measured=False, memory_bytes=1.0, disk_bytes=5e6)
-    require_disk(wanted, 6e6, "out")
-    with pytest.raises(InputError, match="out: 4 MB are free, but the results need 5 MB"):
-        require_disk(wanted, 4e6, "out")
-
-
 def test_a_launch_larger_than_gpu_memory_is_refused_before_the_first_run():
-    size, runs = RunSize(14_527, 14_527, 1.0), [_run("waiting", 1.0) for _ in range(132)]
-    wanted = estimate(runs, size, jobs=1, batch=132)
-    # The number of runs counts, not the largest batch.
-    assert wanted == estimate(runs, size, jobs=1, batch=256)
-    # 26 MB each were measured on a GPU before links of 6 bytes replaced weights of 4.
-    # The process itself needs memory too.
-    assert wanted.memory_bytes == pytest.approx(132 * (26.3e6 + 14_527 * 128 * 2), rel=0.2)
-    require_memory(wanted, 8e9, "cuda:0", 132)
-    with pytest.raises(InputError, match=r"--batch 132: .* need 4\.\d GB, but 2\.0 GB are free on cuda:0"):
-        require_memory(wanted, 2e9, "cuda:0", 132)
+    """26 MB a run were measured on a GPU before links of 6 bytes replaced weights of 4."""
+    size = RunSize(14_527, 14_527, 1.0)
+    assert size.bytes == pytest.approx(26.3e6 + 14_527 * 128 * 2, rel=0.2)
+    require_memory(size, 8e9, "cuda:0", 132)
+    with pytest.raises(InputError, match=r"--batch 132: .* need 3\.9 GB, but 2\.0 GB are free on cuda:0"):
+        require_memory(size, 2e9, "cuda:0", 132)
