@@ -39,7 +39,6 @@ LINES = (
     "compare run twin --out compared",
     "markers --face-mm 160x40 --out frame.pdf --size-mm 16 --count 8 --paper a4 --toml frame.toml",
     "ingest photos --out ingested --dry-run",
-    "lab show ingested P01",
     "map study --any-volume --out new",
     "init new",
     "quick quick.png --depth-mm 3 --mm-per-px 0.1 --ends 20,61 270,58 --out new --device cpu",
@@ -196,9 +195,7 @@ READ_BY = {
         "sweep study.toml --out study --device cpu --jobs 1 --quiet",
     ),
     "ingested": (
-        "lab list ingested",
-        "lab show ingested P01",
-        "lab export ingested --out lab.csv",
+        "lab ingested --device cpu --jobs 1 --quiet",
         "ingest photos --out ingested",
     ),
     "plan": (

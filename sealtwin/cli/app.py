@@ -133,6 +133,7 @@ for command in (
     samples.import_mesh,
     samples.import_dxf,
     lab.ingest,
+    lab.lab,
     trials.simulate,
     trials.validate,
     studies.sweep,
@@ -147,7 +148,6 @@ for command in (
     doctor,
 ):
     app.command(cls=CheckedCommand)(command)
-app.add_typer(lab.catalogue)
 app.add_typer(material.methods)
 
 

@@ -1,4 +1,4 @@
-"""Output of the commands for many samples: a batch of photos, the ingest of a lab's folder, a lab's catalogue."""
+"""Output of the commands for many samples: a batch of photos, the ingest of a lab's folder, the runs of a lab."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.cli.answer import BAD_INPUT, BUG, GATE_FAILED, SOME_FAILED, Answer
-from sealtwin.core.errors import InputError
-from sealtwin.lab.catalogue import RUN, Catalogue, Record, SampleRun, latest_trials, progress_of, read_run
-from sealtwin.lab.files import PAIRING, TRIAL, CatalogueFault, plain
+from sealtwin.lab.catalogue import RUN, TABLE, SampleRun
+from sealtwin.lab.files import PAIRING, CatalogueFault, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.sample import LabSample
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
 from validate.readings.grid import listed
-from validate.readings.words import sample_key
 from validate.units import counted
 
 BROADEST = 36  # Largest width of a table's column on a terminal, in characters
@@ -79,17 +77,8 @@ def ingest_answer(ingested: Ingested) -> Answer:
     return _lab_answer(lab, lines, content | ({"traced": traced.content()} if ingested.traced else {}), code)
 
 
-def list_answer(lab: Path) -> Answer:
-    """Return the output of 'sealtwin lab list': the latest trial of each sample, and the faults."""
-    rows, faults = latest_trials(lab)
-    head = ("sample", "revision", "date", "taken in", "data", "depth_mm", "readings", "result")
-    cells = [[_text({**row, "taken in": row["ingested_utc"][:10]}[column]) for column in head] for row in rows]
-    content = {"trials": rows, "failed": [*map(asdict, faults)]}
-    return _lab_answer(lab, [*_table(head, cells), *_faults(faults)], content)
-
-
 def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
-    """Return the output of 'sealtwin lab run': a row for each sample, warnings, and reasons for missing results."""
+    """Return the output of 'sealtwin lab': a row for each sample, warnings, and reasons for missing results."""
     rows = [
         [
             run.name,
@@ -109,7 +98,7 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
             for state in ("failed", "left out")
             for line in _together(state, ((run.name, f"{run.reason}") for run in results if run.state == state))
         ),
-        f"{counted(len(results), 'sample')}: {counts or 'none'}. Catalogue: sealtwin lab list {shown(lab)}",
+        f"{counted(len(results), 'sample')}: {counts or 'none'}. Catalogue: {shown(lab)}/{TABLE}",
     ]
     code = GATE_FAILED if any(run.passed is False for run in results) else 0
     code = SOME_FAILED if {"failed", "left out"} & {*states} else code
@@ -117,36 +106,8 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
     return _lab_answer(lab, lines, {"samples": [*map(asdict, results)], "exit_code": code}, code)
 
 
-def show_answer(lab: Path, sample: str) -> Answer:
-    """Return the output of 'sealtwin lab show': all revisions of a sample, and its faults.
-
-    Raises InputError if the lab has no such sample.
-    """
-    catalogue, key = Catalogue.of(lab), sample_key(sample)
-    records, faults = [each for each in catalogue.records if each.key == key], catalogue.faults().get(key, [])
-    if not records and not faults:
-        raise InputError(f"{lab}: there is no sample {sample!r:.80}. 'sealtwin lab list {lab}' lists the samples.")
-    rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
-    lines = [line for record in reversed(records) for line in _revision(lab, record)]
-    lines += [f"{_state(fault)}: {fault.sentence}" for fault in faults]
-    return _lab_answer(lab, lines, {"trials": rows, "failed": [*map(asdict, faults)]})
-
-
 def _lab_answer(lab: Path, lines: Sequence[str], content: dict[str, Any], code: int = 0) -> Answer:
     return Answer({"lab": shown(lab), **content}, [*map(plain, lines)], code)
-
-
-def _revision(lab: Path, record: Record) -> list[str]:
-    folder = f"{shown(lab)}/{record.folder}"
-    return [
-        f"{record.name}, revision {record.revision}, taken in {record.ingested_utc} from {record.source}",
-        f"  trial: {folder}/{TRIAL}; results: sealtwin run {folder}/{TRIAL} --out {folder}/{RUN}",
-        *(f"  {file.role}: {file.original}, {file.size_bytes:,} bytes, sha256 {file.sha256}" for file in record.files),
-        *([] if record.dialect is None else [f"  read as {record.dialect}"]),
-        *(f"  given: {key} = {value!r}" for key, value in record.said.items()),
-        *(f"  note: {remark}" for remark in record.remarks),
-        f"  result: {progress_of(read_run(lab, record))}",
-    ]
 
 
 def _sample(sample: LabSample) -> dict[str, Any]:
@@ -203,7 +164,7 @@ def _ending(ingested: Ingested) -> list[str]:
     if any(each.questions for each in ingested.samples):
         lines.append(f"To answer the questions, edit {lab}/{PAIRING} and repeat the command.")
     if not ingested.dry_run:
-        lines += [f"Catalogue: sealtwin lab list {lab}", *([f"To run them: sealtwin lab run {lab}"] if sound else [])]
+        lines += [f"Catalogue: {lab}/{TABLE}", *([f"To run them: sealtwin lab {lab}"] if sound else [])]
     return lines
 
 
@@ -214,7 +175,3 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     ]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells]
-
-
-def _text(value: Any) -> str:
-    return "-" if value is None else f"{value:g}" if isinstance(value, float) else str(value)

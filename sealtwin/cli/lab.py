@@ -1,17 +1,13 @@
-"""Commands for a lab: make trials and a catalogue from a folder of files, query the catalogue, and run the samples."""
+"""Commands for a lab: make trials and a catalogue from a folder of files, and run the samples."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from sealtwin.cli.answer import CheckedCommand, Command, answers
+from sealtwin.cli.answer import Command, answers
 from sealtwin.cli.options import argument, option
 
 if TYPE_CHECKING:
     from sealtwin.cli.models import Ingestion, WorkerProcesses
-
-LabFolder = Annotated[Path, argument("LAB", "A folder that 'sealtwin ingest' wrote.")]
 
 
 @answers(options="sealtwin.cli.models:Ingestion")
@@ -48,39 +44,16 @@ def ingest(
     command.reply(*ingest_answer(ingested))
 
 
-@answers()
-def list_lab(command: Command, folder: LabFolder) -> None:
-    """List the latest trial of each sample."""
-    from sealtwin.cli.folder_answer import list_answer
-
-    command.reply(*list_answer(folder))
-
-
-@answers()
-def show(
-    command: Command, folder: LabFolder, sample: Annotated[str, argument("SAMPLE", "Name of the sample.")]
-) -> None:
-    """Show all revisions of a sample, with its files and settings."""
-    from sealtwin.cli.folder_answer import show_answer
-
-    command.reply(*show_answer(folder, sample))
-
-
-@answers()
-def export(command: Command, folder: LabFolder, out: Annotated[Path, option("File for the table.", "CSV")]) -> None:
-    """Write a table with the latest trial of each sample."""
-    from sealtwin.lab.catalogue import export
-
-    rows = export(folder, out)
-    command.reply({"file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"])
-
-
 @answers(options="sealtwin.cli.models:WorkerProcesses", device=True)
-def run(command: Command, folder: LabFolder, options: "WorkerProcesses") -> None:
+def lab(
+    command: Command,
+    folder: Annotated[Path, argument("LAB", "A folder that 'sealtwin ingest' wrote.")],
+    options: "WorkerProcesses",
+) -> None:
     """Run every sound sample that has not been run yet.
 
-    The results are in LAB/SAMPLE/run. Samples with open questions are left out and listed. After an interruption,
-    repeat the command to continue.
+    The results are in LAB/SAMPLE/run, and LAB/catalogue.csv lists all samples with their mean errors. Samples with open
+    questions are left out and listed. After an interruption, repeat the command to continue.
     """
     from sealtwin.cli.folder_answer import samples_answer
     from sealtwin.lab.catalogue import run_samples
@@ -89,8 +62,3 @@ def run(command: Command, folder: LabFolder, options: "WorkerProcesses") -> None
     computing = StudyOptions(*command.device_and_jobs(options.jobs))
     with command.progress() as progress:
         command.reply(*samples_answer(folder, run_samples(folder, computing, progress)))
-
-
-catalogue = typer.Typer(name="lab", help="Query a lab's catalogue, or run its samples.", no_args_is_help=True)
-for name, action in {"list": list_lab, "show": show, "export": export, "run": run}.items():
-    catalogue.command(name, cls=CheckedCommand)(action)

@@ -64,7 +64,7 @@ class StudyMap(Settings):
 
 
 class WorkerProcesses(Settings):
-    """Options of 'sealtwin plan' and 'sealtwin lab run'."""
+    """Options of 'sealtwin plan' and 'sealtwin lab'."""
 
     jobs: int | None = Field(default=None, ge=1, le=512)
     """Number of processes for fluid runs. Default: one per core, or one on a GPU."""

@@ -19,12 +19,11 @@ from sealtwin.study.pipeline import run_trial
 from sealtwin.study.runner import StudyOptions, launch
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.job import STAGES
-from sealtwin.trial.simulate_stage import PROGRESS
 from sealtwin.trial.trial_file import load_trial
 from validate.readings.words import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
-CATALOGUE = "catalogue.json"
+CATALOGUE, TABLE = "catalogue.json", "catalogue.csv"
 RECORD = "record.json"  # File in each trial's folder that lists the files and settings from which the trial was made
 RUN = "run"  # Folder with the results of a trial's run, in the trial's folder
 COLUMNS = (
@@ -127,12 +126,12 @@ class Catalogue:
         files.write_json(self.lab / CATALOGUE, asdict(self.content))
 
 
-def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
-    """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults that the last ingests found."""
+def write_table(lab: Path) -> None:
+    """Write catalogue.csv, with a row for the latest trial of each sample and for each fault of the last ingests."""
     catalogue, rows = Catalogue.of(lab), list[dict[str, Any]]()
     faults = catalogue.faults()
     for key, record in catalogue.latest.items():
-        result, reasons = read_run(lab, record), [fault.sentence for fault in faults.get(key, ())]
+        reasons = [fault.sentence for fault in faults.get(key, ())]
         depth = record.said.get("crack.depth_mm")
         row = {
             **vars(record),
@@ -140,42 +139,23 @@ def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]
             "state": "not sound" if reasons else "taken in",
             "data": record.said.get("photo.data"),
             "depth_mm": "along the crack" if isinstance(depth, list) else depth,
-            "result": "not sound" if reasons else progress_of(result),
-            "mean_error_mm": result and result.comparison and result.comparison.mean_error_mm,
             "reason": " ".join(reasons) or None,
         }
+        if (result := read_run(lab, record)) is not None:
+            error_mm = result.comparison and result.comparison.mean_error_mm
+            row |= {"result": f"{', '.join(result.stages) or 'nothing'} done", "mean_error_mm": error_mm}
         for file in record.files:
             row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
-        rows.append({column: row.get(column) for column in COLUMNS})
-    return rows, [fault for each in faults.values() for fault in each]
-
-
-def export(lab: Path, out: Path) -> int:
-    """Write a CSV with a row for the latest trial of each sample and for each fault. Returns the number of rows.
-
-    Raises InputError if ``out`` exists.
-    """
-    if out.exists():
-        raise InputError(f"{out}: already exists and is not overwritten. Give another name, or move the file.")
-    rows, faults = latest_trials(lab)
-    rows += [{"sample": fault.name, "state": "failed", "reason": fault.sentence} for fault in faults]
-    files.write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
-    return len(rows)
+        rows.append(row)
+    for fault in (fault for each in faults.values() for fault in each):
+        rows.append({"sample": fault.name, "state": "failed", "reason": fault.sentence})
+    files.write_sheet(lab / TABLE, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
 
 
 def read_run(lab: Path, record: Record) -> TrialResult | None:
     """Return the result of a trial's run, or None if the trial was not run."""
     folder = lab / record.folder / RUN
     return read_result(folder) if (folder / RESULT).is_file() else None
-
-
-def progress_of(result: TrialResult | None) -> str:
-    """Return the state of a trial's run in words."""
-    if result is None:
-        return "not run"
-    if result.comparison is None:
-        return f"{', '.join(result.stages) or 'nothing'} done"
-    return f"mean error {result.comparison.mean_error_mm:.2f} mm"
 
 
 @dataclass(frozen=True)
@@ -195,7 +175,7 @@ class SampleRun:
 
 
 def run_samples(lab: Path, options: StudyOptions, progress: Progress) -> list[SampleRun]:
-    """Run the latest trial of each sound sample, and return the results of all samples.
+    """Run the latest trial of each sound sample, write the table, and return the results of all samples.
 
     Finished runs are not computed again. Samples with open questions are left out. If one run fails, the others
     continue. Raises InputError if the folder is not a lab.
@@ -214,17 +194,13 @@ def run_samples(lab: Path, options: StudyOptions, progress: Progress) -> list[Sa
         results.append(result)
         return replace(run, state="failed" if result.state == "failed" else "done", wall_s=result.wall_s)
 
-    def left_s(run: StudyRun) -> float | None:
-        """Return the remaining time of a run in s, which the run writes to a file. None if it has not written it."""
-        with suppress(InputError, OSError, KeyError, TypeError):
-            return files.read_json(lab / run.key / RUN / PROGRESS)["eta_s"]
-
     runs = [
         StudyRun(number, key, {}, {}, key, key, _work_s(lab, record))
         for number, (key, record) in enumerate(records.items(), start=1)
     ]
     work = run_in_worker, lambda group: (lab, records[group[0].key], options.device), keep
-    launch(runs, options, "Running", progress, work, left_s=left_s)
+    launch(runs, options, "Running", progress, work)
+    write_table(lab)
     return sorted(results, key=lambda result: sample_key(result.name))
 
 

@@ -15,7 +15,7 @@ from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, Record
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, TABLE, Catalogue, Record, write_table
 from sealtwin.lab.files import PAIRING, TRIAL, CatalogueFault, Placed, find_files, pairing_text, read_decisions
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults
 from sealtwin.lab.sample import Fate, LabSample, gather, pair, prepare, read_sheets
@@ -27,7 +27,7 @@ from sealtwin.trial.trial_file import Trial, folder_name, load_trial, trial_text
 from validate.units import counted
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"  # Temporary folder in which a new trial is written
-OWNED = {PAIRING, *OWN}  # Names of the files that an ingest writes at the top of a lab
+OWNED = {PAIRING, TABLE, *OWN}  # Names of the files that an ingest writes at the top of a lab
 
 
 @dataclass
@@ -91,6 +91,8 @@ def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False
         if jobs:
             _trace(ingested, progress, jobs)
             _save(ingested, catalogue)
+        if not dry_run:
+            write_table(lab)
     return ingested
 
 
@@ -216,7 +218,7 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
         trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
         sound=not sample.questions,
     )
-    # If the process is killed, the trial is marked as not sound. 'lab run' leaves it out; the next ingest completes it.
+    # If the process is killed, the trial is marked as not sound. 'sealtwin lab' leaves it out; the next ingest completes it.
     files.write_json(folder / RECORD, asdict(replace(record, sound=False)))
     for raw in sample.raw:
         content = read_bytes(sample.folder / raw.original)

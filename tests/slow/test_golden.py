@@ -101,8 +101,6 @@ COMMANDS = {
     " --set path.volume_ml=1.5 --out {out}",
     "sweep": "sweep tiny/study.toml --device cpu --jobs 1 --out {out}",
     "ingest": "ingest measurements --out {out}",
-    "list": "lab list ingest",
-    "export": "lab export ingest --out {out}/export.csv",
     # Sheets in centimetres, in inches, with gaps, and in a workbook; the others are read by ingest.
     **{
         f"sheet-{sample}": f"run ingest/{sample}/trial.toml --device cpu --out {{out}}"

@@ -52,16 +52,16 @@ def lab_of(catalogue: Content = CATALOGUE, **others: Content) -> Callable[[Path]
     return folder_of({"catalogue.json": catalogue} | contents)
 
 
-listed = answers("lab list {given}")
+ran = answers("lab {given} --device cpu")
 followed = answers("sweep status {given}")
 validated = answers("validate {given}")
 planned = answers("plan {given}/planned.toml --posterior {given}/none.csv --out {out}")
 
 # fmt: off
 CASES: list[WrongInput] = [
-    listed("record of a sample whose files are a word", lab_of(record={**RECORD, "files": "none"}), "P1/record.json",
+    ran("record of a sample whose files are a word", lab_of(record={**RECORD, "files": "none"}), "P1/record.json",
         "files", "none"),
-    listed("run of a lab whose time is a word",
+    ran("run of a lab whose time is a word",
         lab_of(run={"version": 2, "name": "P1", "folder": "run", "wall_time_s": "short", "stages": []}),
         "P1/run/run.json", "wall_time_s = 'short'"),
     answers("map {given}")("outcome of a run whose volume ratio is a word",

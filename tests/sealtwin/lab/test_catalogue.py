@@ -1,4 +1,4 @@
-"""The catalogue of a lab: listed, shown and exported, and runs of its samples."""
+"""The catalogue of a lab: its table, and runs of its samples."""
 
 import csv
 import json
@@ -14,10 +14,6 @@ from tests.support.ingested_lab import QUIET, edit, sealtwin
 from tests.support.lab_folder import FAULTS
 from tests.support.report_stubs import leave_out_figures
 from validate.result import TrialResult
-
-
-def _lab(*arguments):
-    return sealtwin("lab", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -39,43 +35,21 @@ def lab(two, sound, tmp_path_factory):
     return lab
 
 
-def test_lab_list_shows_the_latest_trial_of_each_sample_and_the_failures(lab):
-    head, first, second, failed = _lab("list", lab).stdout.splitlines()
-    assert head.split()[:5] == ["sample", "revision", "date", "taken", "in"]
-    assert first.split()[:2] == ["P01", "2"]
-    assert first.endswith("mean error 0.46 mm")
-    assert (second.split()[0], second.split()[2]) == ("P02", "2026-05-03")
-    assert second.endswith("digitise done")
-    assert failed.startswith("failed: P05: P05/photo.png, P05/side.png: 2 files")
-    content = json.loads(_lab("list", lab, "--json").stdout)
-    assert content["version"] == 1
-    assert [trial.get("mean_error_mm") for trial in content["trials"]] == [pytest.approx(0.456), None]
-    assert content["failed"][0]["name"] == "P05"
-
-
-def test_lab_show_prints_files_hashes_dialect_and_all_revisions(lab):
-    text, sheet = _lab("show", lab, "p-01").stdout, lab / "P01" / "inputs" / "readings.csv"
-    for words in (
-        "P01, revision 2",
-        "P01, revision 1",
-        f"readings: P01.csv, {sheet.stat().st_size} bytes, sha256 {files.sha256(sheet)}",
-        "read as CSV, UTF-8, commas, decimal point",
-        "given: crack.depth_mm = 8.0",
-    ):
-        assert words in text
-
-
-def test_lab_export_writes_a_row_for_each_sample_including_failed_samples(lab, tmp_path):
-    assert _lab("export", lab, "--out", tmp_path / "lab.csv").exit_code == 0
-    with (tmp_path / "lab.csv").open(newline="", encoding="utf-8") as opened:
+def test_the_catalogue_has_a_row_for_each_sample_including_failed_samples(lab):
+    catalogue.write_table(lab)
+    with (lab / "catalogue.csv").open(newline="", encoding="utf-8") as opened:
         rows = {row["sample"]: row for row in csv.DictReader(opened)}
     assert len(rows) == 3
     assert (rows["P02"]["date"], rows["P02"]["operator"], rows["P02"]["depth_mm"]) == ("2026-05-03", "A. Muster", "8")
     assert rows["P05"]["state"] == "failed"
-    assert rows["P01"]["mean_error_mm"] == "0.456"
-    again = _lab("export", lab, "--out", tmp_path / "lab.csv")
-    assert again.exit_code == 3
-    assert "exists and is not overwritten" in again.stderr
+    assert rows["P05"]["reason"].startswith("P05/photo.png, P05/side.png: 2 files")
+    assert (rows["P01"]["revision"], rows["P01"]["mean_error_mm"], rows["P01"]["result"]) == (
+        "2",
+        "0.456",
+        "digitise done",
+    )
+    assert rows["P01"]["readings_sha256"] == files.sha256(lab / "P01@2" / "inputs" / "readings.csv")
+    assert rows["P02"]["result"] == "digitise done"
 
 
 @pytest.fixture
@@ -103,7 +77,7 @@ def test_lab_run_continues_past_failed_samples_and_gives_their_reasons(ready, mo
     edit(ready / "P02" / "trial.toml", "trim_mm = 1.0", "trim_mm = 9.0")
     with monkeypatch.context() as patch:
         patch.setattr(catalogue, "run_trial", broken)
-        first = sealtwin("lab", "run", ready, "--device", "cpu", "--json", "--quiet")
+        first = sealtwin("lab", ready, "--device", "cpu", "--json", "--quiet")
     assert first.exit_code == 1
     samples = {one["name"]: one for one in json.loads(first.stdout)["samples"]}
     states = [one["state"] for one in samples.values()]
@@ -114,6 +88,6 @@ def test_lab_run_continues_past_failed_samples_and_gives_their_reasons(ready, mo
     assert samples["P04"]["reason"].startswith("P04_Messung.csv: column A")
     assert (ready / "P03" / "run" / "report.html").is_file()
     assert samples["P03"]["mean_error_mm"] > 0
-    text = sealtwin("lab", "run", ready, "--device", "cpu").stdout
+    text = sealtwin("lab", ready, "--device", "cpu").stdout
     for words in ("P01     done", "P03     up to date", "P04     left out", "left out: P04: P04_Messung.csv: column A"):
         assert words in text

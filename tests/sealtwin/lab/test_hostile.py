@@ -9,10 +9,10 @@ from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError
 from sealtwin.lab import files as lab_files
 from sealtwin.lab import sample as samples
-from sealtwin.lab.catalogue import CATALOGUE, latest_trials
+from sealtwin.lab.catalogue import CATALOGUE, write_table
 from sealtwin.lab.files import CatalogueFault
 from sealtwin.lab.ingest import ingest
-from tests.support.ingested_lab import QUIET, fates, sealtwin
+from tests.support.ingested_lab import QUIET, fates
 from tests.support.photos import mortar, write_png
 
 
@@ -51,8 +51,7 @@ def test_spreadsheet_formulas_in_names_and_notes_are_written_as_text(small, tmp_
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
     assert "\n'=cmd()_P01_photo.png,photo," in (lab / "pairing.csv").read_text()
-    sealtwin("lab", "export", lab, "--out", tmp_path / "out.csv")
-    assert "\"'=HYPERLINK(" in (tmp_path / "out.csv").read_text()
+    assert "\"'=HYPERLINK(" in (lab / "catalogue.csv").read_text()
     with (lab / "pairing.csv").open("a") as pairing:
         pairing.write("\n")  # Edited, so that its own cells are read back
     assert not ingest(small, lab, QUIET).lost
@@ -77,10 +76,10 @@ def test_a_folder_with_too_many_files_is_refused(small, tmp_path, monkeypatch):
 @pytest.mark.parametrize("damage", [b"no JSON", b'{"version": 99}', b"[]"])
 def test_a_damaged_catalogue_is_refused_with_a_remedy(small, lab, damage):
     (lab / CATALOGUE).write_bytes(damage)
-    for use in (lambda: ingest(small, lab, QUIET), lambda: latest_trials(lab)):
+    for use in (lambda: ingest(small, lab, QUIET), lambda: write_table(lab)):
         with pytest.raises(InputError, match=r"catalogue.json: .* Move this file elsewhere, and ingest the same"):
             use()
     (lab / CATALOGUE).unlink()
     with pytest.raises(InputError, match=r"is not a lab, since it has no catalogue.json"):
-        latest_trials(lab)
+        write_table(lab)
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # as the remedy says

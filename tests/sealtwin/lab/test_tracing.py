@@ -38,7 +38,7 @@ def test_questions_about_traced_cracks_are_asked_and_answered_in_pairing_csv(lat
     folder, lab = late
     before = hashes_of(folder)
     assert "To answer the questions, edit" in call_ingest(folder, lab, code=6)
-    assert sealtwin("lab", "list", lab).stdout.count("not sound") == 2
+    assert (lab / "catalogue.csv").read_text().count("not sound") == 2
     assert "2 cracks compete" in (asked := question(lab, "P02.png"))
     assert "for example photo.crack = 2" in asked
     assert Path(asked.partition("Look at ")[2].rstrip(".")).is_file(), asked
@@ -137,7 +137,7 @@ def test_an_ingest_interrupted_while_rewriting_a_trial_can_be_repeated(answered,
     with monkeypatch.context() as patch:
         patch.setattr(files, "write_bytes", killed)
         call_ingest(folder, lab, code=130)
-    assert "left out: P02: " in sealtwin("lab", "run", lab, "--device", "cpu").stdout, "nor is it run before"
+    assert "left out: P02: " in sealtwin("lab", lab, "--device", "cpu").stdout, "nor is it run before"
     assert "1 of 1 sample is sound" in call_ingest(folder, lab)
 
 
