@@ -218,7 +218,7 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
         trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
         sound=not sample.questions,
     )
-    # If the process is killed, the trial is marked as not sound. 'sealtwin lab' leaves it out; the next ingest completes it.
+    # If the process is killed, the trial is not sound. 'sealtwin lab' leaves it out; the next ingest completes it.
     files.write_json(folder / RECORD, asdict(replace(record, sound=False)))
     for raw in sample.raw:
         content = read_bytes(sample.folder / raw.original)
