@@ -130,7 +130,7 @@ class CalibrationResult:
 
     folder: Path
     content: dict[str, Any]
-    """Content of calibration.json: finding, gates, combinations, roles and predictions of the trials."""
+    """Content of calibration.json: finding, gates, roles and predictions of the trials."""
     posterior: dict[str, Floats]
     """500 random draws of each free setting, (500,), by dotted name. Empty if no settings reproduce the readings."""
 

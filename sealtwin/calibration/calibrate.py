@@ -17,7 +17,6 @@ from sealtwin.calibration.search import (
     Source,
     Twin,
     WorkAhead,
-    ends_of_launches,
     fit_to_calibrate,
     search,
     settings_at,
@@ -85,13 +84,12 @@ def calibrate(
         ]  # The runs of the last round are accurate
         others = [Twin(file, *work) for file in held_out]
         _require_different([*twins, *others])
-        frees = [replace(free, measured=_measured(free, twins)) for free in frees]
         for twin in twins:
             twin.require(frees)
         ahead = WorkAhead()
         for twin in (*twins, *others):
             twin.ahead = ahead
-            ends = ends_of_launches(budget) if twin in twins else [0, PREDICTING]
+            ends = [0, budget - CONFIRM, budget] if twin in twins else [0, PREDICTING]
             ahead.model_s += sum(twin.work_s(begin, end) for begin, end in pairwise(ends))
         progress.note(
             f"{budget} runs of {counted(len(twins), 'trial')}, and {PREDICTING * len(others)} runs of held-out trials: "
@@ -159,26 +157,6 @@ def _require_different(twins: Sequence[Twin]) -> None:
             raise InputError(
                 f"{twin.file}: has the same {what} as {other.file}. Give each trial once, and each with another name."
             )
-
-
-def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
-    """Return the measured value of a setting and its standard uncertainty, or None if it was not measured.
-
-    Raises InputError if the trials have different values, or if the value is outside the range.
-    """
-    values = {twin.measured(free.name) for twin in twins}
-    if len(values) > 1:
-        raise InputError(
-            f"--free {free.name}: the measured value or uncertainty differs between the trials, but free settings have "
-            "the same value in all trials. Give the same value and uncertainty in all trials, or calibrate them singly."
-        )
-    measured = values.pop()
-    if measured is not None and not free.low <= measured[0] <= free.high:
-        raise InputError(
-            f"--free {free.name}={free.low:g}:{free.high:g}: the measured value in the trial, {measured[0]:g} with an "
-            f"uncertainty of {measured[1]:g}, is outside this range. Give a range that includes this value."
-        )
-    return measured
 
 
 def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
@@ -262,11 +240,6 @@ def _written(
         "drafts_of_each_trial": list(calibrated.drafts),
         "stage_numbers": NUMBERS,
         "free": [_free(marginal) for marginal in calibrated.marginals] or [free.name for free in result.frees],
-        "combinations": [
-            {"parts": dict(zip((free.name for free in result.frees), combination.parts, strict=True)),
-             "deviation_over_prior": combination.deviation}
-            for combination in calibrated.combinations
-        ],
         "confounded": [[a.name, b.name, r] for a, b, r in calibrated.confounded],
         "least_implausibility": calibrated.least_implausibility,
         "mixing": calibrated.mixing,
@@ -302,7 +275,6 @@ def _free(marginal: Marginal) -> dict[str, Any]:
     return {
         "setting": marginal.free.name,
         "range": [marginal.free.low, marginal.free.high],
-        "measured": marginal.free.measured,
         "best": float(f"{marginal.best:.6g}"),
         "interval_90": [marginal.low, marginal.high],
         "width_over_prior": marginal.width_over_prior,

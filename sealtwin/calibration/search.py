@@ -9,7 +9,6 @@ that is built like the folder of a study.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +25,12 @@ from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
-from sealtwin.trial.trial_file import SETTINGS, SettingValues, Trial, as_run, load_trial, refuse_seeds, with_settings
-from simulate.settings import VISCOSITIES_PA_S
+from sealtwin.trial.trial_file import SettingValues, Trial, as_run, load_trial, refuse_seeds, with_settings
 from validate.calibration.emulator import Emulator
 from validate.calibration.posterior import BasisReach, Free, Posterior, ReadLevels, reach_of, smooth_errors_mm2
 from validate.metrics.curve_distances import are_compared
 from validate.metrics.verdict import kept_volume
-from validate.settings import Readings, Uncertainty
+from validate.settings import Readings
 from validate.uncertainty.computed import require_different
 
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
@@ -161,11 +159,6 @@ class _Search:
         return np.array(chosen)
 
 
-def ends_of_launches(budget: int) -> list[int]:
-    """Return the number of finished runs before each launch and at the end, if the search does not stop early."""
-    return sorted({0, FIRST, *range(FIRST + AGAIN, budget - CONFIRM, ROUND), budget - CONFIRM, budget})
-
-
 def settings_at(frees: Sequence[Free], point: Floats) -> Setting:
     """Return the settings at a point of the unit cube. Values are rounded to six digits, which is easy to read."""
     return {free.name: float(f"{free.values(share):.6g}") for free, share in zip(frees, point, strict=True)}
@@ -199,12 +192,6 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
     return SearchResult(frees, state.points, state.levels_mm, reaches, posterior, least, draws, mixing, best)
 
 
-MEASURED = {name: key for name in SETTINGS if (key := name.rpartition(".")[2]) in Uncertainty.model_fields} | {
-    "path.trim_mm": "start_mm"
-}
-"""Key in [uncertainty] for each setting that can have an uncertainty.
-
-The uncertainty may also come from the trial's material or weighed fill."""
 JITTER_MM2 = 1e-6  # Variance in mm2 that makes the covariance of readings without a stated error invertible
 SEEDS = 2**31
 
@@ -270,20 +257,6 @@ class Twin:
         """Particle radius of the runs that confirm the result. They are drafts only if the trial is a draft."""
         return as_run(self._planned(1, {}, 0).trial, self._sample).solver.size_mm
 
-    def measured(self, name: str) -> tuple[float, float] | None:
-        """Return a setting's value and standard uncertainty, or None if the trial does not have both."""
-        declared = self.trial.uncertainty.with_sample(self.outline.width_doubt_mm, self.solid.figures.weighed)
-        table, _, key = name.rpartition(".")
-        value = self._content.get(table, {}).get(key)
-        if isinstance(value, list) and name == "path.trim_mm":
-            value = value[self.trial.path.reverse]
-        if not isinstance(value, int | float) or isinstance(value, bool):
-            return None
-        if table == "fluid" and key in VISCOSITIES_PA_S and declared.viscosity_percent is not None:
-            return value, value * declared.viscosity_percent / 100
-        standard = getattr(declared, MEASURED[name]) if name in MEASURED else None
-        return None if standard is None else (float(value), standard)
-
     def require(self, frees: Sequence[Free]) -> None:
         """Raise InputError if an end of a free setting's range is not allowed for this trial."""
         for free in frees:
@@ -292,7 +265,7 @@ class Twin:
 
     def work_s(self, done: int, end: int) -> float:
         """Return the estimated time in s of the runs after ``done`` up to ``end``."""
-        return self._work_s[end >= self._first_accurate] * ceil((end - done) / max(1, self._options.jobs))
+        return self._work_s[end >= self._first_accurate] * (end - done) / max(1, self._options.jobs)
 
     def run(self, wanted: Sequence[tuple[Setting, int]]) -> Levels:
         """Compute the runs that are not done. Return the levels at the stations, or None for a run that is not used.

@@ -8,7 +8,7 @@ import numpy as np
 
 from sealtwin.core.records import Floats
 from validate.calibration.emulator import COMPONENTS, Emulator, Scatter, most_components
-from validate.units import setting_name, words
+from validate.units import words
 
 LOG_RATIO = 5.0  # Ratio of a range's ends from which on the range is sampled on a log scale
 INTERVAL = 0.9  # Probability of the stated interval of a free setting
@@ -16,12 +16,11 @@ INTERVAL = 0.9  # Probability of the stated interval of a free setting
 
 @dataclass(frozen=True)
 class Free:
-    """A free setting. Its prior is uniform over the range, or centred on a measured value."""
+    """A free setting. Its prior is uniform over the range, on a log scale if the range is wide."""
 
     name: str  # Dotted name, for example "fluid.yield_stress_pa"
     low: float
     high: float
-    measured: tuple[float, float] | None = None  # Value and standard uncertainty if it was measured
 
     @property
     def label(self) -> str:
@@ -38,29 +37,9 @@ class Free:
             return self.low * (self.high / self.low) ** shares
         return self.low + (self.high - self.low) * shares
 
-    def log_prior(self, shares: Floats) -> Floats:
-        """Return the logarithm of the prior density at fractions of the range, up to a constant."""
-        if self.measured is None:
-            return np.zeros_like(shares)
-        values, (middle, standard) = self.values(shares), self.measured
-        # On a log scale, equal steps of the share are steps in proportion to the value.
-        return -(((values - middle) / standard) ** 2) / 2 + (np.log(values) if self.logarithmic else 0.0)
-
-    @cached_property
-    def prior(self) -> tuple[float, float]:
-        """Width of the prior's central 90 % interval, and its standard deviation, both as fractions of the range."""
-        shares = (np.arange(4000) + 0.5) / 4000
-        log_density = self.log_prior(shares)
-        weight = np.exp(log_density - log_density.max())
-        weight /= weight.sum()
-        low, high = np.interp([(1 - INTERVAL) / 2, (1 + INTERVAL) / 2], np.cumsum(weight), shares)
-        middle = weight @ shares
-        return float(high - low), float(np.sqrt(weight @ (shares - middle) ** 2))
-
 
 LIMIT = 0.5  # Largest width of an identified setting's interval, divided by the prior's width
 CONFOUNDED = 0.8  # Correlation from which on two settings are confounded
-NAMED = 0.2  # Smallest weight of a setting that is listed in a combination
 
 
 @dataclass(frozen=True)
@@ -78,46 +57,15 @@ class Marginal:
         return self.width_over_prior <= LIMIT
 
 
-@dataclass(frozen=True)
-class Combination:
-    """A direction in the space of the settings. Its units are the settings' prior standard deviations."""
-
-    parts: tuple[float, ...]  # Unit vector
-    deviation: float  # Standard deviation along it. It is 1 if the readings contain no information.
-
-    def said(self, frees: Sequence[Free]) -> str:
-        """Return the direction as text, for example "0.8 ln viscosity - 0.6 yield stress"."""
-        terms = ""
-        for part, free in sorted(zip(self.parts, frees, strict=True), key=lambda each: -abs(each[0])):
-            if abs(part) >= NAMED:
-                sign = "-" if part < 0 else "+" if terms else ""
-                terms += f" {sign} {abs(part):.1f} {'ln ' if free.logarithmic else ''}{setting_name(free.name)}"
-        return " ".join(terms.split())
-
-
 def marginals_of(frees: Sequence[Free], draws: Floats, best: Floats) -> list[Marginal]:
     """Return the posterior of each setting, from posterior draws in the unit cube, (count, d)."""
     ends = np.quantile(draws, [(1 - INTERVAL) / 2, (1 + INTERVAL) / 2], axis=0)
     marginals = []
     for number, free in enumerate(frees):
         low, high = free.values(ends[:, number])
-        width = float(np.diff(ends[:, number])[0]) / free.prior[0]
+        width = float(np.diff(ends[:, number])[0]) / INTERVAL
         marginals.append(Marginal(free, float(free.values(best[number])), float(low), float(high), width))
     return marginals
-
-
-def combinations_of(frees: Sequence[Free], draws: Floats) -> list[Combination]:
-    """Return the eigenvectors of the covariance of posterior draws.
-
-    The combination that is determined best comes first.
-    """
-    scaled = draws / np.array([free.prior[1] for free in frees])
-    variance, vectors = np.linalg.eigh(np.atleast_2d(np.cov(scaled.T)))
-    combinations = []
-    for size, vector in zip(variance, vectors.T, strict=True):
-        turned = vector * np.sign(vector[np.abs(vector).argmax()])
-        combinations.append(Combination(tuple(turned.tolist()), float(np.sqrt(max(size, 0.0)))))
-    return combinations
 
 
 def confounded_pairs(frees: Sequence[Free], draws: Floats) -> list[tuple[Free, Free, float]]:
@@ -279,14 +227,13 @@ class Posterior:
     def log_densities(self, points: Floats) -> Floats:
         """Return ln of the density for each size of the model discrepancy, up to a constant, (sizes, m)."""
         inside = ((points >= 0) & (points <= 1)).all(axis=1)
-        prior = sum(free.log_prior(column) for free, column in zip(self.frees, np.clip(points, 0, 1).T, strict=True))
         expected = self._expected(points)
         if self.smooth:
             # Particles of stiff paste scatter more. A crack's bed does not: an even one is no evidence of runny paste.
             expected = [(mean, variance, np.ones_like(relative)) for mean, variance, relative in expected]
         rows = []
         for size_mm, fits in zip(self.discrepancies_mm, self._misfits, strict=True):
-            total = prior - (size_mm / DISCREPANCY_MM) ** 2 / 2
+            total = np.full(len(points), -((size_mm / DISCREPANCY_MM) ** 2) / 2)
             for fit, predicted in zip(fits, expected, strict=True):
                 square, log_size = fit.misfit(*predicted)
                 total = total - (square + log_size) / 2

@@ -10,11 +10,9 @@ from sealtwin.core.records import DataKind, Floats
 from validate.calibration.emulator import Emulator
 from validate.calibration.posterior import (
     BasisReach,
-    Combination,
     Free,
     Marginal,
     ReadLevels,
-    combinations_of,
     confounded_pairs,
     marginals_of,
 )
@@ -109,10 +107,6 @@ class Calibrated:
     @cached_property
     def marginals(self) -> list[Marginal]:
         return [] if self.draws is None else marginals_of(self.frees, self.draws, self.best)
-
-    @cached_property
-    def combinations(self) -> list[Combination]:
-        return [] if self.draws is None else combinations_of(self.frees, self.draws)
 
     @cached_property
     def confounded(self) -> list[tuple[Free, Free, float]]:

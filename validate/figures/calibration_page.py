@@ -33,7 +33,7 @@ def calibration_page(calibrated: Calibrated) -> Page:
         _levels(calibrated, prediction, number) for number, prediction in enumerate(calibrated.predictions, start=1)
     ]
     if calibrated.draws is not None:
-        sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
+        sections += [_settings(calibrated, calibrated.draws)]
     drafts = f", with {sum(calibrated.drafts)} drafts among them" if any(calibrated.drafts) else ""
     return Page(
         title=f"{calibrated.name}: calibration",
@@ -112,7 +112,7 @@ def draw_prediction(prediction: Prediction, mark: str = "") -> Figure:
 
 def _settings(calibrated: Calibrated, draws: Floats) -> Section:
     frees = [marginal.free for marginal in calibrated.marginals]
-    ranges = [f"{free.low:g} to {free.high:g}{', measured' if free.measured else ''}" for free in frees]
+    ranges = [f"{free.low:g} to {free.high:g}" for free in frees]
     columns = [
         FigureColumn("setting", "free.label", name=""),
         FigureColumn("", "free.name", name="setting"),
@@ -138,13 +138,12 @@ def draw_marginals(calibrated: Calibrated, draws: Floats) -> Figure:
     columns = min(len(calibrated.marginals), 3)
     lines = -(-len(calibrated.marginals) // columns)
     figure = wide_figure(2.6 * lines)
-    edges, shares = np.linspace(0, 1, BARS + 1), np.linspace(0, 1, 200)
+    edges = np.linspace(0, 1, BARS + 1)
     for number, marginal in enumerate(calibrated.marginals):
         axes, free = figure.add_subplot(lines, columns, number + 1), marginal.free
         density, _ = np.histogram(draws[:, number], edges, density=True)
         axes.stairs(density, free.values(edges), fill=True, color=SIMULATED, alpha=0.6)
-        prior = np.exp(free.log_prior(shares) - free.log_prior(shares).max())
-        axes.plot(free.values(shares), prior / prior.mean(), color=INK, linewidth=1.2)
+        axes.axhline(1.0, color=INK, linewidth=1.2)
         axes.axvline(marginal.best, color=MEASURED, linewidth=1.4, linestyle="--")
         if free.logarithmic:
             axes.set_xscale("log")
@@ -154,22 +153,6 @@ def draw_marginals(calibrated: Calibrated, draws: Floats) -> Figure:
         axes.set(xlim=(free.low, free.high), yticks=[])
         label_axes(axes, free.label, "", "identified" if marginal.identified else "not identified")
     return figure
-
-
-def _combinations(calibrated: Calibrated) -> Section:
-    sentence = (
-        "The combinations of settings that the readings determine best and worst. The deviation is relative to that of "
-        "the prior: 1 means that the readings contain no information on the combination."
-    )
-    combinations, frees = calibrated.combinations, calibrated.frees
-    shares = np.transpose([combination.parts for combination in combinations])
-    columns = [
-        FigureColumn("combination", [combination.said(frees) for combination in combinations], name=""),
-        *(FigureColumn("", parts, name=free.name) for free, parts in zip(frees, shares, strict=True)),
-        FigureColumn("deviation", "deviation", "{:.2f}".format, "deviation_over_prior"),
-    ]
-    table = FigureTable("Best determined first", "combinations", columns, combinations)
-    return Section("Combinations", [sentence, table])
 
 
 def _gates(calibrated: Calibrated) -> Section:

@@ -85,21 +85,13 @@ def test_a_volume_cannot_be_calibrated_from_several_pours(lab):
     _refused(lab, [lab / "trial.toml", other], {"path.volume_ml": (0.05, 0.1)}, "path.volume_ml", "2 pours")
 
 
-def test_a_measured_value_is_the_prior_and_must_be_within_the_range(lab):
-    _edited(lab, "trial.toml", **{"D_cm = 0.3": "D_cm = 0.3\nyield_stress_pa = 8.0"})
-    with (lab / "trial.toml").open("a", encoding="utf-8") as trial:
-        trial.write("\n[uncertainty]\nvolume_ml = 0.002\nyield_stress_pa = 1.5\nstart_mm = 0.3\n")
+def test_smooth_errors_and_ranges_are_of_the_trials_own_path(lab):
+    """The smooth errors of each trial are those at the ends of its own path."""
     twin = Twin(lab / "trial.toml", lab / "library", HERE, Progress())
-    assert twin.measured("fluid.yield_stress_pa") == (8.0, 1.5)
-    # The smooth errors of each trial are those at the ends of its own path.
     first_mm, last_mm = (float(twin._sample.trajectory.s_mm[at]) for at in (0, -1))
     smooth_mm2 = smooth_errors_mm2(twin.evidence.s_mm, (first_mm, last_mm))
     assert np.allclose(twin.evidence.smooth_mm2, smooth_mm2)
-    assert twin.measured("path.volume_ml") == (0.08, 0.002)
-    assert twin.measured("path.trim_mm") == (1.0, 0.3)
-    assert twin.measured("fluid.U") is None
     twin.require([Free("path.trim_mm", 0.0, 3.0)])
-    _refused(lab, [lab / "trial.toml"], {"fluid.yield_stress_pa": (10.0, 20.0)}, "8", "outside")
 
 
 def test_a_malformed_free_option_is_refused_with_its_text():

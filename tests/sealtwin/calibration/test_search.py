@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sealtwin.calibration import search as searching
-from sealtwin.calibration.search import FEWEST, FIRST, Source, ends_of_launches, search
+from sealtwin.calibration.search import FEWEST, FIRST, Source, search
 from sealtwin.core.errors import InputError, NumericalError
 from validate.calibration.posterior import Free, ReadLevels, marginals_of
 
@@ -105,15 +105,3 @@ def test_runs_that_are_equal_for_all_seeds_are_refused():
         InputError, match=r"toy: the runs \d+ \(seed \+ \d+\) and 17 \(seed \+ 16\) .* solver.radius_mm"
     ):
         search(FREES, [copies], FEWEST, lambda _: None)
-
-
-def test_the_predicted_launches_equal_the_launches_of_the_search():
-    """The time left of a calibration is computed from these launches."""
-    twin, ends = Twin(), [0]
-
-    def run(wanted):
-        ends.append(len(wanted))
-        return twin.run(wanted)
-
-    search(FREES, [replace(_source(twin), run=run)], FEWEST + 2, lambda _: None)
-    assert ends_of_launches(FEWEST + 2) == ends

@@ -13,7 +13,6 @@ from validate.calibration.posterior import (
     Free,
     Posterior,
     ReadLevels,
-    combinations_of,
     confounded_pairs,
     reach_of,
     smooth_errors_mm2,
@@ -68,14 +67,6 @@ def test_posterior_draws_have_the_mean_and_spread_of_least_squares():
     assert np.array_equal(draws, _posterior((0.4, 0.6)).draws(500, 600)[0])
 
 
-def test_a_precisely_measured_setting_keeps_its_measured_value():
-    """The readings determine the first setting to 0.05, and its measurement to 0.005."""
-    frees = [Free("fluid.a", 0.0, 1.0, (0.45, 0.005)), Free("fluid.b", 0.0, 1.0)]
-    draws, _ = _posterior((0.4, 0.6), frees=frees).draws(500, 600)
-    assert draws[:, 0].mean() == pytest.approx(0.45, abs=0.003)
-    assert draws[:, 0].std() == pytest.approx(0.005, rel=0.25)
-
-
 def test_readings_unlike_all_simulated_shapes_cannot_be_reproduced_by_calibration():
     random = np.random.default_rng(0)
     points = random.random((20, 2))
@@ -120,26 +111,6 @@ def _draws():
     along = random.uniform(0.2, 0.8, 4000)
     sum_is_1 = 1 - along + 0.01 * random.standard_normal(4000)
     return np.column_stack([along, sum_is_1, random.random(4000)])
-
-
-def test_the_prior_of_a_setting_is_flat_or_if_measured_normal():
-    assert FREES[2].prior == pytest.approx((0.9, np.sqrt(1 / 12)), rel=1e-3)
-    measured = Free("path.fill", 0.9, 1.1, (1.0, 0.01))
-    assert measured.prior == pytest.approx((2 * 1.645 * 0.05, 0.05), rel=2e-3)
-    logarithmic = Free("fluid.yield_stress_pa", 3.0, 60.0, (20.0, 2.0))
-    shares = (np.arange(20000) + 0.5) / 20000
-    weight = np.exp(logarithmic.log_prior(shares))
-    mean = (weight * logarithmic.values(shares)).sum() / weight.sum()
-    assert mean == pytest.approx(20.0, rel=1e-3)
-
-
-def test_the_best_determined_combination_of_two_settings_is_their_sum():
-    best, *_, worst = combinations_of(FREES, _draws())
-    assert np.abs(best.parts) == pytest.approx([np.sqrt(0.5), np.sqrt(0.5), 0], abs=0.02)
-    assert best.parts[0] * best.parts[1] > 0
-    assert best.deviation < 0.05
-    assert worst.deviation > 0.8
-    assert best.said(FREES) in ("0.7 ln yield stress + 0.7 ln viscosity", "0.7 ln viscosity + 0.7 ln yield stress")
 
 
 def test_two_confounded_settings_are_named_with_their_correlation():

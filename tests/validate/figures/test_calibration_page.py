@@ -47,7 +47,7 @@ def test_the_page_lists_identified_settings_and_marks_emulated_readings(tmp_path
     assert "Viscosity (Pa s) is not identified" in page
     assert "&lt;i&gt;other&lt;/i&gt;" in page
     assert "<i>other" not in page
-    assert {"figures/levels-1.csv", "figures/settings.csv", "figures/combinations.csv"} <= set(names)
+    assert {"figures/levels-1.csv", "figures/settings.csv"} <= set(names)
     measured = calibration_page(_calibrated(emulated=False, predictions=(), warned=("40 of 40 runs: a hollow.",)))
     assert measured.cautions == ["40 of 40 runs: a hollow."]
     assert not any("EMULATED" in caution for caution in measured.cautions)
