@@ -74,7 +74,7 @@ def sweep(
     out: Annotated[File, option("Folder for the sweep. Default: reports/<study name>.", "DIR")] = None,
     example: Annotated[File, option("Write an example of a study file, with comments.", "FILE")] = None,
 ) -> None:
-    """Run a trial many times with different settings: a grid, a list or a Latin hypercube, on all cores.
+    """Run a trial many times with different settings, a grid or a list, on all cores.
 
     The runs are drafts (solver.preset), unless the study or --set gives settings of the table solver other than model
     and settle_s.

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -15,7 +15,6 @@ from sealtwin.trial.trial_file import (
     SETTINGS,
     TABLES,
     Name,
-    Seed,
     Trial,
     folder_name,
     no_such_setting,
@@ -63,52 +62,6 @@ class Rows(Settings):
         return self
 
 
-class Range(Settings):
-    """Range of a setting in a Latin hypercube."""
-
-    low: float
-    """Lower end of the range."""
-    high: float
-    """Upper end of the range."""
-    scale: Literal["linear", "log"] = "linear"
-    """Scale on which values are drawn uniformly: linear for the values, log for their logarithms."""
-    whole: bool = False
-    """True to round values to whole numbers, for settings that are counts."""
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if not self.low < self.high:
-            raise ValueError(f"low is {self.low:g} and high is {self.high:g}, but low must be below high")
-        if self.scale == "log" and self.low <= 0:
-            raise ValueError(f'low is {self.low:g}; give a value above 0, or scale = "linear"')
-        return self
-
-    def at(self, share: float) -> float | int:
-        """Return the value at the fraction ``share`` of the range. 0 is the lower end and 1 the upper end."""
-        if self.scale == "log":
-            value = self.low * (self.high / self.low) ** share
-        else:
-            value = self.low + (self.high - self.low) * share
-        # Six digits are easy to read, and more precise than any setting is known.
-        return round(value) if self.whole else float(f"{value:.6g}")
-
-
-class Latin(Settings):
-    """A Latin hypercube: each range is cut into ``count`` slices, and one value is drawn in each slice."""
-
-    count: Annotated[int, Field(ge=2, le=MAX_RUNS)]
-    """Number of runs."""
-    seed: Seed = 0
-    """Seed of the random draws."""
-    ranges: Annotated[Named[Range], Field(min_length=1)]
-
-    def rows(self) -> Iterator[tuple[float | int, ...]]:
-        from scipy.stats import qmc
-
-        for row in qmc.LatinHypercube(len(self.ranges), rng=self.seed).random(self.count):
-            yield tuple(spread.at(float(share)) for spread, share in zip(self.ranges.values(), row, strict=True))
-
-
 class Study(Settings):
     """A study file: a trial, and the settings that vary."""
 
@@ -121,16 +74,11 @@ class Study(Settings):
     grid: Annotated[Named[tuple[Any, ...]], Field(min_length=1)] | None = None
     """Values of each setting. All combinations are run, and the setting that is given first varies slowest."""
     list: Rows | None = None
-    latin: Latin | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        designs = [name for name in ("grid", "list", "latin") if getattr(self, name) is not None]
-        if len(designs) != 1:
-            these = "none is" if not designs else f"{' and '.join(designs)} are"
-            raise ValueError(
-                f"give exactly one of [grid], [list] and [latin] for the settings that vary; {these} given"
-            )
+        if (self.grid is None) == (self.list is None):
+            raise ValueError("give either [grid] or [list] for the settings that vary")
         varied, runs, _ = self._design()
         if unknown := [name for name in (*self.fixed, *varied) if name not in SETTINGS]:
             raise ValueError("; ".join(no_such_setting(name) for name in unknown))
@@ -147,8 +95,6 @@ class Study(Settings):
         if self.grid is not None:
             values = self.grid.values()
             return tuple(self.grid), math.prod(map(len, values)), itertools.product(*values)
-        if self.latin is not None:
-            return tuple(self.latin.ranges), self.latin.count, self.latin.rows()
         rows = present(self.list, "list")
         return rows.columns, len(rows.rows), rows.rows
 

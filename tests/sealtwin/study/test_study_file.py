@@ -1,7 +1,5 @@
 """Study files: varied settings, checked for all runs before the first run starts."""
 
-import math
-
 import pytest
 
 from sealtwin.core.errors import InputError
@@ -49,26 +47,6 @@ def test_planned_runs_have_the_varied_and_fixed_values(tmp_path, varies, values)
     assert {name: _values(planned, name) for name in values} == values
 
 
-def test_a_latin_hypercube_has_one_value_in_each_slice_of_each_range(tmp_path):
-    """Slices are equal in the setting or, on request, in its logarithm."""
-    ranges = (
-        'ranges."fluid.U" = {low = 0.01, high = 1e4, scale = "log"}\n'
-        'ranges."solver.damping_per_s" = {low = 0.0, high = 2.0}\n'
-        'ranges."solver.iterations" = {low = 1, high = 100, whole = true}\n'
-    )
-    planned = _plan(tmp_path, f"[latin]\ncount = 12\nseed = 7\n{ranges}")
-    assert len(planned) == 12
-    log_u = [(math.log10(value) + 2) / 6 for value in _values(planned, "fluid.U")]
-    damping = [value / 2 for value in _values(planned, "solver.damping_per_s")]
-    for shares in (log_u, damping):
-        assert sorted(int(share * 12) for share in shares) == list(range(12))
-    assert all(isinstance(run.settings["solver.iterations"], int) for run in planned)
-    again = _plan(tmp_path, f"[latin]\ncount = 12\nseed = 7\n{ranges}")
-    other = _plan(tmp_path, f"[latin]\ncount = 12\nseed = 8\n{ranges}")
-    assert [run.settings for run in again] == [run.settings for run in planned]
-    assert [run.settings for run in other] != [run.settings for run in planned]
-
-
 def test_each_fault_of_a_study_is_listed_once_with_its_runs_and_value(tmp_path):
     with pytest.raises(InputError) as caught:
         _plan(tmp_path, '[grid]\n"fluid.U" = [3, -30, 1e9]\n"fluid.D_cm" = [0.1, "much"]\n')
@@ -84,7 +62,7 @@ def test_each_fault_of_a_study_is_listed_once_with_its_runs_and_value(tmp_path):
 @pytest.mark.parametrize(
     ("varies", "sentence"),
     [
-        ("", "give exactly one of [grid], [list] and [latin] for the settings that vary; none is given"),
+        ("", "give either [grid] or [list] for the settings that vary"),
         ('[grid]\n"fluid.u" = [1]', "fluid.u: no such setting; the most similar name is 'fluid.U'"),
         ('[grid]\n"photo.file" = ["a"]', "photo.file: no such setting; expected seed or a key of [fluid]"),
         ('[grid]\n"fluid.U" = []', "grid.fluid.U: the list of values is empty"),
@@ -92,8 +70,6 @@ def test_each_fault_of_a_study_is_listed_once_with_its_runs_and_value(tmp_path):
         ('[fixed]\nseed = 3\n[grid]\nseed = [1]', "seed: given twice"),
         ('[list]\ncolumns = ["fluid.U", "seed"]\nrows = [[1.0, 2], [1.0]]', "row 2 has 1 values, but columns has 2"),
         ('[list]\ncolumns = ["seed"]\nrows = [[4], [5], [4]]', "runs 1 and 3 have the same settings"),
-        ('[latin]\ncount = 3\nranges."fluid.U" = {low = 3.0, high = 3.0}', "low must be below high"),
-        ('[latin]\ncount = 3\nranges."fluid.U" = {low = 0, high = 3, scale = "log"}', 'above 0, or scale = "linear"'),
         ("[grid]\nseed = [" + ",".join(str(n) for n in range(200)) + "]\n"
          "solver.iterations = [" + ",".join(str(n) for n in range(200)) + "]", "40000 runs, but at most 20000 are"),
     ],
