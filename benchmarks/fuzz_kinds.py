@@ -120,9 +120,9 @@ BY_FILES: Mapping[str, Kind] = {
     "fill": Kind(("fill.csv", "fill.csv", "filled.toml"), ("run filled.toml --out new --device cpu --quiet",)),
     # One that is accepted is searched and poured, which takes a quarter minute.
     "plan": Kind(
-        ("planned.toml", "planned.toml", "cell.toml", "draws.csv"),
+        ("planned.toml", "planned.toml", "cell.toml"),
         (f"{PLAN} --out new",),
-        "--cell cell.toml --posterior draws.csv --margin-mm 0.5 --flow-max-mm3-s 400",
+        "--cell cell.toml --margin-mm 0.5 --flow-max-mm3-s 400",
     ),
     "path from a table": Kind(
         ("path_table.csv", "path_table.csv", "path_table.toml"), ("digitise path_table.toml --out new",)

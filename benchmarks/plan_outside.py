@@ -120,13 +120,13 @@ def _plan(sample: Sample, reserve_mm: float) -> Trajectory:
     sections = case.fill(sample.trajectory).sections
     target_mm2 = target_of(sections, reserve_mm)
     start = knots.first_guess(target_mm2, sections.s_mm, limits)
-    return knots.trajectory(search([case], knots, limits, Goal(target_mm2, np.zeros_like(target_mm2)), start))
+    return knots.trajectory(search(case, knots, limits, Goal(target_mm2, np.zeros_like(target_mm2)), start))
 
 
 def _plan_by_particles(sample: Sample) -> tuple[Trajectory, Trajectory]:
     with tempfile.TemporaryDirectory() as folder:
         verifier = Verifier(Path(folder), OWN, sample, "cpu", PlainProgress())
-        planned = plan_on(verifier, PlanOptions(flow_max_mm3_s=FLOW_MAX_MM3_S), [])
+        planned = plan_on(verifier, PlanOptions(flow_max_mm3_s=FLOW_MAX_MM3_S))
     return plan_trajectory(sample.outline, planned.rounds[0].path), planned.trajectory
 
 

@@ -194,7 +194,7 @@ class FlowPlan:
     verified: bool
     """True if the plan was better than both baselines in particle runs."""
     content: dict[str, Any]
-    """Content of plan.json: under_mm3, over_mm3, baselines, rounds, chances."""
+    """Content of plan.json: under_mm3, over_mm3, baselines, rounds."""
 
 
 @keywords_of(PlanOptions)
@@ -227,7 +227,7 @@ def plan_flow(
     Raises
     ------
     InputError
-        The trial, the cell or the posterior cannot be used, or no plan is possible within the limits.
+        The trial or the cell cannot be used, or no plan is possible within the limits.
     NumericalError
         A particle run failed.
 

@@ -19,8 +19,6 @@ class PlanOptions(Settings):
 
     cell: Path | None = None
     """Cell file of the robot. The plan respects the limits of the cell and of its pump."""
-    posterior: Path | None = None
-    """Posterior draws of the sealant: a CSV whose header has names of settings, such as fluid.yield_stress_pa."""
     flow_max_mm3_s: float | None = Field(default=None, ge=0.01, le=1e6)
     """Largest flow, if no cell sets a limit."""
     margin_mm: float = Field(default=0.0, ge=0, le=100)

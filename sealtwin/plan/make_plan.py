@@ -12,7 +12,6 @@ from digitise.robots.cell import ProgramOptions, PumpTable, RobotCell
 from digitise.settings import NozzlePath
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.plain_files import read_columns
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats, Profile, Sample
 from sealtwin.core.run_folder import holding, open_folder, require_own
@@ -32,7 +31,6 @@ from sealtwin.plan.search import (
     target_of,
 )
 from sealtwin.plan.verify import (
-    Misfit,
     Planned,
     Round,
     Verifier,
@@ -47,16 +45,14 @@ from sealtwin.plan.verify import (
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.exports import CellFile, origin_of, require_confirmed, write_programs
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
-from sealtwin.trial.trial_file import SETTINGS, SettingValues, Trial, load_trial, seen_from, trial_text
+from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
 
 REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
 VERIFICATION, SAMPLE = "verification", "sample"
-SEARCHED, JUDGED = 4, 24  # Numbers of posterior draws: for the search, and for the probabilities of overfilling
 MORE_FLOW, LESS_STRESS = 1.10, 0.85
-SEARCH_S = 3.0  # Time in s of a search for one draw, on one core of the machine in docs/accuracy.md
-MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Volume and level above the face whose probabilities are counted
+SEARCH_S = 3.0  # Time in s of a search, on one core of the machine in docs/accuracy.md
 
 
 @dataclass(frozen=True)
@@ -76,19 +72,15 @@ def case_of(sample: Sample, trial: Trial) -> Case:
 def plan_on(
     verifier: Verifier,
     options: PlanOptions,
-    draws: Sequence[Trial],
     limits_by: tuple[RobotCell | None, PumpTable | None] = (None, None),
     where: Path = Path("trial.toml"),
 ) -> Planned:
     """Make a plan for a digitised crack. ``limits_by`` has the robot's cell and the table of its pump.
 
-    ``draws`` are trials with settings drawn from a posterior. Without draws, the plan is for the trial's own settings.
     Raises InputError if no plan is possible, and NumericalError if a particle run fails.
     """
     sample, trial, progress, drafts = verifier.sample, verifier.trial, verifier.progress, not options.accurate
     nominal = case_of(sample, trial)
-    cases = [case_of(sample, draw) for draw in draws] or [nominal]
-    few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
     sections = nominal.fill(sample.trajectory).sections
     if options.aim_mm >= (shallowest_mm := float(sections.depth_mm.min())):
         raise InputError(
@@ -104,8 +96,7 @@ def plan_on(
         (name, trial.path.model_copy(update={"volume_ml": "cavity", "fill": filled, "flow": flow}), trial.seed)
         for name, flow in (("constant flow", "constant"), ("flow by local area", "cross_section"))
     ]
-    search_s = len(few) * SEARCH_S
-    verifier.ahead_s = (options.verify + drafts) * search_s + 2 * drafts * verifier.work_s(1, drafts=False)
+    verifier.ahead_s = (options.verify + drafts) * SEARCH_S + 2 * drafts * verifier.work_s(1, drafts=False)
     for runs in (len(paths), *[1] * options.verify, options.seeds - 1):
         verifier.ahead_s += verifier.work_s(runs, drafts=drafts)
     progress.note(
@@ -119,13 +110,13 @@ def plan_on(
 
         The search begins at ``start``. The areas of the fast model are corrected by ``apart_mm2``.
         """
-        verifier.ahead_s -= search_s
+        verifier.ahead_s -= SEARCH_S
         progress.start(f"Searching, {name}", MAX_STEPS)
         progress.later(verifier.corrected_s(verifier.ahead_s))
         # With a reserve, corrections do not add sealant. If the fast model were right, it would rise above the face.
         most = rounds[0].plan if rounds and options.reserve_mm > 0 else None
         goal = Goal(target_mm2, apart_mm2)
-        plan = search(few, knots, limits, goal, start, progress.advance, most)
+        plan = search(nominal, knots, limits, goal, start, progress.advance, most)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         (judged,) = verifier.judge(f"Particles, {name}", [(name, path, trial.seed)], drafts=drafts)
         expected_mm = corrected_level_mm(nominal.along(path), apart_mm2)
@@ -162,16 +153,9 @@ def plan_on(
             again = corrected("corrected by the accurate run", draft.plan, apart_mm2, drafts=False)
             best = min(best, again, key=_cost_mm3)
         level, it, runs = best.level, best.misfit, 1
-    variance = np.zeros(len(level.s_mm))
-    if len(judged) > 1:
-        # This is the variance of a further run about the mean. Drafts scatter at least as much as accurate runs.
-        variance += further_run_mm2(levels_mm, runs)
+    # This is the variance of a further run about the mean. Drafts scatter at least as much as accurate runs.
+    half_mm = Z_95 * np.sqrt(further_run_mm2(levels_mm, runs)) if len(judged) > 1 else None
     trajectory = path_over(sample, best.path)
-    apart_mm2, chances = discrepancy(nominal.along(best.path), level), None
-    if draws:
-        drawn_mm = np.array([corrected_level_mm(case.fill(trajectory), apart_mm2, sections) for case in cases])
-        chances = _chances([misfit(sample, Profile(sections.s_mm, level_mm)) for level_mm in drawn_mm])
-        variance += np.interp(level.s_mm, sections.s_mm, drawn_mm.var(axis=0, ddof=1))
     alike = (best.path, level), (steady.path, steady.level)
     return Planned(
         options=options,
@@ -180,10 +164,9 @@ def plan_on(
         baselines=tuple(baselines),
         trajectory=trajectory,
         level=level,
-        half_width_mm=Z_95 * np.sqrt(variance) if len(judged) > 1 else None,
+        half_width_mm=half_mm,
         misfit=it,
         misfits=misfits,
-        chances=chances,
         with_more=WithMore(*(_over_with_more_mm3(nominal, path, bed) for path, bed in alike)),
         of_draft=draft.misfit if drafts else None,
         unfilled_mm3=float((sections.full_mm2 - target_mm2).sum()) * sections.step_mm,
@@ -204,29 +187,6 @@ def _over_with_more_mm3(case: Case, path: NozzlePath, level: Profile) -> float:
     return misfit(case.pour.sample, Profile(filled.sections.s_mm, level_mm)).over_mm3
 
 
-def _chances(misfits: Sequence[Misfit]) -> dict[str, float]:
-    return {
-        f"over_above_{MUCH_OVER_MM3:g}_mm3": float(np.mean([misfit.over_mm3 > MUCH_OVER_MM3 for misfit in misfits])),
-        f"level_above_{MUCH_ABOVE_MM:g}_mm": float(np.mean([misfit.highest_mm > MUCH_ABOVE_MM for misfit in misfits])),
-        "draws": len(misfits),
-    }
-
-
-def read_draws(path: Path, trial: Trial) -> list[Trial]:
-    """Return trials with settings of the fluid from a posterior, a CSV with one draw in each row.
-
-    At most ``JUDGED`` draws are returned, evenly spaced in the file. Raises InputError if the file cannot be used.
-    """
-    names = [name for name in SETTINGS if name.startswith("fluid.")]
-    columns = read_columns(path, dict.fromkeys(names, (-1e9, 1e9)), [], (2, 100_000))
-    columns.pop("row")
-    draws = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    return [
-        trial.changed(draws[number], Path(f"{path}, row {number + 2}"))
-        for number in np.linspace(0, len(draws) - 1, min(len(draws), JUDGED)).astype(int).tolist()
-    ]
-
-
 def make_plan(
     file: Path,
     out: Path | None,
@@ -241,7 +201,7 @@ def make_plan(
 
     ``settings`` by dotted name replace settings of the trial file. If the process is killed, repeat the command: the
     search, which takes seconds, is repeated, but the finished particle runs are not. Raises InputError if the trial,
-    the cell or the posterior cannot be used, and NumericalError if a run fails.
+    or the cell cannot be used, and NumericalError if a run fails.
     """
     file_trial = load_trial(file, settings)
     require_sample(file_trial, file.parent)
@@ -249,7 +209,6 @@ def make_plan(
     if trial.path.plan is not None:
         raise InputError(f"{file}: path.plan already has a plan. Remove it, and give path.speed_mm_s for a new plan.")
     cell = None if options.cell is None else _read_cell(options.cell)
-    draws = [] if options.posterior is None else read_draws(options.posterior, trial)
     folder = out or Path("reports", f"{file_trial.folder_name}-plan")
     require_own(folder, SAMPLE, "plan")
     with holding(folder), progress:
@@ -259,7 +218,7 @@ def make_plan(
         if cell is not None:
             require_confirmed(shown(folder / SAMPLE), sample.outline, ProgramOptions())
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
-        planned = plan_on(verifier, options, draws, (cell.settings, cell.pump) if cell else (None, None), file)
+        planned = plan_on(verifier, options, (cell.settings, cell.pump) if cell else (None, None), file)
         warned = verifier.fluid_warnings
         content = _write(folder, planned, trial.name, warned)
         write_plan_page(folder / PAGE, trial.name, planned, warned)
@@ -309,7 +268,6 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
         **planned.misfit.figures,
         "seeds": [misfit.figures for misfit in planned.misfits],
         "band_95_mm": planned.band_95_mm,
-        "chances": planned.chances,
         "with_more": {
             "flow_factor": MORE_FLOW,
             "yield_stress_factor": LESS_STRESS,

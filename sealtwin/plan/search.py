@@ -4,7 +4,7 @@ The numbers of a plan are the flow and the speed at knots along the path, and th
 correct the fast model (space mapping, Bandler et al. 1994).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -218,7 +218,7 @@ def areas_of(sections: Trapezoids, level: Profile) -> Floats:
 
 
 def search(
-    cases: Sequence[Case],
+    case: Case,
     knots: Knots,
     limits: Limits,
     goal: Goal,
@@ -226,7 +226,7 @@ def search(
     report: Callable[[int], None] = lambda _: None,
     most: Floats | None = None,
 ) -> Floats:
-    """Return the plan within the limits that has the smallest mean squared area error over ``cases``.
+    """Return the plan within the limits that has the smallest mean squared area error.
 
     The search begins at the plan ``start``. If the plan ``most`` is given, the flow does not exceed its flow, and its
     speed and dwell times are used. The error of a section is relative to the mean target area. The method is
@@ -239,17 +239,14 @@ def search(
     if most is not None:
         low[knots.count :], high = most[knots.count :], most
     own_speed = np.log(np.clip(knots.path.speed_mm_s[knots.path.giving].max(), *limits.speed_mm_s))
-    weight = 1 / np.sqrt(len(cases) * len(goal.target_mm2)) / goal.target_mm2.mean()
+    weight = 1 / np.sqrt(len(goal.target_mm2)) / goal.target_mm2.mean()
 
     def errors(plan: Floats) -> Floats:
-        trajectory = knots.trajectory(plan)
-        areas = []
-        for case in cases:
-            off_mm2 = case.fill(trajectory).read_mm2 + goal.discrepancy_mm2 - goal.target_mm2
-            areas.append(weight * np.where(off_mm2 > 0, OVER_WEIGHT, 1.0) * off_mm2)
+        off_mm2 = case.fill(knots.trajectory(plan)).read_mm2 + goal.discrepancy_mm2 - goal.target_mm2
+        areas = weight * np.where(off_mm2 > 0, OVER_WEIGHT, 1.0) * off_mm2
         flow, speed, dwell_s = knots.parts(plan)
         smooth = [BEND_WEIGHT * np.diff(values, 2) for values in (flow, speed)]
-        return np.concatenate([*areas, *smooth, SPEED_WEIGHT * (speed - own_speed), DWELL_WEIGHT * dwell_s])
+        return np.concatenate([areas, *smooth, SPEED_WEIGHT * (speed - own_speed), DWELL_WEIGHT * dwell_s])
 
     def slopes(plan: Floats, residual: Floats) -> Floats:
         columns = []

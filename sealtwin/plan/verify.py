@@ -117,7 +117,6 @@ class Planned:
     """Half-width of the 95 % band for the level of a further run. None for one seed, which does not show a scatter."""
     misfit: Misfit  # Mean misfit of the seeds. If the seeds are drafts, the misfit of the accurate run
     misfits: tuple[Misfit, ...]  # Misfit of each seed
-    chances: dict[str, float] | None
     with_more: WithMore
     of_draft: Misfit | None  # Misfit of the best draft, before the accurate run corrected the plan
     unfilled_mm3: float  # Volume between the face and the level that the plan aims at
@@ -250,7 +249,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     judged = FigureTable(
         "Judged by particles", "judged", columns, [planned.misfit, *(other.misfit for other in others)]
     )
-    trajectory, chances = planned.trajectory, planned.chances or {}
+    trajectory = planned.trajectory
     key_figures = [
         ("sealant", f"{trajectory.dispensed_mm3 / 1000:.3g} ml"),
         ("duration", f"{trajectory.duration_s:.1f} s"),
@@ -259,11 +258,6 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     if (band_mm := planned.band_95_mm) is not None:
         runs = counted(len(planned.misfits), "draft" if draft else "run")
         key_figures.append((f"half-width of the 95 % band of a run, from {runs}", f"{band_mm:.2f} mm"))
-    key_figures += [
-        (f"draws with {name.replace('_', ' ')}", f"{share * chances['draws']:.0f} of {chances['draws']:.0f}")
-        for name, share in chances.items()
-        if name != "draws"
-    ]
     caption = "Level along the crack, computed with particles. 0 is the face."
     flow = {"s_mm": trajectory.s_mm, "speed_mm_s": trajectory.speed_mm_s, "flow_mm3_s": trajectory.flow_mm3_s}
     page = Page(

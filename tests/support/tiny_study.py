@@ -79,7 +79,7 @@ def tiny_lab(folder: Path, varies: str = GRID) -> Path:
 
 
 def plannable_lab(folder: Path) -> Path:
-    """A trial of that crack which can be planned, with a cell and draws of its sealant."""
+    """A trial of that crack which can be planned, with a cell."""
     tiny_lab(folder)
     fluid = 'viscosity_pa_s = 1\nyield_stress_pa = 5\nfreeze_after_s = "never"'
     trial = TRIAL.split("[readings]")[0].replace(AGED, fluid)
@@ -87,7 +87,6 @@ def plannable_lab(folder: Path) -> Path:
     (folder / "planned.toml").write_text(trial.replace("substeps = 2", "substeps = 2\nsettle_s = 0.5"))
     cell = CELL.replace("{file}", "cell.toml").replace('["spel", "csv"]', '["csv"]')
     (folder / "cell.toml").write_text(cell)
-    (folder / "draws.csv").write_text("fluid.yield_stress_pa,fluid.viscosity_pa_s\n4,1\n6,1.2\n5,0.9\n")
     return folder
 
 

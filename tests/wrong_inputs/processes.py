@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from tests.support.tiny_study import plannable_lab
 from tests.wrong_inputs.table import WrongInput, answers
 
 RUN = {"version": 1, "stages": {}}
@@ -55,7 +54,6 @@ def lab_of(catalogue: Content = CATALOGUE, **others: Content) -> Callable[[Path]
 ran = answers("lab {given} --device cpu")
 followed = answers("sweep status {given}")
 validated = answers("validate {given}")
-planned = answers("plan {given}/planned.toml --posterior {given}/none.csv --out {out}")
 
 # fmt: off
 CASES: list[WrongInput] = [
@@ -75,7 +73,5 @@ CASES: list[WrongInput] = [
     validated("manifest of a run with a list in 600 others",
         folder_of({"manifest.json": f'{{"version": 1, "stages": {{}}, "x": {600 * "["}{600 * "]"}}}'}),
         "manifest.json", "damaged"),
-    planned("draws of a sealant that are missing, of which no column is needed", plannable_lab, "none.csv",
-        "fluid.yield_stress_pa", lacks=("columns ,",)),
 ]
 # fmt: on

@@ -63,7 +63,7 @@ def level_of(bed, higher_mm=0.0) -> Profile:
 def searched():
     sections = CASE.fill(OWN).sections
     goal = Goal(target_of(sections, 0.0), np.zeros(32))
-    return search([CASE], KNOTS, LIMITS, goal, KNOTS.first_guess(goal.target_mm2, sections.s_mm, LIMITS))
+    return search(CASE, KNOTS, LIMITS, goal, KNOTS.first_guess(goal.target_mm2, sections.s_mm, LIMITS))
 
 
 def test_a_plan_has_at_most_a_quarter_of_the_misfit_of_constant_flow():
@@ -134,12 +134,12 @@ def particles(tmp_path, monkeypatch) -> FastModelItself:
 
 def test_a_plan_expects_the_level_in_the_middle_of_the_crack(particles):
     """The mean level across the crack would be 0.11 mm lower for this paste."""
-    planned = plan_on(particles, PlanOptions(knots=3, verify=1, seeds=1), [])
+    planned = plan_on(particles, PlanOptions(knots=3, verify=1, seeds=1))
     assert planned.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
     # One run shows no scatter: a band of no width would be false.
     assert planned.half_width_mm is None
     with pytest.raises(InputError, match=r"seed = 0 and with seed = 1 have the same level .* solver.radius_mm"):
-        plan_on(particles, PlanOptions(knots=3, verify=1, seeds=2), [])
+        plan_on(particles, PlanOptions(knots=3, verify=1, seeds=2))
 
 
 class DraftsStandLower(FastModelItself):
@@ -157,7 +157,7 @@ def corrected(tmp_path_factory) -> Planned:
     particles = verifier(DraftsStandLower, tmp_path_factory.mktemp("plan"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(searching, "MAX_STEPS", 2)
-        return plan_on(particles, PlanOptions(knots=3, verify=2, seeds=1, reserve_mm=0.0), [])
+        return plan_on(particles, PlanOptions(knots=3, verify=2, seeds=1, reserve_mm=0.0))
 
 
 def test_an_accurate_run_corrects_a_plan_made_by_draft_runs(corrected):
@@ -187,7 +187,7 @@ def test_only_a_long_low_stretch_of_a_plan_is_reported():
     none = Misfit(0.0, 0.0, 0.0)
     best = Round("round 1", NozzlePath(), Profile(s_mm, level_mm), none)
     more, options = WithMore(0.0, 0.0), PlanOptions()
-    planned = Planned(options, best, (best,), (), OWN, best.level, None, none, (none,), None, more, None, 0.0)
+    planned = Planned(options, best, (best,), (), OWN, best.level, None, none, (none,), more, None, 0.0)
     (low,) = planned.low_stretches
     assert (low["from_mm"], low["to_mm"], low["mean_mm"]) == (81.0, 100.0, 2.5)
     lower = replace(planned, options=PlanOptions(margin_mm=2.0))
@@ -195,7 +195,7 @@ def test_only_a_long_low_stretch_of_a_plan_is_reported():
 
 
 def test_the_caution_of_a_plan_that_aims_too_low_names_reserve_mm(particles):
-    planned = plan_on(particles, PlanOptions(knots=3, reserve_mm=3.0, seeds=1, verify=1), [])
+    planned = plan_on(particles, PlanOptions(knots=3, reserve_mm=3.0, seeds=1, verify=1))
     assert planned.unfilled_mm3 == pytest.approx(planned.options.aim_mm * 40.0 * 4.0, rel=0.01)
     lost = replace(planned, best=planned.baselines[0])
     (first, *_), (other, *_) = (plan_cautions(one, []) for one in (lost, replace(lost, unfilled_mm3=0.0)))
@@ -205,4 +205,4 @@ def test_the_caution_of_a_plan_that_aims_too_low_names_reserve_mm(particles):
 
 def test_a_plan_that_aims_below_the_floor_is_refused(particles):
     with pytest.raises(InputError, match=r"--margin-mm 4 and --reserve-mm 6: their sum must be less than .* 10 mm"):
-        plan_on(particles, PlanOptions(margin_mm=4.0, reserve_mm=6.0), [])
+        plan_on(particles, PlanOptions(margin_mm=4.0, reserve_mm=6.0))
