@@ -19,13 +19,14 @@ import numpy as np
 from scipy.special import stdtrit
 
 from benchmarks.kept_runs import KeptRuns
-from benchmarks.measured_blocks import DATA, DamBreak, computed_mm, content, course_of, dam_breaks, with_curve
+from benchmarks.measured import computed_mm, course_of
 from benchmarks.table import Row, one_of, processes, run_benchmark
 from sealtwin.calibration.search import Setting, Source, search, settings_at
 from sealtwin.core.errors import SealtwinError
 from sealtwin.core.files import write_json
 from sealtwin.core.records import Floats
 from simulate.settings import Fluid, Solver
+from tests.support.dam_breaks import DATA, DamBreak, content, dam_breaks, with_curve
 from tests.support.paths import ROOT
 from validate.calibration.posterior import Free, ReadLevels
 

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.measured_blocks import DamBreak, computed_mm, content, course_of, dam_breaks, fluid_of, with_curve
+from benchmarks.measured import computed_mm, course_of
 from benchmarks.table import Row, processes, run_benchmark
 from sealtwin.core.errors import InputError, present
 from simulate.settings import Solver
+from tests.support.dam_breaks import DamBreak, content, dam_breaks, with_curve
 
 USUAL, HALF_STEP = "usual step", "two substeps"
 WAYS: Mapping[str, dict[str, Any]] = {
@@ -33,7 +34,7 @@ def front_mm(case: tuple[DamBreak, dict[str, Any]]) -> float | None:
     way = dict(way)
     radius_mm, seed = box.radius_mm * way.pop("radius", 1.0), way.pop("seed", 0)
     try:
-        course = course_of(box, fluid_of(box.material), Solver(radius_mm=radius_mm, **way), seed)
+        course = course_of(box, None, Solver(radius_mm=radius_mm, **way), seed)
     except InputError:
         return None
     return float(computed_mm(course)[-1])

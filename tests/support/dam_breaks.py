@@ -1,4 +1,4 @@
-"""Dam breaks that others have filmed, and their computation. Data and sources are in measured/measured.toml."""
+"""Dam breaks that others have filmed: sizes, fluids and fronts. Sources are in benchmarks/measured/measured.toml."""
 
 import csv
 import tomllib
@@ -11,15 +11,10 @@ import numpy as np
 
 from sealtwin.core.records import Floats
 from sealtwin.material.by_rheometer import FlowCurve, material_of_table
-from simulate.block import FluidBlock
-from simulate.block_release import release
-from simulate.injection import ComputeOptions
-from simulate.settings import Fluid, Solver
+from simulate.settings import Fluid
 from tests.support.paths import ROOT
 
 DATA = ROOT / "benchmarks" / "measured"
-Course = tuple[Floats, Floats]
-"""Course of a dam break: times in s after the gate was removed, and the positions of the front in mm."""
 
 
 @cache
@@ -81,29 +76,3 @@ def fluid_of(material: str) -> Fluid:
         fitted = material_of_table(DATA / facts["curve"], paste).material
         fluid |= fitted.model_dump(include={"yield_stress_pa", "consistency_pa_s_n", "flow_index"})
     return Fluid.model_validate({"freeze_after_s": "never", **fluid})
-
-
-def course_of(case: DamBreak, fluid: Fluid, solver: Solver | None = None, seed: int = 0) -> Course:
-    """Simulate a dam break until shortly after the last measured outline, and return the course of its front."""
-    outline_s = content()["clock"]["outline_s"]
-    block = FluidBlock(
-        length_mm=case.length_mm,
-        width_mm=content()["boxes"]["width_mm"],
-        height_mm=case.height_mm,
-        ahead_mm=2.5 * (case.length_mm + case.height_mm),
-        duration_s=9.2 * outline_s,
-        every_s=outline_s / 4,
-    )
-    solver = solver or Solver(radius_mm=case.radius_mm)
-    run = release(block, fluid, solver, options=ComputeOptions("cpu", threads=1), seed=seed)
-    return run.t_s, run.front_mm
-
-
-def computed_mm(course: Course, shift: float | None = None) -> Floats:
-    """Return the computed front positions at the times of outlines 0 to 8 of the film, in mm, (9,).
-
-    ``shift`` is how far the simulation is ahead of the film, in outlines. Default: the shift in measured.toml.
-    """
-    t_s, front_mm = course
-    ahead: float = content()["calibrated"]["shift_outlines"] if shift is None else shift
-    return np.interp((np.arange(9) + ahead) * content()["clock"]["outline_s"], t_s, front_mm)
