@@ -190,7 +190,6 @@ READ_BY = {
         "run trial.toml --out run --device cpu --quiet",
     ),
     "study": (
-        "sweep status study",
         "map study --any-volume",
         "sweep study.toml --out study --device cpu --jobs 1 --quiet",
     ),

@@ -61,13 +61,7 @@ def map(
 @answers(options="sealtwin.cli.models:Sweeping", device=True)
 def sweep(
     command: Command,
-    targets: Annotated[
-        list[Path] | None,
-        argument(
-            "STUDY | status DIR",
-            "A study.toml, or 'status' and the folder of a finished or running sweep.",
-        ),
-    ] = None,
+    study: Annotated[File, argument("STUDY", "A study.toml.")] = None,
     *,
     settings: Given,
     options: "Sweeping",
@@ -82,31 +76,21 @@ def sweep(
     Finished runs are kept: after an interruption, repeat the command to compute the rest. Failed runs are listed with
     their reasons.
 
-    Examples: sealtwin sweep fixtures/paper-trial/study-paper.toml --dry-run
-
-    sealtwin sweep status reports/paper-132
+    Example: sealtwin sweep fixtures/paper-trial/study-paper.toml --dry-run
     """
     if example is not None:
-        if targets:
+        if study is not None:
             raise typer.BadParameter("--example only writes a study file; do not give a study with it")
         from sealtwin.trial.starter_files import write_example_study
 
         write_example_study(example)
         command.reply({"file": example.as_posix()}, [str(example)])
         return
-    if not targets:
+    if study is None:
         raise typer.BadParameter("give a study; --example FILE writes an example")
-    from sealtwin.study import sweep as sweeps
     from sealtwin.study.runner import StudyOptions
+    from sealtwin.study.sweep import sweep as run_study
 
-    if str(targets[0]) == "status":
-        if len(targets) != 2:
-            raise typer.BadParameter("give the folder of one sweep after 'status'")
-        swept = sweeps.status(targets[1])
-        command.reply(swept, swept_lines(swept))
-        return
-    if len(targets) != 1:
-        raise typer.BadParameter(f"{len(targets)} studies are given; give only one")
     device, jobs = command.device_and_jobs(options.jobs)
     computing = StudyOptions(
         device,
@@ -117,7 +101,7 @@ def sweep(
         drafts=not options.accurate,
         scheduler=options.scheduler,
     )
-    swept = sweeps.sweep(targets[0], out, computing, command.progress(), settings)
+    swept = run_study(study, out, computing, command.progress(), settings)
     command.reply(swept, swept_lines(swept), swept["exit_code"])
 
 
@@ -190,17 +174,11 @@ def plan(
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:
     """Return the printed lines for a sweep. ``swept`` is the object that --json prints."""
-    from sealtwin.core.progress import in_words
     from validate.readings.grid import listed
 
     runs, best = swept["runs"], swept["best"]
     counts = ", ".join(f"{number} {state}" for state, number in swept["states"].items() if number)
     lines = [f"{swept['name']}: {len(runs)} runs, {counts}.", *swept["other_versions"]]
-    if swept["computed_by"]:
-        remaining = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
-        lines.append(f"Computed by {swept['computed_by']}{remaining}.")
-    elif swept["states"]["waiting"]:
-        lines.append("No process is computing this sweep. Repeat the command to compute the rest.")
     lines += [*filter(None, [swept["screening"]]), *swept["fluid_warnings"]]
     if best is not None:
         settings, error = _settings_text(best["settings"]), f"{best['mean_error_mm']:.2f} mm on average"

@@ -330,7 +330,7 @@ def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> Stu
         files.write_json(home / SUMMARY, {"settings": run.settings, "figures": figures})
         hashed = StudyFigures(**figures, profile_sha256=files.sha256(home / PROFILE))
         outcome = Outcome("done", outcome.wall_s, figures=hashed)
-    write_outcome(folder, replace(run, **vars(replace(outcome, finished_unix_s=time.time()))))
+    write_outcome(folder, replace(run, **vars(outcome)))
     return with_outcome(folder, run)
 
 

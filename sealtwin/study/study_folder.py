@@ -69,7 +69,6 @@ class Outcome:
 
     state: State = "waiting"
     wall_s: Amount | None = None
-    finished_unix_s: Amount | None = None
     reason: str | None = None  # Sentence that says why the run failed
     trace: str | None = None  # Traceback, if the run failed because of a bug
     figures: StudyFigures | None = None  # Figures of a finished run. All runs of one launch have the same health
@@ -134,7 +133,6 @@ class Plan:
 
     study: str  # Name of the study
     runs: list[StudyRun]
-    started_unix_s: Amount = 0.0  # Time of the last start
     numbers: Annotated[Mapping[str, int], Field(validation_alias="stage_numbers")] = field(default_factory=dict)
     """Stage numbers that the keys contain. Empty before the first run is planned."""
 
@@ -192,7 +190,7 @@ def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
 def write_plan(folder: Path, plan: Plan) -> None:
     """Write the plan. Outcomes are in separate files, so the plan is not written again when a run ends."""
     runs = [_part(ScheduledRun, run) for run in plan.runs]
-    content = {"version": 1, "study": plan.study, "started_unix_s": plan.started_unix_s}
+    content = {"version": 1, "study": plan.study}
     content |= {"stage_numbers": plan.numbers, "runs": runs}
     files.write_text(folder / PLAN, json.dumps(content, ensure_ascii=False, allow_nan=False))
 

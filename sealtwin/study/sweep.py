@@ -1,8 +1,6 @@
 """Compute all runs of a study in one folder, which is called a sweep."""
 
 import json
-import platform
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -12,7 +10,7 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import HOLDER, content_key, holding, open_folder, require_own
+from sealtwin.core.run_folder import content_key, holding, open_folder, require_own
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import INPUTS, MAX_NUMBERS, StudyOptions, WantedRun, bring_up_to_date, schedule
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
@@ -102,24 +100,18 @@ def brought_up_to_date(
     """
     # Each run compares its level with the readings.
     numbers = numbers_up_to("simulate" if planned[0].trial.readings is None else "validate")
-    started_s = time.time()
     samples = _digitise(planned, source, folder, options, progress)
     runs, largest, doubts = schedule(_wanted(planned, samples, folder, options), options.device, numbers)
-    plan = Plan(name, runs, started_s, numbers)
+    plan = Plan(name, runs, numbers)
     size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
     announced = "" if part else f"{name}: {len(runs)} runs of {size}."
     return bring_up_to_date(folder, plan, largest, options, progress, "Sweeping", announced, doubts)
 
 
-def status(folder: Path) -> dict[str, Any]:
-    """Return the state of a finished or running sweep. Raises InputError if ``folder`` is not a sweep."""
-    return report(folder, read_plan(folder), _holder(folder), table=False)
-
-
 def adopt(folder: Path, study: str) -> None:
     """Assign the folder to a study. Raises InputError if the folder has another study."""
     if not holds_study(folder):
-        write_plan(folder, Plan(study, [], time.time()))
+        write_plan(folder, Plan(study, []))
     present = read_plan(folder).study
     if present != study:
         raise InputError(f"{folder}: has the study '{present}', but this is '{study}'. Give another folder as --out.")
@@ -171,12 +163,12 @@ def _wanted(
     return wanted
 
 
-def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
-    """Return the object that --json prints for a study. If ``table`` is True, also write the runs to runs.csv."""
+def report(folder: Path, plan: Plan) -> dict[str, Any]:
+    """Return the object that --json prints for a study, and write the runs to runs.csv."""
     runs = plan.runs
     failed = [run for run in runs if run.state == "failed"]
     rows = [_row(run) for run in runs]
-    if table and rows:
+    if rows:
         cells = (
             [json.dumps(each) if isinstance(each, list | tuple) else each for each in row.values()] for row in rows
         )
@@ -187,8 +179,6 @@ def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool =
         "states": {state: sum(run.state == state for run in runs) for state in STATES},
         "stage_numbers": plan.numbers,
         "other_versions": other_versions(folder, plan),
-        "computed_by": holder,
-        "left_s": _left_s(plan) if holder else None,
         "best": _best(runs),
         "not_ranked": _not_ranked(runs),
         "screening": screening(runs),
@@ -196,32 +186,6 @@ def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool =
         "exit_code": BUG if any(run.trace for run in failed) else SOME_FAILED if failed else 0,
         "runs": rows,
     }
-
-
-def _left_s(plan: Plan) -> float | None:
-    """Estimate the time until all runs are finished in s, from the speed since the last start.
-
-    None if no run has finished since then.
-    """
-    since = [run for run in plan.runs if (run.finished_unix_s or 0.0) > plan.started_unix_s]
-    if not since:
-        return None
-    elapsed_s = max(run.finished_unix_s or 0.0 for run in since) - plan.started_unix_s
-    waiting_s = sum(run.work_s for run in plan.runs if run.state == "waiting")
-    return round(elapsed_s * waiting_s / (sum(run.work_s for run in since) or 1.0), 1)
-
-
-def _holder(folder: Path) -> str | None:
-    """Return the process that computes the sweep, or None. A process on another machine is assumed to be running."""
-    import psutil
-
-    try:
-        holder = files.read_json(folder / HOLDER)
-        if holder["host"] == platform.node() and not psutil.pid_exists(holder["process"]):
-            return None
-        return f"process {holder['process']} on {holder['host']}"
-    except (InputError, OSError, KeyError, TypeError, ValueError):
-        return None
 
 
 def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:

@@ -17,7 +17,7 @@ PLANNED = {
     **{"number": 1, "key": 64 * "a", "settings": {"fluid.U": 3.0}, "trial": {"solver": {}}, "sample": "aaaaaaaaaaaa"},
     **{"kin": "", "work_s": 1.0},
 }
-PLAN = {"version": 1, "study": "tiny", "started_unix_s": 0.0, "stage_numbers": {}, "runs": [PLANNED]}
+PLAN = {"version": 1, "study": "tiny", "stage_numbers": {}, "runs": [PLANNED]}
 FIGURES = {"volume_ratio": 1.0, "profile_sha256": "", "fluid_warnings": []}
 OUTCOME = {"version": 1, "state": "done", "wall_s": 1.0, "figures": FIGURES}
 OUTCOME_FILE = f"runs/{16 * 'a'}/outcome.json"
@@ -52,7 +52,7 @@ def lab_of(catalogue: Content = CATALOGUE, **others: Content) -> Callable[[Path]
 
 
 ran = answers("lab {given} --device cpu")
-followed = answers("sweep status {given}")
+mapped = answers("map {given}")
 validated = answers("validate {given}")
 
 # fmt: off
@@ -62,12 +62,12 @@ CASES: list[WrongInput] = [
     ran("run of a lab whose time is a word",
         lab_of(run={"version": 2, "name": "P1", "folder": "run", "wall_time_s": "short", "stages": []}),
         "P1/run/run.json", "wall_time_s = 'short'"),
-    answers("map {given}")("outcome of a run whose volume ratio is a word",
+    mapped("outcome of a run whose volume ratio is a word",
         study_of({**OUTCOME, "figures": {**FIGURES, "volume_ratio": "whole"}}), "outcome.json",
         "figures.volume_ratio = 'whole'"),
-    followed("outcome of a run that is done and has no figures", study_of({**OUTCOME, "figures": None}),
+    mapped("outcome of a run that is done and has no figures", study_of({**OUTCOME, "figures": None}),
         "outcome.json", "figures"),
-    followed("plan of a study with a setting that is too large for a number",
+    mapped("plan of a study with a setting that is too large for a number",
         folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": 1e999}')}),
         "plan.json", "a number is too large"),
     validated("manifest of a run with a list in 600 others",

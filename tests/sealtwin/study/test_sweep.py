@@ -1,9 +1,6 @@
 """Sweeps: finished runs are kept, and failed runs have no figures."""
 
 import json
-import os
-import platform
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -30,17 +27,18 @@ def test_repeating_a_finished_sweep_computes_nothing(lab, unbroken, done):
     report = sweep(lab, done, HERE, narration)
     assert report["exit_code"] == 0
     assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
-    finished_s, before_s = ([run.finished_unix_s for run in read_plan(out).runs] for out in (done, unbroken))
-    assert finished_s == before_s
+    written_ns, before_ns = (
+        [(run_path(out, run) / OUTCOME).stat().st_mtime_ns for run in read_plan(out).runs] for out in (done, unbroken)
+    )
+    assert written_ns == before_ns
     assert not [note for note in narration.notes if "fluid.U" in note], "a remark on what runs begin with"
-    status, figures_of = _status(done), {number: figures for number, (_, figures) in results_of(done).items()}
-    assert status["states"] == report["states"]
+    figures_of = {number: figures for number, (_, figures) in results_of(done).items()}
     off = [number for number, figures in figures_of.items() if not 0.9495 < figures["volume_ratio"] < 1.0505]
-    assert [run["number"] for run in status["not_ranked"]] == off != []
-    best, ranked = status["best"], figures_of.keys() - {*off}
+    assert [run["number"] for run in report["not_ranked"]] == off != []
+    best, ranked = report["best"], figures_of.keys() - {*off}
     assert best["number"] == min(ranked, key=lambda number: figures_of[number]["mean_error_mm"])
     assert best["beats_flat_level"] is (best["mean_error_mm"] < best["flat_level_error_mm"])
-    assert any("Not ranked" in line for line in swept_lines(status))
+    assert any("Not ranked" in line for line in swept_lines(report))
     head, *rows = (done / "runs.csv").read_text().splitlines()
     assert len(rows) == 4
     assert head.startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
@@ -162,44 +160,13 @@ def test_a_run_with_particles_outside_the_walls_has_no_figures(fresh, monkeypatc
     assert not profile_path(fresh, run).exists()
 
 
-def test_sweep_status_shows_the_progress_of_a_running_sweep(fresh, unbroken):
-    """Two of four runs of equal size took 4 s, so that 4 s are left."""
-    figures_of = {number: figures for number, (_, figures) in results_of(unbroken).items()}
-    # The two that kept the most of their volume: at least one of them is ranked.
-    runs = sorted(read_plan(unbroken).runs, key=lambda run: abs(figures_of[run.number]["volume_ratio"] - 1))[:2]
-    for run in runs:
-        shutil.copytree(run_path(unbroken, run), run_path(fresh, run))
-    plan = read_json(fresh / "plan.json")
-    plan["started_unix_s"] = max(run.finished_unix_s or 0.0 for run in runs) - 4.0
-    (fresh / "plan.json").write_text(json.dumps(plan))
-    alone = _status(fresh)
-    assert (alone["computed_by"], alone["left_s"]) == (None, None)
-    with holding(fresh):
-        status = _status(fresh)
-        (fresh / ".holder.json").write_text(json.dumps({"process": 2**22 + 1, "host": platform.node(), "since": ""}))
-        assert _status(fresh)["computed_by"] is None  # a killed process leaves its name
-    assert status["states"] == {"waiting": 2, "done": 2, "failed": 0}
-    assert f"process {os.getpid()} on" in status["computed_by"]
-    assert status["left_s"] == pytest.approx(4.0, abs=0.1)
-    ranked = {run.number for run in runs} - {run["number"] for run in status["not_ranked"]}
-    assert status["best"]["number"] == min(ranked, key=lambda number: figures_of[number]["mean_error_mm"])
-
-
-def _status(out):
-    answer = sealtwin("sweep", "status", out, "--json")
-    assert answer.exit_code == 0, answer.output
-    return json.loads(answer.stdout)
-
-
 def test_wrong_arguments_of_sweep_exit_with_2_and_missing_files_with_3(tmp_path, lab):
     for arguments, code in (
         ((), 2),
         (("--example", tmp_path / "mine.toml"), 0),
         (("--example", tmp_path / "mine.toml"), 3),
         ((lab, "--example", tmp_path / "other.toml"), 2),
-        (("status",), 2),
         ((lab, lab), 2),
-        (("status", tmp_path), 3),
         ((tmp_path / "missing.toml",), 3),
     ):
         assert sealtwin("sweep", *arguments).exit_code == code, arguments
