@@ -259,7 +259,6 @@ FORMS = {
     "formats": "A,B",
     "caliper": "SHEET",
     "pairing": "CSV",
-    "scheduler": "tls://HOST:PORT",
 }
 """Format of an option's text, by the key of the field, if the value is not a single number, word or file.
 
