@@ -291,8 +291,3 @@ class Comparison(JsonRecord):
     def worst_at_mm(self) -> float:
         """Position of the largest error along the crack."""
         return self.errors.worst_at_mm
-
-    @property
-    def beats_flat_level(self) -> bool:
-        """True if the mean error is smaller than the mean error of the best constant level."""
-        return self.errors.mean_error_mm < self.errors.flat_level_error_mm

@@ -42,7 +42,6 @@ DEVICE = option("Device of the fluid run. The command fails if the named device 
 FLAGS = {
     "as_json": flag("--json", "Print one JSON object on stdout, and everything else on stderr."),
     "quiet": flag("--quiet", "Print only warnings on stderr, without notes and progress."),
-    "verbose": flag("--verbose", "Also print the figures and sentences that the short result leaves out."),
 }
 ENDS = {"device": parameter("device", str, DEVICE, "auto")}
 ENDS |= {name: parameter(name, bool, shown, False) for name, shown in FLAGS.items()}
@@ -64,7 +63,6 @@ class Command:
     device: str = "cpu"
     as_json: bool = False
     quiet: bool = False
-    verbose: bool = False
     stdout: TextIO = field(default_factory=lambda: sys.stdout)
     """Standard output, which receives only the result. Output of libraries goes to stderr."""
 
@@ -157,7 +155,6 @@ def answers(
     *keys: str,
     needs: Sequence[str] = (),
     device: bool = False,
-    verbose: bool = False,
     quiet: bool = True,
     as_json: bool = True,
     **models: str,
@@ -169,7 +166,7 @@ def answers(
     are required. ``models`` gives a settings model "module:Class" for some of the parameters. Such a parameter becomes
     one option for each field of its model.
     """
-    shown = {"device": device, "as_json": as_json, "quiet": quiet, "verbose": verbose}
+    shown = {"device": device, "as_json": as_json, "quiet": quiet}
 
     def decorated(function: Function) -> Function:
         _, *parameters = inspect.signature(function).parameters.values()

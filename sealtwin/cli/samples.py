@@ -46,7 +46,7 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
 """Fault of a drawing and its remedy, by the kind of the mesh's fault. An empty fault means: use the mesh's text."""
 
 
-@answers("mesh.units", needs=("mesh.units",), verbose=True)
+@answers("mesh.units", needs=("mesh.units",))
 def import_mesh(
     command: Command,
     mesh: Annotated[Path, argument("MESH", "Mesh of a cracked block as STL, PLY, OBJ, GLB or 3MF.")],
@@ -62,7 +62,7 @@ def import_mesh(
     run_trial(command, mesh, out, ("digitise",), trial=sample_trial("mesh", mesh, settings))
 
 
-@answers(*PHOTO, options="sealtwin.cli.models:Digitising", verbose=True)
+@answers(*PHOTO, options="sealtwin.cli.models:Digitising")
 def digitise(
     command: Command,
     targets: Annotated[
@@ -161,7 +161,7 @@ def export(
     command.reply({"files": names, "other_versions": others}, [*others, *names])
 
 
-@answers(options="digitise.drawing.given:GivenDrawing", verbose=True)
+@answers(options="digitise.drawing.given:GivenDrawing")
 def import_dxf(
     command: Command,
     drawing: Annotated[Path, argument("DRAWING", "DXF drawing of the crack from above.")],

@@ -82,7 +82,7 @@ def _reply(
 
     result = done.result
     missed = "validate" in stages and result.comparison is not None and result.comparison.passed is False
-    lines = result_lines(result, stages[-1], printed, can_be_varied=done.can_be_varied, verbose=command.verbose)
+    lines = result_lines(result, stages[-1], printed, can_be_varied=done.can_be_varied)
     if "validate" in stages and result.comparison is None and done.can_be_planned:
         lines.append(f"{'Next':<{LABEL_LETTERS}}{sentence('terminal_next', file=trial_file)}")
     command.reply(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0)
@@ -94,7 +94,6 @@ def result_lines(
     printed: "Sequence[Fact]" = (),
     *,
     can_be_varied: bool = False,
-    verbose: bool = False,
 ) -> list[str]:
     """Return the printed lines for a result, after a command whose last stage was ``last``.
 
@@ -103,7 +102,6 @@ def result_lines(
         last: Last stage of the command.
         printed: Facts that the command has printed. They are not repeated.
         can_be_varied: True if 'sealtwin validate RUN --uncertainty' can add to the result. The lines then suggest it.
-        verbose: True to include all figures and sentences.
     """
     from validate.sentences import sentence
 
@@ -115,8 +113,6 @@ def result_lines(
     ]
     report = sentence("terminal_report", result=result, adds=_adds(result) if can_be_varied else "")
     rows.append(("Report", report) if compared else ("Folder", result.folder))
-    if verbose:
-        rows += [("Details", text) for text in _details(result, last, compared=compared)]
     return [
         f"{label if number == 0 else '':<{LABEL_LETTERS}}{text}"
         for label, group in groupby(rows, key=lambda row: row[0])
@@ -135,7 +131,7 @@ def _made(result: "TrialResult", last: "StageName") -> Rows:
         if sample.weighed is not None:
             yield "Cavity", sentence("terminal_cavity", sample=sample)
         if last == "digitise":
-            yield "Scale", sentence("terminal_scale", sample=sample, in_full=False)
+            yield "Scale", sentence("terminal_scale", sample=sample)
     if fluid is not None:
         yield "Fluid", sentence("terminal_fluid", fluid=fluid, least_mm3=MIN_MM3)
         yield from (("Fluid", text) for text in texts(fluid.unfit or ()))
@@ -207,26 +203,3 @@ def _adds(result: "TrialResult") -> str:
     judged = of_keys(m.headline, "verdict.gate")
     mean = None if m.uncertainty is None or not judged else m.uncertainty.mean_level
     return "model errors" if mean is not None and (mean.numerics_mm is None or mean.inputs_waiting) else ""
-
-
-def _details(result: "TrialResult", last: "StageName", *, compared: bool) -> Iterator[str]:
-    """Yield sentences with figures that the other lines leave out."""
-    from validate.report.report_facts import prediction_facts
-    from validate.sentences import sentence
-
-    if (sample := result.sample) is not None:
-        yield sentence("terminal_path_source", sample=sample)
-        yield f"Scale: {sentence('terminal_scale', sample=sample, in_full=True)}."
-    if (fluid := result.fluid) is not None and last != "digitise":
-        yield sentence("terminal_run", fluid=fluid)
-    if not compared:
-        return
-    if (m := result.comparison) is not None:
-        yield from texts(m.headline) if of_keys(m.headline, "verdict.baselines") else ()
-        if (u := m.uncertainty) is not None:
-            yield from (sentence("terminal_sizes", u=u),) if u.numerics is not None else ()
-            yield from (sentence("terminal_inputs", u=u),) if u.inputs else ()
-        yield from texts(without(m.findings, "readings.repeatability-unused"))
-        yield f"Readings: {m.readings_dialect}."
-    if result.prediction is not None:
-        yield from texts(prediction_facts(result.prediction))

@@ -84,7 +84,7 @@ def _pump_line(pump: dict[str, Any] | None) -> list[str]:
     return [f"Pump: the program requests {requested} mm³/s, so that the pump gives {wanted} mm³/s ({within}){waits}."]
 
 
-@answers(*PHOTO, *FLUID, device=True, verbose=True)
+@answers(*PHOTO, *FLUID, device=True)
 def quick(
     command: Command,
     photo: Annotated[Path, argument("PHOTO", "Photo of the crack from above.")],
@@ -114,7 +114,7 @@ def quick(
     run_trial(command, file, run, ALL_STAGES)
 
 
-@answers(device=True, verbose=True)
+@answers(device=True)
 def demo(
     command: Command,
     out: Annotated[File, option("Folder for trial/ and run/. Default: reports/demo.", "DIR")] = None,
@@ -128,7 +128,7 @@ def demo(
     run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
 
 
-@answers(*FLUID, options=FLUID_RUN, device=True, verbose=True)
+@answers(*FLUID, options=FLUID_RUN, device=True)
 def run(command: Command, trial: TrialFile, settings: Given, options: "FluidRun", out: Out = None) -> None:
     """Run all stages of a trial that are not up to date: digitise, simulate, validate and report.
 
@@ -139,13 +139,13 @@ def run(command: Command, trial: TrialFile, settings: Given, options: "FluidRun"
     run_trial(command, trial, out, ALL_STAGES, settings, threads=options.threads)
 
 
-@answers(*FLUID, options=FLUID_RUN, device=True, verbose=True)
+@answers(*FLUID, options=FLUID_RUN, device=True)
 def simulate(command: Command, folder: RunFolderPath, settings: Given, options: "FluidRun") -> None:
     """Compute the fluid run of a digitised run folder, with the settings in RUN/trial.toml."""
     resume(command, folder, "simulate", settings, threads=options.threads)
 
 
-@answers(device=True, verbose=True)
+@answers(device=True)
 def validate(
     command: Command,
     folder: RunFolderPath,

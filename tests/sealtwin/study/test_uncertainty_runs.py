@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress
@@ -113,13 +112,10 @@ def test_the_physical_viscosity_is_the_same_at_every_particle_size(varied):
 def test_the_comparison_states_numerical_and_input_uncertainties(again, monkeypatch):
     given = leave_out_pages(monkeypatch)
     with job_in(again) as job:
-        result = run_stages(job, ("validate",)).result
+        run_stages(job, ("validate",))
     assert given[0].commands == ("sealtwin run trial.toml", "sealtwin validate reports/tiny --uncertainty")
     assert "uncertainty: finished" in given[0].provenance
     assert not [name for name in given[0].provenance if name.endswith(("outline.json", "profile.csv"))], "by a stage"
-    lines = "\n".join(result_lines(result, "validate", verbose=True))
-    for words in ("Particle size: mean error ", " mm, from 3, 3, 3 runs: ± ", "the nozzle's speed "):
-        assert words in lines
     figures = present(read_comparison(again).uncertainty, "uncertainty")
     radii_mm = present(figures.numerics, "numerics").radii_mm
     assert radii_mm == pytest.approx([0.36 / 1.3, 0.36, 0.36 * 1.3], abs=1e-3)

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core.errors import present
 from sealtwin.core.files import sha256
 from simulate import watchers
@@ -92,15 +91,12 @@ def test_the_run_command_writes_all_files_and_answers_with_the_result(unbroken):
     assert [asdict(fact) for fact in fluid.warnings] == report["cautions"][:-1]
     assert Path(answer["report"]).name == "report.html"
     assert (compared.role, compared.fitted) == ("calibrated-on", ("fluid.U",))
-    assert compared.beats_flat_level is (compared.mean_error_mm < compared.errors.flat_level_error_mm)
     uncertainty = present(compared.uncertainty, "uncertainty")
     assert uncertainty.mean_level.resolved is None
     low_mm, high_mm = uncertainty.mean_error_interval_mm
     assert low_mm < compared.mean_error_mm < high_mm
     assert compared.headline[-1].text.startswith("Gate passed: ")
     assert compared.findings[0].text.startswith("ASME V&V 20 is not assessed")
-    in_full = "\n".join(result_lines(result, "validate", verbose=True))
-    assert [fact for fact in (*compared.headline, *compared.findings) if fact.text not in in_full] == []
     # The time in the findings differs from machine to machine; all else is what the stage wrote.
     first, second = (one.model_copy(update={"findings": ()}) for one in (compared, read_comparison(run)))
     assert first.model_dump_json() == second.model_dump_json()
