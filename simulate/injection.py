@@ -11,13 +11,13 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Run, Sample
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import RunHealth
-from sealtwin.core.workers import cores
 from simulate.device import describe_device, start_warp
 from simulate.fluid.fault_checks import SENTENCES
 from simulate.fluid.run_statistics import RunStatistics

@@ -13,13 +13,13 @@ from typing import Any
 
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core import files
+from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.doubts import ReadSheet
 from sealtwin.core.errors import InputError, SealtwinError, as_text, present
 from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import SolidFile, read_record
 from sealtwin.core.run_folder import MANIFEST, holding, open_folder
-from sealtwin.core.workers import Lost, run_tasks
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
