@@ -114,11 +114,6 @@ BY_FILES: Mapping[str, Kind] = {
         (f"material spread spread.png --markers frame.toml {FRAMED}",),
         "--face-mm 150x150 --mass-g 30",
     ),
-    "bead": Kind(
-        ("bead.png", "bead.png", "narrow.toml"),
-        (f"material bead bead.png --markers narrow.toml {FRAMED}",),
-        "--face-mm 90x60 --mass-g 4.36 --asked-mm3-s 320 --speed-mm-s 5 --start-mm 22,30",
-    ),
     "fill": Kind(("fill.csv", "fill.csv", "filled.toml"), ("run filled.toml --out new --device cpu --quiet",)),
     # One that is accepted is searched and poured, which takes a quarter minute.
     "plan": Kind(
