@@ -81,7 +81,7 @@ def _reply(command: Command, out: Path, measured: "MeasuredPaste") -> None:
         f"Yield stress {paste.yield_stress_pa:.3g} Pa, 95 % {low:.3g} to {high:.3g} Pa ({paste.method}).",
         *([] if paste.thickness is None else [_in_words(paste)]),
         *(f"{text[0].upper()}{text[1:]}." for text in paste.basis),
-        *measured.sentences,
+        *paste.doubts,
         f'{out}: to use this file, write material = "{out.name}" in the table [fluid] of a trial.',
     ]
     content = {"file": out.as_posix(), **paste.model_dump(mode="json"), **measured.figures}

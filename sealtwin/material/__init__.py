@@ -1,7 +1,7 @@
 """Measure a paste from a spread or a flow curve. This file has the settings and results of all methods."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import date as day
 from pathlib import Path
@@ -51,7 +51,6 @@ class MeasuredPaste:
 
     material: Material
     figures: dict[str, Any] = field(default_factory=dict)  # Further figures, which --json prints
-    sentences: Sequence[str] = ()
 
 
 def four_digits(value: float) -> float:
