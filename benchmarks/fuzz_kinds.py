@@ -44,7 +44,7 @@ LINES = (
     "map study --any-volume --out new",
     "init new",
     "quick quick.png --depth-mm 3 --mm-per-px 0.1 --ends 20,61 270,58 --out new --device cpu",
-    "export run --format mask,coco,dxf --out new",
+    "export run --format mask,dxf --out new",
     "import-dxf crack.dxf --depth-mm 8 --line MIDDLE --width-mm 3 --units mm --out new",
 )
 """Lines whose words are replaced, taken out, doubled and joined by others."""
@@ -183,7 +183,7 @@ READ_BY = {
         "validate run --device cpu --quiet",
         "compare run twin",
         "robot run --cell cell.toml --format all --quiet",
-        "export run --format mask,coco,dxf --out drawn",
+        "export run --format mask,dxf --out drawn",
         "run trial.toml --out run --device cpu --quiet",
     ),
     "study": (

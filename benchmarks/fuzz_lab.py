@@ -21,7 +21,7 @@ from tests.support.tiny_study import TRIAL, plannable_lab
 
 PLAN = "plan planned.toml --knots 3 --verify 1 --seeds 1 --device cpu --quiet"
 HEIC = Path(__file__).parents[1] / "fixtures" / "heic" / "crack.heic"
-MESHES = ("stl", "ply", "glb", "obj")
+MESHES = ("stl", "ply", "glb")
 ACCEPTED = (0, 5)
 MINE = {
     "notes.txt": "mine",

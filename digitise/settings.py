@@ -305,7 +305,7 @@ class MeshInput(Settings):
     """A modelled or scanned sample, instead of a photo."""
 
     file: Path
-    """STL, PLY, OBJ, GLB or 3MF file. The path is absolute or relative to the trial file's folder."""
+    """STL, PLY or GLB file. The path is absolute or relative to the trial file's folder."""
     data: DataKind
     """Origin of the mesh. Reports state it unless it is "measured". Only measured meshes allow a comparison to be a
     validation."""

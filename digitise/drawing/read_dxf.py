@@ -272,15 +272,12 @@ def _edge(drawing: Drawing, outline: str | None, walls: tuple[str, str] | None) 
     return edge_mm, stones_mm
 
 
-def sample_obj(outline: Outline, depth_mm: float) -> bytes:
-    """Return a mesh of the sample with upright walls and a level floor.
-
-    The format is OBJ, a text format that keeps all digits.
-    """
+def sample_stl(outline: Outline, depth_mm: float) -> bytes:
+    """Return a mesh of the sample with upright walls and a level floor, as an STL in text, which keeps all digits."""
     shape = CrackShape(depth_mm=depth_mm, tilt="vertical")
     mesh = carve(lay_out(outline, shape, 0.0), shape, ()).to_mesh64()
     solid = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
-    return str(solid.export(file_type="obj", digits=9)).encode()
+    return str(solid.export(file_type="stl_ascii")).encode()
 
 
 def _face(drawing: Drawing) -> tuple[Box, Floats]:

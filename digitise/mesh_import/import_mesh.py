@@ -72,10 +72,6 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
 
 def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
     mesh = read_mesh(path)
-    if mesh.unit_mm not in (None, MM[settings.units]):
-        stated = next((unit for unit in MM if MM[unit] == mesh.unit_mm), f"{mesh.unit_mm:g} mm")
-        wrong = f"Its unit is {stated}, but units = {settings.units}."
-        raise ShapeError(wrong, "Set units to the file's unit, or save the mesh in mm.", "size")
     triangles = len(mesh.faces)
     vertices_mm, faces, repairs = one_surface(upright_mm(mesh, settings), mesh.faces)
     # Each step takes hundreds of megabytes for two million triangles.

@@ -227,7 +227,7 @@ def import_mesh(
     Parameters
     ----------
     mesh
-        A mesh file: STL, PLY, OBJ, GLB or 3MF.
+        A mesh file: STL, PLY or GLB.
 
     Returns
     -------
@@ -241,7 +241,7 @@ def import_mesh(
 
     Examples
     --------
-    >>> crack, solid = st.import_mesh("crack.obj", units="mm")
+    >>> crack, solid = st.import_mesh("crack.stl", units="mm")
     >>> round(crack.length_mm), round(solid.depth_mm)
     (60, 10)
     """

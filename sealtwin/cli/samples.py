@@ -49,7 +49,7 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
 @answers("mesh.units", needs=("mesh.units",), verbose=True)
 def import_mesh(
     command: Command,
-    mesh: Annotated[Path, argument("MESH", "Mesh of a cracked block as STL, PLY, OBJ, GLB or 3MF.")],
+    mesh: Annotated[Path, argument("MESH", "Mesh of a cracked block as STL, PLY or GLB.")],
     settings: Given,
     out: Out = None,
 ) -> None:
@@ -146,7 +146,7 @@ def export(
     options: "DrawnCracks",
     out: Annotated[Path, option("Folder for the files.", "DIR")],
 ) -> None:
-    """Write traced cracks as masks, as COCO annotations, or as drawings for CAD (DXF).
+    """Write traced cracks as masks or as drawings for CAD (DXF).
 
     A DXF has layers for the outline, both walls, the centreline, side cracks, the face and the nozzle's path.
 

@@ -1,4 +1,4 @@
-"""Write files for other programs and machines: robot programs, masks, COCO annotations, drawings for CAD, and films.
+"""Write files for other programs and machines: robot programs, masks, drawings for CAD, and films.
 
 A robot program is written only for a confirmed path within the limits of the cell.
 """
@@ -24,20 +24,19 @@ from sealtwin.trial.job import other_versions, require_digitised, shown
 from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import load_trial
 
-ExportKind = Literal["mask", "coco", "dxf"]
+ExportKind = Literal["mask", "dxf"]
 KINDS: tuple[ExportKind, ...] = get_args(ExportKind)
-COCO = "coco.json"
 REPORT = "robot.json"
 USES = ("outline.json", "trajectory.csv")
 
 
 def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path) -> list[Path]:
-    """Write files of the given ``kinds`` to ``out``: a mask and a drawing for each run, and one COCO file for all runs.
+    """Write files of the given ``kinds`` to ``out``.
 
     Returns the written files. Raises InputError, before it writes any file, if a run is not digitised or cannot be
     written in a format, or if a file with the same name and different content exists.
     """
-    from digitise.exports import coco_of, dxf_text, mask_png
+    from digitise.exports import dxf_text, mask_png
 
     require_folder(out)
     for folder in folders:
@@ -51,16 +50,13 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
         raise InputError(
             f"{twice[0]}: several runs have files and trials with this name. Export these runs to separate folders."
         )
-    outlines = {name: record_files.read_outline(folder) for name, folder in zip(names, folders, strict=True)}
     contents: dict[Path, bytes] = {}
-    for (name, outline), folder in zip(outlines.items(), folders, strict=True):
-        stem = Path(name).stem
+    for name, folder in zip(names, folders, strict=True):
+        outline, stem = record_files.read_outline(folder), Path(name).stem
         if "mask" in kinds:
             contents[out / f"{stem}_mask.png"] = mask_png(outline, name)
         if "dxf" in kinds:
             contents[out / f"{stem}.dxf"] = dxf_text(outline, record_files.read_trajectory(folder)).encode()
-    if "coco" in kinds:
-        contents[out / COCO] = files.as_json(coco_of(list(outlines.items()))).encode()
     files.write_unless_other(contents)
     return list(contents)
 

@@ -56,7 +56,7 @@ MARK = "# Written by 'sealtwin quick', as it was while its check is "
 """Beginning of the first line of a trial file, before a hash of the other lines.
 
 The hash shows if the file was edited. An unchanged file may be overwritten."""
-MESH, LINE, DRAWN = "drawing.obj", "line.csv", "trial.toml"
+MESH, LINE, DRAWN = "drawing.stl", "line.csv", "trial.toml"
 """Names of the files that are written for a drawn crack."""
 HEAD = """\
 # Settings marked as assumed were not given. Measure them, correct them in this file, and run the trial again:
@@ -209,7 +209,7 @@ def write_drawn_trial(
     ``settings`` has settings of the trial by dotted name. Raises InputError if the drawing cannot be used, or if a file
     with the same name and different content exists.
     """
-    from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_obj
+    from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_stl
     from digitise.settings import CrackShape
 
     require_folder(folder)
@@ -219,7 +219,7 @@ def write_drawn_trial(
     doubts = doubts_of(CrackShape(depth_mm=depth_mm), width_mm=outline.mean_width_mm)
     notes = [*drawn.notes, *doubts]
     mesh = {"file": MESH, "data": crack.data, "units": "mm"}
-    contents = {folder / MESH: sample_obj(outline, depth_mm)}
+    contents = {folder / MESH: sample_stl(outline, depth_mm)}
     if crack.line is not None:
         rows = "".join(f"{x:.6f},{y:.6f}\n" for x, y in outline.centreline_mm)
         contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()

@@ -60,7 +60,7 @@ NOT_COMPARED = (
 
 A key is its path, as stages/digitise/key, or a row and a column. FACTS, as dates and hashes, are compared in no text.
 """
-BINARY = {".glb", ".gz", ".jpg", ".npy", ".npz", ".obj", ".ply", ".png", ".stl", ".vtp", ".xlsx"}
+BINARY = {".glb", ".gz", ".jpg", ".npy", ".npz", ".ply", ".png", ".stl", ".vtp", ".xlsx"}
 
 LINE = [(50, 118), (130, 108), (220, 120), (310, 102)]
 PHOTOS = {
@@ -96,7 +96,7 @@ COMMANDS = {
     "trace-open": "digitise open.png --depth-mm 8 --face-mm 32x18 --ends 20,99 340,119"
     " --set photo.face_corners_px=[[20,200],[340,200],[340,20],[20,20]] --out {out}",
     "mesh-stl": "import-mesh block.stl --units cm --set mesh.data=synthetic --out {out}",
-    "mesh-obj": "import-mesh block.obj --units mm --set mesh.data=synthetic --set mesh.up=y --out {out}",
+    "mesh-ply": "import-mesh block.ply --units mm --set mesh.data=synthetic --set mesh.up=y --out {out}",
     "mesh-glb": "import-mesh block.glb --units m --set mesh.data=synthetic --set mesh.path=path.csv"
     " --set path.volume_ml=1.5 --out {out}",
     "sweep": "sweep tiny/study.toml --device cpu --jobs 1 --out {out}",
@@ -164,7 +164,7 @@ def make_inputs(folder: Path) -> None:
     outlined, its_faces = modelled(wandering_crack(1), depth_mm=8.0, tilt="vertical")
     for name, points, triangles in (
         ("block.stl", vertices / 10, faces),
-        ("block.obj", outlined[:, [0, 2, 1]] * (1.0, 1.0, -1.0), its_faces),
+        ("block.ply", outlined[:, [0, 2, 1]] * (1.0, 1.0, -1.0), its_faces),
         ("block.glb", vertices / 1000, faces),
     ):
         trimesh.Trimesh(points, triangles, process=False).export(folder / name)

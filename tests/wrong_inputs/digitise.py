@@ -63,7 +63,7 @@ def beside_lines(_: Any, space: Any) -> None:
 
 DRAWN = "import-dxf {given}/a.dxf --depth-mm 8 --out {out}"
 ALONG = " --line L --width-mm 3"
-OF_A_MESH = ("mesh.up", "drawing.obj", "Mesh", "Trace it again", "R2010", "px")
+OF_A_MESH = ("mesh.up", "drawing.stl", "Mesh", "Trace it again", "R2010", "px")
 ROW = {"more", "code", "lacks"}
 
 

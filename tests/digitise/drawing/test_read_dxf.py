@@ -9,7 +9,7 @@ import pytest
 from ezdxf import units
 
 from digitise.drawing.given_lines import outline_of_line
-from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_obj
+from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_stl
 from digitise.exports import dxf_text
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
@@ -35,7 +35,7 @@ def _crack(file, **asked):
 def _volume_mm3(outline):
     """Volume of the cavity, checked against the block's volume less that of its mesh."""
     solid = build_solid(outline, CrackShape(depth_mm=DEPTH_MM, tilt="vertical"))
-    words = [line.split() or [""] for line in sample_obj(outline, DEPTH_MM).decode().splitlines()]
+    words = [line.split() or [""] for line in sample_stl(outline, DEPTH_MM).decode().splitlines()]
     vertices_mm = np.array([word[1:] for word in words if word[0] == "v"], dtype=float)
     corners = vertices_mm[np.array([word[1:] for word in words if word[0] == "f"], dtype=int) - 1]
     inside_mm3 = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
