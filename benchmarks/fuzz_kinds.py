@@ -91,7 +91,7 @@ BY_FILES: Mapping[str, Kind] = {
     "drawing": Kind(
         ("crack.dxf",),
         (
-            "import-dxf crack.dxf --depth-mm 8 --out new",
+            "import-dxf crack.dxf --depth-mm 8 --walls UPPER LOWER --out new",
             "import-dxf crack.dxf --depth-mm 8 --line MIDDLE --width-mm 3 --out new",
         ),
     ),

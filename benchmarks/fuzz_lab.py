@@ -49,8 +49,8 @@ def sound_lab(folder: Path) -> None:
     # Its time and its identifier would move what a case damages.
     ezdxf.options.write_fixed_meta_data_for_testing = True  # pyright: ignore[reportPrivateImportUsage]
     drawing = ezdxf.filemanagement.new(units=units.MM)
-    edge = [(0, 0), (20, 1), (40, 0), (40, 3), (20, 4), (0, 3)]
-    drawing.modelspace().add_lwpolyline(edge, close=True, dxfattribs={"layer": "OUTLINE"})
+    for layer, y in (("LOWER", 0), ("UPPER", 3)):
+        drawing.modelspace().add_lwpolyline([(0, y), (20, y + 1), (40, y)], dxfattribs={"layer": layer})
     drawing.modelspace().add_spline([(0, 1.5, 0), (20, 2.5, 0), (40, 1.5, 0)], dxfattribs={"layer": "MIDDLE"})
     drawing.saveas(folder / "crack.dxf")
     (folder / "trial.toml").write_text(TRIAL + "\n[output]\nsnapshots_s = []\n")

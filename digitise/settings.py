@@ -313,9 +313,6 @@ class MeshInput(Settings):
     """Unit of the file's numbers, which most formats do not state."""
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
-    path: Path | None = None
-    """CSV of a centreline with the columns x_mm and y_mm, in the mesh's frame after its face was turned upward. By
-    default the centreline is found in a section just below the face."""
     dam_height_mm: DamHeight = 10.0
     """Height above the face of the dams wherever the crack leaves the block, as in [crack]."""
 

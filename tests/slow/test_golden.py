@@ -97,8 +97,7 @@ COMMANDS = {
     " --set photo.face_corners_px=[[20,200],[340,200],[340,20],[20,20]] --out {out}",
     "mesh-stl": "import-mesh block.stl --units cm --set mesh.data=synthetic --out {out}",
     "mesh-ply": "import-mesh block.ply --units mm --set mesh.data=synthetic --set mesh.up=y --out {out}",
-    "mesh-glb": "import-mesh block.glb --units m --set mesh.data=synthetic --set mesh.path=path.csv"
-    " --set path.volume_ml=1.5 --out {out}",
+    "mesh-glb": "import-mesh block.glb --units m --set mesh.data=synthetic --set path.volume_ml=1.5 --out {out}",
     "sweep": "sweep tiny/study.toml --device cpu --jobs 1 --out {out}",
     "ingest": "ingest measurements --out {out}",
     "list": "lab list ingest",
@@ -147,8 +146,6 @@ def make_inputs(folder: Path) -> None:
     tiny_lab(folder / "tiny")
     (folder / "cell.toml").write_text(CELL, encoding="utf-8")
     (folder / "depths.csv").write_text("s_mm,depth_mm\n0,6.0\n8,7.5\n16,9.0\n26,8.0\n", encoding="utf-8")
-    path = "".join(f"{x},{20 + 0.2 * (x % 3)}\n" for x in range(22, 79, 4))
-    (folder / "path.csv").write_text(f"x_mm,y_mm\n{path}", encoding="utf-8")
     grounds = [mortar((360, 220), seed=seed) for seed in range(1, 6)]
     for ground, (name, (points_px, width_px)) in zip(grounds, PHOTOS.items(), strict=True):
         write_png(folder / f"{name}.png", with_crack(ground, points_px, width_px))
