@@ -74,9 +74,6 @@ PAINTED = (
     "{:.3g} to {:.3g}), and the photo does not confirm it"
 )
 GAUGE = "the crack's width is the given width_mm. Side cracks and islands are not searched for"
-PROPOSAL = doubt(
-    "path.automatic", "the crack was found automatically: check overlay.png, then give ends_px to confirm it"
-)
 ORIGINS: dict[WidthSource, tuple[WallMethod, str]] = {
     "walls": ("edge", "in the middle of the step from dark to bright across the crack"),
     "region": ("region", "the rim of the dark region along the path, since the ground is too coarse for single steps"),
@@ -100,8 +97,6 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
     without walls.
     """
     outline = _measured(photo, path, settings)
-    if path.source not in CLICKED:
-        return outline
     shown = photo_of_paint(photo, path) if path.source == "mask" else photo
     beyond = judge_beyond(shown, outline.centreline_px, outline.ends, path.width_px)
     return with_doubts(outline, *beyond)
@@ -215,8 +210,6 @@ def outline_along(
     """Return the outline of a traced crack, without side cracks and islands."""
     (centreline_mm, left_mm, right_mm), methods = _stations(photo, traced)
     warnings = [*photo.warnings, *path.warnings]
-    if path.source == "automatic":
-        warnings.append(PROPOSAL)
     # Most are corners and chips of a few px.
     if traced.missing > 2 * WORTH_SAYING:
         text = f"a wall was not found along {traced.missing:.0%} of the crack, and is bridged there"

@@ -136,11 +136,11 @@ class PhotoInput(Settings):
     """Origin of the photo. Reports state it unless it is "measured". Only measured photos allow a comparison to be a
     validation."""
     ends_px: PixelPair | None = None
-    """Both ends of the crack, each as column and row. The nozzle starts at the first end. By default the crack is
-    searched for automatically. In that case, check it over the photo (overlay.png) before you use the result."""
+    """Both ends of the crack, each as column and row. The nozzle starts at the first end. Without
+    them, lines that may be the crack are searched for, and ``crack`` chooses one."""
     crack: int | None = Field(default=None, ge=1, le=MAX_RANKED)
-    """Number of the crack in the list that the automatic search makes, best crack first. refused.png shows these
-    numbers. Only without ends_px. Default: the first crack, if it is far likelier than the others."""
+    """Number of the crack in the list that the search makes, best crack first. refused.png shows these numbers. Only
+    without ends_px."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MAX_VIA)
     """Points on the crack between its ends, in order. Needed if the crack forks or a darker crack is near."""
     roi_px: Region | None = None
@@ -191,7 +191,8 @@ class PhotoInput(Settings):
     """Width and height of the sample's face. Its lower left corner is the origin. Without markers, the face gives the
     scale. With markers, it gives only the edge of the sample."""
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
-    """Corners of the face: lower left, lower right, upper right, upper left. By default they are detected."""
+    """Corners of the face: lower left, lower right, upper right, upper left. Without markers,
+    face_mm gives the scale by them."""
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
     """Scale of a photo taken square to the face, in mm per pixel."""
     scale_is: Literal["measured", "assumed"] = "measured"

@@ -233,7 +233,8 @@ def drawn_crack(drawing: Drawing, crack: GivenDrawing) -> Given:
     else:
         walls_mm = first_mm, same_way(first_mm, lines_mm[1])
         upper_first = signed_area(np.concatenate([walls_mm[1], walls_mm[0][::-1]])) > 0
-        drawn = outline_between(*walls_mm[:: 1 if upper_first else -1], crack.box_mm, name)
+        left_mm, right_mm = walls_mm if upper_first else walls_mm[::-1]
+        drawn = outline_between(left_mm, right_mm, crack.box_mm, name)
     text = f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {_size(drawn[0].outline_mm)}" + (
         "" if crack.face_mm else ", and closed at both ends, since face_mm is not given"
     )

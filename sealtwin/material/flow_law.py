@@ -81,7 +81,8 @@ class _Curve:
         values = np.array([stress, viscous])
         free = np.isnan(values)
         values[free], distance = nnls(columns[:, free], 1 - columns[:, ~free] @ values[~free])
-        return _Fit(distance**2, *values.tolist(), n)
+        stress, viscous = values.tolist()
+        return _Fit(distance**2, stress, viscous, n)
 
     def best(self, fit: Callable[[float], _Fit]) -> _Fit:
         """Return the best of the fits that ``fit`` returns for each n."""

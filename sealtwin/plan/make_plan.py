@@ -46,7 +46,7 @@ from sealtwin.plan.verify import (
     write_plan_page,
 )
 from sealtwin.study.pipeline import run_stages
-from sealtwin.trial.exports import CellFile, origin_of, require_confirmed, write_programs
+from sealtwin.trial.exports import CellFile, origin_of, write_programs
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
 from sealtwin.trial.trial_file import SETTINGS, SettingValues, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
@@ -113,10 +113,7 @@ class PlanInputs:
         with holding(folder), progress:
             with open_folder(folder / SAMPLE, create=True) as home:
                 run_stages(start_job(self.trial, self.file.parent, home, "cpu", progress), ("digitise",))
-            sample = record_files.read_sample(folder / SAMPLE)
-            if self.cell is not None:
-                require_confirmed(shown(folder / SAMPLE), sample.outline, ProgramOptions())
-            yield sample
+            yield record_files.read_sample(folder / SAMPLE)
 
     def write_programs(self, folder: Path, table: str, sample: Sample, trajectory: Trajectory) -> dict[str, Any]:
         """Write the robot programs for a path. Returns their names for the JSON file. Empty without a cell."""

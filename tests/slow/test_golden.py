@@ -89,7 +89,7 @@ COMMANDS = {
     # Without ends: a path between given ends depends on distances whose last bits OpenCV changes between calls.
     "trace-mask": f"digitise plain.png {SCALED} --mask mask.png --out {{out}}",
     "trace-via": f"digitise loop.png {SCALED} {ENDS} --via '150,160 220,165' --set crack.tilt=vertical --out {{out}}",
-    "trace-automatic": f"digitise plain.png {SCALED} --set photo.scale_is=assumed --set photo.crack=1"
+    "trace-choice": f"digitise plain.png {SCALED} --set photo.scale_is=assumed --set photo.crack=1"
     " --roi '20,60 340,170' --out {out}",
     "trace-reversed": "digitise plain.png --depth-mm depths.csv --ends 310,102 50,118 --set photo.ruler_mm=32"
     " --set photo.ruler_px=[[20,200],[340,200]] --set crack.tilt=flare --set crack.wall_angle_deg=5 --out {out}",

@@ -34,7 +34,7 @@ export function showVolume(volumeMl, shallow) {
 const SOURCES = {
   ends: () => "Between your two ends",
   via: (count) => `Between your two ends, past ${count} via point${count === 1 ? "" : "s"}`,
-  automatic: () => "Found automatically: a proposal",
+  choice: () => "Along the line with this number",
   mask: () => "As painted in the mask",
 };
 

@@ -29,7 +29,7 @@ from digitise.trace_page.session import (
     scale_settings,
 )
 from sealtwin.core.errors import InputError
-from tests.support.photos import edge_of_patch, evenly_scaled, mortar, wandering, with_crack, write_png
+from tests.support.photos import edge_of_patch, evenly_scaled, mortar, with_crack, write_png
 
 ENDS = ((50.0, 201.0), (450.0, 101.0))
 
@@ -109,19 +109,11 @@ def test_via_points_and_the_region_of_interest_are_used(session):
     assert re.match("crack.png: .*roi_px", away["refused"])
 
 
-def test_a_crack_is_proposed_without_clicked_ends(tmp_path):
-    """A run would give a warning that points to its overlay; the page asks the user instead."""
-    picture = with_crack(mortar(), wandering([(50, 200), (180, 150), (300, 160), (450, 100)]))
-    answers = _asked(_session(write_png(tmp_path / "crack.png", picture)), Hints(mm_per_px=0.1))
-    assert answers["path"]["source"] == "automatic"
-    assert not answers["walls"]["warnings"]
-
-
-def test_a_single_doubtful_line_is_offered_for_confirmation(tmp_path):
+def test_a_single_line_is_offered_for_confirmation(tmp_path):
     offered = _asked(_session(write_png(tmp_path / "edge.png", edge_of_patch())), Hints(), revision=1.0)
     assert list(offered) == ["scale", "cracks", "refused"]
     assert len(offered["cracks"]) == 1
-    assert "not certain" in offered["refused"]
+    assert "This line may be the crack" in offered["refused"]
 
 
 def test_the_page_opens_with_the_hints_of_the_trial(file):
