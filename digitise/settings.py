@@ -50,12 +50,6 @@ Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 # Largest number of stretches of wall drawn by hand, and of points of each; for more, paint a mask
 MAX_WALLS, MAX_WALL_POINTS = 50, 200
-# Largest number of strokes of a kind, each with up to ``MAX_WALL_POINTS`` points; for more, paint a mask
-MAX_STROKES = 20
-Strokes = Annotated[
-    tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MAX_WALL_POINTS)], ...],
-    Field(max_length=MAX_STROKES),
-]
 NO_SCALE = "no_scale"  # Error type of a photo without a scale
 SCALES = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
 Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MAX_WALL_POINTS)]
@@ -65,7 +59,7 @@ NOT_BESIDE = {
     "mm_per_px": ("ruler_px", "markers", "face_mm"),
     "ruler_px": ("markers", "face_mm"),
     "crack": ("ends_px", "mask"),
-    "mask": ("roi_px", "via_px", "walls_px", "crack_strokes_px", "ground_strokes_px"),
+    "mask": ("roi_px", "via_px", "walls_px"),
     "path_only": ("width_mm", "mean_width_mm"),
 }
 """Photo settings that exclude others. ``NEEDED_BY`` lists the settings that require another one."""
@@ -148,13 +142,6 @@ class PhotoInput(Settings):
     walls_px: Walls | None = None
     """Stretches of wall drawn by hand, for photos in which walls are measured wrongly. Each is a line from a point on a
     wall, along the true wall, to another point on the same wall. Draw them with 'sealtwin trace'."""
-    crack_strokes_px: Strokes | None = None
-    """Strokes over areas that are surely crack, each a line or a single point. A few are enough where walls are
-    doubtful or wrong. A wall passes outside the strokes, and near them the lightness under them counts as crack. Draw
-    them with 'sealtwin trace'."""
-    ground_strokes_px: Strokes | None = None
-    """Strokes over areas beside the crack that are surely ground. A wall passes between the strokes and the crack. Near
-    the strokes and on their side of the wall, the lightness under them counts as ground."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is absolute or relative to the trial file's folder."""
@@ -202,11 +189,6 @@ class PhotoInput(Settings):
     def hints(self) -> tuple[PixelPair | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
         """Ends, via points, region and number of the crack, which are the arguments of ``find_path``."""
         return self.ends_px, self.via_px, self.roi_px, self.crack
-
-    @property
-    def drawn_by_hand(self) -> tuple[str, ...]:
-        """Names of the settings in use that change the measured walls by hand."""
-        return tuple(name for name in ("walls_px", "crack_strokes_px", "ground_strokes_px") if getattr(self, name))
 
     @property
     def width_stations_mm(self) -> Floats | None:

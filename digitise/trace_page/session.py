@@ -28,11 +28,10 @@ from digitise.settings import (
     Pixel,
     PixelPair,
     Region,
-    Strokes,
     Tilt,
     Walls,
 )
-from digitise.walls.doubts import BY_STROKES
+from digitise.walls.doubts import PLAUSIBLE
 from sealtwin.core.arrays import Pixels
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import of_keys, texts
@@ -71,8 +70,6 @@ class Hints(PageSettings):
     via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MAX_VIA)
     roi_px: Region | None = None
     walls_px: Walls | None = None
-    crack_strokes_px: Strokes | None = None
-    ground_strokes_px: Strokes | None = None
     branches: Literal["drop", "keep"] | None = None
     mm_per_px: float | None = None
     scale_is: Literal["measured", "assumed"] | None = None
@@ -345,7 +342,7 @@ def _walls_answer(photo: Photo, outline: Outline) -> Answer:
         # Islands run clockwise, so that their area is negative.
         "area": sum(map(signed_area, (outline.outline_mm, *outline.islands_mm))),
         "ends": outline.ends,
-        "doubtful": bool(of_keys(outline.warnings, BY_STROKES)),
+        "doubtful": bool(of_keys(outline.warnings, PLAUSIBLE)),
         "warnings": texts(outline.warnings),
     }
 

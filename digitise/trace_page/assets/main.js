@@ -1,6 +1,6 @@
 // The trace page: points go to the server, lines come back.
 
-import { DRAWN, draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, volumeOf, withoutCrack, withoutDrawn } from "./draft.js";
+import { draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, volumeOf, withoutCrack, withoutWall } from "./draft.js";
 import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
@@ -65,7 +65,7 @@ function commit(next, kind = null) {
 }
 
 function ask(before) {
-  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, DRAWN.map(({ key }) => draft[key])]);
+  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, draft.walls_px]);
   if (placed(before) === placed(draft) && !sketching) return;
   sketching = false;
   part("refusal").textContent = part("save-refused").textContent = "";
@@ -147,8 +147,8 @@ function refresh() {
   for (const settle of toolbars) settle();
   lines.set("ruler", draft.scale === "ruler" && draft.ruler_px.length === 2 ? draft.ruler_px : null);
   showFace();
-  for (const { key, shown } of DRAWN) lines.setAll(shown, draft[key]);
-  showDrawn(draft, (key, index) => commit(withoutDrawn(draft, key, index)));
+  lines.setAll("drawn", draft.walls_px);
+  showDrawn(draft, (index) => commit(withoutWall(draft, index)));
   lines.set("roi", draft.roi_px.length < 2 ? null : draft.roi_px.length === 2 ? boxed(draft.roi_px) : draft.roi_px, true);
   place();
 }

@@ -186,14 +186,14 @@ def test_only_the_newest_of_several_waiting_searches_is_made(session, monkeypatc
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
 
 
-def test_a_stroke_in_an_open_session_gives_the_result_of_a_new_session(file):
+def test_a_wall_drawn_in_an_open_session_gives_the_result_of_a_new_session(file):
     session, plain = _session(file), Hints(ends_px=ENDS)
-    stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
+    drawn = plain.model_copy(update={"walls_px": (((170.0, 170.0), (190.0, 168.0)),)})
     _asked(session, plain)
-    answer = _asked(session, stroked)
-    assert answer == _asked(_session(file), stroked)
-    assert any("strokes drawn by hand" in warning for warning in answer["walls"]["warnings"])
-    assert any(text.startswith("left wall by drawn") for *_, text in answer["walls"]["why"])
+    answer = _asked(session, drawn)
+    assert answer == _asked(_session(file), drawn)
+    assert any("lines drawn by hand" in warning for warning in answer["walls"]["warnings"])
+    assert any("wall by drawn" in text for *_, text in answer["walls"]["why"])
 
 
 def _clouds(width, height):
