@@ -30,7 +30,6 @@ from digitise.walls.drawn import ByHand, with_drawn
 from digitise.walls.ends import Traced, judge_beyond
 from digitise.walls.islands_and_side_cracks import find_surroundings, photo_of_paint, with_side_cracks
 from digitise.walls.thin_crack import BoxFit, NotFittedError, trace_line, trace_thin
-from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
@@ -104,16 +103,6 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     """Return the outline for ``trace_outline``, which then checks the ground beyond the outline's ends."""
-    if settings.mean_width_mm is not None:
-        shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
-        if shown.width_source == "none" or shown.branches_kept:
-            raise InputError(
-                f"{photo.file}: photo.mean_width_mm: only a crack with walls and without side cracks can be scaled to "
-                'a mean width. Leave mean_width_mm out, or give width_mm and branches = "drop".'
-            )
-        moved = widened(shown, settings.mean_width_mm - shown.mean_width_mm)
-        moved = replace(moved, width_source="gauge", width_95_mm=None)
-        return replace(moved, walls=_origins(moved, np.zeros((2, len(moved.s_mm)), int)))
     width_mm = settings.width_stations_mm
     by_hand = bool(settings.walls_px)
     if by_hand and (settings.path_only or width_mm is not None):

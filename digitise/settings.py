@@ -60,7 +60,7 @@ NOT_BESIDE = {
     "ruler_px": ("markers", "face_mm"),
     "crack": ("ends_px", "mask"),
     "mask": ("roi_px", "via_px", "walls_px"),
-    "path_only": ("width_mm", "mean_width_mm"),
+    "path_only": ("width_mm",),
 }
 """Photo settings that exclude others. ``NEEDED_BY`` lists the settings that require another one."""
 MAX_RANKED = 5  # Largest number of cracks to choose from
@@ -153,9 +153,6 @@ class PhotoInput(Settings):
     table of [s, width] rows along the crack from the nozzle's start. The width is linear between rows and constant
     beyond them. Its uncertainty is width_mm of [uncertainty]. Default: measured between the walls, or fitted to the
     profile of a crack below 8 px."""
-    mean_width_mm: Width | None = None
-    """Mean width of the crack, measured with a gauge or assumed for a test. All widths, from the photo or width_mm, are
-    scaled so that their mean is this width."""
     path_only: bool | None = None
     """True to trace only the crack's path, without walls and solid. This needs no depth and is enough for a robot
     program. The nozzle gives sealant if path.volume_ml is a number."""
@@ -206,10 +203,6 @@ class PhotoInput(Settings):
             for other in others:
                 if getattr(self, name) and getattr(self, other):
                     raise ValueError(f"{name} cannot be combined with {other}: give only one of them")
-        if self.mean_width_mm is not None and self.branches == "keep":
-            raise ValueError(
-                'mean_width_mm cannot be combined with branches = "keep", because it scales only a main crack'
-            )
         if self.width_stations_mm is not None:
             require_order("width_mm", self.width_stations_mm)
         return self

@@ -53,7 +53,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
     if not settings.walls_px:
         return ByHand(photo)
     width_px, light = max(path.width_px, 4.0), photo.brightness.copy()
-    crack, ground, decided = np.zeros((3, *light.shape), np.uint8)
+    crack, ground, decided = (np.zeros(light.shape, np.uint8) for _ in range(3))
     for line in _lines(photo, path, settings, width_px):
         low, window = window_around(line.place_px, max(REACH * width_px, REACH_PX), photo.size_px)
         line_px, foot = line.place_px - low, line.foot_px - low
